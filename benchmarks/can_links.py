@@ -11,7 +11,7 @@ import can
 from can_peers import ANSWER, CHANNEL, FRAME, answering, raw_socket, sent_packets
 from common import median, quantile
 
-from vrg.hal.can.bus import CanBus, frame_of, message_of
+from vrg.hal.can.bus import CanBus, can_message, frame_of
 from vrg.hal.can.frame import STANDARD_MASK, Filter, Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive import codec, messages
@@ -201,13 +201,13 @@ def codec_costs(rounds: int, count: int) -> dict[str, float]:
     """us each by what is done, the median of rounds in which all take turns."""
     setpoint = codec.encode(3, messages.SetInputVel(12.5))
     estimate = codec.encode(3, messages.EncoderEstimates(7.25, 12.5))
-    message = message_of(estimate)
+    message = can_message(estimate)
     message.timestamp = time.time()
     packing = struct.Struct("<ff")
     tasks: dict[str, Callable[[], object]] = {
         "encode SetInputVel": lambda: codec.encode(3, messages.SetInputVel(12.5)),
         "decode EncoderEstimates": lambda: codec.decode(estimate),
-        "Frame to can.Message": lambda: message_of(setpoint),
+        "Frame to can.Message": lambda: can_message(setpoint),
         "can.Message to Frame": lambda: frame_of(message),
         "struct alone: pack": lambda: packing.pack(12.5, 0.0),
         "struct alone: unpack": lambda: packing.unpack(estimate.data),

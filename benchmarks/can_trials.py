@@ -18,7 +18,7 @@ from can_robots import AHEAD, PLAYER_RATE, Drives, arm, commander, connected, co
 from common import quantile
 
 from vrg.errors import RobotError
-from vrg.hal.can.bus import message_of
+from vrg.hal.can.bus import can_message
 from vrg.hal.can.link import Link
 from vrg.hal.can.machine import TIMES
 from vrg.hal.can.odrive.codec import node_of
@@ -169,10 +169,10 @@ def _silences(drives: Drives, times: int, tell: Tell) -> Row:
                 drives.take()
                 time.sleep(0.03)
                 began = time.time()
-                injector.send(message_of(encode_fault(drives.nodes[0], FaultRequest(FaultKind.SILENCE))))
+                injector.send(can_message(encode_fault(drives.nodes[0], FaultRequest(FaultKind.SILENCE))))
                 time.sleep(1.2)
                 took.note(drives.stopped(drives.take(), began))
-                injector.send(message_of(encode_fault(drives.nodes[0], FaultRequest(FaultKind.END))))
+                injector.send(can_message(encode_fault(drives.nodes[0], FaultRequest(FaultKind.END))))
                 time.sleep(0.3)
                 driver.recover()
                 arm([driver])

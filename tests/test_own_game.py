@@ -11,7 +11,7 @@ import pytest
 
 from vrg import registry
 from vrg.bus.messages import Stage
-from vrg.coordinator.rulebook import Contestant, Field, RuleBook
+from vrg.coordinator.rulebook import Contestant, Observation, RuleBook
 from vrg.errors import ConfigError
 from vrg.testing.rulebook import RuleBookContract
 from vrg.types import Pose
@@ -102,8 +102,8 @@ class TestTheRuleBookOfTheExample(RuleBookContract):
         return LionAndMan(Settings(), self.contestants(), 7)
 
     @pytest.fixture
-    def ready(self) -> Field:
-        return Field({c.name: c.start for c in self.contestants()})
+    def ready(self) -> Observation:
+        return Observation({c.name: c.start for c in self.contestants()})
 
     @staticmethod
     def contestants() -> list[Contestant]:
@@ -114,7 +114,7 @@ class TestTheRuleBookOfTheExample(RuleBookContract):
         """The rules that are called when both come to these places on the x axis."""
         begin, end = ({"a lion": Pose(0.0, 0.0, 0.0), "a man": Pose(3.0, 0.0, 0.0)}, {})
         end = {"a lion": Pose(lion, 0.0, 0.0), "a man": Pose(man, 0.0, 0.0)}
-        return [call.rule for call in book.judge(book.initial(), Field(begin), Field(end), clock).calls]
+        return [call.rule for call in book.judge(book.initial(), Observation(begin), Observation(end), clock).calls]
 
     def test_the_man_is_caught_within_the_capture_distance_also_between_two_looks(self, book: RuleBook) -> None:
         assert self.judged(book, 1.9, 3.0) == []
@@ -123,9 +123,9 @@ class TestTheRuleBookOfTheExample(RuleBookContract):
 
     def test_who_leaves_the_arena_has_lost(self, book: RuleBook) -> None:
         assert self.judged(book, 0.0, 6.1) == ["out"]
-        state = book.judge(book.initial(), Field({"a lion": Pose(0, 0, 0), "a man": Pose(3, 0, 0)}),
-                           Field({"a lion": Pose(-7, 0, 0), "a man": Pose(3, 0, 0)}), 1.0).state  # fmt: skip
-        assert book.next_round(state, Field({})).winner == "man"
+        state = book.judge(book.initial(), Observation({"a lion": Pose(0, 0, 0), "a man": Pose(3, 0, 0)}),
+                           Observation({"a lion": Pose(-7, 0, 0), "a man": Pose(3, 0, 0)}), 1.0).state  # fmt: skip
+        assert book.next_round(state, Observation({})).winner == "man"
 
     def test_the_man_wins_when_the_time_is_up(self, book: RuleBook) -> None:
         assert self.judged(book, 0.0, 3.0, clock=120.0) == ["time_up"]
@@ -136,5 +136,5 @@ class TestTheRuleBookOfTheExample(RuleBookContract):
         with pytest.raises(ConfigError, match="one lion and one man"):
             LionAndMan(Settings(), self.contestants()[:1], 7)
 
-    def test_both_know_where_the_other_is(self, book: RuleBook, ready: Field) -> None:
+    def test_both_know_where_the_other_is(self, book: RuleBook, ready: Observation) -> None:
         assert all(status.pose is not None for status in book.statuses(book.initial(), Stage.PLAY_ROUND, ready))

@@ -1,4 +1,4 @@
-"""Where in a student's code something has gone wrong, in words."""
+"""Finds the place in a student's code at which something has gone wrong, in words."""
 
 import socket
 import sys
@@ -25,7 +25,7 @@ FINAL = (MemoryError, OutputFloodError)
 """Failures after which a strategy is not tried again."""
 
 _REFUSED: list[str] = []
-"""What to say of a PermissionError in this process, once it is sealed."""
+"""The advice on a PermissionError in this process, once it is sealed."""
 
 
 def tell_of_refusals(remark: str) -> None:
@@ -37,7 +37,7 @@ def tell_of_refusals(remark: str) -> None:
 
 
 def failure_of(error: BaseException) -> StrategyError:
-    """What a strategy has raised, in one line: the exception, and the innermost place in the student's own code."""
+    """The exception of a strategy in one line, with the innermost place in the student's own code."""
     try:
         said = printable(" ".join(str(error).split()))
     except BaseException:  # its own `__str__` is a student's code, too
@@ -77,7 +77,7 @@ def place_of_frame(frame: FrameType | None) -> str:
 
 
 def place_of_method(owner: object, name: str) -> str:
-    """Where a method of an object is written, such as `ann.py, line 7, in act`; empty if nobody can tell."""
+    """The place of a method of an object, such as `ann.py, line 7, in act`; empty if it is not known."""
     code = getattr(getattr(owner, name, None), "__code__", None)
     return "" if code is None else place_text(code.co_filename, code.co_firstlineno, name)
 
@@ -88,5 +88,5 @@ def place_text(file: str, line: object, name: str) -> str:
 
 
 def is_students(file: str) -> bool:
-    """Whether a file of Python code is neither VRG's own nor a library's."""
+    """True if a file of Python code is neither VRG's own nor a library's."""
     return not file.startswith("<frozen") and not any(Path(file).is_relative_to(own) for own in (_OWN, *_LIBRARIES))

@@ -31,7 +31,7 @@ class _Shape(Struct, frozen=True, tag_field="shape", forbid_unknown_fields=True)
     """The base class of all regions. The border belongs to the region."""
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point is inside or on the border."""
+        """True if the point is inside or on the border."""
         raise NotImplementedError
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
@@ -112,7 +112,7 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
         return self.x_min, self.y_min, self.x_max, self.y_max
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point is inside or on the border."""
+        """True if the point is inside or on the border."""
         return self.x_min <= x <= self.x_max and self.y_min <= y <= self.y_max
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
@@ -169,7 +169,7 @@ class Circle(_Shape, frozen=True, tag="circle"):
         return self.x - self.radius, self.y - self.radius, self.x + self.radius, self.y + self.radius
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point is inside or on the border."""
+        """True if the point is inside or on the border."""
         return math.hypot(x - self.x, y - self.y) <= self.radius
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
@@ -231,7 +231,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
         return min(xs), min(ys), max(xs), max(ys)
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point is inside or on the border."""
+        """True if the point is inside or on the border."""
         dx, dy = x - self.x, y - self.y
         return math.hypot(dx, dy) <= self.radius and all(nx * dx + ny * dy >= -_EPS for nx, ny in self._normals())
 
@@ -285,7 +285,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
             raise ValueError("expected the corners of a convex polygon, counter-clockwise")
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point is inside or on the border."""
+        """True if the point is inside or on the border."""
         return all(nx * x + ny * y >= offset - _EPS for nx, ny, offset in self._planes())
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
@@ -334,7 +334,7 @@ Region = Rectangle | Circle | Sector | Polygon
 
 
 def touch(first: Region, second: Region) -> bool:
-    """Whether two regions have a point in common. Of two sectors, one counts as its outline."""
+    """True if two regions have a point in common. Of two sectors, one counts as its outline."""
     if isinstance(second, Circle) or isinstance(first, Sector):
         first, second = second, first
     if isinstance(first, Circle):

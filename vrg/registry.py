@@ -73,7 +73,7 @@ class Registry(Generic[T]):
         return f"{self.what}: {self.expected(name)}"
 
     def expected(self, name: str) -> str:
-        """Which names were expected in place of this one, with a guess at the one that was meant."""
+        """The names that were expected in place of this one, with a guess at the one that was meant."""
         return expected_one_of(self.names(), name)
 
     def known(self, name: str) -> str:
@@ -112,7 +112,7 @@ class Registry(Generic[T]):
 
 
 def expected_one_of(names: Sequence[str], name: str) -> str:
-    """Which names were expected in place of `name`, with a guess at the one that was meant."""
+    """The names that were expected in place of `name`, with a guess at the one that was meant."""
     return f"expected one of {', '.join(names)}, got {name!r}{did_you_mean(name, names)}"
 
 

@@ -8,7 +8,7 @@ from vrg.types import Vector
 CHORD = 0.01
 """The distance in m by which a drawn arc may differ from the true one."""
 _TINY = 1e-9
-"""How far, in m or m^2, rounding may move a corner to the wrong side."""
+"""The tolerance in m or m^2 by which rounding may move a corner to the wrong side."""
 
 
 def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> tuple[float, float] | None:
@@ -88,7 +88,7 @@ def cross(a: Vector, b: Vector, c: Vector) -> float:
 
 
 def convex(corners: Sequence[Vector]) -> bool:
-    """Whether corners are those of a convex polygon, counter-clockwise. They may repeat, and be on a straight side.
+    """True if corners are those of a convex polygon, counter-clockwise. They may repeat, and be on a straight side.
 
     All turns of a convex polygon lead to the left, and on one way around it x grows once and falls once.
     """

@@ -1,4 +1,4 @@
-"""What the models of all TOML files that people write have in common, and the lines of the fields of such a file."""
+"""The common base of the models of all TOML files that people write, and the lines of the fields of such a file."""
 
 import math
 import re
@@ -71,7 +71,7 @@ _EXPECTED = {
     "model_type": "a table",
     "literal_error": "{expected}",
 }
-"""What was expected, by pydantic's name of the mistake."""
+"""The expected kind of value, by pydantic's name of the mistake."""
 
 
 def _words(detail: Any) -> str:

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.access import NODES, hears, in_words, lines, may_publish, rules, speaks
+from vrg.bus.access import NODE_OF_SEAT, hears, in_words, lines, may_publish, rules, speaks
 from vrg.bus.names import chunk_of, is_name
 from vrg.bus.seats import NAMED, Roster, Seat, SeatKind, seats_of_node
-from vrg.bus.topics import Keys, Line, Qos, key_matches, router_alive
+from vrg.bus.topics import Keys, Qos, TopicLine, key_matches, router_alive
 
 ROSTER = Roster(
     "final",
@@ -105,7 +105,7 @@ def allowed(seat: str, flow: str, message: str, key: str) -> bool:
     )
 
 
-def line_of(key: str) -> Line[Any]:
+def line_of(key: str) -> TopicLine[Any]:
     found = [
         line for line in lines() if key_matches(Keys.expression(line.path), key) and "*" not in Keys.expression(key)
     ]
@@ -310,7 +310,7 @@ def test_a_seat_has_a_name_only_if_its_kind_has_several() -> None:
 
 def sender(seat: Seat) -> str:
     """What stands in the messages of a node of this seat."""
-    kind, name = NODES.get(seat.kind, (seat.kind.value, chunk_of(seat.name)))
+    kind, name = NODE_OF_SEAT.get(seat.kind, (seat.kind.value, chunk_of(seat.name)))
     return f"{kind}/{name.replace('*', WINDOW if kind == 'spectator' else kind)}/1"
 
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.clock_tracker import INTERVAL, KEPT, LEAST, ClockTracker
+from vrg.bus.clock_tracker import DRIFT_SAMPLES, INTERVAL, LEAST, ClockTracker
 
 TICK = 0.02
 
@@ -30,7 +30,9 @@ def test_nothing_is_known_before_the_first_message() -> None:
     seed=st.integers(0, 9),
 )
 def test_the_drift_is_found_through_the_jitter_of_a_link(drift: float, rate: float, delay: float, seed: int) -> None:
-    tracker = arrivals(rate=rate, drift=drift, delay=delay, jitter=0.004, seconds=(KEPT + 2) * INTERVAL, seed=seed)
+    tracker = arrivals(
+        rate=rate, drift=drift, delay=delay, jitter=0.004, seconds=(DRIFT_SAMPLES + 2) * INTERVAL, seed=seed
+    )
     estimate = tracker.estimate()
     assert estimate is not None
     assert estimate.drift == pytest.approx(drift, abs=4e-5)

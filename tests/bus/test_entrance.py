@@ -128,13 +128,13 @@ def test_who_does_not_read_is_sent_no_more_in_the_end() -> None:
 
 
 def test_who_does_not_begin_a_handshake_is_sent_away(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(subject, "PATIENCE", 0.1)
+    monkeypatch.setattr(subject, "HANDSHAKE_TIMEOUT", 0.1)
     with passage() as (silent, _inside):
         assert is_closed(silent)
 
 
 def test_of_too_many_who_wait_the_oldest_of_the_largest_crowd_goes(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(subject, "WAITING", 3)
+    monkeypatch.setattr(subject, "MAX_HANDSHAKES", 3)
     with passage() as (oldest, _inside), ExitStack() as stack:
         endpoint = "tls/{}:{}".format(*oldest.getpeername())
         alone = stack.enter_context(socket.create_connection(oldest.getpeername(), DEADLINE, ("127.0.0.2", 0)))
@@ -156,7 +156,7 @@ def test_one_address_does_not_take_all_places(monkeypatch: pytest.MonkeyPatch) -
             inside.recv(2)
         return True
 
-    monkeypatch.setattr(subject, "HELD", 2)
+    monkeypatch.setattr(subject, "MAX_CONNECTIONS", 2)
     with passages() as pass_through:
         first, second = pass_through(), pass_through()
         assert let_in(*first)

@@ -1,6 +1,6 @@
 """When a key counts as flooded, and for how long."""
 
-from vrg.bus.flood import LIMIT, WINDOW, FlowMeter
+from vrg.bus.flood import MAX_MESSAGE_RATE, RATE_WINDOW, FlowMeter
 
 
 def admitted(meter: FlowMeter, key: str, number: int, now: float) -> int:
@@ -10,27 +10,27 @@ def admitted(meter: FlowMeter, key: str, number: int, now: float) -> int:
 def test_as_many_messages_as_the_limit_are_no_flood() -> None:
     meter = FlowMeter()
     for second in range(5):
-        assert admitted(meter, "a", LIMIT, 10.0 + second) == LIMIT
+        assert admitted(meter, "a", MAX_MESSAGE_RATE, 10.0 + second) == MAX_MESSAGE_RATE
     assert meter.flooded(14.5) == frozenset()
 
 
 def test_what_is_beyond_the_limit_is_refused_and_its_key_is_named_at_once() -> None:
     meter = FlowMeter()
-    assert admitted(meter, "a", LIMIT + 5, 10.0) == LIMIT
+    assert admitted(meter, "a", MAX_MESSAGE_RATE + 5, 10.0) == MAX_MESSAGE_RATE
     assert meter.flooded(10.0) == {"a"}
 
 
 def test_nothing_passes_while_a_flood_lasts() -> None:
     meter = FlowMeter()
-    admitted(meter, "a", LIMIT + 1, 10.0)
+    admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0)
     for second in range(1, 5):
-        assert admitted(meter, "a", LIMIT + 1, 10.0 + second) == 0
+        assert admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0 + second) == 0
     assert meter.flooded(14.9) == {"a"}
 
 
 def test_a_window_with_fewer_ends_it() -> None:
     meter = FlowMeter()
-    admitted(meter, "a", LIMIT + 1, 10.0)
+    admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0)
     assert admitted(meter, "a", 10, 11.0) == 0
     assert admitted(meter, "a", 10, 12.0) == 10
     assert meter.flooded(12.0) == frozenset()
@@ -38,13 +38,13 @@ def test_a_window_with_fewer_ends_it() -> None:
 
 def test_it_ends_without_any_message_too() -> None:
     meter = FlowMeter()
-    admitted(meter, "a", LIMIT + 1, 10.0)
-    assert meter.flooded(10.0 + 2 * WINDOW) == frozenset()
+    admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0)
+    assert meter.flooded(10.0 + 2 * RATE_WINDOW) == frozenset()
     assert meter.admits("a", 20.0)
 
 
 def test_other_keys_do_not_suffer() -> None:
     meter = FlowMeter()
-    admitted(meter, "a", 3 * LIMIT, 10.0)
+    admitted(meter, "a", 3 * MAX_MESSAGE_RATE, 10.0)
     assert admitted(meter, "b", 50, 10.5) == 50
     assert meter.flooded(10.5) == {"a"}

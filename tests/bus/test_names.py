@@ -10,7 +10,7 @@ from vrg.bus import messages as m
 from vrg.bus.names import check_name, chunk_of, is_name, name_of, normal
 from vrg.bus.topics import Keys, key_matches, name_in
 from vrg.errors import ConfigError
-from vrg.hal.sensors import message_of
+from vrg.hal.sensors import message_class
 from vrg.hal.sensors.laser import Laser
 
 SOME = ["ann", "player-1", "Ольга", "山田", "José", "Αθηνά", "หนึ่ง", "ö", "7-zwerge"]
@@ -58,6 +58,6 @@ def test_the_topics_of_such_names() -> None:
     assert key_matches(keys.report().key, topic.key)
     assert keys.topic_of(topic.key) == keys.report()
     scan = keys.sensor(Laser, name, "main")
-    assert keys.topic_of(scan.key, message_of) == scan
+    assert keys.topic_of(scan.key, message_class) == scan
     assert name_of(keys.alive("player", name).split("/")[4]) == name
     assert topic.type is m.Report

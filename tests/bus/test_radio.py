@@ -3,7 +3,7 @@
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Say
-from vrg.bus.radio import Heard, Link, Radio, Transmission, packed
+from vrg.bus.radio import Radio, RadioLink, TeamMessage, Transmission, packed
 from vrg.bus.topics import Keys
 
 KEYS = Keys("m")
@@ -25,7 +25,7 @@ class Lossy:
 class Station:
     """A radio whose air is the test."""
 
-    def __init__(self, name: str, link: Link | None = None) -> None:
+    def __init__(self, name: str, link: RadioLink | None = None) -> None:
         self.mailbox = Mailbox()
         self.radio = Radio(KEYS, self.mailbox, name, "red", link)
 
@@ -34,7 +34,7 @@ class Station:
         self.radio.say(packed(words), (0.0, 0.0))
         return [decode(encode(out.message), Say, out.message.key) for out in self.mailbox.collect()]
 
-    def hear(self, messages: list[Received[Say]], now: float) -> list[Heard]:
+    def hear(self, messages: list[Received[Say]], now: float) -> list[TeamMessage]:
         for message in messages:
             for inlet in self.mailbox.inlets:
                 inlet.offer(message)
@@ -45,7 +45,7 @@ class Station:
 def test_what_is_said_reaches_the_others_of_the_team() -> None:
     said = Station("ann").say({"at": (1, 2), "who": "shark"}, 1.0)
     assert [message.key for message in said] == ["vrg/m/team/red/say/ann"]
-    assert Station("bob").hear(said, 1.1) == [Heard("ann", 1.0, {"at": [1, 2], "who": "shark"})]
+    assert Station("bob").hear(said, 1.1) == [TeamMessage("ann", 1.0, {"at": [1, 2], "who": "shark"})]
 
 
 def test_a_link_loses_and_delays_by_the_message_alone() -> None:
@@ -68,4 +68,4 @@ def test_the_order_of_arrival_changes_nothing() -> None:
 
 def test_bytes_that_are_no_words_harm_nobody() -> None:
     broken = Received(KEYS.say("red", "ann").key, 1.0, 0, Say(words=b"\xc1\xff"))
-    assert Station("bob").hear([broken], 1.1) == [Heard("ann", 1.0, b"\xc1\xff")]
+    assert Station("bob").hear([broken], 1.1) == [TeamMessage("ann", 1.0, b"\xc1\xff")]

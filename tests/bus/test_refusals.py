@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.refusals import LINES, WINDOW, Refusals
+from vrg.bus.refusals import MAX_LINES, REFUSAL_WINDOW, Refusals
 
 PLACE = "zenoh::net::routing::interceptor"
 ANN = "59cd8d120c72236df11b13fe32460599"
@@ -109,12 +109,12 @@ def flood(number: int) -> bytes:
 
 def test_a_flood_of_different_refusals_is_counted_and_not_written() -> None:
     refusals = Refusals(0.0)
-    assert len(refusals.read(SEEN.encode() + flood(200), 1.0)) == LINES
+    assert len(refusals.read(SEEN.encode() + flood(200), 1.0)) == MAX_LINES
     assert refusals.read(flood(400)[: len(flood(200))], 2.0) == []
-    later = refusals.read(SEEN.encode(), WINDOW + 1.0)
-    assert later == [f"player.ann: {200 - LINES} further refusals within 10 s were not listed"]
+    later = refusals.read(SEEN.encode(), REFUSAL_WINDOW + 1.0)
+    assert later == [f"player.ann: {200 - MAX_LINES} further refusals within 10 s were not listed"]
     new = "".join(cached(f"Put (ingress) on vrg/n/{n}") + intercepted() for n in range(200)).encode()
-    assert len(refusals.read(new, WINDOW + 2.0)) == LINES, "the next window begins anew"
+    assert len(refusals.read(new, REFUSAL_WINDOW + 2.0)) == MAX_LINES, "the next window begins anew"
 
 
 def test_the_flood_of_one_seat_does_not_hide_what_another_one_does() -> None:
@@ -129,14 +129,14 @@ def test_however_great_the_flood_of_one_seat_is_the_others_are_known_by_name() -
     refusals.read(SEEN.encode() + flood(many), 1.0)
     once = cached("Put (ingress) on vrg/m/clock") + intercepted()
     assert refusals.read(of_bob(SEEN + once).encode(), 2.0) == ["player.bob may not publish on vrg/m/clock: dropped"]
-    assert refusals.read(b"\n", WINDOW + 1.0) == [
-        f"player.ann: {many - LINES} further refusals within 10 s were not listed"
+    assert refusals.read(b"\n", REFUSAL_WINDOW + 1.0) == [
+        f"player.ann: {many - MAX_LINES} further refusals within 10 s were not listed"
     ]
 
 
 def test_what_was_not_listed_is_told_at_the_end_of_the_log() -> None:
     refusals = Refusals(0.0)
-    refusals.read(SEEN.encode() + flood(LINES + 3), 1.0)
+    refusals.read(SEEN.encode() + flood(MAX_LINES + 3), 1.0)
     assert refusals.end() == ["player.ann: 3 further refusals within 10 s were not listed"]
     assert refusals.end() == []
 
@@ -174,5 +174,5 @@ def test_bytes_may_come_in_any_pieces(cuts: list[int]) -> None:
 @given(st.binary(max_size=300))
 def test_no_bytes_break_it(data: bytes) -> None:
     refusals = Refusals(0.0)
-    for now in (0.0, WINDOW + 1.0):
+    for now in (0.0, REFUSAL_WINDOW + 1.0):
         assert all(isinstance(line, str) for line in refusals.read(data + b"\n", now))

@@ -12,8 +12,8 @@ import zenoh
 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, decode, encode
-from vrg.bus.configuration import LONGEST, client_settings
-from vrg.bus.flood import LIMIT
+from vrg.bus.configuration import MAX_MESSAGE_SIZE, client_settings
+from vrg.bus.flood import MAX_MESSAGE_RATE
 from vrg.bus.link import EVENTS_KEPT
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
@@ -77,10 +77,10 @@ def test_a_message_that_is_too_long_is_dropped_and_the_link_stays(endpoint: str)
         other.watch_raw("vrg/m/**", lambda _, payload: heard.append(len(payload)), history=False)
         assert one.wait_for_listener("vrg/m/x", Qos.EVENT, PATIENCE)
         raw = one._link.raw
-        for length in (1, LONGEST + 1, LONGEST // 2, 2):
+        for length in (1, MAX_MESSAGE_SIZE + 1, MAX_MESSAGE_SIZE // 2, 2):
             raw.put("vrg/m/x", bytes(length), congestion_control=zenoh.CongestionControl.BLOCK)
         wait(lambda: 2 in heard, "the last message")
-    assert heard == [1, LONGEST // 2, 2]
+    assert heard == [1, MAX_MESSAGE_SIZE // 2, 2]
 
 
 def test_a_message_goes_from_one_session_to_another(endpoint: str) -> None:
@@ -663,7 +663,7 @@ def test_of_a_flood_the_newest_state_counts_and_events_are_dropped(endpoint: str
         other.attach(receiver)
         for topic in (KEYS.clock, KEYS.referee_event):
             assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
-        number = 3 * LIMIT
+        number = 3 * MAX_MESSAGE_RATE
         for tick in range(number):
             sender.publish(KEYS.clock, m.Clock(time=tick * 0.02, tick=tick, epoch=0, rate=100.0, estop=False))
             sender.publish(KEYS.referee_event, call(tick))

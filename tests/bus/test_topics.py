@@ -4,7 +4,7 @@ import pytest
 
 from vrg.bus.topics import Keys, Qos, key_matches, name_in
 from vrg.errors import ConfigError
-from vrg.hal.sensors import message_of
+from vrg.hal.sensors import message_class
 from vrg.hal.sensors.laser import Laser
 
 
@@ -38,10 +38,10 @@ def test_key_expressions_match_as_in_zenoh(expression: str, key: str, expected: 
 
 def test_a_key_finds_its_topic() -> None:
     keys = Keys("m")
-    found = keys.topic_of("vrg/m/robot/r2/sensor/laser/front", message_of)
+    found = keys.topic_of("vrg/m/robot/r2/sensor/laser/front", message_class)
     assert found is not None
     assert found.type is Laser
-    assert keys.topic_of("vrg/m/robot/r2/sensor/nose/front", message_of) is None
+    assert keys.topic_of("vrg/m/robot/r2/sensor/nose/front", message_class) is None
     assert [keys.topic_of(f"vrg/m/robot/r2/{what}") for what in ("pose", "recover")] == [
         keys.robot_pose(),
         keys.recover(),

@@ -88,7 +88,7 @@ def test_what_is_no_message_is_counted_and_loses_nothing(link):
 
 
 def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
-    monkeypatch.setattr("vrg.bus.traffic.LIMIT", 3)
+    monkeypatch.setattr("vrg.bus.traffic.QUEUE_SIZE", 3)
     waiting = []
 
     class Bus:

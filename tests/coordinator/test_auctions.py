@@ -14,7 +14,7 @@ from vrg.bus.codec import Received, checked, decode, encode
 from vrg.bus.messages import Auction, Bid, RefereeState, Sighting, Stage
 from vrg.coordinator.auctions import auctioned, closed, lowest, opened, reopened
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, Offer, RuleBook, Verdict
+from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, Offer, RuleBook, Verdict
 from vrg.errors import MessageError
 from vrg.types import Pose
 
@@ -322,27 +322,27 @@ class Book(RuleBook[GameState]):
     def initial(self) -> GameState:
         return state(auction(opened=0.0))
 
-    def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
+    def obstacles_to_start(self, state: GameState, now: Observation) -> dict[str, str]:
         return {} if now.poses else {"ann": "is not in the world"}
 
-    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+    def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
         winner = state.auctions["rug"].winner
         return Verdict(state, [Call(rule="sold", text=f"to {winner} at {clock:.1f} s")] if winner else [])
 
-    def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
+    def next_round(self, state: GameState, now: Observation) -> Verdict[GameState]:
         return Verdict(state, winner="draw")
 
 
 HERE = {name: Pose(0.0, 0.0, 0.0) for name in ALL}
 
 
-def told(*offers: tuple[str, float | None]) -> Field:
-    return Field(HERE, offers=bids(*offers))
+def told(*offers: tuple[str, float | None]) -> Observation:
+    return Observation(HERE, offers=bids(*offers))
 
 
 def playing() -> Match:
     match = Match(Book())
-    match.step(0.1, Field(HERE), [])
+    match.step(0.1, Observation(HERE), [])
     assert match.stage is Stage.PLAY_ROUND
     return match
 
@@ -351,9 +351,9 @@ def test_in_play_a_match_takes_bids_in_and_its_rule_book_sees_who_has_won_in_the
     match = playing()
     match.step(0.1, told(("ann", 3.0), ("bob", 2.0)), [])
     assert match.game.auctions["rug"].bids == {"ann": 3.0, "bob": 2.0}
-    calls = [call.text for _ in range(4) for call in match.step(0.1, Field(HERE), []).calls]
+    calls = [call.text for _ in range(4) for call in match.step(0.1, Observation(HERE), []).calls]
     assert calls == ["to bob at 0.5 s"]
-    published = match.state(Field(HERE), estop=False)
+    published = match.state(Observation(HERE), estop=False)
     assert [a.winner for a in published.auctions] == ["bob"]
     assert published.auction("rug") is published.auctions[0]
     assert published.auction("vase") is None
@@ -361,7 +361,7 @@ def test_in_play_a_match_takes_bids_in_and_its_rule_book_sees_who_has_won_in_the
 
 def test_before_play_bids_are_not_taken_in() -> None:
     match = Match(Book())
-    match.step(0.1, Field({}, offers=bids(("ann", 3.0))), [])
+    match.step(0.1, Observation({}, offers=bids(("ann", 3.0))), [])
     match.step(0.1, told(("ann", 3.0)), [])
     assert match.stage is Stage.PLAY_ROUND, "it began with this tick"
     assert match.game.auctions["rug"].bids == {}
@@ -384,14 +384,14 @@ def test_a_match_that_goes_on_from_its_journal_knows_the_auction() -> None:
     again.resume()
     assert again.game == match.game
     for _ in range(5):
-        again.step(0.1, Field(HERE), [])
+        again.step(0.1, Observation(HERE), [])
     assert again.game.auctions["rug"].winner == "ann"
 
 
 def test_a_player_that_is_disqualified_does_not_win_by_what_it_bid_before() -> None:
     match = playing()
     match.step(0.1, told(("ann", 1.0), ("bob", 2.0)), [])
-    match.disqualify("ann", "it does not report", Field(HERE))
+    match.disqualify("ann", "it does not report", Observation(HERE))
     for _ in range(6):
-        match.step(0.1, Field(HERE), [])
+        match.step(0.1, Observation(HERE), [])
     assert match.game.auctions["rug"].winner != "ann"

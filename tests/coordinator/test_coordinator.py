@@ -15,10 +15,10 @@ from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
-from vrg.coordinator.attendance import PATIENCE
+from vrg.coordinator.attendance import ABSENCE_TIMEOUT
 from vrg.coordinator.coordinator import STALL_TICKS, Coordinator
 from vrg.coordinator.evidence import read_evidence
-from vrg.coordinator.journal import Header, Journal, read_journal
+from vrg.coordinator.journal import Journal, JournalHeader, read_journal
 from vrg.coordinator.judging import judge_again
 from vrg.coordinator.rulebook import Contestant
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
@@ -27,7 +27,7 @@ from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.types import STILL, Pose
 
 KEYS = Keys("m")
-HEADER = Header(match="m", game="sharks-and-minnows", seed=3)
+HEADER = JournalHeader(match="m", game="sharks-and-minnows", seed=3)
 
 
 class Table:
@@ -218,7 +218,7 @@ def test_a_player_that_is_gone_for_long_halts_the_match_if_it_is_to(tmp_path: Pa
     table = Table(tmp_path, disqualify=False)
     table.ticks(2)
     table.silent = {"m1"}
-    assert table.ticks(int(PATIENCE / 0.1) - 2).halted is None
+    assert table.ticks(int(ABSENCE_TIMEOUT / 0.1) - 2).halted is None
     assert table.ticks(5).halted == "m1 has not reported for 5 s"
 
 
@@ -235,7 +235,7 @@ def test_where_one_floods_and_nobody_else_reports_only_the_one_is_out(table: Tab
     table.mailbox.flooded = frozenset({KEYS.report("m1").key})
     table.tick()
     table.silent = set(table.places)
-    state = table.ticks(int(PATIENCE / 0.1) + 3)
+    state = table.ticks(int(ABSENCE_TIMEOUT / 0.1) + 3)
     assert state.halted == "no player reports"
     assert [c.text.split()[0] for c in table.calls if c.rule == "disqualified"] == ["m1"]
 
@@ -244,7 +244,7 @@ def test_a_player_that_is_gone_for_long_is_out_until_the_next_round_in_which_it_
     table.ticks(2)
     table.silent = {"m1"}
     assert "m1 is disqualified: it has not reported for 5 s" not in [c.text for c in table.calls]
-    state = table.ticks(int(PATIENCE / 0.1) + 3)
+    state = table.ticks(int(ABSENCE_TIMEOUT / 0.1) + 3)
     assert state.halted is None
     assert [c.text for c in table.calls][-1] == "m1 is disqualified: it has not reported for 5 s"
     out = state.player("m1")
@@ -280,7 +280,7 @@ def test_at_a_higher_rate_a_player_has_as_much_real_time(tmp_path: Path) -> None
     table = Table(tmp_path, rate=4.0)
     table.ticks(2)
     table.silent = {"m1"}
-    table.ticks(int(4 * PATIENCE / 0.1) - 5)
+    table.ticks(int(4 * ABSENCE_TIMEOUT / 0.1) - 5)
     assert "disqualified" not in table.rules()
     table.ticks(10)
     assert table.rules()[-1] == "disqualified"

@@ -9,19 +9,19 @@ from pathlib import Path
 import pytest
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.journal import Header, Journal, read_journal, read_standing
-from vrg.coordinator.match import Standing
+from vrg.coordinator.journal import Journal, JournalHeader, read_journal, read_standing
+from vrg.coordinator.match import Checkpoint
 from vrg.errors import JournalError
 
-HEADER = Header(match="m", game="g", seed=1)
+HEADER = JournalHeader(match="m", game="g", seed=1)
 
 
-def standing(clock: float = 0.0, **changed: object) -> Standing:
+def standing(clock: float = 0.0, **changed: object) -> Checkpoint:
     values: dict[str, object] = {
         "stage": Stage.PLAY_ROUND, "halted": None, "clock": clock, "total": clock, "in_stage": clock,
         "calls": 1, "winner": None, "game": {"round": 1},
     }  # fmt: skip
-    return Standing(**(values | changed))  # type: ignore[arg-type]
+    return Checkpoint(**(values | changed))  # type: ignore[arg-type]
 
 
 def call(number: int) -> Call:
@@ -112,7 +112,7 @@ def test_damage_before_the_last_line_is_told_with_its_line(path: Path) -> None:
 def test_the_journal_of_another_match_is_refused(path: Path) -> None:
     filled(path)
     with pytest.raises(JournalError, match="choose another run folder"):
-        Journal(path, Header(match="m", game="g", seed=2))
+        Journal(path, JournalHeader(match="m", game="g", seed=2))
 
 
 def test_a_second_writer_is_refused(path: Path) -> None:

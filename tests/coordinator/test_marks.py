@@ -8,21 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.coordinator.placing import assigned
-from vrg.coordinator.rulebook import MARK_REACH, Field, away, not_lined_up, on_marks
+from vrg.coordinator.rulebook import MARK_TOLERANCE, Observation, away, not_lined_up, on_marks
 from vrg.types import Pose
 
 MARKS = {"a": Pose(1.0, 2.0, 0.0), "b": Pose(5.0, 5.0, 1.0)}
 
 
 def test_who_stands_on_its_mark_is_lined_up_whatever_its_heading() -> None:
-    now = Field({"a": Pose(1.0, 2.0, 3.0), "b": Pose(5.1, 4.9, -1.0)})
+    now = Observation({"a": Pose(1.0, 2.0, 3.0), "b": Pose(5.1, 4.9, -1.0)})
     assert on_marks(MARKS, now) == {"a", "b"}
     assert not_lined_up(MARKS, now) == {}
 
 
 def test_the_reach_belongs_to_the_mark() -> None:
-    assert on_marks({"a": Pose(0, 0, 0)}, Field({"a": Pose(MARK_REACH, 0, 0)})) == {"a"}
-    assert on_marks({"a": Pose(0, 0, 0)}, Field({"a": Pose(math.nextafter(MARK_REACH, 1), 0, 0)})) == set()
+    assert on_marks({"a": Pose(0, 0, 0)}, Observation({"a": Pose(MARK_TOLERANCE, 0, 0)})) == {"a"}
+    assert on_marks({"a": Pose(0, 0, 0)}, Observation({"a": Pose(math.nextafter(MARK_TOLERANCE, 1), 0, 0)})) == set()
 
 
 @pytest.mark.parametrize(
@@ -36,11 +36,11 @@ def test_the_reach_belongs_to_the_mark() -> None:
 )
 def test_why_somebody_is_not_lined_up(pose: Pose | None, moving: bool, why: str) -> None:
     poses = {"b": MARKS["b"]} | ({} if pose is None else {"a": pose})
-    assert not_lined_up(MARKS, Field(poses, frozenset({"a"} if moving else set()))) == {"a": why}
+    assert not_lined_up(MARKS, Observation(poses, frozenset({"a"} if moving else set()))) == {"a": why}
 
 
 def test_who_has_no_mark_is_never_waited_for() -> None:
-    now = Field({"a": MARKS["a"], "b": MARKS["b"], "c": Pose(9, 9, 0)}, frozenset({"c"}))
+    now = Observation({"a": MARKS["a"], "b": MARKS["b"], "c": Pose(9, 9, 0)}, frozenset({"c"}))
     assert on_marks(MARKS, now) == {"a", "b"}
     assert not_lined_up(MARKS, now) == {}
     assert not_lined_up({}, now) == {}

@@ -10,8 +10,8 @@ from vrg.config.loading import load_match
 from vrg.config.rules import rulebook_of
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import PLACE_AGAIN, Match
-from vrg.coordinator.outcome import Outcome
-from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, RuleBook, Verdict
+from vrg.coordinator.outcome import Effects
+from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict
 from vrg.launch.result import ended_of
 from vrg.types import Pose
 from vrg.ui.banner import banners
@@ -34,10 +34,10 @@ class Book(RuleBook[GameState]):
     def marks(self, state: GameState) -> dict[str, Pose]:
         return {"a": Pose(0, 0, 0)}
 
-    def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
+    def obstacles_to_start(self, state: GameState, now: Observation) -> dict[str, str]:
         return {} if "a" in now.poses and now.poses["a"].x < 5 else {"a": "is not at home"}
 
-    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+    def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
         x = now.poses["a"].x
         if x < 0:
             return Verdict(state, [_call("foul")])
@@ -46,7 +46,7 @@ class Book(RuleBook[GameState]):
             return Verdict(state.with_points("team", points), [_call("goal")], round_over=points % 3 == 0)
         return Verdict(state)
 
-    def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
+    def next_round(self, state: GameState, now: Observation) -> Verdict[GameState]:
         if state.round == 2:
             return Verdict(state, winner="team" if state.points["team"] > 3 else "nature")
         return super().next_round(state, now)
@@ -56,8 +56,8 @@ def _call(rule: str) -> Call:
     return Call(rule=rule, text=rule, players=("a",), poses=(Pose(0, 0, 0),))
 
 
-def at(x: float) -> Field:
-    return Field({"a": Pose(x, 0, 0)})
+def at(x: float) -> Observation:
+    return Observation({"a": Pose(x, 0, 0)})
 
 
 def playing() -> Match:
@@ -71,7 +71,7 @@ def official(action: OfficialAction, subject: str | None = None, value: str | No
     return Official(action=action, by="ann", reason="because", subject=subject, value=value, id="7")
 
 
-def rules(outcome: Outcome) -> list[str]:
+def rules(outcome: Effects) -> list[str]:
     return [f.rule for f in outcome.calls]
 
 
@@ -95,7 +95,7 @@ def test_the_time_of_the_line_up_is_told_and_when_robots_are_placed_if_any_can_b
     for _ in range(40):
         match.step(0.1, at(7), [])
     assert match.waiting == ["the line-up (4 s of at most 60 s): a is not at home"]
-    match.step(0.1, Field({"a": Pose(7.0, 0.0, 0.0)}, physical=frozenset({"a"})), [])
+    match.step(0.1, Observation({"a": Pose(7.0, 0.0, 0.0)}, physical=frozenset({"a"})), [])
     assert match.waiting == ["the line-up (4 s): a is not at home"]
 
 
@@ -165,10 +165,10 @@ def test_what_moved_during_a_halt_is_not_swept() -> None:
     match.halt("x")
     match.step(0.1, at(1), [])
     decide(match, official(OfficialAction.RESUME), at(1), [])
-    seen: list[Field] = []
+    seen: list[Observation] = []
     book_judge = match._book.judge
 
-    def judge(state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+    def judge(state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
         seen.append(before)
         return book_judge(state, before, now, clock)
 
@@ -260,7 +260,7 @@ def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() ->
     class Stubborn(Book):
         lineup_limit = 5.0
 
-        def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
+        def obstacles_to_start(self, state: GameState, now: Observation) -> dict[str, str]:
             return {"a": "is 3.0 m from its mark"}
 
         def marks(self, state: GameState) -> dict[str, Pose]:
@@ -340,10 +340,10 @@ def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
 
 
 def test_who_is_pushed_is_judged_where_it_stood_until_it_is_free_again() -> None:
-    def field(x: float, *pushed: str) -> Field:
-        return Field({"a": Pose(x, 0.0, 0.0)}, pushed=frozenset(pushed))
+    def field(x: float, *pushed: str) -> Observation:
+        return Observation({"a": Pose(x, 0.0, 0.0)}, pushed=frozenset(pushed))
 
-    def called(match: Match, *fields: Field) -> list[str]:
+    def called(match: Match, *fields: Observation) -> list[str]:
         return [rule for now in fields for rule in rules(match.step(0.1, now, []))]
 
     match = playing()
@@ -360,15 +360,15 @@ def test_who_is_pushed_is_judged_where_it_stood_until_it_is_free_again() -> None
 
 
 def test_a_robot_that_cannot_have_driven_is_judged_where_it_is_and_not_on_a_way() -> None:
-    seen: list[Field] = []
+    seen: list[Observation] = []
 
     class Watching(Book):
-        def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+        def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
             seen.append(before)
             return Verdict(state)
 
-    def field(x: float, time: float) -> Field:
-        return Field({"a": Pose(x, 0.0, 0.0)}, time=time)
+    def field(x: float, time: float) -> Observation:
+        return Observation({"a": Pose(x, 0.0, 0.0)}, time=time)
 
     match = Match(Watching())  # its player drives at most 50 m/s
     match.step(0.1, field(0.0, 1.0), [])
@@ -381,7 +381,7 @@ def test_a_robot_that_cannot_have_driven_is_judged_where_it_is_and_not_on_a_way(
 
 def test_an_official_says_where_a_physical_robot_has_been_put() -> None:
     match = playing()
-    physical = Field({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
+    physical = Observation({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
     outcome = decide(match, official(OfficialAction.PLACE, "a", "1.5 -2 90"), physical, [])
     assert outcome.place == {}
     assert (outcome.placed["a"].x, outcome.by) == (1.5, "ann")
@@ -390,7 +390,7 @@ def test_an_official_says_where_a_physical_robot_has_been_put() -> None:
 
 def test_where_a_physical_robot_stands_is_not_told_to_a_player_that_is_away() -> None:
     """It would never hear it, and would drive on from a wrong place."""
-    physical = Field({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
+    physical = Observation({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
     outcome = decide(playing(), official(OfficialAction.PLACE, "a", "1.5 -2 90"), physical, [], silent=["a"])
     assert rules(outcome) == ["refused"]
     assert "a does not report" in outcome.calls[0].text
@@ -399,7 +399,7 @@ def test_where_a_physical_robot_stands_is_not_told_to_a_player_that_is_away() ->
 def test_a_physical_robot_stands_neither_outside_the_map_nor_in_a_wall() -> None:
     setup = load_match(Path("examples/mixed.toml"))
     match, name = Match(rulebook_of(setup)), setup.physical[0]
-    now = Field({player.name: player.pose for player in setup.players}, physical=frozenset(setup.physical))
+    now = Observation({player.name: player.pose for player in setup.players}, physical=frozenset(setup.physical))
     for value, why in (
         ("500 0 0", "expected a pose inside map courtyard"),
         ("20 -8.1 0", "is in a wall or obstacle"),
@@ -421,6 +421,6 @@ def test_a_physical_robot_that_is_late_may_be_driven_or_carried_and_its_official
     book = Book()
     book.lineup_limit = 1.0
     match = Match(book)
-    far = Field({"a": Pose(7, 0, 0)}, physical=frozenset({"a"}))
+    far = Observation({"a": Pose(7, 0, 0)}, physical=frozenset({"a"}))
     texts = [call.text for _ in range(20) for call in match.step(0.1, far, []).calls]
     assert "drive them there by hand, or carry each there, and an official confirms its place" in texts[0]

@@ -23,7 +23,7 @@ from vrg.coordinator.evidence import Exhibit, TickEvidence, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again, unproved
 from vrg.coordinator.proof import Case, Measure, Relation
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.games import game_of
 from vrg.launch.explaining import explain
 from vrg.launch.in_process import play
@@ -238,7 +238,7 @@ def test_a_number_holds_as_its_relation_says(relation: Relation, value: float, h
 def test_a_call_whose_number_is_wrong_is_told() -> None:
     call = Call(number=3, rule="tag", text="ann is tagged by bob", players=(), poses=(), clock=1.0)
     wrong = Measure("distance between ann and bob", 0.35, Relation.AT_MOST, 0.3)
-    case = Case(call, None, Field({}), Field({}, time=7.0))
+    case = Case(call, None, Observation({}), Observation({}, time=7.0))
     (found,) = unproved(lambda _book, _case: [wrong], None, [case])  # type: ignore[arg-type]
     assert found.time == 7.0
     assert "0.35 m (at most 0.30 m)" in found.what

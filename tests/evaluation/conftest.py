@@ -10,7 +10,7 @@ from vrg.config.loading import load_match
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import define
 from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import Pairing, Row
+from vrg.evaluation.games import GameRecord, Pairing
 from vrg.evaluation.running import Experiment
 from vrg.evaluation.series import Series
 from vrg.evaluation.workers import Workers
@@ -112,7 +112,7 @@ class Never:
         return False
 
 
-Play = Callable[..., list[Row]]
+Play = Callable[..., list[GameRecord]]
 
 
 @pytest.fixture
@@ -130,8 +130,8 @@ def play(match: Path) -> Play:
         limit: float = 3600.0,
         play_all: bool = True,
         stop: StopSignal | None = None,
-        told: Callable[[Row], None] = lambda _: None,
-    ) -> list[Row]:
+        told: Callable[[GameRecord], None] = lambda _: None,
+    ) -> list[GameRecord]:
         setup = load_match(match)
         found = contenders([target(match, name) for name in (first, second)])
         definition = define(setup, found, seed=seed, limit=limit)

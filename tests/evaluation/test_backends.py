@@ -30,8 +30,8 @@ from vrg.errors import LaunchError
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import code_of_vrg, define
 from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import FAILED, OVER, Game, Pairing, Played, Row
-from vrg.evaluation.ray_workers import LOCAL, RayWorkers, Task, _connected, packed, play, require_ray, unpack
+from vrg.evaluation.games import FAILED, OVER, GameRecord, Pairing, Played, ScheduledGame
+from vrg.evaluation.ray_workers import LOCAL, GameTask, RayWorkers, _connected, archive_of, play, require_ray, unpack
 from vrg.evaluation.running import Experiment
 from vrg.evaluation.series import Series
 from vrg.evaluation.workers import Workers
@@ -115,7 +115,7 @@ def bench(match: Path) -> Iterator[Bench]:
         yield Bench(match, stack)
 
 
-def game_of(experiment: Experiment, number: int) -> tuple[Game, MatchSetup]:
+def game_of(experiment: Experiment, number: int) -> tuple[ScheduledGame, MatchSetup]:
     [pairing] = experiment.series
     game = experiment.folder.definition.game_of(pairing, number)
     return game, load_match(experiment.folder.match_file(game))
@@ -128,9 +128,9 @@ def play_one(backend: Workers, experiment: Experiment, number: int) -> Played:
     return ended(backend)[0][1]
 
 
-def ended(backend: Workers) -> list[tuple[Game, Played]]:
+def ended(backend: Workers) -> list[tuple[ScheduledGame, Played]]:
     """Wait for games to end."""
-    found: list[tuple[Game, Played]] = []
+    found: list[tuple[ScheduledGame, Played]] = []
     deadline = time.monotonic() + PATIENCE
     while not found:
         assert time.monotonic() < deadline, "no game has ended"
@@ -140,7 +140,7 @@ def ended(backend: Workers) -> list[tuple[Game, Played]]:
 
 @pytest.mark.parametrize("kind", CLUSTERS)
 def test_a_cluster_gives_the_same_results_as_this_computer(bench: Bench, kind: str) -> None:
-    rows: dict[str, list[Row]] = {}
+    rows: dict[str, list[GameRecord]] = {}
     for name in ("here", kind):
         experiment = bench.experiment("sharks-and-minnows", "Remembers", name, pairs=2)
         workers = bench.workers("processes" if name == "here" else kind, experiment)
@@ -242,10 +242,10 @@ class Killer:
     """
 
     def __init__(self, workers: RayWorkers) -> None:
-        self.submitted: list[Task] = []
+        self.submitted: list[GameTask] = []
         start = workers._play.remote
 
-        def counted(task: Task, match: object) -> object:
+        def counted(task: GameTask, match: object) -> object:
             self.submitted.append(task)
             return start(task, match)
 
@@ -290,7 +290,7 @@ def test_a_game_of_which_too_many_workers_die_has_failed_and_the_next_one_is_pla
     experiment = bench.experiment("sharks-and-minnows", "Ahead")
     with bench.workers("fake ray", experiment, jobs=1) as workers:
         workers.start(*game_of(experiment, 0), 3600.0)
-        found: list[tuple[Game, Played]] = []
+        found: list[tuple[ScheduledGame, Played]] = []
         while not found:
             fake_ray.started[-1].process.kill()
             found += workers.finished(0.1)
@@ -310,7 +310,7 @@ def test_a_worker_with_another_release_is_told_and_nothing_is_counted(bench: Ben
 
 
 def test_a_match_that_cannot_be_read_there_is_told(tmp_path: Path) -> None:
-    task = Task(name="x", seed=0, limit=1.0, code=code_of_vrg())
+    task = GameTask(name="x", seed=0, limit=1.0, code=code_of_vrg())
     with pytest.raises(LaunchError, match="expected packed files"):
         play(task, b"nonsense")
 
@@ -323,7 +323,7 @@ def test_folders_travel_unchanged(files: dict[str, bytes]) -> None:
         for name, content in files.items():
             (source / name).parent.mkdir(parents=True, exist_ok=True)
             (source / name).write_bytes(content)
-        unpack(packed(source), copy)
+        unpack(archive_of(source), copy)
         found = {p.relative_to(copy).as_posix(): p.read_bytes() for p in copy.rglob("*") if p.is_file()}
         assert found == files
 

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.evaluation.evidence import STAKES, Evidence
+from vrg.evaluation.evidence import STAKES, ShareEstimate
 
 VALUES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 PAIRS = st.lists(st.sampled_from(VALUES.tolist()), min_size=1, max_size=80)
 
 
-def evidence_of(pairs: list[float], confidence: float = 0.95) -> Evidence:
-    evidence = Evidence(confidence)
+def evidence_of(pairs: list[float], confidence: float = 0.95) -> ShareEstimate:
+    evidence = ShareEstimate(confidence)
     for value in pairs:
         evidence.add(value)
     return evidence
@@ -61,13 +61,13 @@ def test_more_confidence_needs_a_wider_interval(pairs: list[float]) -> None:
 
 
 def test_without_a_pair_nothing_is_known() -> None:
-    assert Evidence(0.95).share is None
-    assert Evidence(0.95).interval() == (0.0, 1.0)
+    assert ShareEstimate(0.95).share is None
+    assert ShareEstimate(0.95).interval() == (0.0, 1.0)
 
 
 def test_nothing_but_a_mean_of_points_is_taken() -> None:
     with pytest.raises(ValueError, match="from 0 to 1"):
-        Evidence(0.95).add(1.5)
+        ShareEstimate(0.95).add(1.5)
 
 
 def test_always_winning_is_proved_after_eight_pairs() -> None:

@@ -8,7 +8,7 @@ from msgspec import structs
 
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
-from vrg.evaluation.games import BROKEN_OFF, INVALID, OVER, Game, Pairing, Played, Row
+from vrg.evaluation.games import BROKEN_OFF, INVALID, OVER, GameRecord, Pairing, Played, ScheduledGame
 from vrg.evaluation.playing import judged, played
 from vrg.evaluation.report import irregular
 from vrg.games import game_of
@@ -83,8 +83,8 @@ def test_a_game_whose_record_was_altered_is_not_valid(
 
 
 def test_the_report_names_games_that_are_not_valid_and_who_has_lost_them() -> None:
-    game = Game(pairing=Pairing("Ann", "Bob"), number=0, seed=7, first_team="sharks", second_team="minnows")
-    lost = Row(game=game, played=Played(ended=INVALID, problem="12.0 s: so", winner="minnows"), teams={})
+    game = ScheduledGame(pairing=Pairing("Ann", "Bob"), number=0, seed=7, first_team="sharks", second_team="minnows")
+    lost = GameRecord(game=game, played=Played(ended=INVALID, problem="12.0 s: so", winner="minnows"), teams={})
     assert (lost.points, lost.winner) == (0.0, "Bob")
     unknown = structs.replace(lost, played=structs.replace(lost.played, winner=None))
     assert unknown.points == 0.5

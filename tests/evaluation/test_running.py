@@ -15,11 +15,11 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.evaluation.contenders import check, contenders
 from vrg.evaluation.experiment import Definition, define
 from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import BROKEN_OFF, OVER, Row
+from vrg.evaluation.games import BROKEN_OFF, OVER, GameRecord
 from vrg.evaluation.playing import counted
 
 
-def timeless(rows: list[Row]) -> list[Row]:
+def timeless(rows: list[GameRecord]) -> list[GameRecord]:
     """The same without the real time that each game took."""
     return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0)) for row in rows]
 
@@ -53,10 +53,10 @@ def test_an_interrupted_comparison_goes_on_where_it_stopped(play: Play, tmp_path
     record = tmp_path / "out" / "games.jsonl"
     with record.open("a") as file:
         file.write('{"game": {"pai')  # a line that was torn
-    told: list[Row] = []
+    told: list[GameRecord] = []
     assert timeless(play("sharks-and-minnows", "Ahead", told=told.append)) == whole
     assert len(told) == 3
-    again: list[Row] = []
+    again: list[GameRecord] = []
     assert timeless(play("sharks-and-minnows", "Ahead", told=again.append)) == whole
     assert again == []
     assert len(record.read_text().splitlines()) == 4

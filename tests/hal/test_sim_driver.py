@@ -7,7 +7,7 @@ import pytest
 from tests.hal.world_bench import SimBench
 from vrg.errors import RobotError
 from vrg.hal.sensors.laser import Laser
-from vrg.testing.driver import AHEAD, DriverContract, armed
+from vrg.testing.driver import FORWARD, DriverContract, armed
 
 
 class TestPlanar(DriverContract):
@@ -28,13 +28,13 @@ class TestPlanar(DriverContract):
 
     def test_an_emergency_stop_that_came_and_went_unseen_disarms_it_too(self, bench: SimBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         bench.node.world.engage(True)
         bench.node.world.engage(False)
         with pytest.raises(RobotError, match="arm"):
-            bench.run(AHEAD, 2.0)
+            bench.run(FORWARD, 2.0)
         bench.driver.arm()  # in the very tick in which it found itself disarmed
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         assert bench.driver.read().armed
         assert bench.speed > 0.1
 

@@ -15,7 +15,7 @@ from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
 from vrg.launch import bounds
 from vrg.launch.bounds import (
-    FLOOD,
+    OUTPUT_LIMIT,
     OUTPUT_WINDOW,
     Bounded,
     BoundedOutput,
@@ -24,7 +24,7 @@ from vrg.launch.bounds import (
     MemoryBound,
     printing_to,
 )
-from vrg.launch.process_log import FLOOD_WINDOW, LONGEST, ProcessLog
+from vrg.launch.process_log import FLOOD_WINDOW, MAX_LOG_SIZE, ProcessLog
 
 
 class TestOutput:
@@ -39,17 +39,17 @@ class TestOutput:
         stream = io.StringIO()
         with pytest.raises(OutputFloodError, match="more than 2 MB within 10 s"):
             _print_for_ever(BoundedOutput(stream))
-        assert len(stream.getvalue()) <= FLOOD
+        assert len(stream.getvalue()) <= OUTPUT_LIMIT
 
     def test_lines_that_are_written_together_count(self) -> None:
         with pytest.raises(OutputFloodError):
-            BoundedOutput(io.StringIO()).writelines(["x" * 1000] * (FLOOD // 1000 + 1))
+            BoundedOutput(io.StringIO()).writelines(["x" * 1000] * (OUTPUT_LIMIT // 1000 + 1))
 
     def test_a_little_now_and_then_is_none(self) -> None:
         now = 0.0
         output = BoundedOutput(io.StringIO(), lambda: now)
         for _ in range(20):
-            output.write("x" * (FLOOD // 2))
+            output.write("x" * (OUTPUT_LIMIT // 2))
             now += OUTPUT_WINDOW / 2 + 1.0
 
 
@@ -57,7 +57,7 @@ class TestLog:
     def test_one_that_is_too_long_begins_anew_and_its_end_is_kept(self, tmp_path: Path) -> None:
         log = ProcessLog(tmp_path / "ann.log")
         with log.open() as file:
-            file.write(b"old" * LONGEST + b"\nlast line\n")
+            file.write(b"old" * MAX_LOG_SIZE + b"\nlast line\n")
             file.flush()
             log.grow(0.0)
             assert log.size == 0
@@ -65,7 +65,7 @@ class TestLog:
         assert log.path.read_bytes() == b"new line\n"
         kept = (tmp_path / "ann.log.1").read_bytes()
         assert kept.endswith(b"last line\n")
-        assert len(kept) == LONGEST
+        assert len(kept) == MAX_LOG_SIZE
 
     def test_what_was_written_is_counted_over_a_while(self, tmp_path: Path) -> None:
         log = ProcessLog(tmp_path / "ann.log")

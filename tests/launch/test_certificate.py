@@ -21,14 +21,14 @@ from vrg.bus.topics import Topic
 from vrg.commands.stops import rows
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.launch.certificate import Certificate, certificate_of, data_of, sentence
-from vrg.launch.events import Event, EventLog, What
+from vrg.launch.certificate import Certificate, certificate_of, data_of, summary_line
+from vrg.launch.events import Event, EventKind, EventLog
 from vrg.launch.in_process import play
 from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.result import write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.recording import reader
-from vrg.recording.stops import Incident, Kind, Motion, Outcome, Rest, Stop
+from vrg.recording.stops import Incident, IncidentKind, Rest, RobotStop, StopOutcome, Trajectory
 
 TICK = 0.02
 
@@ -106,7 +106,7 @@ def test_a_match_in_one_process_is_certified_from_its_journal_and_its_recording(
     assert len(minnows) == 6
     for stop in minnows:
         began = certificate.incidents[stop.incident].time
-        assert stop.outcome is Outcome.STOPPED
+        assert stop.outcome is StopOutcome.STOPPED
         assert began + stop.seconds == pytest.approx(eve.stood(stop.robot, began), abs=1e-6), "to the tick"
         places = [next(b for b in p.bodies if b.name == stop.robot).pose for t, p in eve.seen
                   if began - 1e-6 <= t <= began + stop.seconds + 1e-6]  # fmt: skip
@@ -114,7 +114,7 @@ def test_a_match_in_one_process_is_certified_from_its_journal_and_its_recording(
         assert stop.distance == pytest.approx(rolled, abs=0.02)
         assert stop.resolution <= 0.1 + TICK + 1e-6
     assert [note.split(",")[0] for note in certificate.notes] == ["There is no events.jsonl"]
-    assert sentence(certificate).startswith("worst stop: ")
+    assert summary_line(certificate).startswith("worst stop: ")
 
 
 def test_the_result_holds_the_certificate(run: tuple[RunFolder, MatchSetup, Official_]) -> None:
@@ -145,7 +145,7 @@ def test_the_command_prints_a_table_whose_last_line_names_the_worst(
 ) -> None:
     folder, setup, _ = run
     said = vrg("run", "stops", str(folder.path))
-    assert said.strip().splitlines()[-1] == sentence(certificate_of(setup, folder))
+    assert said.strip().splitlines()[-1] == summary_line(certificate_of(setup, folder))
     assert all(words in said for words in ("called by eve", "a dog", "ann", "bob", "cid"))
     assert json.loads(vrg("run", "stops", str(folder.path), "--json")) == json.loads(
         json.dumps(data_of(certificate_of(setup, folder)))
@@ -156,20 +156,20 @@ def test_a_match_in_which_nothing_happened_has_nothing_to_tell(tmp_path: Path) -
     folder, setup, _ = played(tmp_path, "", until=2.0)
     certificate = certificate_of(setup, folder)
     assert (certificate.incidents, certificate.stops, certificate.worst) == ([], [], None)
-    assert sentence(certificate) == ""
+    assert summary_line(certificate) == ""
     assert "No HALT, no emergency stop, no death of a process and no lost machine" in vrg(
         "run", "stops", str(folder.path)
     )
 
 
 def test_a_robot_that_moved_again_is_in_the_table_and_in_the_last_line() -> None:
-    estop = Incident(Kind.ESTOP, "emergency stop by eve", 5.0, 12.0)
+    estop = Incident(IncidentKind.ESTOP, "emergency stop by eve", 5.0, 12.0)
     stops = [
-        Stop(0, "ann", Outcome.STOPPED, 7.0, 0.1, 0.6, TICK),
-        Stop(0, "bob", Outcome.MOVED_AGAIN, 6.5, 4.6, 0.0, TICK, again=0.4),
+        RobotStop(0, "ann", StopOutcome.STOPPED, 7.0, 0.1, 0.6, TICK),
+        RobotStop(0, "bob", StopOutcome.MOVED_AGAIN, 6.5, 4.6, 0.0, TICK, again=0.4),
     ]
     certificate = Certificate([estop], stops, 1.0)
-    assert sentence(certificate) == "worst stop: bob moved again 0.40 s after the emergency stop: 4.60 m in 6.50 s"
+    assert summary_line(certificate) == "worst stop: bob moved again 0.40 s after the emergency stop: 4.60 m in 6.50 s"
     assert [row[2:5] for row in rows(certificate)] == [
         ("ann", "7.00 ± 0.02", "0.100"),
         ("bob", "moved again after 0.40 (6.50)", "4.600"),
@@ -181,9 +181,9 @@ def test_without_a_recording_the_incidents_are_told_and_that_no_stop_is_known(tm
     folder, setup, _ = played(tmp_path, "halt@2", record=False, until=3.0)
     certificate = certificate_of(setup, folder)
     assert len(certificate.incidents) == 1
-    assert {stop.outcome for stop in certificate.stops} == {Outcome.UNKNOWN}
+    assert {stop.outcome for stop in certificate.stops} == {StopOutcome.UNKNOWN}
     assert any("--no-record" in note for note in certificate.notes)
-    assert sentence(certificate) == "no stop is known: the robots were not recorded"
+    assert summary_line(certificate) == "no stop is known: the robots were not recorded"
     assert "is not known" in vrg("run", "stops", str(folder.path))
 
 
@@ -195,7 +195,7 @@ def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(tmp_path: Path)
     torn = certificate_of(setup, folder)
     first = [[stop for stop in c.stops if stop.incident == 0] for c in (whole, torn)]
     assert first[0] == first[1]
-    assert {stop.outcome for stop in torn.stops if stop.incident == 1} <= {Outcome.UNKNOWN, Outcome.CUT}
+    assert {stop.outcome for stop in torn.stops if stop.incident == 1} <= {StopOutcome.UNKNOWN, StopOutcome.CUT}
     folder.recording.write_bytes(b"no recording at all, but long enough")
     assert any("cannot be read" in note for note in certificate_of(setup, folder).notes)
     folder.recording.write_bytes(b"")
@@ -212,22 +212,22 @@ def test_without_a_journal_no_halt_is_known(tmp_path: Path) -> None:
 
 def test_a_launcher_that_was_killed_is_told(tmp_path: Path) -> None:
     folder, setup, _ = played(tmp_path, "", until=2.0)
-    EventLog(folder.events).write(Event(what=What.BEGAN, monotonic=0.0, time=0.0))
+    EventLog(folder.events).write(Event(what=EventKind.BEGAN, monotonic=0.0, time=0.0))
     certificate = certificate_of(setup, folder)
     [incident] = certificate.incidents
     assert incident.process == "vrg play"
     assert any("did not end by itself" in note for note in certificate.notes)
     assert certificate.resolution < incident.resolution, "how late it was noticed is told by itself"
-    assert "vrg play" in sentence(certificate)
+    assert "vrg play" in summary_line(certificate)
 
 
 def test_robots_that_were_not_seen_to_stand_are_named_before_the_worst_stop(tmp_path: Path) -> None:
     folder, setup, _ = played(tmp_path, "halt@3", until=5.0)
     certificate = certificate_of(setup, folder)
-    known = sentence(certificate)
-    cut = Stop(0, "ghost", Outcome.CUT)
+    known = summary_line(certificate)
+    cut = RobotStop(0, "ghost", StopOutcome.CUT)
     more = replace(certificate, stops=[*certificate.stops, cut])
-    assert sentence(more) == f"not seen to stand before the recording ended: ghost; {known}"
+    assert summary_line(more) == f"not seen to stand before the recording ended: ghost; {known}"
 
 
 def stop_in_a_dead_world(
@@ -237,7 +237,7 @@ def stop_in_a_dead_world(
     *,
     at: float = 2.0,
     back: float | None = None,
-) -> tuple[Stop, Motion]:
+) -> tuple[RobotStop, Trajectory]:
     """How ann, a physical robot, stopped when the world died at a match time, and how it was recorded before.
 
     Args:
@@ -248,18 +248,20 @@ def stop_in_a_dead_world(
     run, setup, _ = played(folder, "", until=at + TICK)
     ann = reader.read_motions(run.recordings())["ann"]
     log = EventLog(run.events)
-    log.write(Event(what=What.BEGAN, monotonic=50.0))
+    log.write(Event(what=EventKind.BEGAN, monotonic=50.0))
     for after, rolled, v in measured:
         y = ann.y[-1] - rolled
-        log.write(Event(what=What.MEASURED, process="ann", monotonic=100.0 + after, time=at, x=ann.x[-1], y=y, v=v))
-    log.write(Event(what=What.DIED, process="world", monotonic=100.4, time=at, clock=100.0, newest={"world": at}))
-    log.write(Event(what=What.STEPPED_BACK, process="world", monotonic=102.0, time=at if back is None else back))
-    log.write(Event(what=What.ENDED, monotonic=103.0, time=at))
+        log.write(
+            Event(what=EventKind.MEASURED, process="ann", monotonic=100.0 + after, time=at, x=ann.x[-1], y=y, v=v)
+        )
+    log.write(Event(what=EventKind.DIED, process="world", monotonic=100.4, time=at, clock=100.0, newest={"world": at}))
+    log.write(Event(what=EventKind.STEPPED_BACK, process="world", monotonic=102.0, time=at if back is None else back))
+    log.write(Event(what=EventKind.ENDED, monotonic=103.0, time=at))
     virtual = certificate_of(setup, run)
     assert [stop.real for stop in virtual.stops] == [False] * 4, "virtual robots stand because the world stands"
     read, since = reader.read_motions, at if back is None else back
 
-    def as_recorded(path: Sequence[Path]) -> dict[str, Motion]:
+    def as_recorded(path: Sequence[Path]) -> dict[str, Trajectory]:
         """The next world has begun with every robot at rest."""
         motions = read(path)
         v = [v if t < since - TICK / 2 else 0.0 for t, v in zip(ann.times, ann.v, strict=True)]
@@ -280,7 +282,7 @@ def test_a_physical_robot_rolls_on_in_real_time_while_the_world_is_dead(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS))
-    assert (stop.real, stop.outcome) == (True, Outcome.STOPPED)
+    assert (stop.real, stop.outcome) == (True, StopOutcome.STOPPED)
     assert stop.seconds == pytest.approx(0.3)
     assert stop.distance == pytest.approx(0.12, abs=0.02)
     assert stop.resolution == pytest.approx(0.1)
@@ -289,7 +291,7 @@ def test_a_physical_robot_rolls_on_in_real_time_while_the_world_is_dead(
 
 def test_a_physical_robot_that_was_heard_of_late_stood_by_then(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, ((0.45, 0.1, 0.0), (0.55, 0.1, 0.0), (0.66, 0.1, 0.0)))
-    assert (stop.outcome, stop.seconds) == (Outcome.STOPPED, pytest.approx(0.45))
+    assert (stop.outcome, stop.seconds) == (StopOutcome.STOPPED, pytest.approx(0.45))
     assert stop.resolution == pytest.approx(0.45)
 
 
@@ -309,14 +311,14 @@ def test_a_physical_robot_whose_speed_is_zero_for_a_moment_does_not_stand(
     moment = ((0.25, 0.11, 0.0), (0.28, 0.12, 0.4), (0.32, 0.13, 0.4))
     stands = ((0.6, 0.2, 0.0), (0.7, 0.2, 0.0), (0.8, 0.2, 0.0))
     stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *moment, *stands))
-    assert (stop.outcome, stop.seconds) == (Outcome.STOPPED, pytest.approx(0.6))
+    assert (stop.outcome, stop.seconds) == (StopOutcome.STOPPED, pytest.approx(0.6))
 
 
 def test_a_physical_robot_that_was_measured_at_rest_only_once_is_not_known_to_stand(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS[:1]))
-    assert (stop.outcome, stop.seconds) == (Outcome.CUT, pytest.approx(0.3))
+    assert (stop.outcome, stop.seconds) == (StopOutcome.CUT, pytest.approx(0.3))
 
 
 def test_a_physical_robot_that_rolls_on_in_a_dead_world_after_it_stood_is_told(
@@ -324,7 +326,7 @@ def test_a_physical_robot_that_rolls_on_in_a_dead_world_after_it_stood_is_told(
 ) -> None:
     on = ((1.0, 0.12, 0.5), (1.1, 0.2, 0.5))
     stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS, *on))
-    assert (stop.outcome, stop.real) == (Outcome.MOVED_AGAIN, True)
+    assert (stop.outcome, stop.real) == (StopOutcome.MOVED_AGAIN, True)
     assert stop.again == pytest.approx(1.0)
     assert stop.distance == pytest.approx(0.2, abs=0.02)
 
@@ -333,4 +335,4 @@ def test_a_physical_robot_that_stood_when_the_world_died_stood_already(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, ((0.12, 0.0, 0.0),), at=0.1)
-    assert (stop.outcome, stop.real) == (Outcome.STOOD, True)
+    assert (stop.outcome, stop.real) == (StopOutcome.STOOD, True)

@@ -3,23 +3,23 @@
 import numpy as np
 
 from vrg.coordinator.evidence import Exhibit, Looked, TickEvidence
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.launch.crosscheck import cross_check
-from vrg.recording.reader import Track
+from vrg.recording.reader import RobotPoses
 from vrg.types import Pose
 
 TIMES = np.arange(100) * 0.02
 """A recording of 2 s. The referee looks at each fifth instant."""
 
 
-def track(name: str, x: float = 1.0) -> Track:
+def track(name: str, x: float = 1.0) -> RobotPoses:
     still = np.zeros(len(TIMES))
     words = [""] * len(TIMES)
-    return Track(name, False, TIMES, still + x, still, still, words, words, still.astype(int), still == 0.0)
+    return RobotPoses(name, False, TIMES, still + x, still, still, words, words, still.astype(int), still == 0.0)
 
 
 def seen(time: float, **xs: float) -> Exhibit:
-    field = Field({name: Pose(x, 0.0, 0.0) for name, x in xs.items()}, time=time)
+    field = Observation({name: Pose(x, 0.0, 0.0) for name, x in xs.items()}, time=time)
     return Exhibit(TickEvidence(after=0, time=time, field=field, entries=[Looked(0.1, [])]), "", genuine=True)
 
 

@@ -12,16 +12,16 @@ from hypothesis import strategies as st
 from vrg.bus.codec import Received, encode
 from vrg.bus.messages import Clock, Estop, EstopRelease, MeasuredPose, Message, Report
 from vrg.bus.topics import Keys, Topic, key_matches
-from vrg.launch.events import Event, EventLog, What, read_events
+from vrg.launch.events import Event, EventKind, EventLog, read_events
 from vrg.launch.listening import LATCHES, Listening
-from vrg.recording.stops import HOLD
+from vrg.recording.stops import REST_TIME
 from vrg.types import Pose, Twist
 
 KEYS = Keys("test")
 
 events = st.builds(
     Event,
-    what=st.sampled_from(What),
+    what=st.sampled_from(EventKind),
     monotonic=st.floats(0, 1e9),
     time=st.none() | st.floats(0, 1e8),
     process=st.none() | st.text(min_size=1),
@@ -45,7 +45,7 @@ def test_what_is_written_is_read_back(tmp_path_factory: pytest.TempPathFactory, 
 def test_a_last_line_that_is_torn_loses_nothing_else(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     path = tmp_path / "events.jsonl"
     log = EventLog(path)
-    event = Event(what=What.DIED, monotonic=1.0, process="ann", status=-9)
+    event = Event(what=EventKind.DIED, monotonic=1.0, process="ann", status=-9)
     log.write(event)
     log.write(event)
     path.write_bytes(path.read_bytes()[:-10])
@@ -58,7 +58,7 @@ def test_a_log_that_cannot_be_written_is_told_once_and_disturbs_nobody(
 ) -> None:
     log = EventLog(tmp_path / "missing" / "events.jsonl")
     for _ in range(3):
-        log.write(Event(what=What.BEGAN, monotonic=0.0))
+        log.write(Event(what=EventKind.BEGAN, monotonic=0.0))
     assert caplog.text.count("cannot be written") == 1
 
 
@@ -123,9 +123,9 @@ def test_an_event_has_the_match_time_and_that_of_each_senders_newest_message(ben
     bench.now = 100.25
     bench.clock(4.26)
     bench.now = 100.3
-    bench.listening.note(What.DIED, "ann", "was killed by signal 9", status=-9)
+    bench.listening.note(EventKind.DIED, "ann", "was killed by signal 9", status=-9)
     [event] = bench.events()
-    assert (event.what, event.process, event.status, event.time) == (What.DIED, "ann", -9, 4.26)
+    assert (event.what, event.process, event.status, event.time) == (EventKind.DIED, "ann", -9, 4.26)
     assert (event.monotonic, event.clock) == (100.3, 100.25)
     assert event.newest == {"ann": 3.9, "world": 4.26}
 
@@ -138,7 +138,7 @@ def test_an_emergency_stop_has_the_match_time_from_which_the_world_has_latched_i
     bench.clock(4.1)
     bench.clock(4.2, estop=True)
     [event] = bench.events()
-    assert (event.what, event.time, event.monotonic) == (What.ESTOP, 4.2, 100.0)
+    assert (event.what, event.time, event.monotonic) == (EventKind.ESTOP, 4.2, 100.0)
 
 
 def test_an_emergency_stop_that_no_world_latches_has_the_time_of_its_order(bench: Bench) -> None:
@@ -158,8 +158,8 @@ def test_an_emergency_stop_has_the_time_of_its_arrival_not_of_the_look(bench: Be
     bench.clock(4.04)
     bench.session.say(KEYS.estop_release, EstopRelease(by="ann"), 0.0, 1)
     first, second = bench.events()
-    assert (first.what, first.text, first.time, first.monotonic) == (What.ESTOP, "by ann: a dog", 4.0, 100.01)
-    assert second.what is What.RELEASE
+    assert (first.what, first.text, first.time, first.monotonic) == (EventKind.ESTOP, "by ann: a dog", 4.0, 100.01)
+    assert second.what is EventKind.RELEASE
 
 
 def test_what_comes_while_the_launcher_looks_keeps_its_own_time_and_its_place_among_the_others(bench: Bench) -> None:
@@ -171,8 +171,8 @@ def test_what_comes_while_the_launcher_looks_keeps_its_own_time_and_its_place_am
     bench.clock(4.5)
     bench.session.say(KEYS.estop_release, EstopRelease(by="eve"), 0.0, 0)
     assert [(event.what, event.time, event.monotonic) for event in bench.events()] == [
-        (What.ESTOP, 4.0, 100.02),
-        (What.RELEASE, 4.5, 100.5),
+        (EventKind.ESTOP, 4.0, 100.02),
+        (EventKind.RELEASE, 4.5, 100.5),
     ]
 
 
@@ -184,7 +184,7 @@ def test_of_a_flood_of_orders_only_those_are_logged_that_change_something(bench:
         bench.session.say(KEYS.estop_release, EstopRelease(by="eve"), 0.0, number)
     bench.session.say(KEYS.estop, Estop(by="bob"), 0.0, 0)
     first, release, second = bench.events()
-    assert (first.what, release.what, second.what) == (What.ESTOP, What.RELEASE, What.ESTOP)
+    assert (first.what, release.what, second.what) == (EventKind.ESTOP, EventKind.RELEASE, EventKind.ESTOP)
     assert release.text == "by eve (1999 more orders to engage it changed nothing)"
     assert second.text == "by bob"
 
@@ -201,12 +201,12 @@ def test_an_order_is_logged_after_a_release_that_was_not_heard(bench: Bench) -> 
 def test_a_world_that_steps_back_is_logged_and_who_waits_for_its_clock_is_told(bench: Bench) -> None:
     bench.clock(4.0)
     bench.listening.look()
-    bench.listening.note_at_next_clock(What.READY, "router")
+    bench.listening.note_at_next_clock(EventKind.READY, "router")
     assert bench.path.exists() is False
     bench.clock(3.9)
     back, ready = bench.events()
-    assert (back.what, back.process, back.time) == (What.STEPPED_BACK, "world", 3.9)
-    assert (ready.what, ready.process, ready.time) == (What.READY, "router", 3.9)
+    assert (back.what, back.process, back.time) == (EventKind.STEPPED_BACK, "world", 3.9)
+    assert (ready.what, ready.process, ready.time) == (EventKind.READY, "router", 3.9)
 
 
 class Physical:
@@ -224,7 +224,7 @@ class Physical:
 
     def logged(self) -> list[tuple[float, float]]:
         """(the real time since the clock, s; the speed, m/s) of each pose in the log."""
-        found = [event for event in self._bench.events() if event.what is What.MEASURED]
+        found = [event for event in self._bench.events() if event.what is EventKind.MEASURED]
         return [(round(event.monotonic - 100.0, 2), event.v) for event in found]
 
 
@@ -235,7 +235,7 @@ def test_physical_robots_are_logged_while_match_time_stands_until_they_have_stoo
     logged = robot.logged()
     assert logged[:3] == [(0.12, 0.8), (0.14, 0.8), (0.16, 0.0)]
     begin, end = logged[2][0], logged[-1][0]
-    assert HOLD <= end - begin <= HOLD + 0.04
+    assert REST_TIME <= end - begin <= REST_TIME + 0.04
     assert {v for _, v in logged[2:]} == {0.0}
 
 
@@ -270,7 +270,7 @@ def test_a_robot_that_is_measured_very_often_or_moves_for_ever_fills_no_disk(ben
 def test_what_is_no_message_is_passed_over(bench: Bench, payload: bytes) -> None:
     for topic in (KEYS.clock, KEYS.report("ann"), KEYS.robot_pose("ann"), KEYS.referee_state):
         bench.session.say_raw(topic.key, payload)
-    bench.listening.note(What.ENDED)
+    bench.listening.note(EventKind.ENDED)
     last = bench.events()[-1]
     assert last.time is None
     assert "world" not in last.newest

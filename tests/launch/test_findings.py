@@ -19,7 +19,9 @@ def test_whether_players_can_be_sealed_is_asked_where_they_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lacking: str | None
 ) -> None:
     monkeypatch.setattr(findings, "missing", lambda: lacking)
-    (tmp_path / "bob.py").write_text("from vrg.agents import Strategy\nclass Bob(Strategy):\n    def act(self, view):\n        return None\n")
+    (tmp_path / "bob.py").write_text(
+        "from vrg.agents import Strategy\nclass Bob(Strategy):\n    def act(self, view):\n        return None\n"
+    )
     setup = load(tmp_path, MACHINES, bob='machine = "lab2"\nstrategy = "bob.py:Bob"')
     here = {finding.what: finding for finding in examine(setup, tmp_path / "match.toml", "here")}
     there = {finding.what: finding for finding in examine(setup, tmp_path / "match.toml", "lab2")}

@@ -14,7 +14,7 @@ import psutil
 import pytest
 
 from tests.system.harness import wait_until
-from vrg.launch.fork_server import UNKNOWN, Child, ForkServer, fork_server
+from vrg.launch.fork_server import UNKNOWN_STATUS, Child, ForkServer, fork_server
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="it is started only on Linux")
 
@@ -105,7 +105,7 @@ def test_a_server_that_is_frozen_is_given_up(server: ForkServer, tmp_path: Path)
     process.suspend()
     child.kill()
     wait_until(lambda: child.poll() is not None, "the end to be seen")
-    assert child.poll() == UNKNOWN
+    assert child.poll() == UNKNOWN_STATUS
     assert not server.alive
 
 

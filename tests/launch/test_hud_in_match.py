@@ -19,7 +19,7 @@ from vrg.launch import nodes
 from vrg.launch.child import Job, job_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs, window_of
-from vrg.launch.systemd import Installation, units
+from vrg.launch.systemd import Installation, unit_files
 from vrg.types import Pose
 from vrg.ui.hud.node import Hud
 
@@ -118,5 +118,5 @@ def test_a_unit_of_systemd_opens_it_too() -> None:
         vrg=PurePosixPath("/opt/vrg"), folder=PurePosixPath("/opt"), match_file="match.toml", user="vrg",
         router="tcp/10.0.0.1:7447",
     )  # fmt: skip
-    texts = units(setup, {HERE: at}, window=True)[HERE].values()
+    texts = unit_files(setup, {HERE: at}, window=True)[HERE].values()
     assert any("/opt/vrg show hud robot1 match.toml --router" in text for text in texts)

@@ -7,12 +7,12 @@ import pytest
 
 from vrg.bus.messages import Call, Stage
 from vrg.coordinator.journal import Record
-from vrg.coordinator.match import Standing
-from vrg.launch.events import Event, What
-from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
+from vrg.coordinator.match import Checkpoint
+from vrg.launch.events import Event, EventKind
+from vrg.launch.incidents import LAUNCHER_NAME, RunData, incidents_of
 from vrg.recording.foxglove import time_of
 from vrg.recording.records import EstopRecord
-from vrg.recording.stops import Incident, Kind
+from vrg.recording.stops import Incident, IncidentKind
 
 PLAYERS = ("ann", "bob")
 
@@ -27,7 +27,7 @@ class Run:
         self._calls = 0
         self._halted: str | None = None
         if logged:
-            self.event(What.BEGAN, None, 0.0)
+            self.event(EventKind.BEGAN, None, 0.0)
 
     def call(self, rule: str, time: float, text: str = "") -> "Run":
         """The referee's call, with the standing that follows from it."""
@@ -38,7 +38,7 @@ class Run:
         elif rule in ("resume", "game_over"):
             self._halted = None
         call = Call(number=self._calls, rule=rule, text=text, players=(), poses=(), clock=time)
-        standing = Standing(
+        standing = Checkpoint(
             stage=Stage.PLAY_ROUND, halted=self._halted, clock=time, total=time, in_stage=time, calls=self._calls,
             winner=None, game={},
         )  # fmt: skip
@@ -46,7 +46,7 @@ class Run:
         return self
 
     def event(
-        self, what: What, process: str | None, time: float | None, *, heard: dict[str, float] | None = None,
+        self, what: EventKind, process: str | None, time: float | None, *, heard: dict[str, float] | None = None,
         text: str = "",
     ) -> "Run":  # fmt: skip
         """A line of the log. `heard`: the match time of the newest message of each sender."""
@@ -56,14 +56,14 @@ class Run:
         return self
 
     def end(self) -> "Run":
-        return self.event(What.ENDED, None, 100.0)
+        return self.event(EventKind.ENDED, None, 100.0)
 
     def incidents(self, *, players: Sequence[str] = PLAYERS, **more: object) -> list[Incident]:
-        return incidents_of(Evidence(self.records, self.events, self.estops, players, **more))  # type: ignore[arg-type]
+        return incidents_of(RunData(self.records, self.events, self.estops, players, **more))  # type: ignore[arg-type]
 
 
 def test_a_match_in_which_nothing_happened_has_no_incident() -> None:
-    run = Run().call("begin", 1.0).event(What.READY, "ann", 0.5).call("tag", 5.0).call("game_over", 9.0).end()
+    run = Run().call("begin", 1.0).event(EventKind.READY, "ann", 0.5).call("tag", 5.0).call("game_over", 9.0).end()
     assert run.incidents() == []
     assert Run(logged=False).incidents() == []
 
@@ -72,7 +72,7 @@ def test_a_halt_lasts_from_the_referees_decision_to_the_resume() -> None:
     run = Run().call("begin", 1.0).call("halt", 5.0, "called by eve")
     run.call("halt", 6.0, "ann fails").call("resume", 8.0).end()
     [halt] = run.incidents()
-    assert (halt.kind, halt.time, halt.until, halt.robots) == (Kind.HALT, 5.0, 8.0, None)
+    assert (halt.kind, halt.time, halt.until, halt.robots) == (IncidentKind.HALT, 5.0, 8.0, None)
     assert "called by eve" in halt.what
 
 
@@ -87,25 +87,25 @@ def test_each_of_two_halts_is_an_incident() -> None:
 
 
 def test_an_emergency_stop_begins_with_its_order_and_its_halt_is_a_part_of_it() -> None:
-    run = Run().event(What.ESTOP, None, 4.93, text="by eve: a dog", heard={"ann": 4.9, "bob": 4.8})
-    run.call("halt", 5.0, "emergency stop by eve: a dog").event(What.ESTOP, None, 5.5, text="by eve")
-    run.event(What.RELEASE, None, 6.0).call("resume", 8.0).end()
+    run = Run().event(EventKind.ESTOP, None, 4.93, text="by eve: a dog", heard={"ann": 4.9, "bob": 4.8})
+    run.call("halt", 5.0, "emergency stop by eve: a dog").event(EventKind.ESTOP, None, 5.5, text="by eve")
+    run.event(EventKind.RELEASE, None, 6.0).call("resume", 8.0).end()
     [estop] = run.incidents()
-    assert (estop.kind, estop.time, estop.until, estop.robots) == (Kind.ESTOP, 4.93, 8.0, None)
+    assert (estop.kind, estop.time, estop.until, estop.robots) == (IncidentKind.ESTOP, 4.93, 8.0, None)
     assert estop.resolution == pytest.approx(0.02)
 
 
 def test_an_emergency_stop_in_a_halt_is_an_incident_of_its_own() -> None:
-    run = Run().call("halt", 5.0, "called by eve").event(What.ESTOP, None, 5.95)
-    run.call("halt", 6.0, "emergency stop by eve").event(What.RELEASE, None, 7.0).call("resume", 8.0).end()
-    assert [(i.kind, i.time) for i in run.incidents()] == [(Kind.HALT, 5.0), (Kind.ESTOP, 5.95)]
+    run = Run().call("halt", 5.0, "called by eve").event(EventKind.ESTOP, None, 5.95)
+    run.call("halt", 6.0, "emergency stop by eve").event(EventKind.RELEASE, None, 7.0).call("resume", 8.0).end()
+    assert [(i.kind, i.time) for i in run.incidents()] == [(IncidentKind.HALT, 5.0), (IncidentKind.ESTOP, 5.95)]
 
 
 @pytest.mark.parametrize("rate", [1.0, 50.0])
 def test_a_halt_that_the_referee_calls_late_belongs_to_the_emergency_stop(rate: float) -> None:
     late = 0.03 * rate
-    run = Run().event(What.ESTOP, None, 5.0).call("halt", 5.0 + late, "emergency stop by eve")
-    run.event(What.RELEASE, None, 500.0).call("resume", 600.0).end()
+    run = Run().event(EventKind.ESTOP, None, 5.0).call("halt", 5.0 + late, "emergency stop by eve")
+    run.event(EventKind.RELEASE, None, 500.0).call("resume", 600.0).end()
     [estop] = run.incidents(rate=rate)
     assert (estop.time, estop.until) == (5.0, 600.0)
     assert estop.resolution == pytest.approx(0.02), "the world knows the tick at which it has latched it"
@@ -114,95 +114,122 @@ def test_a_halt_that_the_referee_calls_late_belongs_to_the_emergency_stop(rate: 
 @pytest.mark.parametrize("rate", [1.0, 50.0])
 def test_a_halt_of_a_referee_that_is_behind_the_launcher_belongs_to_the_emergency_stop(rate: float) -> None:
     run = Run().call("halt", 3.0, "emergency stop by dan").call("resume", 4.0)
-    run.call("halt", 15.0 - 0.03 * rate, "emergency stop by eve").event(What.ESTOP, None, 15.0).call(
+    run.call("halt", 15.0 - 0.03 * rate, "emergency stop by eve").event(EventKind.ESTOP, None, 15.0).call(
         "resume", 60.0
     ).end()
     assert [(i.time, i.until) for i in run.incidents(rate=rate)] == [(3.0, 4.0), (15.0, 60.0)]
 
 
 def test_a_referee_that_is_started_again_while_the_emergency_stop_is_engaged_calls_no_second_one() -> None:
-    run = Run().event(What.DIED, "referee", 5.0).event(What.ESTOP, None, 5.1).event(What.READY, "referee", 8.0)
-    run.call("halt", 8.1, "emergency stop, latched in the world").event(What.RELEASE, None, 9.0).call(
+    run = (
+        Run()
+        .event(EventKind.DIED, "referee", 5.0)
+        .event(EventKind.ESTOP, None, 5.1)
+        .event(EventKind.READY, "referee", 8.0)
+    )
+    run.call("halt", 8.1, "emergency stop, latched in the world").event(EventKind.RELEASE, None, 9.0).call(
         "resume", 10.0
     ).end()
-    assert [(i.kind, i.time, i.until) for i in run.incidents()] == [(Kind.DEATH, 5.0, 10.0), (Kind.ESTOP, 5.1, 10.0)]
+    assert [(i.kind, i.time, i.until) for i in run.incidents()] == [
+        (IncidentKind.DEATH, 5.0, 10.0),
+        (IncidentKind.ESTOP, 5.1, 10.0),
+    ]
 
 
 def test_an_emergency_stop_that_is_called_again_before_play_goes_on_is_the_same_one() -> None:
-    run = Run().event(What.ESTOP, None, 5.0).call("halt", 5.1, "emergency stop by eve").event(What.RELEASE, None, 6.0)
+    run = (
+        Run()
+        .event(EventKind.ESTOP, None, 5.0)
+        .call("halt", 5.1, "emergency stop by eve")
+        .event(EventKind.RELEASE, None, 6.0)
+    )
     run.call("halt", 7.5, "emergency stop by dan").call("halt", 7.6, "emergency stop by ann").call("resume", 9.0).end()
     assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 9.0)]
 
 
 def test_an_emergency_stop_whose_order_was_not_heard_begins_with_the_referees_decision() -> None:
-    run = Run().event(What.ESTOP, None, 5.0).call("halt", 5.1, "emergency stop by eve").event(What.RELEASE, None, 6.0)
+    run = (
+        Run()
+        .event(EventKind.ESTOP, None, 5.0)
+        .call("halt", 5.1, "emergency stop by eve")
+        .event(EventKind.RELEASE, None, 6.0)
+    )
     run.call("resume", 7.0).call("halt", 9.0, "emergency stop by dan").call("resume", 10.0).end()
     assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 7.0), (9.0, 10.0)]
 
 
 def test_an_emergency_stop_after_play_went_on_is_another_one_even_if_no_release_was_heard() -> None:
-    run = Run().event(What.ESTOP, None, 5.0).call("halt", 5.1, "emergency stop by eve").call("resume", 7.0)
-    run.event(What.ESTOP, None, 8.0).call("halt", 8.1, "emergency stop by eve").call("resume", 9.0).end()
+    run = Run().event(EventKind.ESTOP, None, 5.0).call("halt", 5.1, "emergency stop by eve").call("resume", 7.0)
+    run.event(EventKind.ESTOP, None, 8.0).call("halt", 8.1, "emergency stop by eve").call("resume", 9.0).end()
     assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 7.0), (8.0, 9.0)]
 
 
 def test_without_a_log_the_recording_tells_of_emergency_stops_and_without_it_the_journal() -> None:
     run = Run(logged=False).call("halt", 5.0, "emergency stop by eve: a dog").call("resume", 8.0)
     [journal] = run.incidents()
-    assert (journal.kind, journal.time, journal.until, journal.resolution) == (Kind.ESTOP, 5.0, 8.0, 0.1)
+    assert (journal.kind, journal.time, journal.until, journal.resolution) == (IncidentKind.ESTOP, 5.0, 8.0, 0.1)
     run.estops = [(4.94, EstopRecord(time_of(4.94), True, "eve", "a dog"))]
     [recorded] = run.incidents()
-    assert (recorded.kind, recorded.time, recorded.until) == (Kind.ESTOP, 4.94, 8.0)
+    assert (recorded.kind, recorded.time, recorded.until) == (IncidentKind.ESTOP, 4.94, 8.0)
     assert recorded.what == journal.what
 
 
 def test_a_players_death_begins_with_its_newest_message_and_ends_when_the_next_one_is_ready() -> None:
-    run = Run().event(What.DIED, "ann", 5.0, heard={"ann": 4.9, "bob": 4.95}, text="was killed by signal 9")
-    run.event(What.STARTED, "ann", 5.0).event(What.READY, "ann", 5.6).end()
+    run = Run().event(EventKind.DIED, "ann", 5.0, heard={"ann": 4.9, "bob": 4.95}, text="was killed by signal 9")
+    run.event(EventKind.STARTED, "ann", 5.0).event(EventKind.READY, "ann", 5.6).end()
     [death] = run.incidents()
-    assert (death.kind, death.process, death.time, death.until) == (Kind.DEATH, "ann", 4.9, 5.6)
+    assert (death.kind, death.process, death.time, death.until) == (IncidentKind.DEATH, "ann", 4.9, 5.6)
     assert death.soonest == 5.0, "the next process may move the robot before the launcher knows that it is ready"
     assert death.robots == frozenset(["ann"])
     assert death.what == "ann was killed by signal 9"
 
 
 def test_a_process_that_hangs_is_killed_and_found_dead_and_has_died_once() -> None:
-    run = Run().event(What.KILLED, "ann", 7.6, heard={"ann": 4.9}, text="hangs").event(What.DIED, "ann", 7.7)
-    run.event(What.STARTED, "ann", 7.7).event(What.READY, "ann", 8.0).end()
+    run = Run().event(EventKind.KILLED, "ann", 7.6, heard={"ann": 4.9}, text="hangs").event(EventKind.DIED, "ann", 7.7)
+    run.event(EventKind.STARTED, "ann", 7.7).event(EventKind.READY, "ann", 8.0).end()
     [death] = run.incidents()
     assert (death.time, death.what) == (4.9, "ann hangs: killed")
 
 
 def test_two_deaths_of_one_player_are_two_incidents_and_a_disqualification_is_a_part_of_the_second() -> None:
-    run = Run().event(What.DIED, "ann", 5.0).event(What.STARTED, "ann", 5.0).event(What.READY, "ann", 5.5)
-    run.event(What.DIED, "ann", 7.0).event(What.VACATED, "ann", 7.0).end()
+    run = (
+        Run().event(EventKind.DIED, "ann", 5.0).event(EventKind.STARTED, "ann", 5.0).event(EventKind.READY, "ann", 5.5)
+    )
+    run.event(EventKind.DIED, "ann", 7.0).event(EventKind.VACATED, "ann", 7.0).end()
     assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 5.5), (7.0, math.inf)]
 
 
 def test_a_player_that_is_replaced_or_a_window_that_is_closed_has_not_died() -> None:
-    run = Run().event(What.REPLACED, "ann", 5.0).event(What.READY, "ann", 6.0).event(What.CLOSED, "spectator", 7.0)
+    run = (
+        Run()
+        .event(EventKind.REPLACED, "ann", 5.0)
+        .event(EventKind.READY, "ann", 6.0)
+        .event(EventKind.CLOSED, "spectator", 7.0)
+    )
     assert run.end().incidents() == []
 
 
 def test_a_world_that_died_begins_anew_where_match_time_goes_on() -> None:
-    run = Run().event(What.DIED, "world", 5.1, heard={"world": 5.1}).event(What.STARTED, "world", 5.1)
-    run.event(What.STEPPED_BACK, "world", 5.0).call("halt", 5.1, "the world was restarted").call("resume", 9.0).end()
+    run = Run().event(EventKind.DIED, "world", 5.1, heard={"world": 5.1}).event(EventKind.STARTED, "world", 5.1)
+    run.event(EventKind.STEPPED_BACK, "world", 5.0).call("halt", 5.1, "the world was restarted").call(
+        "resume", 9.0
+    ).end()
     death, halt = run.incidents()
     assert (death.process, death.time, death.until, death.robots) == ("world", 5.0, 9.0, None)
-    assert halt.kind is Kind.HALT
+    assert halt.kind is IncidentKind.HALT
 
 
 def test_a_referees_death_ends_with_a_resume_and_the_halt_of_its_successor_is_no_call() -> None:
-    run = Run().call("begin", 1.0).event(What.DIED, "referee", 5.04, heard={"referee": 5.0, "world": 5.04})
-    run.event(What.READY, "referee", 6.0).call("resume", 9.0).end()
+    run = Run().call("begin", 1.0).event(EventKind.DIED, "referee", 5.04, heard={"referee": 5.0, "world": 5.04})
+    run.event(EventKind.READY, "referee", 6.0).call("resume", 9.0).end()
     [death] = run.incidents()
     assert (death.time, death.until, death.robots) == (5.0, 9.0, None)
 
 
 def test_a_routers_death_ends_when_time_is_heard_again_or_with_the_resume_of_a_halt_that_follows() -> None:
     def cut() -> Run:
-        run = Run().event(What.DIED, "router", 5.0, heard={"world": 4.98})
-        return run.event(What.STARTED, "router", 5.0).event(What.READY, "router", 6.0)
+        run = Run().event(EventKind.DIED, "router", 5.0, heard={"world": 4.98})
+        return run.event(EventKind.STARTED, "router", 5.0).event(EventKind.READY, "router", 6.0)
 
     [death] = cut().end().incidents()
     assert (death.time, death.until, death.robots) == (4.98, 6.0, None)
@@ -215,37 +242,41 @@ def test_a_routers_death_ends_when_time_is_heard_again_or_with_the_resume_of_a_h
 
 
 def test_who_watches_stops_no_robot_and_emulated_drives_stop_the_physical_ones() -> None:
-    run = Run().event(What.DIED, "recorder", 5.0).event(What.DIED, "drives", 6.0).end()
+    run = Run().event(EventKind.DIED, "recorder", 5.0).event(EventKind.DIED, "drives", 6.0).end()
     recorder, drives = run.incidents(companions=["drives"], physical=["bob"])
     assert (recorder.robots, drives.robots) == (frozenset(), frozenset(["bob"]))
 
 
 def test_a_launcher_that_did_not_end_by_itself_was_killed_at_some_time() -> None:
-    run = Run().event(What.READY, "ann", 1.0)
+    run = Run().event(EventKind.READY, "ann", 1.0)
     [death] = run.incidents(end=60.0)
-    assert (death.process, death.time, death.robots) == (LAUNCHER, 60.0, None)
+    assert (death.process, death.time, death.robots) == (LAUNCHER_NAME, 60.0, None)
     assert death.resolution == 59.0
 
 
 def test_a_machine_that_is_away_stops_its_own_robots_from_the_newest_message_of_its_players() -> None:
     heard = {"ann": 9.7, "bob": 4.9, "carol": 4.95, "world": 9.8}
-    run = Run().event(What.AWAY, "lab2", 8.0, heard=heard, text="lab2 does not answer (bob, carol)")
-    run.call("halt", 8.1, "called by vrg play").event(What.BACK, "lab2", 12.0).call("resume", 15.0).end()
+    run = Run().event(EventKind.AWAY, "lab2", 8.0, heard=heard, text="lab2 does not answer (bob, carol)")
+    run.call("halt", 8.1, "called by vrg play").event(EventKind.BACK, "lab2", 12.0).call("resume", 15.0).end()
     away, halt = run.incidents(place={"bob": "lab2", "carol": "lab2", "dan": "lab3"}, players=["ann", "bob", "carol"])
-    assert (away.kind, away.what, away.process) == (Kind.AWAY, "lab2 does not answer (bob, carol)", "lab2")
+    assert (away.kind, away.what, away.process) == (IncidentKind.AWAY, "lab2 does not answer (bob, carol)", "lab2")
     assert (away.time, away.until, away.robots) == (4.95, 15.0, frozenset(["bob", "carol"]))
-    assert halt.kind is Kind.HALT
+    assert halt.kind is IncidentKind.HALT
     assert not away.timeless
 
 
 def test_a_machine_that_comes_back_while_play_goes_on_holds_its_robots_up_to_then() -> None:
-    run = Run().event(What.AWAY, "lab2", 8.0, heard={"bob": 4.9}).event(What.BACK, "lab2", 12.0).end()
+    run = Run().event(EventKind.AWAY, "lab2", 8.0, heard={"bob": 4.9}).event(EventKind.BACK, "lab2", 12.0).end()
     [away] = run.incidents(place={"bob": "lab2"})
     assert away.until == 12.0
-    assert Run().event(What.AWAY, "lab2", 8.0).end().incidents()[0].until == math.inf
+    assert Run().event(EventKind.AWAY, "lab2", 8.0).end().incidents()[0].until == math.inf
 
 
 def test_the_loss_of_the_machine_of_the_world_stops_all_robots_and_match_time() -> None:
-    run = Run().event(What.AWAY, "lab2", 8.0, heard={"world": 7.9, "bob": 7.8}).event(What.STEPPED_BACK, "world", 7.5)
+    run = (
+        Run()
+        .event(EventKind.AWAY, "lab2", 8.0, heard={"world": 7.9, "bob": 7.8})
+        .event(EventKind.STEPPED_BACK, "world", 7.5)
+    )
     [away] = run.end().incidents(place={"world": "lab2", "bob": "lab2"})
     assert (away.time, away.robots, away.timeless) == (7.5, None, True)

@@ -69,7 +69,7 @@ def test_what_is_wrong_with_a_strategy_is_told_with_its_place(tmp_path: Path) ->
 
 
 def test_an_endless_import_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(trying, "PATIENCE", 1.0)
+    monkeypatch.setattr(trying, "LOADING_TIMEOUT", 1.0)
     (tmp_path / "loop.py").write_text("while True:\n    pass\n")
     with trial() as tried, pytest.raises(ConfigError, match="still being made after 1 s"):
         tried.find("loop.py:Mine", tmp_path)
@@ -78,7 +78,7 @@ def test_an_endless_import_is_given_up(tmp_path: Path, monkeypatch: pytest.Monke
 def test_a_file_that_begins_to_answer_and_never_ends_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(trying, "PATIENCE", 1.0)
+    monkeypatch.setattr(trying, "LOADING_TIMEOUT", 1.0)
     (tmp_path / "half.py").write_text(
         "import os, time\nfor fd in range(3, 20):\n    try:\n        os.write(fd, b'\\0')\n"
         "    except OSError:\n        pass\ntime.sleep(3600)\n"

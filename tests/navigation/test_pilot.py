@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 import pytest
 
 from vrg.geometry import wrap
-from vrg.navigation.pilot import PATIENCE, Neighbour, Pilot
+from vrg.navigation.pilot import PROGRESS_TIMEOUT, Neighbour, Pilot
 from vrg.regions import Circle, Rectangle, Region
 from vrg.types import STILL, Pose, Twist, Vector
 
@@ -175,7 +175,7 @@ def test_time_in_which_nobody_drove_it_is_no_time_without_progress() -> None:
     """After a halt it goes on as before, rather than out of a crowd."""
     pilot, pose = Pilot(), Pose(0, 0, 0)
     before = pilot.go(0.0, pose, [(4.0, 0.0)], [], FIELD, SPEED)
-    after = pilot.go(PATIENCE + 30.0, pose, [(4.0, 0.0)], [], FIELD, SPEED)
+    after = pilot.go(PROGRESS_TIMEOUT + 30.0, pose, [(4.0, 0.0)], [], FIELD, SPEED)
     assert after == before
 
 

@@ -9,7 +9,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vrg.navigation import route as module
-from vrg.navigation.route import ROOM, Effort, grown, route
+from vrg.navigation.route import WAYPOINT_CLEARANCE, Effort, grown, route
 from vrg.regions import Circle, Polygon, Rectangle, Region
 from vrg.types import Vector
 
@@ -127,7 +127,7 @@ def test_whoever_is_inside_a_disc_gets_out_of_it_and_not_deeper_into_it() -> Non
     way = [start, *path]
     nearest = math.dist(start, (disc.x, disc.y))
     for a, b in itertools.pairwise(way):
-        assert depth(Circle(disc.x, disc.y, nearest - ROOM), a, b) < TOLERANCE
+        assert depth(Circle(disc.x, disc.y, nearest - WAYPOINT_CLEARANCE), a, b) < TOLERANCE
 
 
 def test_a_start_in_the_very_middle_of_a_disc_still_has_a_way() -> None:
@@ -159,7 +159,7 @@ def test_a_way_is_not_shorter_than_the_straight_line_and_not_longer_than_around_
     around = 0.0
     for obstacle in obstacles:
         low_x, low_y, high_x, high_y = obstacle.bounds
-        around += 2 * (high_x - low_x + high_y - low_y + 8 * ROOM)
+        around += 2 * (high_x - low_x + high_y - low_y + 8 * WAYPOINT_CLEARANCE)
     assert straight - TOLERANCE <= length([start, *path]) <= straight + around + TOLERANCE
 
 

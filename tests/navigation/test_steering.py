@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vrg.agents.potential import SHARK_WEIGHT, descent, evade
-from vrg.navigation.avoidance import Body, Crowd, Obstacle, steer
+from vrg.navigation.avoidance import Crowd, CrowdBody, Obstacle, steer
 from vrg.regions import Rectangle
 
 FIELD = Rectangle(0, 0, 10, 20)
@@ -130,7 +130,7 @@ def test_who_wants_to_stand_stands() -> None:
 
 
 bodies = st.builds(
-    Body,
+    CrowdBody,
     st.sampled_from("abcdefgh"),
     st.tuples(st.floats(0, 10), st.floats(0, 20)),
     st.tuples(st.floats(-2, 2), st.floats(-2, 2)),
@@ -141,7 +141,7 @@ velocities = st.tuples(st.floats(-1, 1), st.floats(-1, 1))
 
 @given(st.lists(bodies, max_size=12), inside, velocities, st.floats(0.1, 3.0), st.floats(0.0, 0.5))
 def test_in_a_crowd_one_steers_as_if_one_looked_at_everybody(
-    crowd: list[Body], position: tuple[float, float], wanted: tuple[float, float], horizon: float, gap: float
+    crowd: list[CrowdBody], position: tuple[float, float], wanted: tuple[float, float], horizon: float, gap: float
 ) -> None:
     radius, speed = 0.4, math.hypot(*wanted)
     everybody = [Obstacle(b.position, b.velocity, radius + b.radius + gap) for b in crowd if b.name not in ("a", "b")]
@@ -151,5 +151,5 @@ def test_in_a_crowd_one_steers_as_if_one_looked_at_everybody(
 
 
 def test_who_is_far_away_in_a_crowd_is_not_looked_at() -> None:
-    crowd = Crowd(Body(f"{n}", (float(n), 0.0), (0.5, 0.0), 0.3) for n in range(100))
+    crowd = Crowd(CrowdBody(f"{n}", (float(n), 0.0), (0.5, 0.0), 0.3) for n in range(100))
     assert len(crowd.around((50.0, 0.0), 0.3, 0.5, 2.0, gap=0.1, without=("50",))) < 6

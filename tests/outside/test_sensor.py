@@ -20,7 +20,7 @@ from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.games import GAMES
 from vrg.hal.models import MODELS, RobotModel
-from vrg.hal.sensors import message_of
+from vrg.hal.sensors import message_class
 from vrg.launch.in_process import play
 from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.run_folder import RunFolder
@@ -39,7 +39,7 @@ def scout(installed: None, monkeypatch: pytest.MonkeyPatch) -> RobotModel:
 
 
 def reading(heading: float) -> m.SensorMessage:
-    message = message_of("compass")
+    message = message_class("compass")
     assert message is not None
     return message(heading=heading)
 

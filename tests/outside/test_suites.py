@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from vrg.config.loading import load_match
-from vrg.coordinator.rulebook import Contestant, Field, RuleBook
+from vrg.coordinator.rulebook import Contestant, Observation, RuleBook
 from vrg.errors import ConfigError
 from vrg.games import GAMES, STRATEGIES
 from vrg.hal.backends import BACKENDS
@@ -36,8 +36,8 @@ class TestRace(RuleBookContract):
         return rules(game.load_settings()(x=4.0, y=0.0), self.CONTESTANTS, 0)
 
     @pytest.fixture
-    def ready(self) -> Field:
-        return Field({c.name: c.start for c in self.CONTESTANTS})
+    def ready(self) -> Observation:
+        return Observation({c.name: c.start for c in self.CONTESTANTS})
 
 
 class TestRacer(StrategyContract):

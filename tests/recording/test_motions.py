@@ -14,7 +14,7 @@ from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.recording.reader import read_estops, read_motions
 from vrg.recording.recorder import Recorder
-from vrg.recording.stops import Motion, Rest
+from vrg.recording.stops import Rest, Trajectory
 from vrg.types import Pose, Twist
 
 KEYS = Keys("test")
@@ -59,7 +59,7 @@ class World:
                 inlet.offer(Received(topic.key, stamp, self.number, body))
 
 
-def motion_of(world: World) -> Motion:
+def motion_of(world: World) -> Trajectory:
     world.recorder.stop()
     assert world.recorder.path is not None
     return read_motions(world.recorder.path)["ann"]

@@ -8,14 +8,26 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vrg.recording.stops import GAP, HOLD, Incident, Kind, Motion, Outcome, Rest, rests_of, stop_of, stops_of, worst
+from vrg.recording.stops import (
+    MAX_POSE_INTERVAL,
+    REST_TIME,
+    Incident,
+    IncidentKind,
+    Rest,
+    StopOutcome,
+    Trajectory,
+    rests_of,
+    stop_of,
+    stops_of,
+    worst,
+)
 
 TICK = 0.02
 
 
 def braking(
     v: float, slow: float, at: float, *, every: float = 0.1, until: float = 10.0, again: float = math.inf
-) -> Motion:
+) -> Trajectory:
     """A robot that drives along x at v m/s, brakes by slow m/s^2 at a time, and drives on at another one."""
     end = at + v / slow
 
@@ -28,19 +40,19 @@ def braking(
 
     times = np.arange(0.0, until, every).tolist()
     begin = math.ceil(end / TICK - 1e-9) * TICK
-    return Motion(
+    return Trajectory(
         "ann", False, times, [x(t) for t in times], [0.0] * len(times), [speed(t) for t in times],
         [Rest(begin, again, TICK)],
     )  # fmt: skip
 
 
 def halt(time: float, until: float = math.inf, robots: frozenset[str] | None = None) -> Incident:
-    return Incident(Kind.HALT, "play is halted", time, until, robots=robots)
+    return Incident(IncidentKind.HALT, "play is halted", time, until, robots=robots)
 
 
 def test_a_robot_that_brakes_stops_after_as_long_and_as_far_as_it_brakes() -> None:
     stop = stop_of(0, halt(3.0), braking(1.0, 2.0, 3.0))
-    assert (stop.outcome, stop.moved) == (Outcome.STOPPED, True)
+    assert (stop.outcome, stop.moved) == (StopOutcome.STOPPED, True)
     assert stop.seconds == pytest.approx(0.5)
     assert stop.distance == pytest.approx(0.25, abs=0.003)
     assert stop.speed == pytest.approx(1.0)
@@ -58,7 +70,7 @@ def test_samples_ten_times_a_second_give_the_stop_to_a_tick_and_the_way_to_a_cen
     v: float, slow: float, at: float, delay: float
 ) -> None:
     stop = stop_of(0, halt(at - delay), braking(v, slow, at))
-    assert stop.outcome is Outcome.STOPPED
+    assert stop.outcome is StopOutcome.STOPPED
     took = delay + v / slow
     assert took - 1e-6 <= stop.seconds <= took + TICK + 1e-6
     # Between two samples the place is taken to lie on a line: with braking it does so to a * dt^2 / 8.
@@ -67,27 +79,27 @@ def test_samples_ten_times_a_second_give_the_stop_to_a_tick_and_the_way_to_a_cen
 
 def test_a_robot_that_stood_already_has_not_stopped() -> None:
     stop = stop_of(0, halt(5.0), braking(1.0, 2.0, 3.0))
-    assert (stop.outcome, stop.moved, stop.seconds, stop.distance) == (Outcome.STOOD, False, 0.0, 0.0)
+    assert (stop.outcome, stop.moved, stop.seconds, stop.distance) == (StopOutcome.STOOD, False, 0.0, 0.0)
 
 
 def test_a_robot_that_moves_again_before_play_goes_on_is_told() -> None:
     drives_on = braking(1.0, 2.0, 3.0, again=6.0)
     stop = stop_of(0, halt(3.0, until=9.0), drives_on)
-    assert (stop.outcome, stop.moved) == (Outcome.MOVED_AGAIN, True)
+    assert (stop.outcome, stop.moved) == (StopOutcome.MOVED_AGAIN, True)
     assert (stop.again, stop.seconds) == (pytest.approx(3.0), pytest.approx(6.0)), "it never stood again"
     assert stop.distance == pytest.approx(0.25 + 3.0, abs=0.01)
-    assert stop_of(0, halt(3.0, until=6.0), drives_on).outcome is Outcome.STOPPED
+    assert stop_of(0, halt(3.0, until=6.0), drives_on).outcome is StopOutcome.STOPPED
 
 
 def test_a_robot_that_stood_already_and_then_drove_on_did_not_stand() -> None:
     times = np.arange(0.0, 12.0, 0.1).tolist()
     drive = lambda t: 0.5 * min(max(t - 5.4, 0.0), 2.0)  # noqa: E731 - it drives from 5.4 s to 7.4 s
-    motion = Motion(
+    motion = Trajectory(
         "bob", False, times, [drive(t) for t in times], [0.0] * len(times),
         [0.5 if 5.4 <= t < 7.4 else 0.0 for t in times], [Rest(4.0, 5.4, TICK), Rest(7.4, resolution=TICK)],
     )  # fmt: skip
     stop = stop_of(0, halt(5.0, until=9.0), motion)
-    assert (stop.outcome, stop.moved) == (Outcome.MOVED_AGAIN, True)
+    assert (stop.outcome, stop.moved) == (StopOutcome.MOVED_AGAIN, True)
     assert (stop.again, stop.seconds) == (pytest.approx(0.4), pytest.approx(2.4)), "up to the last time that it stood"
     assert stop.distance == pytest.approx(1.0)
     assert stop.resolution == pytest.approx(TICK)
@@ -98,34 +110,34 @@ def test_a_robot_that_stood_already_and_then_drove_on_did_not_stand() -> None:
 
 def test_who_moves_while_play_may_have_gone_on_unnoticed_has_not_moved_again() -> None:
     drives_on = braking(1.0, 2.0, 3.0, again=6.0)
-    assert stop_of(0, replace(halt(3.0, until=6.5), soonest=5.9), drives_on).outcome is Outcome.STOPPED
-    assert stop_of(0, replace(halt(3.0, until=6.5), soonest=6.4), drives_on).outcome is Outcome.MOVED_AGAIN
+    assert stop_of(0, replace(halt(3.0, until=6.5), soonest=5.9), drives_on).outcome is StopOutcome.STOPPED
+    assert stop_of(0, replace(halt(3.0, until=6.5), soonest=6.4), drives_on).outcome is StopOutcome.MOVED_AGAIN
 
 
 def test_who_was_not_seen_to_move_before_play_went_on_has_not_moved_again() -> None:
-    motion = Motion("bob", False, [5.0, 5.1, 5.8, 7.2, 7.3], [0.0, 0.0, 0.0, 0.1, 0.2], [0.0] * 5,
+    motion = Trajectory("bob", False, [5.0, 5.1, 5.8, 7.2, 7.3], [0.0, 0.0, 0.0, 0.1, 0.2], [0.0] * 5,
                     [0.0, 0.0, 0.0, 0.7, 0.7], [Rest(4.0, 5.8)])  # fmt: skip
-    assert stop_of(0, halt(5.0, until=7.0), motion).outcome is Outcome.STOOD
-    assert stop_of(0, halt(5.0, until=7.3), motion).outcome is Outcome.MOVED_AGAIN
+    assert stop_of(0, halt(5.0, until=7.0), motion).outcome is StopOutcome.STOOD
+    assert stop_of(0, halt(5.0, until=7.3), motion).outcome is StopOutcome.MOVED_AGAIN
 
 
 def test_a_robot_that_never_stood_before_play_went_on_is_told() -> None:
     stop = stop_of(0, halt(3.0, until=3.3), braking(1.0, 2.0, 3.0))
-    assert (stop.outcome, stop.moved) == (Outcome.PLAYED_ON, True)
+    assert (stop.outcome, stop.moved) == (StopOutcome.PLAYED_ON, True)
     assert stop.seconds == pytest.approx(0.3)
     assert stop.distance == pytest.approx(0.3 - 0.09, abs=0.005)
 
 
 def test_a_recording_that_ends_before_the_robot_stood_is_told() -> None:
     stop = stop_of(0, halt(3.0), braking(1.0, 0.1, 3.0, until=5.0))
-    assert stop.outcome is Outcome.CUT
+    assert stop.outcome is StopOutcome.CUT
     assert stop.seconds == pytest.approx(1.9)
 
 
 @pytest.mark.parametrize("time", [-1.0, 12.0])
 def test_what_was_not_recorded_is_not_known(time: float) -> None:
-    assert stop_of(0, halt(time), braking(1.0, 2.0, 3.0)).outcome is Outcome.UNKNOWN
-    assert stop_of(0, halt(time), Motion("ann")).outcome is Outcome.UNKNOWN
+    assert stop_of(0, halt(time), braking(1.0, 2.0, 3.0)).outcome is StopOutcome.UNKNOWN
+    assert stop_of(0, halt(time), Trajectory("ann")).outcome is StopOutcome.UNKNOWN
 
 
 def test_a_robot_that_turns_round_does_not_stand_while_its_speed_passes_zero() -> None:
@@ -133,7 +145,7 @@ def test_a_robot_that_turns_round_does_not_stand_while_its_speed_passes_zero() -
     x = [abs(t - 3.0) for t in times]
     passing = Rest(2.98, 3.02)
     stands = Rest(4.0)
-    motion = Motion("ann", False, times, x, [0.0] * len(times), [1.0] * len(times), [passing, stands])
+    motion = Trajectory("ann", False, times, x, [0.0] * len(times), [1.0] * len(times), [passing, stands])
     stop = stop_of(0, halt(2.5), motion)
     assert stop.seconds == pytest.approx(1.5)
     assert stop.distance == pytest.approx(1.5, abs=0.03), "the path counts, not how far it is from where it began"
@@ -141,18 +153,18 @@ def test_a_robot_that_turns_round_does_not_stand_while_its_speed_passes_zero() -
 
 def test_a_robot_that_is_still_at_rest_when_something_happens_but_moves_then_has_to_stop() -> None:
     times = np.arange(0.0, 6.0, 0.1).tolist()
-    motion = Motion(
+    motion = Trajectory(
         "ann", False, times, [max(0.0, min(t, 3.5) - 3.0) for t in times], [0.0] * len(times),
         [1.0 if 3.0 <= t < 3.5 else 0.0 for t in times], [Rest(0.0, 3.0), Rest(3.5)],
     )  # fmt: skip
     stop = stop_of(0, halt(2.9), motion)
-    assert stop.outcome is Outcome.STOPPED
+    assert stop.outcome is StopOutcome.STOPPED
     assert stop.seconds == pytest.approx(0.6)
     assert stop.distance == pytest.approx(0.5)
 
 
 def test_a_gap_in_the_recording_is_told() -> None:
-    motion = Motion("ann", False, [0.0, 1.0, 3.0, 4.0], [0.0, 1.0, 1.4, 1.4], [0.0] * 4, [1.0, 1.0, 0.0, 0.0],
+    motion = Trajectory("ann", False, [0.0, 1.0, 3.0, 4.0], [0.0, 1.0, 1.4, 1.4], [0.0] * 4, [1.0, 1.0, 0.0, 0.0],
                     [Rest(1.5, resolution=TICK)])  # fmt: skip
     stop = stop_of(0, halt(1.2), motion)
     assert stop.seconds == pytest.approx(0.3)
@@ -161,7 +173,7 @@ def test_a_gap_in_the_recording_is_told() -> None:
 
 
 def test_only_the_robots_of_an_incident_are_looked_at_in_the_order_of_names() -> None:
-    ann, bob = braking(1.0, 2.0, 3.0), Motion("bob")
+    ann, bob = braking(1.0, 2.0, 3.0), Trajectory("bob")
     stops = stops_of([halt(3.0), halt(4.0, robots=frozenset(["ann"])), halt(5.0, robots=frozenset())], [bob, ann])
     assert [(stop.incident, stop.robot) for stop in stops] == [(0, "ann"), (0, "bob"), (1, "ann")]
 
@@ -186,7 +198,7 @@ def test_rests_are_found_from_samples_alone_with_their_resolution() -> None:
 
 
 @st.composite
-def motions(draw: st.DrawFn) -> Motion:
+def motions(draw: st.DrawFn) -> Trajectory:
     """Any motion, with any times of rest in which the place does not change."""
     steps = draw(st.lists(st.floats(0.02, 1.0), min_size=2, max_size=30))
     times = np.cumsum([0.0, *steps]).tolist()
@@ -197,11 +209,11 @@ def motions(draw: st.DrawFn) -> Motion:
         stays = still and before
         x.append(x[-1] if stays else x[-1] + draw(move))
         y.append(y[-1] if stays else y[-1] + draw(move))
-    return Motion("ann", False, times, x, y, [0.0 if r else 1.0 for r in resting], rests_of(times, resting))
+    return Trajectory("ann", False, times, x, y, [0.0 if r else 1.0 for r in resting], rests_of(times, resting))
 
 
 @given(motion=motions(), share=st.floats(0.0, 1.0), lasts=st.floats(0.0, 20.0))
-def test_the_way_is_never_shorter_than_the_distance_of_its_ends(motion: Motion, share: float, lasts: float) -> None:
+def test_the_way_is_never_shorter_than_the_distance_of_its_ends(motion: Trajectory, share: float, lasts: float) -> None:
     onset = share * motion.times[-1]
     stop = stop_of(0, halt(onset, onset + lasts), motion)
     end = onset + stop.seconds
@@ -211,18 +223,18 @@ def test_the_way_is_never_shorter_than_the_distance_of_its_ends(motion: Motion, 
 
 
 @given(motion=motions(), share=st.floats(0.0, 1.0))
-def test_an_earlier_incident_never_has_an_earlier_end(motion: Motion, share: float) -> None:
+def test_an_earlier_incident_never_has_an_earlier_end(motion: Trajectory, share: float) -> None:
     onset = share * motion.times[-1]
     assume(onset > 0.1)
     stop, before = stop_of(0, halt(onset), motion), stop_of(0, halt(onset - 0.1), motion)
-    if stop.outcome is Outcome.STOPPED and before.outcome is Outcome.STOPPED:
+    if stop.outcome is StopOutcome.STOPPED and before.outcome is StopOutcome.STOPPED:
         assert onset - 0.1 + before.seconds <= onset + stop.seconds + 1e-6
 
 
 @given(motion=motions(), share=st.floats(0.0, 1.0), dx=st.floats(-50, 50), angle=st.floats(-3, 3))
-def test_where_the_field_lies_does_not_matter(motion: Motion, share: float, dx: float, angle: float) -> None:
+def test_where_the_field_lies_does_not_matter(motion: Trajectory, share: float, dx: float, angle: float) -> None:
     c, s = math.cos(angle), math.sin(angle)
-    moved = Motion(
+    moved = Trajectory(
         "ann", False, motion.times,
         [dx + c * x - s * y for x, y in zip(motion.x, motion.y, strict=True)],
         [s * x + c * y for x, y in zip(motion.x, motion.y, strict=True)], motion.v, motion.rests,
@@ -234,7 +246,7 @@ def test_where_the_field_lies_does_not_matter(motion: Motion, share: float, dx: 
 
 
 @given(motion=motions(), time=st.floats(0.0, 1.0))
-def test_a_place_lies_between_the_places_around_it(motion: Motion, time: float) -> None:
+def test_a_place_lies_between_the_places_around_it(motion: Trajectory, time: float) -> None:
     t = time * motion.times[-1]
     after = min(int(np.searchsorted(motion.times, t)), len(motion.times) - 1)
     ends = [(motion.x[i], motion.y[i]) for i in (max(0, after - 1), after)]
@@ -243,5 +255,5 @@ def test_a_place_lies_between_the_places_around_it(motion: Motion, time: float) 
 
 
 def test_the_times_that_decide_are_longer_than_the_samples_are_apart() -> None:
-    assert HOLD > 0.1
-    assert GAP > 0.3
+    assert REST_TIME > 0.1
+    assert MAX_POSE_INTERVAL > 0.3

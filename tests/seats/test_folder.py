@@ -9,7 +9,7 @@ import pytest
 from vrg.bus.credentials import find_credentials
 from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.errors import ConfigError, CredentialsError
-from vrg.launch.folder_lock import KEYS
+from vrg.launch.folder_lock import KEYS_LOCK
 from vrg.launch.match_keys import check_keys, keys_for
 from vrg.seats.folder import LOCAL_HOSTS, KeysFolder
 
@@ -194,7 +194,7 @@ def test_the_next_launcher_deletes_keys_that_a_killed_one_has_left(
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
     left, strange = tmp_path / "vrg-keys-left", tmp_path / "vrg-keys-strange"
     left.mkdir()
-    (left / KEYS).touch()
+    (left / KEYS_LOCK).touch()
     strange.mkdir()
     with keys_for(ROSTER, None, NOW) as first, keys_for(ROSTER, None, NOW) as second:
         assert not left.exists()

@@ -13,7 +13,7 @@ from vrg.bus.codec import Received, decode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, name_in
-from vrg.coordinator.attendance import PATIENCE as AWAY
+from vrg.coordinator.attendance import ABSENCE_TIMEOUT as AWAY
 from vrg.errors import MessageError
 
 T = TypeVar("T", bound=m.Message)

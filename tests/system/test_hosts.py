@@ -18,8 +18,8 @@ from tests.requirements import missing
 from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient, wait_until
 from tests.system.lab import VRG, Lab, LabHost, laboratory, run
 from vrg.games import GAMES
-from vrg.launch.events import What, read_events
-from vrg.launch.remote.silence import LEASE
+from vrg.launch.events import EventKind, read_events
+from vrg.launch.remote.silence import LAUNCHER_TIMEOUT
 from vrg.recording.reader import read_tracks
 
 pytestmark = pytest.mark.system
@@ -161,7 +161,7 @@ def test_when_an_agent_is_killed_its_processes_end_and_others_take_their_places(
     match.wait_said("h3 is away (bob)")
     match.wait_said("h3 is back: bob runs again")
     told = [(event.what, event.text) for event in read_events(match.run.events) if event.process == "h3"]
-    assert (What.AWAY, "h3 does not answer (bob)") in told, "the stop certificate is made of such events"
+    assert (EventKind.AWAY, "h3 does not answer (bob)") in told, "the stop certificate is made of such events"
 
 
 def test_a_link_that_is_cut_for_a_moment_stops_the_robots_behind_it(match: Match, lab: Lab) -> None:
@@ -186,7 +186,7 @@ def test_a_host_whose_link_stays_cut_stops_its_own_processes_and_comes_back(matc
     assert world is not None
     host.cut()
     try:
-        wait_until(lambda: not host.processes(), f"all to end within the lease of {LEASE:g} s")
+        wait_until(lambda: not host.processes(), f"all to end within the lease of {LAUNCHER_TIMEOUT:g} s")
     finally:
         host.mend()
     replaced(match, host, "world", "", world)

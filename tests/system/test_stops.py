@@ -12,7 +12,7 @@ import pytest
 from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient
 from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction, at_rest
-from vrg.recording.stops import HOLD
+from vrg.recording.stops import REST_TIME
 
 pytestmark = pytest.mark.system
 
@@ -24,11 +24,11 @@ SEEN = 0.5
 
 def seen_to_stand(observer: Observer, name: str, since: float, until: float) -> float | None:
     """The match time from which the observer saw a robot at rest between two match times, and not only for a moment."""
-    later = [p for p in observer.heard.poses if since <= p.stamp <= until + HOLD]
+    later = [p for p in observer.heard.poses if since <= p.stamp <= until + REST_TIME]
     rests = [at_rest(observer.body(name, poses).twist) for poses in later]
     for number, poses in enumerate(later):
         until_moving = next((p.stamp for p, rest in zip(later[number:], rests[number:], strict=True) if not rest), None)
-        long = until_moving is None or until_moving - poses.stamp >= HOLD or until_moving > until
+        long = until_moving is None or until_moving - poses.stamp >= REST_TIME or until_moving > until
         if rests[number] and long and poses.stamp <= until:
             return poses.stamp
     return None

@@ -12,7 +12,7 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.colours import GREY, ORANGE, PURPLE
-from vrg.games import GAMES, UNKNOWN, game_of
+from vrg.games import GAMES, UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment, Role
 from vrg.recording.recorder import Recorder
 from vrg.ui import plot
@@ -144,11 +144,11 @@ def test_the_plot_marks_the_calls_that_another_packages_game_names(keys, drawn, 
 
 
 def test_a_game_that_is_not_installed_here_is_shown_in_every_view(scene_at, keys, drawn, tmp_path):
-    assert game_of("capture") is UNKNOWN
+    assert game_of("capture") is UNKNOWN_GAME
     scene = scene_at(5.0, **CHANGES)
     surface, about = painted(scene)
     for name, role in (("bruce", "guard"), ("nemo", "runner")):
-        assert pixels(surface, about(name), UNKNOWN.style(role).colour) > 60, name
+        assert pixels(surface, about(name), UNKNOWN_GAME.style(role).colour) > 60, name
     assert status_line(scene) == "0:05.0  Play Round, round 2 of 2; reds 3, blues 1; 3 of 3 players in play"
     assert "Capture" in text_of(table(scene)), "its name is known"
     plot_trajectories(recorded(tmp_path / "match.mcap", keys, **{**CHANGES, "round": 1}), tmp_path / "plot.png")

@@ -1,4 +1,4 @@
-"""Where and when a pursuer can meet a target that keeps its course (thesis, eq. 4.4)."""
+"""The point and the time at which a pursuer can meet a target that keeps its course (thesis, eq. 4.4)."""
 
 import math
 from dataclasses import dataclass

@@ -1,9 +1,9 @@
-"""How a player drives: the pilot of its robot, with the bodies that the player sees and the obstacles of the map."""
+"""Drives a player's robot: the pilot, with the bodies that the player sees and the obstacles of the map."""
 
 from collections.abc import Sequence
 
 from vrg.agents.strategy import View
-from vrg.navigation.pilot import GAP, Neighbour, Pilot
+from vrg.navigation.pilot import CLEARANCE, Neighbour, Pilot
 from vrg.regions import Region
 from vrg.types import Twist, Vector
 
@@ -55,5 +55,5 @@ def _near(view: View, ignore: Sequence[str]) -> list[Neighbour]:
 
 def _walls(view: View) -> list[tuple[Region, float]]:
     """The obstacles of the map that are near, each with the distance to keep from it, m."""
-    margin = view.me.radius + GAP
+    margin = view.me.radius + CLEARANCE
     return [(wall, margin) for wall in view.obstacles if wall.distance(*view.position) < LOOK_AHEAD + margin]

@@ -196,7 +196,7 @@ class Player(Node):
         )
 
     def counted(self) -> dict[str, Any]:
-        """What came over the radio, by team mate."""
+        """The messages that came over the radio, counted by team mate."""
         return {"radio": self._telling.counted()}
 
     def stop(self) -> None:
@@ -244,7 +244,7 @@ class Player(Node):
         return action
 
     def _makes_sense(self, twist: Twist) -> bool:
-        """Whether a motion is finite. If it is not, the robot stands and says why.
+        """True if a motion is finite. If it is not, the robot stands and its player reports why.
 
         Raises:
             StrategyError: NONSENSE_LIMIT motions in a row were not.
@@ -278,7 +278,7 @@ class Player(Node):
         return readings
 
     def _arm(self, readings: Readings) -> bool:
-        """Whether the robot may be driven. It arms the robot at every tick until the readings say that it is armed."""
+        """True if the robot may be driven. Arms the robot at every tick until the readings report that it is armed."""
         if readings.armed:
             return True
         try:

@@ -1,4 +1,4 @@
-"""What a pursuer can win: Apollonius circles, pure pursuit, and the lion's move. All are functions of numbers.
+"""Pursuit of one evader: Apollonius circles, pure pursuit, and the lion's move. All are functions of numbers.
 
 Positions are in m, speeds in m/s, times in s. Both sides are points that can turn at once.
 """
@@ -15,7 +15,7 @@ _EQUAL: Final = 1e-9
 
 
 def reaches_first(point: Vector, pursuer: Vector, speed: float, evader: Vector, evader_speed: float) -> bool:
-    """Whether a pursuer that drives straight is at a point no later than an evader that drives straight there.
+    """True if a pursuer that drives straight is at a point no later than an evader that drives straight there.
 
     Args:
         speed: the pursuer's. evader_speed: the evader's. Neither is negative.
@@ -69,7 +69,7 @@ def pure_pursuit_time(pursuer: Vector, speed: float, evader: Vector, velocity: V
 
 
 def pure_pursuit_gap(distance: float, angle: float) -> float:
-    """How near a pursuer that always heads for an equally fast evader comes in the end, m.
+    """The distance in m that a pursuer which always heads for an equally fast evader reaches in the end.
 
     It is d (1 + cos a) / 2, because d (1 + cos a) does not change and a goes to 0; see `pure_pursuit_time`.
 
@@ -80,7 +80,7 @@ def pure_pursuit_gap(distance: float, angle: float) -> float:
 
 
 def lion_move(centre: Vector, lion: Vector, man: Vector, step: float) -> Vector:
-    """Where the lion goes when the man has gone to `man`: upon the segment from the centre to the man, far out.
+    """The lion's next place when the man has gone to `man`: upon the segment from the centre to the man, far out.
 
     The lion begins on this segment, for which the centre may be its first place, and both go at most `step` in a move.
     Then it can always stay on the segment, and the square of its distance from the centre grows by at least step^2 with

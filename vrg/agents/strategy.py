@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
-from vrg.bus.radio import Heard
+from vrg.bus.radio import TeamMessage
 from vrg.errors import StrategyError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Action:
-    """What a player does at one tick.
+    """The decision of a player at one tick.
 
     Args:
         twist: the motion to drive with until the next tick.
@@ -41,7 +41,7 @@ class Action:
 
 @dataclass(frozen=True)
 class View:
-    """What a player knows at one tick.
+    """The knowledge of a player at one tick.
 
     Args:
         time: the match time, s.
@@ -65,7 +65,7 @@ class View:
     velocities: Mapping[str, Vector]
     robot: RobotModel
     pose: Pose
-    heard: Sequence[Heard] = ()
+    heard: Sequence[TeamMessage] = ()
     priority: str | None = None
     obstacles: Sequence[Region] = ()
 
@@ -113,7 +113,7 @@ class Strategy(ABC):
 
     @property
     def mode(self) -> str:
-        """What the strategy does now, in one or two words, for spectators."""
+        """The mode of the strategy, in one or two words, for spectators."""
         return "-"
 
     @abstractmethod
@@ -125,7 +125,7 @@ class Strategy(ABC):
         """
 
     def complaint(self, what: str) -> StrategyError:
-        """What is wrong with an answer of the strategy, and where in the code it comes from."""
+        """The error about a wrong answer of the strategy, with the place in the code that it comes from."""
         place = place_of_method(self, "act")
         return StrategyError(f"{type(self).__name__}.act: {what}{f' ({place})' if place else ''}")
 
@@ -139,7 +139,7 @@ class RemoteStrategy(Strategy):
 
 
 def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
-    """What a strategy decides, with Python's own numbers; and its mode.
+    """The decision of a strategy, with Python's own numbers; and its mode.
 
     Raises:
         StrategyError: it raises an exception, ends the program, or answers with something else.
@@ -158,7 +158,7 @@ def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
 
 
 def planned(strategy: Strategy, view: View, twist: Twist) -> Twist:
-    """What the planner makes of a motion that a strategy or a human wants, with Python's own numbers.
+    """The planner's form of a motion that a strategy or a human wants, with Python's own numbers.
 
     It is not asked where the robot may not move, where the referee drives it, and for a motion that is not finite.
 

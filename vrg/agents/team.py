@@ -1,4 +1,4 @@
-"""What a player is told as a member of its team: what its commander wants, and whom the team sees."""
+"""A player's messages as a member of its team: the commander's orders, and the players that the team sees."""
 
 import logging
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ log = logging.getLogger(__name__)
 
 
 class TeamChannel:
-    """What one player hears of its team's business.
+    """The subscriptions of one player to its team's messages.
 
     Args:
         keys: the keys of the match. mailbox: the mailbox of the player's node.
@@ -40,7 +40,7 @@ class TeamChannel:
         return _with_poses(state, sight.body) if sight is not None and fresh else state
 
     def priority(self, now: float, known: Sequence[str]) -> str | None:
-        """What the person who commands the team wants at match time `now`, if it is one of the known priorities."""
+        """The order of the person who commands the team at match time `now`, if it is one of the known priorities."""
         order = self._orders.latest
         if order is None or order.body.priority is None or not is_fresh(order.stamp, now, order.body.lease):
             return None

@@ -1,4 +1,4 @@
-"""How a player tells others what its strategy answers: its team over the radio, the referee, and the windows."""
+"""Publishes a strategy's answers: to its team over the radio, to the referee, and to the windows."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
@@ -9,7 +9,7 @@ from vrg.agents.strategy import Action
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Bid, Links, Sightings, Sketch
-from vrg.bus.radio import Heard, Radio, packed
+from vrg.bus.radio import Radio, TeamMessage, packed
 from vrg.bus.topics import Keys
 from vrg.types import Vector
 
@@ -30,15 +30,15 @@ class Once:
         self._told: set[str] = set()
 
     def __call__(self, text: str) -> bool:
-        """Whether a text may pass."""
+        """Return True if a text may pass."""
         if text in self._told or len(self._told) >= WARNINGS_LIMIT:
             return False
         self._told.add(text)
         return True
 
 
-class Said(Struct, frozen=True):
-    """What an action says, as it can be sent.
+class Payload(Struct, frozen=True):
+    """The messages of an action, as they can be sent.
 
     Args:
         say: the MessagePack of what it says to its team. sightings, bids, sketch: the messages.
@@ -50,8 +50,9 @@ class Said(Struct, frozen=True):
     sketch: Sketch | None = None
 
 
-def sendable(action: Action) -> tuple[Said, list[str]]:
-    """What an action says, with numpy's numbers as Python's own; and what cannot be sent, and why, in words."""
+def sendable(action: Action) -> tuple[Payload, list[str]]:
+    """The messages of an action, with numpy's numbers as Python's own; and the parts that cannot be sent, and why, in
+    words."""
     problems: list[str] = []
 
     def attempt(what: str, make: Callable[[], T], otherwise: T) -> T:
@@ -61,7 +62,7 @@ def sendable(action: Action) -> tuple[Said, list[str]]:
             problems.append(f"{what} left out: {error}")
             return otherwise
 
-    said = Said(
+    said = Payload(
         None if action.say is None else attempt("say", lambda: packed(action.say), None),
         attempt("sightings", lambda: checked(Sightings(seen=tuple(action.sightings))), None)
         if action.sightings
@@ -81,7 +82,7 @@ def _bids(bids: Mapping[str, float | None]) -> list[Bid]:
 
 
 class Telling:
-    """What a player says and hears besides what its robot does.
+    """The messages of a player, besides the commands to its robot.
 
     Args:
         mailbox: the mailbox of the player's node. keys: the keys of the match. name: the player's name.
@@ -114,8 +115,8 @@ class Telling:
             self._mailbox.publish(self._sketch, said.sketch)
         return problems
 
-    def heard(self, place: Vector) -> Sequence[Heard]:
-        """What the team has said since the last call; `place` as for `tell`."""
+    def heard(self, place: Vector) -> Sequence[TeamMessage]:
+        """The messages from the team since the last call; `place` as for `tell`."""
         return self._radio.heard(place)
 
     def count(self, now: float) -> None:
@@ -126,6 +127,6 @@ class Telling:
             self._mailbox.publish(self._links, Links(links=tuple(counts)))
 
     def counted(self) -> dict[str, Any]:
-        """What came over the radio, as plain data: the numbers of `LinkCount` by team mate."""
+        """The messages that came over the radio, as plain data: the numbers of `LinkCount` by team mate."""
         links = {count.speaker: to_builtins(count) for count in self._radio.counts()}
         return {name: {k: v for k, v in of.items() if k != "speaker"} for name, of in links.items()}

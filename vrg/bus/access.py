@@ -1,4 +1,4 @@
-"""What each seat may publish and hear, made from the key map: the router's access control.
+"""The keys that each seat may publish and receive, made from the key map: the router's access control.
 
 Zenoh's router compares the common name of a process's certificate and the key of a message with rules. What no rule
 allows is denied. These are functions of plain data, for a router of VRG's own and for a stock `zenohd`.
@@ -19,9 +19,9 @@ from typing import Any
 from vrg.bus.names import chunk_of
 from vrg.bus.parties import EVERYBODY, Party
 from vrg.bus.seats import Roster, Seat, SeatKind
-from vrg.bus.topics import ALIVE, READINGS, ROUTERS_ALIVE, Keys, Line, Qos
+from vrg.bus.topics import ALIVE, READINGS, ROUTERS_ALIVE, Keys, Qos, TopicLine
 
-NODES: dict[SeatKind, tuple[str, str]] = {
+NODE_OF_SEAT: dict[SeatKind, tuple[str, str]] = {
     SeatKind.WORLD: ("world", "world"),
     SeatKind.REFEREE: ("coordinator", "referee"),
     SeatKind.RECORDER: ("recorder", "recorder"),
@@ -37,14 +37,14 @@ _BROAD = (SeatKind.OFFICIAL, SeatKind.WINDOW)
 """The seats that may ask for everything at once, as `vrg topic list` does. They are given what they may hear."""
 
 
-def speaks(seat: Seat, line: Line[Any], roster: Roster) -> list[str]:
+def speaks(seat: Seat, line: TopicLine[Any], roster: Roster) -> list[str]:
     """The key expressions below `vrg/<match>/` on which a seat may publish messages of a line; none if it may not."""
     kind, name = _node_of(seat)
     own = replace(line, path=line.path.replace("{kind}/{name}", f"{kind}/{name}"))
     return _expressions(seat, own, line.speakers, roster)
 
 
-def hears(seat: Seat, line: Line[Any], roster: Roster) -> list[str]:
+def hears(seat: Seat, line: TopicLine[Any], roster: Roster) -> list[str]:
     """The key expressions below `vrg/<match>/` of a line whose messages a seat is given; none if it may not hear any.
 
     An official is given all.
@@ -56,7 +56,7 @@ def hears(seat: Seat, line: Line[Any], roster: Roster) -> list[str]:
 
 @lru_cache(maxsize=4096)
 def may_publish(sender: str, key: str) -> bool:
-    """Whether a sender, as it stands in a message, may be one of the speakers of a key.
+    """True if a sender, as a message names it, may be one of the speakers of a key.
 
     The router decides by the seat, which cannot be forged. This finds messages that the bus has mixed up. Who is in
     which team, and which robots are located by a tracker, is not known here.
@@ -78,12 +78,12 @@ def may_publish(sender: str, key: str) -> bool:
 
 def _senders(party: Party) -> tuple[str, ...]:
     """The kinds of senders that speak from a seat."""
-    node = NODES.get(party.kind, (party.kind.value, ""))[0]
+    node = NODE_OF_SEAT.get(party.kind, (party.kind.value, ""))[0]
     return (node, DECIDING) if party.kind in _BROAD else (node,)
 
 
 def _own(party: Party, name: str, holes: dict[str, str]) -> bool:
-    """Whether the names in a key are the sender's own, where they must be."""
+    """True if the names in a key are the sender's own, where they must be."""
     own: tuple[str, ...] = ()
     if party.kind in (SeatKind.PLAYER, SeatKind.HUD):
         own = ("robot", "player")
@@ -92,15 +92,15 @@ def _own(party: Party, name: str, holes: dict[str, str]) -> bool:
     return all(holes.get(hole, name) == name for hole in own)
 
 
-def in_words(line: Line[Any], parties: Sequence[Party]) -> str:
-    """Who the speakers or the listeners of a line are, for people."""
+def in_words(line: TopicLine[Any], parties: Sequence[Party]) -> str:
+    """The speakers or the listeners of a line, in words."""
     kinds = {party.kind for party in parties}
     if kinds >= {party.kind for party in EVERYBODY} - {SeatKind.HOST}:
         return "all"
     return ", ".join(_party_in_words(line, party) for party in parties)
 
 
-def _party_in_words(line: Line[Any], party: Party) -> str:
+def _party_in_words(line: TopicLine[Any], party: Party) -> str:
     if (party.kind is SeatKind.PLAYER and "{team}" in line.path and "{player}" not in line.path) or party.others:
         return "players of the team"
     if party.kind is SeatKind.COMMANDER:
@@ -111,15 +111,15 @@ def _party_in_words(line: Line[Any], party: Party) -> str:
 
 def _node_of(seat: Seat) -> tuple[str, str]:
     """The kind and the name of the nodes that a seat runs, as they stand in keys."""
-    return NODES.get(seat.kind, (seat.kind.value, chunk_of(seat.name)))
+    return NODE_OF_SEAT.get(seat.kind, (seat.kind.value, chunk_of(seat.name)))
 
 
-def lines() -> list[Line[Any]]:
+def lines() -> list[TopicLine[Any]]:
     """All lines of the key map, that of the sensors' readings too."""
     return [*Keys.lines(), READINGS]
 
 
-def _expressions(seat: Seat, line: Line[Any], parties: Iterable[Party], roster: Roster) -> list[str]:
+def _expressions(seat: Seat, line: TopicLine[Any], parties: Iterable[Party], roster: Roster) -> list[str]:
     found: dict[str, None] = {}
     holes = set(re.findall(r"\{(\w+)\}", line.path))
     for party in parties:
@@ -135,7 +135,7 @@ def _expressions(seat: Seat, line: Line[Any], parties: Iterable[Party], roster: 
 
 
 def _own_names(seat: Seat, party: Party, roster: Roster) -> dict[str, Sequence[str]]:
-    """What must stand in the holes of a line's path, by hole. A hole that is missing may hold anything."""
+    """The names that the holes of a line's path must hold, by hole. A hole that is missing may hold anything."""
     if seat.kind in (SeatKind.PLAYER, SeatKind.HUD):
         team: dict[str, Sequence[str]] = {"team": [roster.teams[seat.name]]}
         return team if party.others else {**team, "robot": [seat.name], "player": [seat.name]}
@@ -168,7 +168,8 @@ def rules(roster: Roster) -> dict[str, Any]:
 
 
 def _rule_of_routers(seat: Seat) -> dict[str, Any]:
-    """What routers may pass on to each other: everything, as each has asked its own clients already."""
+    """The rule for messages between routers: everything may pass, as each router has checked its own clients
+    already."""
     return {
         "id": f"{seat.common_name}:pass-on",
         "permission": "allow",

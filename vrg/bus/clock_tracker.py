@@ -1,4 +1,4 @@
-"""How a process' own clock runs against the match clock. This module reads no clock.
+"""The relation of a process' own clock to the match clock. This module reads no clock.
 
 Nobody's wall clock matters to a match: every stamp is match time, and every time-out a difference of one process'
 monotonic time. So machines need not agree on the time of day, and a wall clock that is an hour off, or is set during
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 INTERVAL = 2.0
 """The length in s of the intervals of which the least delayed message counts."""
-KEPT = 15
+DRIFT_SAMPLES = 15
 """The number of intervals that the drift is estimated from."""
 LEAST = 4
 """The number of intervals before there is a drift."""
@@ -37,7 +37,7 @@ class ClockTracker:
     """Takes in the arrivals of clock messages."""
 
     def __init__(self) -> None:
-        self._floors: deque[tuple[float, float]] = deque(maxlen=KEPT)
+        self._floors: deque[tuple[float, float]] = deque(maxlen=DRIFT_SAMPLES)
         """Of each past interval, the arrival of the least delayed message and its offset, s."""
         self._floor: tuple[float, float] | None = None
         self._began = 0.0
@@ -72,7 +72,7 @@ class ClockTracker:
         self._count += 1
 
     def estimate(self) -> ClockEstimate | None:
-        """What is known now; None without a message since the last estimate, or without a pace."""
+        """The present estimate; None without a message since the last one, or without a pace."""
         if self._floor is None or self._count == 0:
             return None
         before = self._floors[-1][1] if self._floors else self._floor[1]

@@ -48,7 +48,7 @@ class Received(Struct, Generic[T_co], frozen=True, gc=False):
 
 
 class Header(Struct, frozen=True, array_like=True, forbid_unknown_fields=True, gc=False):
-    """What stands before the body of a message, and the encoded body."""
+    """The fields before the body of a message, and the encoded body."""
 
     format: int
     version: int

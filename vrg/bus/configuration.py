@@ -11,7 +11,7 @@ LEASE_MS = 1000
 """The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
 PENDING = 5000
 """The number of connections that a router takes, and of those whose other end has not said yet who it is."""
-LONGEST = 16_000_000
+MAX_MESSAGE_SIZE = 16_000_000
 """The number of bytes of the longest message that is taken in. A picture of a camera has at most half as many. By
 default a process that is let in could fill the memory of all others with messages of a gigabyte."""
 _SECURE = "tls/"
@@ -82,7 +82,7 @@ def _connect(endpoints: list[str]) -> dict[str, Any]:
 
 def _settings(mode: str, ends: dict[str, Any], credentials: Credentials | None) -> dict[str, Any]:
     """Explicit endpoints, no scouting, and a short lease."""
-    link: dict[str, Any] = {"tx": {"lease": LEASE_MS, "keep_alive": 4}, "rx": {"max_message_size": LONGEST}}
+    link: dict[str, Any] = {"tx": {"lease": LEASE_MS, "keep_alive": 4}, "rx": {"max_message_size": MAX_MESSAGE_SIZE}}
     if credentials is not None:
         # A router may connect to another one.
         roles = ("listen", "connect") if mode == "router" else ("connect",)

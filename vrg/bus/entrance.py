@@ -28,22 +28,23 @@ log = logging.getLogger(__name__)
 
 DOORS = 256
 """The number of the router's listeners."""
-PATIENCE = 5.0
+HANDSHAKE_TIMEOUT = 5.0
 """The real time in s in which a handshake must succeed, and in which what is sent last must be taken."""
-WAITING = 1000
+MAX_HANDSHAKES = 1000
 """The number of connections whose handshake may not have succeeded yet."""
-HELD = 2000
+MAX_CONNECTIONS = 2000
 """The number of connections of one address whose handshake has succeeded, so that one seat does not take all places."""
 _BACKLOG = 4096
 """The number of connections that the system holds ready until they are taken."""
 _TURNS = 3
-"""How often the router has answered when a handshake has succeeded: a stranger hears a retry and a flight at most."""
+"""The number of the router's answers in a handshake that has succeeded: a stranger gets a retry and a flight at
+most."""
 _HEADER = 5
 """The bytes before the first message of TLS: its kind (22), the version (3.x) and the length."""
 
 
 def begins_handshake(data: bytes) -> bool | None:
-    """Whether some bytes begin with a ClientHello of TLS (RFC 8446, 4.1.2 and 5.1); None if more are needed to tell."""
+    """True if some bytes begin with a ClientHello of TLS (RFC 8446, 4.1.2 and 5.1); None if more are needed."""
     if not b"\x16\x03".startswith(data[:2]) or data[5:6] not in (b"", b"\x01"):
         return False
     length = int.from_bytes(data[3:_HEADER], "big")
@@ -95,7 +96,7 @@ def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
 
 
 class _Hall:
-    """What is between the public port and the router's listeners.
+    """The connections between the public port and the router's listeners.
 
     Args:
         loop: runs all connections. doors: the addresses of the router's listeners.
@@ -104,7 +105,7 @@ class _Hall:
     def __init__(self, loop: asyncio.AbstractEventLoop, doors: list[tuple[str, int]]) -> None:
         self.loop = loop
         self.ending = False
-        self.room = WaitingRoom(WAITING, PATIENCE)
+        self.room = WaitingRoom(MAX_HANDSHAKES, HANDSHAKE_TIMEOUT)
         self.held: Counter[str] = Counter()
         self._doors = cycle(doors)
 
@@ -159,7 +160,7 @@ class _Side(asyncio.Protocol):
         if self.other is not None:
             self.other.transport.close()
             # Who does not take what was sent last would keep the connection for ever.
-            asyncio.get_running_loop().call_later(PATIENCE, self.other.transport.abort)
+            asyncio.get_running_loop().call_later(HANDSHAKE_TIMEOUT, self.other.transport.abort)
 
 
 class _Outside(_Side):
@@ -205,7 +206,7 @@ class _Outside(_Side):
                 self._hall.room.leave(self.transport)
                 self._address = (self.transport.get_extra_info("peername") or ("",))[0]
                 self._hall.held[self._address] += 1
-                if self._hall.held[self._address] > HELD:
+                if self._hall.held[self._address] > MAX_CONNECTIONS:
                     self.transport.abort()
 
     def connection_lost(self, error: Exception | None) -> None:

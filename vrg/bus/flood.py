@@ -2,15 +2,15 @@
 
 from typing import Final
 
-LIMIT: Final = 2_000
+MAX_MESSAGE_RATE: Final = 2_000
 """The messages on one key in a second above which it is flooded. A player publishes 10 messages on a key in a second of
 match time, and a match runs at most 100 times as fast as real time."""
-WINDOW: Final = 1.0
+RATE_WINDOW: Final = 1.0
 """The real time in s in which messages are counted."""
 
 
 class FlowMeter:
-    """Counts messages. A flooded key stays so until fewer than LIMIT have come in a whole window."""
+    """Counts messages. A flooded key stays so until fewer than MAX_MESSAGE_RATE have come in a whole window."""
 
     def __init__(self) -> None:
         self._since = 0.0
@@ -23,14 +23,14 @@ class FlowMeter:
         Args:
             now: real time of some clock, s.
         """
-        if now - self._since >= WINDOW:
+        if now - self._since >= RATE_WINDOW:
             self._before = self.flooded(now)
             self._since, self._counts = now, {}
         count = self._counts[key] = self._counts.get(key, 0) + 1
-        return count <= LIMIT and key not in self._before
+        return count <= MAX_MESSAGE_RATE and key not in self._before
 
     def flooded(self, now: float) -> frozenset[str]:
         """The keys that are flooded now. Another thread than that of `admits` may ask."""
         passed, counts = now - self._since, self._counts
-        over = frozenset(key for key, count in tuple(counts.items()) if count > LIMIT)
-        return over | self._before if passed < WINDOW else over if passed < 2 * WINDOW else frozenset()
+        over = frozenset(key for key, count in tuple(counts.items()) if count > MAX_MESSAGE_RATE)
+        return over | self._before if passed < RATE_WINDOW else over if passed < 2 * RATE_WINDOW else frozenset()

@@ -5,7 +5,7 @@ import ssl
 
 from vrg.bus.credentials import Credentials
 
-_PATIENCE = 2.0
+_STEP_TIMEOUT = 2.0
 """The real time in s for each step of the handshake."""
 _REASONS = (
     (
@@ -32,7 +32,7 @@ _REASONS = (
     ("BAD_CERTIFICATE", "the router does not take the certificate of this seat"),
     ("WRONG_VERSION_NUMBER", "what answers there does not encrypt"),
 )
-"""What OpenSSL says, and what that means here."""
+"""Messages of OpenSSL, and what they mean here."""
 
 
 def refusal(endpoint: str, credentials: Credentials) -> str | None:
@@ -48,11 +48,11 @@ def refusal(endpoint: str, credentials: Credentials) -> str | None:
         return f"the keys in {credentials.folder} cannot be read: {error}"
     try:
         with (
-            socket.create_connection((host.strip("[]"), int(port)), timeout=_PATIENCE) as plain,
+            socket.create_connection((host.strip("[]"), int(port)), timeout=_STEP_TIMEOUT) as plain,
             context.wrap_socket(plain, server_hostname=host.strip("[]")) as secure,
         ):
             # A server refuses a client's certificate only after its own side of the handshake.
-            secure.settimeout(_PATIENCE / 4)
+            secure.settimeout(_STEP_TIMEOUT / 4)
             secure.recv(1)
     except ssl.SSLError as error:
         return _meaning(str(error))

@@ -7,7 +7,7 @@ _LONGEST = 253
 
 
 def is_host(text: str) -> bool:
-    """Whether a text is an IP address without brackets, or a host name. Names may have underscores, as some do."""
+    """True if a text is an IP address without brackets, or a host name. Names may have underscores, as some do."""
     try:
         ipaddress.ip_address(text)
     except ValueError:

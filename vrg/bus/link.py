@@ -33,13 +33,13 @@ EVENTS_KEPT: Final = 64
 """The number of events of each key that are kept for subscribers that missed some while a link was lost."""
 RECOVERY_PERIOD: Final = timedelta(seconds=1)
 """The time between two queries for events that were missed."""
-AGAIN: Final = b"again"
+REPUBLISHED: Final = b"again"
 """The attachment of an event that is published once more."""
-BEAT: Final = 0.5
+CLOCK_CHECK_PERIOD: Final = 0.5
 """The real time in s between two looks at the clock. Time in which the process was frozen has none of them."""
 DOUBTFUL: Final = 5
 """The number of beats before a loss in which events may have been published that did not arrive."""
-LONGEST: Final = 5.0
+EVENT_LIFESPAN: Final = 5.0
 """The real time in s after which an event that could not be published is of no use any more."""
 RETRY: Final = 0.1
 """The real time in s between two attempts to connect."""
@@ -136,7 +136,7 @@ class Link:
     def put(self, key: str, qos: Qos, payload: bytes, *, perishable: bool = False) -> None:
         """Publish a message.
 
-        While the link is lost, a state waits for the next session, and so does an event, for LONGEST at most.
+        While the link is lost, a state waits for the next session, and so does an event, for EVENT_LIFESPAN at most.
 
         Args:
             perishable: True for an event that counts at once or never.
@@ -204,7 +204,7 @@ class Link:
     def _keep(self) -> None:
         try:
             while not self._closing.is_set():
-                if self._lost.wait(BEAT) and not self._closing.is_set():
+                if self._lost.wait(CLOCK_CHECK_PERIOD) and not self._closing.is_set():
                     self._renew(self._beats[0])
                 self._beats.append(time.monotonic())
         except BaseException as error:  # a panic of zenoh's is no Exception; the node's own thread raises it
@@ -246,13 +246,13 @@ class Link:
             return
 
     def _publish_kept(self, since: float) -> None:
-        oldest = max(since, time.monotonic() - LONGEST)
+        oldest = max(since, time.monotonic() - EVENT_LIFESPAN)
         for key, (qos, kept) in self._kept.items():
             for at, payload in kept:
                 if qos is Qos.STATE:
                     self._publisher(key, qos).put(payload)
                 elif at >= oldest:
-                    self._publisher(key, qos).put(payload, attachment=AGAIN)
+                    self._publisher(key, qos).put(payload, attachment=REPUBLISHED)
 
     def _shut(self) -> None:
         """Undeclare everything and close the session."""

@@ -44,7 +44,8 @@ class ModelledLink:
         return waits + link.delay + late * link.jitter
 
     def _turn(self, message: Transmission, link: LinkSettings) -> float | None:
-        """How long the message waits and travels, by the bandwidth, s; None if it would have to wait for too long."""
+        """The time in s for which the message waits and travels, by the bandwidth; None if it would wait for too
+        long."""
         if link.bandwidth is None:
             return 0.0
         pair = (message.speaker, message.listener)

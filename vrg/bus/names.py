@@ -15,7 +15,7 @@ _CODED = "x--"
 
 
 def is_name(text: str) -> bool:
-    """Whether a text can be a name; see NAME_RULE. Letters of every language are letters."""
+    """True if a text can be a name; see NAME_RULE. Letters of every language are letters."""
     if not 1 <= len(text) <= _LONGEST or not text[0].isalnum() or text.startswith(_CODED):
         return False
     # Some languages write marks over or under their letters.

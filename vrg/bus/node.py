@@ -65,7 +65,7 @@ class Node(ABC):
         """Read the inlets, decide, publish."""
 
     def counted(self) -> dict[str, Any]:
-        """What the node has counted, as plain data for the result of the match; empty if it counts nothing."""
+        """The counts of the node, as plain data for the result of the match; empty if it counts nothing."""
         return {}
 
     def stop(self) -> None:  # noqa: B027 - a node without a robot has nothing to stop
@@ -76,7 +76,7 @@ class Node(ABC):
 
 
 def sender_of(kind: str, name: str) -> str:
-    """What stands in the messages of a node, as in the key of its liveliness token: `player/ann`."""
+    """The sender in the messages of a node, as in the key of its liveliness token: `player/ann`."""
     return f"{kind}/{chunk_of(name)}"
 
 
@@ -89,7 +89,7 @@ def due_index(time: float, period: float) -> int:
 
 
 def is_fresh(stamp: float, now: float, limit: float) -> bool:
-    """Whether a message with this stamp is at most `limit` seconds of match time old.
+    """True if a message with this stamp is at most `limit` seconds of match time old.
 
     The clocks of two nodes may differ by CLOCK_SKEW. A stamp further in the future is from before the world stepped
     back to a snapshot, so it does not count as fresh.

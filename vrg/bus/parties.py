@@ -1,4 +1,4 @@
-"""Who speaks and who listens on the lines of the key map, as data."""
+"""The parties that publish and receive on the lines of the key map, as data."""
 
 from dataclasses import dataclass
 

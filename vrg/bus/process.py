@@ -74,7 +74,7 @@ def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
 
 
 def _alive(session: Session, expression: str) -> set[str]:
-    """Who is alive, as soon as that is known. Who does not know it must not take a name.
+    """The nodes that are alive, as soon as that is known. A node must not take a name before.
 
     Raises:
         BusError: it has not become known within ROUTER_PATIENCE.

@@ -21,7 +21,7 @@ from vrg.types import Vector
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class TeamMessage:
     """Something that a player of the team has said.
 
     Args:
@@ -55,7 +55,7 @@ class Transmission:
     distance: float | None = None
 
 
-class Link(Protocol):
+class RadioLink(Protocol):
     """A model of the links between all players of a match. Its results depend on the arguments and its seed alone."""
 
     def delay(self, message: Transmission) -> float | None:
@@ -71,7 +71,7 @@ class PerfectLink:
 
 
 def packed(words: Any) -> bytes:
-    """What is said to the team as MessagePack, which numpy's numbers and arrays may be part of.
+    """The words to the team as MessagePack, which numpy's numbers and arrays may be part of.
 
     Raises:
         TypeError: MessagePack cannot hold it.
@@ -92,7 +92,7 @@ class Radio:
         link: the model of the links. Without one, every message arrives at once.
     """
 
-    def __init__(self, keys: Keys, mailbox: Mailbox, name: str, team: str, link: Link | None = None) -> None:
+    def __init__(self, keys: Keys, mailbox: Mailbox, name: str, team: str, link: RadioLink | None = None) -> None:
         self._name = name
         self._mailbox = mailbox
         self._link = link or PerfectLink()
@@ -109,7 +109,7 @@ class Radio:
         """
         self._mailbox.publish(self._topic, Say(words=words, place=place))
 
-    def heard(self, place: Vector | None) -> Sequence[Heard]:
+    def heard(self, place: Vector | None) -> Sequence[TeamMessage]:
         """Return what has arrived since the last call, in the order of arrival.
 
         Args:
@@ -140,16 +140,16 @@ class Radio:
         self._coming = self._coming[len(arrived) :]
         for message in arrived:
             self._counts[_speaker(message.key)].under_way -= 1
-        return [Heard(_speaker(message.key), message.stamp, _decode(message.body.words)) for message in arrived]
+        return [TeamMessage(_speaker(message.key), message.stamp, _decode(message.body.words)) for message in arrived]
 
     def counts(self) -> list[LinkCount]:
-        """What came from each team mate, by name."""
+        """The messages from each team mate, counted, by name."""
         return [count.told(speaker) for speaker, count in sorted(self._counts.items())]
 
 
 @dataclass(slots=True)
 class _Count:
-    """What came over one link: the number of messages, and the sum and the longest of their delays, s."""
+    """The number of messages over one link, and the sum and the longest of their delays, s."""
 
     lost: int = 0
     passed: int = 0
@@ -190,5 +190,5 @@ def _decode(words: bytes) -> Any:
 
 
 def _speaker(key: str) -> str:
-    """Who has said what came on this key."""
+    """The player that publishes on this key."""
     return name_of(key.rsplit("/", 1)[1])

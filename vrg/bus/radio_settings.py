@@ -1,4 +1,4 @@
-"""How good the radio links of a match are. `vrg.bus.links` is the model that follows from it."""
+"""The quality of the radio links of a match. `vrg.bus.links` is the model that follows from it."""
 
 from typing import Annotated
 
@@ -8,7 +8,7 @@ from vrg.types import Fraction, Length, Seconds
 
 
 class LinkSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How well a message travels from one player to another.
+    """The quality of the link from one player to another.
 
     Args:
         range: the distance in m beyond which nothing arrives; None has no limit.
@@ -41,12 +41,12 @@ class RadioSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     links: dict[str, LinkSettings] = {}
 
     def between(self, speaker: str, listener: str) -> LinkSettings:
-        """How the link from one player to another is."""
+        """The quality of the link from one player to another."""
         return self.links.get(f"{speaker}>{listener}", self.every)
 
     @property
     def perfect(self) -> bool:
-        """Whether every message arrives at once."""
+        """True if every message arrives at once."""
         return all(link == PERFECT for link in (self.every, *self.links.values()))
 
 

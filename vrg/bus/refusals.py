@@ -1,4 +1,4 @@
-"""What the router has refused, in words: who wanted to do what.
+"""The router's refusals in words: the seat, and what it tried.
 
 Zenoh has no other way to tell it than its own log, which names each decision of the access control at the level
 `trace`, whether it allows or refuses. So the router's process reads that log through a pipe, keeps the refusals, and
@@ -20,14 +20,14 @@ from vrg.bus.mailbox import is_power_of_ten
 log = logging.getLogger(__name__)
 
 FILTER = "warn,zenoh::net::routing::interceptor=trace,zenoh::net::routing::hat=off"
-"""What zenoh logs. Below `hat` it complains about the end of subscriptions that were refused before."""
-WINDOW = 10.0
+"""The filter of zenoh's log. Below `hat` it complains about the end of subscriptions that were refused before."""
+REFUSAL_WINDOW = 10.0
 """The real time in s for which the following numbers hold."""
-LINES = 50
+MAX_LINES = 50
 """The number of lines that are written about one seat; what comes beyond it is only counted."""
 LONGEST_KEY = 200
 """The number of characters of a key that are written."""
-REMEMBERED = 2000
+MAX_REMEMBERED = 2000
 """The number of sessions, and of different refusals, that are remembered."""
 
 _DECISION = re.compile(
@@ -50,7 +50,7 @@ _ACTIONS = {
     ("Put", "egress"): "may not hear {key}: withheld",
     ("Reply", "egress"): "may not hear {key}: withheld",
 }
-"""What is refused, in words. What is missing is part of the ordinary routing, and not what somebody has done."""
+"""The refused actions, in words. Others are part of the ordinary routing, and no act of a seat."""
 
 
 class Refusals:
@@ -80,7 +80,7 @@ class Refusals:
             if told is None:
                 continue
             who, words = told
-            if self._written.get(who, 0) >= LINES:
+            if self._written.get(who, 0) >= MAX_LINES:
                 self._unlisted[who] = self._unlisted.get(who, 0) + 1
                 continue
             self._written[who] = self._written.get(who, 0) + 1
@@ -90,11 +90,13 @@ class Refusals:
     def end(self) -> list[str]:
         """Return the lines to write at the end of zenoh's log: what was not listed in the last window."""
         unlisted, self._written, self._unlisted = self._unlisted, {}, {}
-        return [f"{who}: {n} further refusals within {WINDOW:g} s were not listed" for who, n in unlisted.items()]
+        return [
+            f"{who}: {n} further refusals within {REFUSAL_WINDOW:g} s were not listed" for who, n in unlisted.items()
+        ]
 
     def _turn(self, now: float) -> list[str]:
         """Begin a new window where the old one is over, and tell what was not listed in the old one."""
-        if now - self._since < WINDOW:
+        if now - self._since < REFUSAL_WINDOW:
             return []
         self._since = now
         return self.end()
@@ -103,17 +105,17 @@ class Refusals:
         """Remember whose session it is."""
         named = _NAME.search(line)
         if named is not None:
-            if len(self._names) >= REMEMBERED:
+            if len(self._names) >= MAX_REMEMBERED:
                 self._names.clear()
             self._names[named[1].decode()] = named[2].decode(errors="replace")
 
     def _line(self, line: bytes) -> tuple[str, str] | None:
-        """Who is refused, and what, if a line tells of it."""
+        """The seat that is refused, and what is refused, if a line reports it."""
         # To look for a few bytes is much quicker than to try an expression, and a flood must not slow the router down.
         if b"CertCommonName(" in line:
             self._learn(line)
         if b" is unauthorized to " in line and (decision := _DECISION.search(line)) is not None:
-            if len(self._pending) >= REMEMBERED:
+            if len(self._pending) >= MAX_REMEMBERED:
                 self._pending.clear()
             self._pending[decision["thread"]] = decision.group("session", "action", "flow", "key")
             return None
@@ -132,7 +134,7 @@ class Refusals:
         if words is None:
             return None
         who, what = self._names.get(session, f"session {session}"), words.format(key=key[:LONGEST_KEY])
-        if len(self._counts) >= REMEMBERED:
+        if len(self._counts) >= MAX_REMEMBERED:
             self._counts.clear()
         count = self._counts[(session, what)] = self._counts.get((session, what), 0) + 1
         if not is_power_of_ten(count):

@@ -82,7 +82,7 @@ class Seat:
 
 @dataclass(frozen=True)
 class Roster:
-    """Who takes part in a match, as far as seats are concerned.
+    """The members of a match, as far as seats are concerned.
 
     Args:
         match: the name of the match, which is a part of every key.

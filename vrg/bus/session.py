@@ -22,7 +22,7 @@ from vrg.bus.access import may_publish
 from vrg.bus.codec import Header, encode, header
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
 from vrg.bus.credentials import Credentials
-from vrg.bus.flood import LIMIT, FlowMeter
+from vrg.bus.flood import MAX_MESSAGE_RATE, FlowMeter
 from vrg.bus.link import Link, kept_events, subscription
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
@@ -36,7 +36,7 @@ log = logging.getLogger(__name__)
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 ASKING: Final = 1.0
 """The longest real time in s to wait for the events that were missed while the link was lost."""
-ANSWER_PATIENCE: Final = 1.0
+LIVELINESS_TIMEOUT: Final = 1.0
 """The longest real time in s to wait for the router's answer to who is alive."""
 REFUSED_KEYS: Final = 1000
 """The number of keys for which refused messages are counted one by one."""
@@ -227,9 +227,9 @@ class Session:
         """
         found = set()
         try:
-            for reply in self._link.raw.liveliness().get(expression, timeout=ANSWER_PATIENCE):
+            for reply in self._link.raw.liveliness().get(expression, timeout=LIVELINESS_TIMEOUT):
                 if reply.ok is None:
-                    raise BusError(f"expected the router to tell who is alive within {ANSWER_PATIENCE:g} s")
+                    raise BusError(f"expected the router to tell who is alive within {LIVELINESS_TIMEOUT:g} s")
                 found.add(str(reply.ok.key_expr))
         except zenoh.ZError as error:
             raise BusError(f"the link to the router was lost ({_brief(error)})") from None
@@ -337,7 +337,9 @@ class Session:
         self.dropped += 1
         if key not in self._floods and len(self._floods) < REFUSED_KEYS:
             self._floods.add(key)
-            log.warning("%s: expected at most %d messages a second: more events are dropped unread", key, LIMIT)
+            log.warning(
+                "%s: expected at most %d messages a second: more events are dropped unread", key, MAX_MESSAGE_RATE
+            )
 
     def _subscribe(self, inlet: Inlet[Message], on_arrival: OnArrival | None, meter: FlowMeter) -> None:
         event = inlet.topic.qos is Qos.EVENT

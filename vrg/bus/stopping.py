@@ -15,10 +15,10 @@ log = logging.getLogger(__name__)
 
 
 class StopSignal(Protocol):
-    """What a loop asks whether it must stop. A `threading.Event` can be used as one, too."""
+    """The signal by which a loop must stop. A `threading.Event` can be used as one, too."""
 
     def is_set(self) -> bool:
-        """Whether it is time to stop."""
+        """True if it is time to stop."""
 
     def wait(self, timeout: float) -> bool:
         """Wait at most `timeout` seconds of real time until it is time to stop; return whether it is."""
@@ -45,7 +45,7 @@ class Stop:
             os.write(self._writer, b".")
 
     def is_set(self) -> bool:
-        """Whether it is time to stop."""
+        """True if it is time to stop."""
         return self._set
 
     def wait(self, timeout: float | None = None) -> bool:
@@ -56,7 +56,7 @@ class Stop:
 
     @property
     def interrupted(self) -> bool:
-        """Whether Ctrl-C was the reason to stop."""
+        """True if Ctrl-C was the reason to stop."""
         return self.signal == signal.SIGINT
 
 

@@ -62,7 +62,7 @@ class Topic(Generic[T_co]):
     Args:
         key: a zenoh key expression; chunks may be `*` in a topic that is only subscribed to.
         type: the class of the messages. qos: how they are delivered.
-        perishable: see `Line`.
+        perishable: see `TopicLine`.
     """
 
     key: str
@@ -72,7 +72,7 @@ class Topic(Generic[T_co]):
 
 
 @dataclass(frozen=True)
-class Line(Generic[M]):
+class TopicLine(Generic[M]):
     """One line of the table, with a key that has no names in it. As an attribute of a `Keys` object it is the topic.
 
     Args:
@@ -92,14 +92,14 @@ class Line(Generic[M]):
     perishable: bool = False
 
     @overload
-    def __get__(self, keys: None, owner: "type[Keys]") -> "Line[M]": ...
+    def __get__(self, keys: None, owner: "type[Keys]") -> "TopicLine[M]": ...
     @overload
     def __get__(self, keys: "Keys", owner: "type[Keys]") -> Topic[M]: ...
-    def __get__(self, keys: "Keys | None", owner: "type[Keys]") -> "Line[M] | Topic[M]":
+    def __get__(self, keys: "Keys | None", owner: "type[Keys]") -> "TopicLine[M] | Topic[M]":
         return self if keys is None else Topic(f"{keys.root}/{self.path}", self.message, self.qos, self.perishable)
 
 
-class NamedLine(Line[M]):
+class NamedLine(TopicLine[M]):
     """A line whose key has names in it, such as a robot's. In a `Keys` object it is a function from names to the topic.
 
     A name that is left out stands for all names.
@@ -142,10 +142,16 @@ class Keys:
         ConfigError: the name cannot be part of a key.
     """
 
-    clock = Line("clock", m.Clock, LATEST, (WORLD,), PLAYING, "match time")
-    poses = Line("poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL), "where every body truly is")
-    world_request = Line("world/request", m.WorldRequest, EVENT, (REFEREE,), (WORLD,), "spawn, remove, reset, place")
-    world_answer = Line("world/answer", m.WorldAnswer, EVENT, (WORLD,), (REFEREE,), "whether a request was granted")
+    clock = TopicLine("clock", m.Clock, LATEST, (WORLD,), PLAYING, "match time")
+    poses = TopicLine(
+        "poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL), "where every body truly is"
+    )
+    world_request = TopicLine(
+        "world/request", m.WorldRequest, EVENT, (REFEREE,), (WORLD,), "spawn, remove, reset, place"
+    )
+    world_answer = TopicLine(
+        "world/answer", m.WorldAnswer, EVENT, (WORLD,), (REFEREE,), "whether a request was granted"
+    )
     drive = NamedLine("robot/{robot}/drive", m.Drive, LATEST, (DEVICE,), (WORLD,), "the motion to make")
     robot_state = NamedLine(
         "robot/{robot}/state", m.RobotState, LATEST, (WORLD,), (DEVICE, WINDOW),
@@ -195,23 +201,23 @@ class Keys:
         "player/{player}/sketch", m.Sketch, LATEST, (PLAYER,), (RECORDER, WINDOW, OFFICIAL, COMMANDER, HUD),
         "dots and lines to show",
     )  # fmt: skip
-    referee_state = Line(
+    referee_state = TopicLine(
         "referee/state", m.RefereeState, STATE, (REFEREE,), PLAYING, "stage, score, clock, players, zones"
     )
-    referee_event = Line("referee/event", m.Call, EVENT, (REFEREE,), PLAYING, "each call, in words and numbers")
-    official = Line(
+    referee_event = TopicLine("referee/event", m.Call, EVENT, (REFEREE,), PLAYING, "each call, in words and numbers")
+    official = TopicLine(
         "official", m.Official, EVENT, (OFFICIAL, LAUNCHER), (REFEREE,), "what an official decides", perishable=True
     )
-    estop = Line("estop", m.Estop, EVENT, EVERYBODY, PLAYING, "the emergency stop is engaged")
-    estop_release = Line(
+    estop = TopicLine("estop", m.Estop, EVENT, EVERYBODY, PLAYING, "the emergency stop is engaged")
+    estop_release = TopicLine(
         "estop/release", m.EstopRelease, EVENT, (OFFICIAL,), PLAYING, "the emergency stop is released", perishable=True
     )
-    seat_request = Line(
+    seat_request = TopicLine(
         "seat/request", m.SeatRequest, EVENT, (OFFICIAL,), (LAUNCHER,), "put another player into a seat",
         perishable=True,
     )  # fmt: skip
-    seat_answer = Line("seat/answer", m.SeatAnswer, EVENT, (LAUNCHER,), (OFFICIAL,), "whether that was done")
-    processes = Line(
+    seat_answer = TopicLine("seat/answer", m.SeatAnswer, EVENT, (LAUNCHER,), (OFFICIAL,), "whether that was done")
+    processes = TopicLine(
         "processes", m.Processes, LATEST, (LAUNCHER,), (WINDOW, OFFICIAL), "how the processes of the match are"
     )
     pulse = NamedLine("pulse/{kind}/{name}", m.Pulse, LATEST, EVERYBODY, (LAUNCHER, HOST), "it still works")
@@ -243,7 +249,7 @@ class Keys:
         """The topic that a concrete key belongs to, or None where the key map has no such key.
 
         Args:
-            sensors: returns the message class of a kind of sensor, such as `vrg.hal.sensors.message_of`.
+            sensors: returns the message class of a kind of sensor, such as `vrg.hal.sensors.message_class`.
         """
         for line in self.lines():
             topic = Topic(f"{self.root}/{_HOLE.sub('*', line.path)}", line.message, line.qos)
@@ -265,9 +271,9 @@ class Keys:
         return _HOLE.sub(lambda hole: chunk_of(names.get(hole[1], "*")), path)
 
     @classmethod
-    def lines(cls) -> list[Line[Any]]:
+    def lines(cls) -> list[TopicLine[Any]]:
         """The lines of the table, in its order."""
-        return [line for line in vars(cls).values() if isinstance(line, Line)]
+        return [line for line in vars(cls).values() if isinstance(line, TopicLine)]
 
 
 ROUTERS_ALIVE = "vrg-router/*"
@@ -280,7 +286,7 @@ def router_alive(pid: int) -> str:
 
 
 def key_matches(expression: str, key: str) -> bool:
-    """Whether a key matches a key expression, whose chunks may be `*` and whose last chunk may be `**`."""
+    """True if a key matches a key expression, whose chunks may be `*` and whose last chunk may be `**`."""
     wanted, given = expression.split("/"), key.split("/")
     if wanted[-1] == "**":
         wanted = wanted[:-1]

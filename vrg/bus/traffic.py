@@ -1,4 +1,4 @@
-"""What is heard on the keys of a match: how often messages come, how many were lost, how old the newest is.
+"""The traffic on the keys of a match: the rate of messages, the number of lost ones, the age of the newest.
 
 The messages are counted by their headers; a body is decoded only if somebody asks for it.
 """
@@ -19,15 +19,15 @@ T = TypeVar("T", bound=Message)
 
 SPAN: Final = 2.0
 """The real time in s over which rates are counted."""
-STEP: Final = 0.25
+MIN_COUNT_PERIOD: Final = 0.25
 """The least real time in s between two counts."""
-LIMIT: Final = 20_000
+QUEUE_SIZE: Final = 20_000
 """The number of messages that wait for `take`. If there were more, nobody knows what was lost on the way."""
 
 
 @dataclass
-class Heard:
-    """What has come over one link, by the numbers of its messages.
+class ArrivalCount:
+    """The messages that have come over one link, counted by their numbers.
 
     Args:
         at: when the newest came, monotonic time, s. time: its stamp, match time, s. sequence: its number.
@@ -52,7 +52,7 @@ class Heard:
 
 @dataclass(frozen=True)
 class Stream:
-    """What is known of the messages on one key.
+    """The statistics of the messages on one key.
 
     Args:
         key: without the root of the match.
@@ -78,7 +78,7 @@ class Stream:
 class _Channel:
     """One key: its counts, the newest payload, and what was decoded of it."""
 
-    heard: Heard
+    heard: ArrivalCount
     size: int = 0
     bad: int = 0
     misrouted: int = 0
@@ -101,16 +101,16 @@ class Traffic:
         self._waiting: Callable[[], list[tuple[str, bytes]]] = list
         self._channels: dict[str, _Channel] = {}
         self._streams: list[Stream] = []
-        self._looked = -STEP
+        self._looked = -MIN_COUNT_PERIOD
 
     def attach(self, session: Session) -> None:
         """Listen to everything that this seat may hear, from now on."""
-        self._waiting = session.collect_raw(f"{self._root}**", LIMIT)
+        self._waiting = session.collect_raw(f"{self._root}**", QUEUE_SIZE)
 
     def take(self) -> None:
         """Take in what has arrived since this was last called. The age of a message begins here."""
         found = self._waiting()
-        if len(found) >= LIMIT:
+        if len(found) >= QUEUE_SIZE:
             for channel in self._channels.values():
                 channel.heard.sequence = -1
         for key, payload in found:
@@ -121,7 +121,7 @@ class Traffic:
         now = self._now()
         channel = self._channels.get(key)
         if channel is None:
-            channel = self._channels[key] = _Channel(Heard(now))
+            channel = self._channels[key] = _Channel(ArrivalCount(now))
             channel.counts.append((now, 0, 0, 0))
         channel.size += len(payload)
         try:
@@ -138,7 +138,7 @@ class Traffic:
     def look(self) -> list[Stream]:
         """The streams heard so far, in the order of their keys."""
         now = self._now()
-        if now - self._looked < STEP:
+        if now - self._looked < MIN_COUNT_PERIOD:
             return self._streams
         self._looked = now
         self._streams = [
@@ -174,7 +174,7 @@ class Traffic:
         while len(counts) > 2 and now - counts[1][0] >= SPAN:
             counts.popleft()
         began, arrived, size, lost = counts[0]
-        span = max(now - began, STEP)
+        span = max(now - began, MIN_COUNT_PERIOD)
         return Stream(
             key=key,
             rate=(heard.arrived - arrived) / span,

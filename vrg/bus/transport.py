@@ -18,7 +18,7 @@ OnArrival = Callable[[Inlet[Message]], None]
 """A function that is called when something has arrived for an inlet, on any thread."""
 
 _End = tuple[Inlet[Message], OnArrival | None]
-"""Where a message ends, and whom to call then."""
+"""The end of a message: its inlet, and the function to call on arrival."""
 
 
 class Transport(Protocol):

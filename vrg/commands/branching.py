@@ -16,7 +16,7 @@ from msgspec import Struct
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.games import strategies_of
-from vrg.games.game import sentence
+from vrg.games.game import capitalised
 from vrg.launch.branch import branch_of, last_instant
 from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder
@@ -31,7 +31,7 @@ Opened = Callable[[RunFolder], "Taken"]
 def compared(recorded: RunFolder, folder: RunFolder) -> str:
     """How the recorded match and the one that was taken up ended, in sentences."""
     changed = str(branch_of(folder) or "played again")
-    told = f"{sentence(changed)}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
+    told = f"{capitalised(changed)}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
     return f"{told} It is in {folder.path}."
 
 

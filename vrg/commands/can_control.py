@@ -61,7 +61,7 @@ def stop(
     seconds: Annotated[float, lasting("How long to go on telling them.", 0.2, 600)] = 1.0,
 ) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
-    from vrg.hal.can.guard import TURNS
+    from vrg.hal.can.guard import TURNING_SPEED
 
     link = link_of(interface, channel, bitrate, adapter)
     console = plain_console()
@@ -85,7 +85,7 @@ def stop(
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
-    turning = [found for found in heard.nodes if abs(found.velocity or 0.0) > TURNS]
+    turning = [found for found in heard.nodes if abs(found.velocity or 0.0) > TURNING_SPEED]
     for found in turning:
         console.print(
             f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it says: "
@@ -232,8 +232,8 @@ def jog(
 ) -> None:
     """Turn one motor slowly, to see which it is and which way it turns. A fault, Ctrl-C or `vrg can stop` stops it."""
     from vrg.hal.can.base import TURN, WheelAxis  # python-can is for who uses a bus
-    from vrg.hal.can.guard import COAST_TIMEOUT, TURNS
-    from vrg.hal.can.plausibility import STANDS
+    from vrg.hal.can.guard import COAST_TIMEOUT, TURNING_SPEED
+    from vrg.hal.can.plausibility import STANDSTILL_SHARE
     from vrg.hal.can.train import DriveTrain
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
@@ -268,7 +268,9 @@ def jog(
             failure = error
         train.disarm()
         # Its own word that it is off is not enough.
-        train.clock.wait(lambda: abs(train.state().speeds[0]) * ratio / TURN < TURNS, COAST_TIMEOUT + _JOG_PERIOD)
+        train.clock.wait(
+            lambda: abs(train.state().speeds[0]) * ratio / TURN < TURNING_SPEED, COAST_TIMEOUT + _JOG_PERIOD
+        )
         train.clock.sleep(_JOG_PERIOD)
         state = train.state()
     if state.fault:
@@ -278,7 +280,7 @@ def jog(
     turned = state.angles[0] / TURN * ratio
     typer.echo(f"It has turned by {turned:+.2f} turns.")
     whole = seconds >= _JOG_JUDGED and not interrupted.is_set()
-    if whole and abs(turned) < STANDS * abs(speed) * seconds:
+    if whole and abs(turned) < STANDSTILL_SHARE * abs(speed) * seconds:
         raise RobotError(
             f"{protocol} {id_}: it was asked for {speed:g} turn/s for {seconds:g} s and has hardly turned: is it "
             "blocked, or does its drive not turn so slowly? Try a higher --speed"

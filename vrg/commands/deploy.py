@@ -28,7 +28,7 @@ def systemd(
     match: GameArgument,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for the units; one folder for each machine is made in it.")
-    ] = Path("units"),
+    ] = Path("unit_files"),
     vrg: Annotated[str, typer.Option(help="Path of the command `vrg` on the machines.")] = "/opt/vrg/.venv/bin/vrg",
     folder: Annotated[str, typer.Option(help="Folder of the match file on the machines.")] = "/opt/vrg/match",
     user: Annotated[str | None, typer.Option(help="Who runs the processes there; you, if missing.")] = None,
@@ -39,7 +39,7 @@ def systemd(
 ) -> None:
     """Write units of systemd that start the processes of a match on the machines that the match file names."""
     from vrg.config.loading import load_match, match_path  # it loads what checks match files
-    from vrg.launch.systemd import Installation, install_commands, units, used_machines
+    from vrg.launch.systemd import Installation, install_commands, unit_files, used_machines
 
     setup = load_match(match_path(match))
     if keys is None and setup.has_seats:
@@ -66,7 +66,7 @@ def systemd(
         )
         for machine in used_machines(setup, window=window)
     }
-    for machine, texts in units(setup, installations, window=window).items():
+    for machine, texts in unit_files(setup, installations, window=window).items():
         place = output / machine
         place.mkdir(parents=True, exist_ok=True)
         for name, text in texts.items():

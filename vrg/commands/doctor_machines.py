@@ -18,7 +18,7 @@ from vrg.errors import BusError, LaunchError
 from vrg.launch.findings import Finding, examine
 from vrg.launch.keeping import keep
 from vrg.launch.remote.reaching import remote_hosts, router_endpoints, wait_for
-from vrg.launch.remote.remote_host import RemoteHost, Step
+from vrg.launch.remote.remote_host import RemoteHost, StartupStep
 from vrg.launch.run_folder import RunFolder
 
 _TRIPS = 3
@@ -51,7 +51,7 @@ def examine_machines(match_file: Path) -> dict[str, list[Finding]]:
 
 
 def _examined(setup: MatchSetup, remote: dict[str, RemoteHost], stop: Stop) -> dict[str, list[Finding]]:
-    problems = wait_for(remote, lambda host: host.is_at(Step.LOADED), stop)
+    problems = wait_for(remote, lambda host: host.is_at(StartupStep.LOADED), stop)
     if problems is None:
         raise typer.Exit(130)
     findings = {name: [Finding("ssh", False, str(error))] for name, error in problems.items()}
@@ -85,8 +85,8 @@ def _connected(
         except (LaunchError, BusError) as error:
             return {placed: Finding("router", False, str(error))}
         for host in reached.values():
-            host.aim(Step.JOINED)
-        failed = wait_for(reached, lambda host: host.is_at(Step.JOINED) and len(host.trips) >= _TRIPS, stop)
+            host.aim(StartupStep.JOINED)
+        failed = wait_for(reached, lambda host: host.is_at(StartupStep.JOINED) and len(host.trips) >= _TRIPS, stop)
         if failed is None:
             raise typer.Exit(130)
         for name in reached:

@@ -18,7 +18,7 @@ from vrg.commands.options import TIME, duration, make_console, print_table, whol
 
 if TYPE_CHECKING:
     from vrg.evaluation.folder import ExperimentFolder
-    from vrg.evaluation.games import Row
+    from vrg.evaluation.games import GameRecord
     from vrg.evaluation.running import Experiment
 
 MatchOption = Annotated[
@@ -161,7 +161,7 @@ def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> No
         bar = progress.add_task("games", total=_total(running), running=0, speed="", now=_now(running))
         progress.update(bar, completed=_completed(running))
 
-        def told(row: "Row") -> None:
+        def told(row: "GameRecord") -> None:
             nonlocal played, seconds
             played += 1
             seconds += row.played.match_time or 0.0
@@ -212,7 +212,11 @@ def show(console: Console, table: Sequence[Sequence[str]]) -> None:
 
 
 def finish(
-    console: Console, folder: "ExperimentFolder", parts: Sequence[str], rows: "Sequence[Row]", remarks: Sequence[str]
+    console: Console,
+    folder: "ExperimentFolder",
+    parts: Sequence[str],
+    rows: "Sequence[GameRecord]",
+    remarks: Sequence[str],
 ) -> None:
     """Write the report, and tell what was irregular, how to watch a game, and which files there are.
 

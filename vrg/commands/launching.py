@@ -32,11 +32,11 @@ from vrg.launch.host import Host
 from vrg.launch.launched import LaunchedMatch
 from vrg.launch.listening import Listening
 from vrg.launch.remote.reaching import remote_hosts, router_endpoints, wait_for
-from vrg.launch.remote.remote_host import RemoteHost, Step
+from vrg.launch.remote.remote_host import RemoteHost, StartupStep
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.seats import LAUNCHER
 from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
+from vrg.launch.vacancies import LAUNCHER
 from vrg.types import printable
 from vrg.ui.table import TerminalTable
 from vrg.ui.web.admission import Admission
@@ -290,7 +290,7 @@ def _reached(remote: dict[str, RemoteHost], show: Show, stop: Stop) -> bool:
     with bar as progress:
         task = progress.add_task(", ".join(remote), total=len(remote))
         problems = wait_for(
-            remote, lambda host: host.is_at(Step.LOADED), stop, lambda _name: progress.update(task, advance=1)
+            remote, lambda host: host.is_at(StartupStep.LOADED), stop, lambda _name: progress.update(task, advance=1)
         )
     if problems:
         raise LaunchError("\n".join(map(str, problems.values())))

@@ -110,7 +110,7 @@ def host() -> None:
         raise SystemExit("vrg node host is started by `vrg play` on the machines that a match file names")
     import platformdirs  # only this process of them has a place of its own
 
-    from vrg.launch.remote.agent import Agent
+    from vrg.launch.remote.agent import HostAgent
     from vrg.launch.remote.channel import Channel
     from vrg.launch.remote.wire import Frames, ToAgent
 
@@ -122,4 +122,4 @@ def host() -> None:
     frames: Frames[ToAgent] = Frames(ToAgent)  # type: ignore[arg-type]  # a union is no class
     home = platformdirs.user_state_path("vrg") / "hosted"
     with child_process(leash=False) as stop:
-        Agent(Channel(reader, writer, frames), home, stop).run()
+        HostAgent(Channel(reader, writer, frames), home, stop).run()

@@ -211,8 +211,8 @@ def _missing(folder: "RunFolder", match: "RecordedMatch", end: float) -> list[st
 
 def _unknown(setup: "MatchSetup") -> list[str]:
     """A sentence about a game that is not installed."""
-    from vrg.games import UNKNOWN, game_of
+    from vrg.games import UNKNOWN_GAME, game_of
 
-    if game_of(setup.game) is not UNKNOWN:
+    if game_of(setup.game) is not UNKNOWN_GAME:
         return []
     return [f"The game {setup.game} is not installed here: its roles and calls are shown without their own colours."]

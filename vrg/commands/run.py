@@ -17,7 +17,7 @@ from vrg.commands.options import JsonOption, RunArgument, make_console, print_ta
 from vrg.config.rules import rulebook_of
 from vrg.coordinator.journal import read_standing
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import LaunchError
 from vrg.launch import result as results
 from vrg.launch.run_folder import RunFolder
@@ -94,7 +94,7 @@ def result(run: RunArgument = None) -> None:
     standing = read_standing(folder.journal)
     if standing is None:
         raise LaunchError(f"{folder.journal}: nothing was decided in this match")
-    state = Match(rulebook_of(setup), standing).state(Field({}), estop=False)
+    state = Match(rulebook_of(setup), standing).state(Observation({}), estop=False)
     over = state.stage is Stage.GAME_OVER
     ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
     found = results.write_result(setup, folder, state, ended)

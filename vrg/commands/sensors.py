@@ -30,7 +30,7 @@ from vrg.commands.options import (
 from vrg.commands.show import first_state
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import BusError, ConfigError, LaunchError, MessageError
-from vrg.hal.sensors import message_of
+from vrg.hal.sensors import message_class
 from vrg.hal.sensors.camera import Camera
 from vrg.registry import expected_one_of
 from vrg.ui.readings import Watched, sensor_table
@@ -134,7 +134,7 @@ def _check_player(found: Attached, session: Session, player: str, stop: Stop) ->
 
 def _read(keys: Keys, key: str, payload: bytes) -> Received[Any] | None:
     """A message, or None for one that cannot be read here."""
-    topic = keys.topic_of(key, message_of)
+    topic = keys.topic_of(key, message_class)
     try:
         return None if topic is None else decode(payload, topic.type, key)
     except MessageError:

@@ -13,7 +13,7 @@ from vrg.commands.options import JsonOption, RunArgument, make_console, print_ta
 
 if TYPE_CHECKING:
     from vrg.launch.certificate import Certificate
-    from vrg.recording.stops import Stop
+    from vrg.recording.stops import RobotStop
 
 
 def stops(
@@ -21,7 +21,7 @@ def stops(
     as_json: JsonOption = False,
 ) -> None:
     """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
-    from vrg.launch.certificate import certificate_of, data_of, sentence
+    from vrg.launch.certificate import certificate_of, data_of, summary_line
 
     folder, setup = ended_run(run)
     certificate = certificate_of(setup, folder)
@@ -38,12 +38,12 @@ def stops(
     print_table(console, heads, list(rows(certificate)), right=(0, 3, 4, 5))
     for text in remarks(certificate):
         console.print(escape(text), soft_wrap=True)
-    console.print(f"[bold]{escape(sentence(certificate))}[/bold]", soft_wrap=True)
+    console.print(f"[bold]{escape(summary_line(certificate))}[/bold]", soft_wrap=True)
 
 
 def rows(certificate: "Certificate") -> Iterator[tuple[str, ...]]:
     """The rows of the table: one for each robot that moved, and one for all that stood already."""
-    from vrg.recording.stops import Outcome
+    from vrg.recording.stops import StopOutcome
 
     for number, incident in enumerate(certificate.incidents):
         of = [stop for stop in certificate.stops if stop.incident == number]
@@ -57,7 +57,7 @@ def rows(certificate: "Certificate") -> Iterator[tuple[str, ...]]:
                 f"{stop.speed:.2f}",
             )
             first = ("", "")
-        for outcome in (Outcome.STOOD, Outcome.UNKNOWN):
+        for outcome in (StopOutcome.STOOD, StopOutcome.UNKNOWN):
             names = [stop.robot for stop in of if stop.outcome is outcome]
             if names:
                 yield (*first, ", ".join(names), str(outcome), "", "")
@@ -66,11 +66,11 @@ def rows(certificate: "Certificate") -> Iterator[tuple[str, ...]]:
             yield (*first, "", "no robot has to stop", "", "")
 
 
-def _seconds(stop: "Stop") -> str:
-    from vrg.recording.stops import Outcome
+def _seconds(stop: "RobotStop") -> str:
+    from vrg.recording.stops import StopOutcome
 
     clock = " (real)" if stop.real else ""
-    if stop.outcome is Outcome.STOPPED:
+    if stop.outcome is StopOutcome.STOPPED:
         return f"{stop.seconds:.2f} ± {max(stop.resolution, 0.005):.2f}{clock}"
     if stop.again is not None:
         return f"moved again after {stop.again:.2f} ({stop.seconds:.2f}){clock}"

@@ -23,7 +23,7 @@ from vrg.bus.topics import Keys, key_matches
 from vrg.commands.matches import connected, which_match
 from vrg.commands.options import JsonOption, KeysOption, MatchArgument, RouterOption, lasting
 from vrg.errors import MessageError
-from vrg.hal.sensors import message_of
+from vrg.hal.sensors import message_class
 
 MOST = 1000
 """The number of messages that wait to be taken."""
@@ -44,7 +44,7 @@ def _full_key(keys: Keys, key: str) -> str:
 
 def _plain(keys: Keys, key: str, payload: bytes) -> dict[str, Any]:
     """A message as plain data. A message that does not fit its key becomes its key, the error and its size."""
-    topic = keys.topic_of(key, message_of)
+    topic = keys.topic_of(key, message_class)
     try:
         if topic is None:
             raise MessageError(f"{key}: the key map has no such key")
@@ -100,7 +100,7 @@ def list_topics(
         nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(on.alive()))
     rows = []
     for key in sorted(counts):
-        topic = on.topic_of(key, message_of)
+        topic = on.topic_of(key, message_class)
         kind = topic.type.__name__ if topic else "unknown"
         rows.append({"key": key, "type": kind, "hz": counts[key] / seconds, "bytes": sizes[key] // counts[key]})
     if as_json:

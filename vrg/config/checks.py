@@ -1,4 +1,5 @@
-"""What is wrong with the machines, the radio, the sensors and the zones of a match file, and what they come to."""
+"""Checks of the machines, the radio, the sensors and the zones of a match file, and the values that follow from
+them."""
 
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
@@ -19,7 +20,7 @@ from vrg.registry import did_you_mean, expected_one_of
 
 
 def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Problem]:
-    """What is wrong with where processes are placed.
+    """The problems with the placement of processes.
 
     Args:
         companions: the names of the companions of the players' robots.
@@ -38,7 +39,7 @@ def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Probl
 
 
 def _table_problems(file: MatchFile, name: str) -> list[Problem]:
-    """What is wrong with the table of one machine."""
+    """The problems with the table of one machine."""
     table, where = file.machines[name], ("machines", name)
     found = []
     if name == HERE and table.host:
@@ -107,7 +108,7 @@ def radio_problems(radio: RadioTable, names: Collection[str] | None) -> list[Pro
 
 
 def sensor_problems(settings: Mapping[str, Mapping[str, Any]], where: Path = ()) -> list[Problem]:
-    """What is wrong with a table of settings, whatever robots they are for.
+    """The problems with a table of settings, for any robots.
 
     Args:
         where: the place in the file of the table that holds the table `sensors`.

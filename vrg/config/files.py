@@ -25,11 +25,11 @@ PLACED = ("router", "world", "referee", "recorder", WINDOW)
 PROCESS_NAMES = (*PLACED, "drives", WEB, LIVE, THREE)
 """The names of other processes. A player cannot have one of them, as its process and log are named after it."""
 RESERVED = ("router-", "host-", "drives-")
-"""What the names of further processes and logs begin with, in a match that spans several machines."""
+"""The beginnings of the names of further processes and logs, in a match that spans several machines."""
 
 
-class Rule:
-    """What a value must be besides its type, as metadata of the type.
+class Constraint:
+    """A constraint of a value besides its type, as metadata of the type.
 
     Args:
         check: returns the value, perhaps in another form, or raises a ValueError.
@@ -92,7 +92,7 @@ def _engine(value: str) -> str:
     return ENGINES.known(value)
 
 
-def _word(pattern: str, expected: str) -> Rule:
+def _word(pattern: str, expected: str) -> Constraint:
     """The rule of a text that becomes a word of a command line."""
 
     def check(value: str) -> str:
@@ -100,13 +100,13 @@ def _word(pattern: str, expected: str) -> Rule:
             raise ValueError(f"expected {expected}, got {value!r}")
         return value
 
-    return Rule(check)
+    return Constraint(check)
 
 
-_Name = Annotated[str, Rule(_name)]
-_Share = Annotated[float, Rule(ge=0, le=1)]
-_Delay = Annotated[float, Rule(ge=0, le=60)]
-_Distance = Annotated[float, Rule(gt=0, le=1e5)]
+_Name = Annotated[str, Constraint(_name)]
+_Share = Annotated[float, Constraint(ge=0, le=1)]
+_Delay = Annotated[float, Constraint(ge=0, le=60)]
+_Distance = Annotated[float, Constraint(gt=0, le=1e5)]
 
 
 class PlayerEntry(FileTable, frozen=True, kw_only=True):
@@ -126,13 +126,13 @@ class PlayerEntry(FileTable, frozen=True, kw_only=True):
         machine: the machine on which its process runs: `here`, where the match is launched, or one of `machines`.
     """
 
-    name: Annotated[str, Rule(_player_name)]
+    name: Annotated[str, Constraint(_player_name)]
     role: str
-    model: Annotated[str, Rule(MODELS.known)] = "P2AT"
-    backend: Annotated[str, Rule(BACKENDS.known)] = "sim"
-    x: Annotated[float, Rule(ge=-1e5, le=1e5)]
-    y: Annotated[float, Rule(ge=-1e5, le=1e5)]
-    heading: Annotated[float, Rule(ge=-1e4, le=1e4)] = 0.0
+    model: Annotated[str, Constraint(MODELS.known)] = "P2AT"
+    backend: Annotated[str, Constraint(BACKENDS.known)] = "sim"
+    x: Annotated[float, Constraint(ge=-1e5, le=1e5)]
+    y: Annotated[float, Constraint(ge=-1e5, le=1e5)]
+    heading: Annotated[float, Constraint(ge=-1e4, le=1e4)] = 0.0
     strategy: str | None = None
     localisation: Literal["odometry", "feed"] = "odometry"
     sensors: dict[str, dict[str, Any]] = {}
@@ -176,7 +176,7 @@ class Machine(FileTable, frozen=True, kw_only=True):
             "what you type after `ssh`, such as robot@lab2.local; its port and other options belong into ~/.ssh/config",
         ),
     ] = ""
-    address: Annotated[str, Rule(check_host)] | None = None
+    address: Annotated[str, Constraint(check_host)] | None = None
     vrg: Annotated[
         str, _word(r"[A-Za-z0-9_./~+-]+", "the path of the command `vrg` there, such as ~/vrg/.venv/bin/vrg")
     ] = "vrg"
@@ -186,7 +186,7 @@ class Machine(FileTable, frozen=True, kw_only=True):
 
 
 class LinkTable(FileTable, frozen=True, kw_only=True):
-    """How well messages travel between players; see `vrg.bus.radio_settings.LinkSettings`.
+    """The quality of the radio links between players; see `vrg.bus.radio_settings.LinkSettings`.
 
     Args:
         range: the distance in m beyond which nothing arrives. loss: the share of messages that are lost, 0 to 1.
@@ -198,7 +198,7 @@ class LinkTable(FileTable, frozen=True, kw_only=True):
     loss: _Share | None = None
     delay: _Delay | None = None
     jitter: _Delay | None = None
-    bandwidth: Annotated[float, Rule(gt=0, le=1e12)] | None = None
+    bandwidth: Annotated[float, Constraint(gt=0, le=1e12)] | None = None
 
     @property
     def given(self) -> dict[str, float]:
@@ -274,17 +274,17 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     """
 
     name: _Name
-    game: Annotated[str, Rule(GAMES.known)]
+    game: Annotated[str, Constraint(GAMES.known)]
     map: str
-    engine: Annotated[str, Rule(_engine)] = "pybullet"
-    seed: Annotated[int, Rule(ge=0)] = 0
-    secret: Annotated[str, Rule(max_length=64, pattern="^[!-~]*$")] = ""
-    rate: Annotated[float, Rule(ge=0.1, le=100)] = 1.0
+    engine: Annotated[str, Constraint(_engine)] = "pybullet"
+    seed: Annotated[int, Constraint(ge=0)] = 0
+    secret: Annotated[str, Constraint(max_length=64, pattern="^[!-~]*$")] = ""
+    rate: Annotated[float, Constraint(ge=0.1, le=100)] = 1.0
     lasers: bool = True
     noise: bool = True
-    planner: Annotated[str, Rule(PLANNERS.known)] | None = None
+    planner: Annotated[str, Constraint(PLANNERS.known)] | None = None
     on_fault: Literal["disqualify", "halt"] = "disqualify"
-    memory: Annotated[int, Rule(ge=200, le=1_000_000)] = 2000
+    memory: Annotated[int, Constraint(ge=200, le=1_000_000)] = 2000
     seats: bool | None = None
     sandbox: bool | None = None
     radio: RadioTable = RadioTable()
@@ -293,6 +293,6 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     rules: dict[str, Any]
     sensors: dict[str, dict[str, Any]] = {}
     backends: dict[str, dict[str, Any]] = {}
-    machines: Annotated[dict[str, Machine], Rule(_machine_names)] = {}
+    machines: Annotated[dict[str, Machine], Constraint(_machine_names)] = {}
     place: dict[str, str] = {}
     players: Sequence[PlayerEntry]

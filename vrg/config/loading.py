@@ -30,7 +30,7 @@ T = TypeVar("T")
 M = TypeVar("M", bound=Table)
 
 _FILE = TypeAdapter(MatchFile)
-"""What checks the tables of a match file, and finds all mistakes in them at once."""
+"""The validator of the tables of a match file, which reports all mistakes in them at once."""
 
 
 def match_path(game_or_path: str) -> Path:
@@ -110,7 +110,7 @@ def check_match(text: str, path: Path, base: Path, **overrides: str | int | floa
 
 
 def idle_machines(setup: MatchSetup) -> str:
-    """What to tell of the machines of a match file on which nothing runs; empty if there are none."""
+    """A warning about the machines of a match file on which nothing runs; empty if there are none."""
     if not setup.idle:
         return ""
     names = ", ".join(setup.idle)
@@ -118,7 +118,7 @@ def idle_machines(setup: MatchSetup) -> str:
 
 
 def unproved(setup: MatchSetup) -> list[str]:
-    """What the match file alone cannot prove of the robots, in words."""
+    """The properties of the robots that the match file alone cannot prove, in words."""
     return [text for _, settings, robots in setup.backend_settings() for text in settings.unproved(robots)]
 
 

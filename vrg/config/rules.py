@@ -1,4 +1,4 @@
-"""How the rule book of a match is made from its set-up."""
+"""Makes the rule book of a match from its set-up."""
 
 from collections.abc import Callable
 from typing import Any
@@ -34,7 +34,7 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
 
 
 def _sweeps(setup: MatchSetup, player: PlayerSetup) -> tuple[Sweep, ...]:
-    """What the range finders of a player's robot sweep; those of a virtual one may be left out of the match."""
+    """The sweeps of a player's range finders; those of a virtual robot may be left out of the match."""
     measure = setup.lasers or player.physical
     return tuple(spec.sweep for spec in player.robot.sensors if spec.sweep is not None and measure)
 

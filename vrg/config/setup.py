@@ -135,7 +135,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
 
     @property
     def roster(self) -> Roster:
-        """Who takes part in this match, for the keys of its seats and the router's rules."""
+        """The members of this match, for the keys of its seats and the router's rules."""
         fed = tuple(player.name for player in self.players if player.physical and player.localisation == "feed")
         teams = {player.name: player.team for player in self.players}
         linked = any(machine.router for machine in self.machines.values())
@@ -143,11 +143,11 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
 
     @property
     def has_seats(self) -> bool:
-        """Whether only processes with keys are let into the match."""
+        """True if only processes with keys are let into the match."""
         return bool(self.hosts) if self.seats is None else self.seats
 
     def sandboxed(self, name: str, *, seats: bool) -> bool:
-        """Whether the process of a player is sealed before the player's code is loaded.
+        """True if the process of a player is sealed before the player's code is loaded.
 
         By default it is if its strategy is a file, and the match has seats or the file is a stranger's: it lies outside
         the folder of the match file, or belongs to another user.

@@ -1,19 +1,20 @@
-"""Which players report, and what keeps them and their robots from playing: reasons outside the rules of any game."""
+"""The attendance of players, and the reasons outside the rules of any game that keep them and their robots from
+playing."""
 
 from collections.abc import Container, Sequence
 
 from vrg.bus.codec import Received
-from vrg.bus.flood import LIMIT
+from vrg.bus.flood import MAX_MESSAGE_RATE
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Report
 from vrg.bus.node import Tick, is_fresh
 from vrg.bus.topics import Keys
-from vrg.coordinator.match import LONGEST
+from vrg.coordinator.match import MAX_REASON_LENGTH
 from vrg.types import few
 
-SILENCE = 1.0
+REPORT_TIMEOUT = 1.0
 """The match time in s without a report after which a player counts as absent."""
-PATIENCE = 5.0
+ABSENCE_TIMEOUT = 5.0
 """The time in s for which a player in play may be silent, while the match goes on, before something is done about it.
 
 At a higher rate it is so many times longer in match time, because it takes real time to start a process again.
@@ -53,8 +54,8 @@ class Attendance:
         return self._reports.by_key.get(self._keys[name])
 
     def reports_now(self, name: str, tick: Tick) -> bool:
-        """Whether a player reports."""
-        return self._age_below(name, tick, SILENCE)
+        """True if a player reports."""
+        return self._age_below(name, tick, REPORT_TIMEOUT)
 
     def estop_holders(self, tick: Tick) -> list[str]:
         """The players whose robots have latched the emergency stop."""
@@ -107,7 +108,7 @@ class Attendance:
     def failing(
         self, tick: Tick, out: Container[str], *, rate: float, patient: bool
     ) -> tuple[dict[str, str], list[str]]:
-        """Who cannot go on playing.
+        """The players that cannot go on.
 
         Args:
             out: the players that are disqualified already.
@@ -124,8 +125,8 @@ class Attendance:
             report = self.report(name)
             if report is None or (name in out and not self.reports_now(name, tick)):
                 continue
-            if SILENCE + self._silence[name] > PATIENCE * max(1.0, rate):
-                silent[name] = f"has not reported for {PATIENCE:g} s"
+            if REPORT_TIMEOUT + self._silence[name] > ABSENCE_TIMEOUT * max(1.0, rate):
+                silent[name] = f"has not reported for {ABSENCE_TIMEOUT:g} s"
             elif report.body.latched and (fault := _fault(name, report.body)):
                 halts.append(fault)
             elif name in self.lost and not (patient and not self._age_below(name, tick, _ENDED)):
@@ -135,11 +136,11 @@ class Attendance:
     def flooding(self, out: Container[str]) -> dict[str, str]:
         """The players that flood the bus and are not yet out, each with what it does."""
         flooded = self._mailbox.flooded
-        what = f"floods the bus with more than {LIMIT} messages a second"
+        what = f"floods the bus with more than {MAX_MESSAGE_RATE} messages a second"
         return {name: what for name in self._names if flooded and name not in out and flooded & self._own[name]}
 
     def back(self, tick: Tick, out: Sequence[str]) -> list[str]:
-        """Which players that are out report again.
+        """The players that are out and report again.
 
         Args:
             out: the players that may come back by reporting.
@@ -164,8 +165,8 @@ def _lost(name: str) -> str:
 
 
 def _fault(name: str, report: Report) -> str | None:
-    """What a player reports as its fault, with its name, cut so that it fits into a call; None if there is none."""
+    """The fault that a player reports, with its name, cut so that it fits into a call; None if there is none."""
     fault = report.fault or ("its robot has latched a fault" if report.latched else None)
     if fault is None:
         return None
-    return (fault if fault.startswith(f"{name}: ") else f"{name}: {fault}")[:LONGEST]
+    return (fault if fault.startswith(f"{name}: ") else f"{name}: {fault}")[:MAX_REASON_LENGTH]

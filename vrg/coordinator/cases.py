@@ -6,7 +6,7 @@ from typing import Any
 from vrg.coordinator.evidence import Exhibit, replayed
 from vrg.coordinator.journal import Record
 from vrg.coordinator.proof import Case
-from vrg.coordinator.rulebook import Field, RuleBook
+from vrg.coordinator.rulebook import Observation, RuleBook
 
 
 def cases_of(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record]) -> Iterator[Case]:
@@ -15,7 +15,7 @@ def cases_of(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
     """
-    before = Field({})
+    before = Observation({})
     for exhibit, following, match, state, _ in replayed(book, exhibits):
         tick = exhibit.tick
         # Who was put somewhere or pushed away is judged elsewhere than on its way.
@@ -29,7 +29,7 @@ def cases_of(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence
         before = tick.field
 
 
-def seconds_before(exhibits: Iterable[Exhibit], case: Case, seconds: float) -> list[Field]:
+def seconds_before(exhibits: Iterable[Exhibit], case: Case, seconds: float) -> list[Observation]:
     """The field at each look of the referee during the seconds before a case, and at the case itself, by time."""
     end = case.now.time
     fields = [e.tick.field for e in exhibits if end - seconds - 1e-9 <= e.tick.field.time <= end]

@@ -38,11 +38,11 @@ from vrg.coordinator.evidence import (
 )
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.leading import Leader
-from vrg.coordinator.match import Match, Standing, standing_still
-from vrg.coordinator.outcome import Outcome, numbered
+from vrg.coordinator.match import Checkpoint, Match, standing_still
+from vrg.coordinator.outcome import Effects, numbered
 from vrg.coordinator.placing import Placing
 from vrg.coordinator.pushing import moved
-from vrg.coordinator.rulebook import Field, Offer, RuleBook
+from vrg.coordinator.rulebook import Observation, Offer, RuleBook
 from vrg.coordinator.sight import views
 from vrg.errors import JournalError
 from vrg.hal.estop import EstopOrders
@@ -115,9 +115,9 @@ class Coordinator(Node):
         self._released_at = -math.inf
         self._world: tuple[int, int] | None = None
         self._last_time: float | None = None
-        self._field = Field({})
-        self._unsaved: list[Outcome] = []
-        self._writing: list[Outcome] = []
+        self._field = Observation({})
+        self._unsaved: list[Effects] = []
+        self._writing: list[Effects] = []
         self._calls: list[Call] = []
         self._up_to_date = math.inf
         self._in_play: bool | None = None
@@ -151,7 +151,7 @@ class Coordinator(Node):
             self._state = _held(self._state, self.match.halted or "the journal waits for the disk")
         self._publish()
 
-    def _enact(self, entry: Entry) -> Outcome:
+    def _enact(self, entry: Entry) -> Effects:
         """Do something to the match, and keep it as evidence."""
         self._entries.append(entry)
         return enact(self.match, entry, self._field)
@@ -184,7 +184,7 @@ class Coordinator(Node):
             physical = frozenset(name for name, body in bodies.items() if body.physical)
             poses = {name: body.pose for name, body in bodies.items()}
             pushed = self._pushed(bodies, self._field) if self.match.stage is Stage.PLAY_ROUND else frozenset()
-            self._field = Field(poses, moving, physical, received.stamp, pushed)
+            self._field = Observation(poses, moving, physical, received.stamp, pushed)
             self._attendance.lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
         self._field = replace(
             self._field,
@@ -192,48 +192,48 @@ class Coordinator(Node):
             sightings=[(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen],
         )
 
-    def _pushed(self, bodies: Mapping[str, Body], before: Field) -> frozenset[str]:
+    def _pushed(self, bodies: Mapping[str, Body], before: Observation) -> frozenset[str]:
         """The players that an opponent pushes. The wheels of all of them have stood since the look before."""
-        fields = before, Field({name: body.pose for name, body in bodies.items()})
+        fields = before, Observation({name: body.pose for name, body in bodies.items()})
         return frozenset(n for n in moved(bodies, before) if any(self.match.touched(n, field) for field in fields))
 
-    def _hear_estops(self, now: float) -> Outcome:
+    def _hear_estops(self, now: float) -> Effects:
         order = self._estops.take()
         if order is None:
-            return Outcome()
+            return Effects()
         self._estop = isinstance(order, Estop)
         if not self._estop:
             self._released_at = now
-            return Outcome()
+            return Effects()
         why = f": {order.reason}" if order.reason else ""
         return self._enact(Halted(f"emergency stop by {order.by}{why}"))
 
-    def _hear_world(self) -> Outcome:
+    def _hear_world(self) -> Effects:
         clock = self._clock.latest
         if clock is None:
-            return Outcome()
+            return Effects()
         since, self._world = self._world, (clock.body.epoch, clock.body.tick)
         if since is not None and (since[0] != clock.body.epoch or since[1] > clock.body.tick):
             return self._enact(Halted("the world was restarted and goes on from its snapshot"))
-        return Outcome()
+        return Effects()
 
-    def _adopt_estop(self, tick: Tick) -> Outcome:
+    def _adopt_estop(self, tick: Tick) -> Effects:
         """Take over an emergency stop that others have latched but that this process has not heard."""
         if self._estop or tick.time - self._released_at <= ADOPTING:
-            return Outcome()
+            return Effects()
         clock = self._clock.latest
         holders = ["the world"] if clock is not None and clock.body.estop else []
         holders += self._attendance.estop_holders(tick)
         if not holders:
-            return Outcome()
+            return Effects()
         self._estop = True
         return self._enact(Halted(f"emergency stop, latched in {holders[0]}"))
 
-    def _hear_answers(self) -> list[Outcome]:
-        """What the world says of requests to put robots somewhere."""
+    def _hear_answers(self) -> list[Effects]:
+        """Take in the world's answers to requests to place robots."""
         return [self._enact(Answered(list(outcome.calls))) for outcome in self._placing.hear()]
 
-    def _hear_officials(self, tick: Tick, absent: Sequence[str], alarmed: bool) -> list[Outcome]:
+    def _hear_officials(self, tick: Tick, absent: Sequence[str], alarmed: bool) -> list[Effects]:
         """Apply what officials decide, halts first.
 
         If something has halted play in this tick, officials decided without knowing it: play is then not resumed.
@@ -271,8 +271,9 @@ class Coordinator(Node):
         """The match seconds per real second."""
         return self._clock.latest.body.rate if self._clock.latest is not None else 1.0
 
-    def _call_the_roll(self, tick: Tick) -> tuple[list[Outcome], list[Outcome]]:
-        """Who is out or back again; and halts for reasons outside the rules: no clock, a faulty robot, a lost pose."""
+    def _call_the_roll(self, tick: Tick) -> tuple[list[Effects], list[Effects]]:
+        """Find the players that are out or back again; and halts for reasons outside the rules: no clock, a faulty
+        robot, a lost pose."""
         if tick.live:
             self._stalled = 0
             self._attendance.listen(tick, 0.0 if self._last_time is None else max(0.0, tick.time - self._last_time))
@@ -304,7 +305,7 @@ class Coordinator(Node):
             reasons += [f"{name} {why}" for name, why in failing.items()]
         return changes, [self._enact(Halted(reason)) for reason in reasons]
 
-    def _record(self, time: float, outcomes: list[Outcome]) -> bool:
+    def _record(self, time: float, outcomes: list[Effects]) -> bool:
         """Write the outcomes to the journal, then announce them; return whether the journal is up to date.
 
         If they cannot be written, the match is halted and the next tick tries again.
@@ -324,7 +325,7 @@ class Coordinator(Node):
                     self._record_silently(time, standing)
         except JournalError as error:
             settled = not (self._writing or self._unsaved)  # only what need not survive exactly is missing
-            halted = Outcome() if settled else self._enact(Halted(str(error)))
+            halted = Effects() if settled else self._enact(Halted(str(error)))
             if halted:
                 log.error("%s", error)
                 self._unsaved.append(halted)
@@ -333,7 +334,7 @@ class Coordinator(Node):
             self._journal.mark(standing)
         return settled
 
-    def _append(self, time: float, standing: Standing) -> None:
+    def _append(self, time: float, standing: Checkpoint) -> None:
         """Begin to write the outcomes that are not saved."""
         self._calls = numbered(self._unsaved, self.match.calls, standing.clock)
         self.match.calls += len(self._calls)
@@ -350,7 +351,7 @@ class Coordinator(Node):
             self.mailbox.publish(self._keys.referee_event, announced)
         self._writing, self._calls = [], []
 
-    def _record_silently(self, time: float, standing: Standing) -> None:
+    def _record_silently(self, time: float, standing: Checkpoint) -> None:
         """Write what has changed without a call, once per RECORD_PERIOD: it must survive a crash, but not exactly."""
         last = self._journal.last
         if last is None or standing.game == last.standing.game:
@@ -360,7 +361,7 @@ class Coordinator(Node):
         self._record_at = time + RECORD_PERIOD
         self._journal.append(time, [], [], standing)
 
-    def _act(self, outcome: Outcome) -> None:
+    def _act(self, outcome: Effects) -> None:
         """Send the world and the robots the requests that follow from an outcome."""
         self._placing.ask(outcome)
         for name, pose in outcome.placed.items():

@@ -9,16 +9,16 @@ from dataclasses import replace
 
 from vrg.bus.messages import FAILED, Official, OfficialAction
 from vrg.coordinator.match import Match
-from vrg.coordinator.outcome import Outcome, announce
-from vrg.coordinator.rulebook import NOBODY, Field
+from vrg.coordinator.outcome import Effects, announce
+from vrg.coordinator.rulebook import NOBODY, Observation
 from vrg.errors import ConfigError
 from vrg.registry import did_you_mean
 from vrg.types import Pose
 
 
 def decide(
-    match: Match, official: Official, now: Field, absent: Sequence[str], silent: Collection[str] = ()
-) -> Outcome:
+    match: Match, official: Official, now: Observation, absent: Sequence[str], silent: Collection[str] = ()
+) -> Effects:
     """Apply an official's decision. An impossible one is answered by a call `refused` that says why.
 
     Args:
@@ -35,7 +35,7 @@ def decide(
         return _refused(official, str(error))
 
 
-def _done(match: Match, official: Official, now: Field, silent: Collection[str]) -> Outcome:
+def _done(match: Match, official: Official, now: Observation, silent: Collection[str]) -> Effects:
     action, number = official.action, official.id
     why = f" ({official.reason})" if official.reason else ""
     who = f"{official.by}{why}"
@@ -49,7 +49,7 @@ def _done(match: Match, official: Official, now: Field, silent: Collection[str])
             outcome = announce("resume", f"resumed by {who}", number)
         case OfficialAction.END:
             stage = match.end(NOBODY, f"ended by {who}")
-            outcome = Outcome(announce("ended", f"ended by {who}", number).calls, [stage])
+            outcome = Effects(announce("ended", f"ended by {who}", number).calls, [stage])
         case OfficialAction.RECOVER:
             outcome = _recover(match, official, who)
         case OfficialAction.DISQUALIFY | OfficialAction.REINSTATE:
@@ -63,7 +63,7 @@ def _done(match: Match, official: Official, now: Field, silent: Collection[str])
     return outcome
 
 
-def _refused(official: Official, why: str) -> Outcome:
+def _refused(official: Official, why: str) -> Effects:
     return announce("refused", f"{official.action}, asked for by {official.by}, is refused: {why}", official.id)
 
 
@@ -78,7 +78,7 @@ def _refusal(match: Match, action: OfficialAction, absent: Sequence[str]) -> str
     return "; ".join(absent) or None
 
 
-def _recover(match: Match, official: Official, who: str) -> Outcome:
+def _recover(match: Match, official: Official, who: str) -> Effects:
     """Ask robots to clear the faults that they have latched. Play stays halted, because a fault may come back."""
     subject = official.subject
     names = match.names if subject is None else [_player(match, subject)]
@@ -86,7 +86,7 @@ def _recover(match: Match, official: Official, who: str) -> Outcome:
     return replace(asked, recover=names, by=official.by)
 
 
-def _take_out(match: Match, official: Official, now: Field, who: str) -> Outcome:
+def _take_out(match: Match, official: Official, now: Observation, who: str) -> Effects:
     """Disqualify a player, or let it play again.
 
     Raises:
@@ -105,7 +105,7 @@ def _take_out(match: Match, official: Official, now: Field, who: str) -> Outcome
     return replace(outcome, calls=[replace(call, answers=official.id) for call in outcome.calls])
 
 
-def _place(match: Match, official: Official, now: Field, who: str, silent: Collection[str]) -> Outcome:
+def _place(match: Match, official: Official, now: Observation, who: str, silent: Collection[str]) -> Effects:
     """Put a virtual robot somewhere, or tell a physical one where a person has put it.
 
     Raises:
@@ -130,7 +130,7 @@ def _place(match: Match, official: Official, now: Field, who: str, silent: Colle
     if physical:
         return replace(outcome, by=official.by, placed=places)
     # Only the world knows whether there is room, so what it does is announced when it has been done.
-    return Outcome(by=official.by, place=places, once_placed=outcome.calls[0])
+    return Effects(by=official.by, place=places, once_placed=outcome.calls[0])
 
 
 def _player(match: Match, name: str) -> str:

@@ -6,24 +6,24 @@ from typing import TypeVar
 from msgspec import structs
 
 from vrg.bus.messages import DISQUALIFIED, PlayerStatus
-from vrg.coordinator.outcome import Outcome
-from vrg.coordinator.rulebook import Disqualification, Field, GameState, called
+from vrg.coordinator.outcome import Effects
+from vrg.coordinator.rulebook import Disqualification, GameState, Observation, called
 
 S = TypeVar("S", bound=GameState)
 
 
-def disqualify(state: S, name: str, why: str, now: Field, *, by_official: bool) -> tuple[S, Outcome]:
+def disqualify(state: S, name: str, why: str, now: Observation, *, by_official: bool) -> tuple[S, Effects]:
     """Take a player out. One that is out already gets the new reason, unless an official has decided the old one."""
     before = state.disqualified.get(name)
     known = before is not None and before.why == why and not before.returns
     if known or (before is not None and before.by_official and not by_official):
-        return state, Outcome()
+        return state, Effects()
     text = f"{name} is disqualified: {why}"
     state = _with(state, name, Disqualification(why=why, by_official=by_official))
     return state, _call("disqualified", text, name, now)
 
 
-def reinstate(state: S, name: str, now: Field, *, later: str) -> tuple[S, Outcome]:
+def reinstate(state: S, name: str, now: Observation, *, later: str) -> tuple[S, Effects]:
     """Let a player that is out play again.
 
     Args:
@@ -31,7 +31,7 @@ def reinstate(state: S, name: str, now: Field, *, later: str) -> tuple[S, Outcom
     """
     before = state.disqualified.get(name)
     if before is None or before.returns:
-        return state, Outcome()
+        return state, Effects()
     state = _with(state, name, structs.replace(before, returns=True) if later else None)
     return state, _call("reinstated", f"{name} plays again{f' from {later}' if later else ''}", name, now)
 
@@ -56,5 +56,5 @@ def _with(state: S, name: str, what: Disqualification | None) -> S:
     return structs.replace(state, disqualified=others if what is None else {**others, name: what})
 
 
-def _call(rule: str, text: str, name: str, now: Field) -> Outcome:
-    return Outcome([called(rule, text, {name: now.poses[name]} if name in now.poses else {})])
+def _call(rule: str, text: str, name: str, now: Observation) -> Effects:
+    return Effects([called(rule, text, {name: now.poses[name]} if name in now.poses else {})])

@@ -20,9 +20,9 @@ from msgspec import Struct
 
 from vrg.bus.messages import Official
 from vrg.coordinator.decisions import decide
-from vrg.coordinator.match import Match, Standing
-from vrg.coordinator.outcome import Outcome
-from vrg.coordinator.rulebook import Call, Field, RuleBook
+from vrg.coordinator.match import Checkpoint, Match
+from vrg.coordinator.outcome import Effects
+from vrg.coordinator.rulebook import Call, Observation, RuleBook
 from vrg.errors import JournalError
 
 log = logging.getLogger(__name__)
@@ -30,7 +30,7 @@ log = logging.getLogger(__name__)
 FORMAT = 2
 """The version of the entries."""
 _HEAD = struct.Struct("<I8s")
-"""What comes before each tick: the number of its bytes, and its digest."""
+"""The head of each tick: the number of its bytes, and its digest."""
 _START = bytes(8)
 """The digest before the first tick."""
 
@@ -43,7 +43,7 @@ class Began(Struct, frozen=True, kw_only=True, tag=True, array_like=True):
     """
 
     format: int = FORMAT
-    standing: Standing | None = None
+    standing: Checkpoint | None = None
 
 
 class Halted(Struct, frozen=True, tag=True, array_like=True):
@@ -100,7 +100,7 @@ Entry = Began | Halted | Disqualified | Reinstated | Decided | Answered | Looked
 
 
 class TickEvidence(Struct, frozen=True, array_like=True):
-    """What the referee took in and did in one tick.
+    """The referee's inputs and effects in one tick.
 
     Args:
         after: the number of the last record of the journal before this tick; 0 before the first.
@@ -110,7 +110,7 @@ class TickEvidence(Struct, frozen=True, array_like=True):
 
     after: int
     time: float
-    field: Field
+    field: Observation
     entries: list[Entry]
 
     @property
@@ -120,7 +120,7 @@ class TickEvidence(Struct, frozen=True, array_like=True):
         return first if isinstance(first, Began) else None
 
 
-def enact(match: Match, entry: Entry, field: Field) -> Outcome:
+def enact(match: Match, entry: Entry, field: Observation) -> Effects:
     """Do to a match what an entry tells, and return what follows from it. The result depends on the arguments alone.
 
     Args:
@@ -138,9 +138,9 @@ def enact(match: Match, entry: Entry, field: Field) -> Outcome:
         case Decided(official, absent, silent):
             outcome = decide(match, official, field, absent, silent)
         case Answered(calls):
-            outcome = Outcome(calls)
+            outcome = Effects(calls)
         case Began():
-            outcome = Outcome()
+            outcome = Effects()
     return outcome
 
 
@@ -189,7 +189,7 @@ class EvidenceFile:
         return "" if self._broken else self._digest.hex()
 
     def piece(self, tick: TickEvidence) -> bytes:
-        """What the file gets of what the referee took in and did in one tick, to be written in this order."""
+        """The bytes of the referee's inputs and effects in one tick, to be written in this order."""
         data = _encoder.encode(tick)
         self._digest = _chained(self._digest, data)
         return _HEAD.pack(len(data), self._digest) + data
@@ -257,7 +257,7 @@ def read_evidence(path: Path) -> Iterator[Exhibit]:
 
 def replayed(
     book: RuleBook[Any], exhibits: Iterable[Exhibit]
-) -> Iterator[tuple[Exhibit, Exhibit | None, Match, Any, list[Outcome]]]:
+) -> Iterator[tuple[Exhibit, Exhibit | None, Match, Any, list[Effects]]]:
     """Do again what the referee did, tick by tick.
 
     Returns:

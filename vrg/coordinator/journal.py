@@ -25,8 +25,8 @@ from msgspec import Struct
 
 from vrg.bus.messages import Call, Stage
 from vrg.coordinator.evidence import Entry, EvidenceFile, TickEvidence
-from vrg.coordinator.match import Standing
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.match import Checkpoint
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import JournalError
 
 log = logging.getLogger(__name__)
@@ -35,11 +35,11 @@ T = TypeVar("T", bound=Struct)
 
 FORMAT = 3
 """The version of the records; from 3 on no stage is called `foul`."""
-EVIDENCE = "evidence.bin"
+EVIDENCE_FILE = "evidence.bin"
 """The name of the file with what the referee decided by, beside the journal."""
 
 
-class Header(Struct, frozen=True, kw_only=True):
+class JournalHeader(Struct, frozen=True, kw_only=True):
     """The first line of a journal, which tells what match it is of.
 
     Args:
@@ -67,12 +67,12 @@ class Record(Struct, frozen=True, kw_only=True):
     time: float
     stages: list[Stage]
     calls: list[Call]
-    standing: Standing
+    standing: Checkpoint
     evidence: str = ""
 
 
 class ClockMark(Struct, frozen=True, kw_only=True):
-    """The play clock at a tick after record number `n`. The times are those of `Standing`, s."""
+    """The play clock at a tick after record number `n`. The times are those of `Checkpoint`, s."""
 
     n: int
     clock: float
@@ -96,11 +96,11 @@ class Journal:
         JournalError: the file is of another match, damaged, locked by another process, or cannot be opened or written.
     """
 
-    def __init__(self, path: Path, header: Header, *, aside: bool = False) -> None:
+    def __init__(self, path: Path, header: JournalHeader, *, aside: bool = False) -> None:
         self.path = path
         self._thread = ThreadPoolExecutor(1, "journal") if aside else None
         self._under_way: tuple[bytes, Future[None]] | None = None
-        self._evidence = EvidenceFile(path.with_name(EVIDENCE))
+        self._evidence = EvidenceFile(path.with_name(EVIDENCE_FILE))
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
             self._clock = os.open(_clock_file(path), os.O_RDWR | os.O_CREAT, 0o644)
@@ -121,7 +121,7 @@ class Journal:
             self.close()
             raise JournalError(f"{path}: cannot be read: {error}") from error
 
-    def _load(self, header: Header) -> tuple[int, Record | None]:
+    def _load(self, header: JournalHeader) -> tuple[int, Record | None]:
         content = self.path.read_bytes()
         whole = content[: content.rfind(b"\n") + 1]
         if len(whole) < len(content):
@@ -132,7 +132,7 @@ class Journal:
             first = _json.encode(header) + b"\n"
             self._write(0, first)
             return len(first), None
-        found = _decode(lines[0], Header, self.path, 1)
+        found = _decode(lines[0], JournalHeader, self.path, 1)
         if found != header:
             raise JournalError(
                 f"{self.path}:1: expected the journal of {header}, got that of {found}: choose another run folder"
@@ -141,13 +141,13 @@ class Journal:
         return len(whole), last
 
     @property
-    def standing(self) -> Standing | None:
+    def standing(self) -> Checkpoint | None:
         """The standing to go on from, with the clock of the newest tick; None in a new journal."""
         if self.last is None:
             return None
         return _at_mark(self.last, os.pread(self._clock, CLOCK_WIDTH, 0))
 
-    def append(self, time: float, stages: list[Stage], calls: list[Call], standing: Standing) -> None:
+    def append(self, time: float, stages: list[Stage], calls: list[Call], standing: Checkpoint) -> None:
         """Begin to write a change; `settled` tells when it is on disk. One is written at a time.
 
         From now on it is the last record: what the referee decides by belongs to the next one.
@@ -168,7 +168,7 @@ class Journal:
         self._begin(_json.encode(self.last) + b"\n")
 
     def settled(self) -> bool:
-        """Whether all changes are on disk.
+        """True if all changes are on disk.
 
         Raises:
             JournalError: the last one cannot be written. The next call tries again.
@@ -219,13 +219,13 @@ class Journal:
                 os.ftruncate(self._file, at)
             raise JournalError(f"{self.path}: cannot be written: {error.strerror}: free some space") from error
 
-    def witness(self, time: float, field: Field, entries: list[Entry]) -> None:
+    def witness(self, time: float, field: Observation, entries: list[Entry]) -> None:
         """Write what the referee decides by in this tick, before what follows from it is appended."""
         after = self.last.n if self.last else 0
         piece = self._evidence.piece(TickEvidence(after=after, time=round(time, 6), field=field, entries=entries))
         self._do(lambda: self._evidence.write(piece))
 
-    def mark(self, standing: Standing) -> None:
+    def mark(self, standing: Checkpoint) -> None:
         """Write the play clock of this tick. A failure is only logged, because the last record is still good."""
         mark = ClockMark(
             n=self.last.n if self.last else 0,
@@ -261,7 +261,7 @@ class Journal:
         self.close()
 
 
-def read_journal(path: Path) -> tuple[Header, list[Record]]:
+def read_journal(path: Path) -> tuple[JournalHeader, list[Record]]:
     """Read all complete lines of a journal.
 
     Raises:
@@ -274,7 +274,7 @@ def read_journal(path: Path) -> tuple[Header, list[Record]]:
     lines = content[: content.rfind(b"\n") + 1].splitlines()
     if not lines:
         raise JournalError(f"{path}: expected a journal, got an empty file")
-    header = _decode(lines[0], Header, path, 1)
+    header = _decode(lines[0], JournalHeader, path, 1)
     if header.journal != FORMAT:
         raise JournalError(
             f"{path}: expected a journal of version {FORMAT}, got {header.journal}: use the VRG that recorded it"
@@ -282,7 +282,7 @@ def read_journal(path: Path) -> tuple[Header, list[Record]]:
     return header, [_decode(line, Record, path, number) for number, line in enumerate(lines[1:], 2)]
 
 
-def read_standing(path: Path) -> Standing | None:
+def read_standing(path: Path) -> Checkpoint | None:
     """The standing at the newest tick of a journal; None if nothing was decided yet.
 
     Raises:
@@ -302,7 +302,7 @@ def _clock_file(path: Path) -> Path:
     return path.with_name(path.name + ".clock")
 
 
-def _at_mark(last: Record, mark: bytes) -> Standing:
+def _at_mark(last: Record, mark: bytes) -> Checkpoint:
     """The standing of the last record, with the play clock of the newest tick if the mark belongs to this record."""
     try:
         found = msgspec.json.decode(mark[:CLOCK_WIDTH], type=ClockMark)

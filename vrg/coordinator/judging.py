@@ -9,8 +9,8 @@ import msgspec
 from vrg.bus.messages import Call, Stage
 from vrg.coordinator.evidence import Exhibit, replayed
 from vrg.coordinator.journal import Record
-from vrg.coordinator.match import Match, Standing
-from vrg.coordinator.outcome import Outcome, numbered
+from vrg.coordinator.match import Checkpoint, Match
+from vrg.coordinator.outcome import Effects, numbered
 from vrg.coordinator.proof import Case, Prover
 from vrg.coordinator.rulebook import RuleBook
 
@@ -32,7 +32,7 @@ class Disagreement:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What came of judging a match again.
+    """The result of judging a match again.
 
     Args:
         disagreements: where the journal tells something else, in the order of time.
@@ -55,7 +55,7 @@ def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Seque
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
     """
     found: list[Disagreement] = []
-    outcomes: list[Outcome] = []
+    outcomes: list[Effects] = []
     chained = True
     ticks = compared = reached = 0
     for exhibit, following, match, _, made in replayed(book, exhibits):
@@ -112,8 +112,8 @@ def unproved(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case]) 
     return found
 
 
-def _compared(match: Match, outcomes: Sequence[Outcome], record: Record) -> list[str]:
-    """How what the rules say differs from a record, in words."""
+def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list[str]:
+    """The differences between the rules' effects and a record, in words."""
     standing = match.standing()
     calls = numbered(outcomes, match.calls, standing.clock)
     stages = [stage for outcome in outcomes for stage in outcome.stages]
@@ -127,7 +127,7 @@ def _compared(match: Match, outcomes: Sequence[Outcome], record: Record) -> list
 
 
 def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
-    """How one call differs, in words; empty if it does not."""
+    """The difference between two lists of calls at one place, in words; empty if there is none."""
     if at >= len(theirs):
         return f"by the rules there is a call that was not made: {ours[at].rule}: {ours[at].text}"
     made = f"call {theirs[at].number}, {theirs[at].rule}: {theirs[at].text}"
@@ -142,7 +142,7 @@ def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
     return ""
 
 
-def _standings(ours: Standing, theirs: Standing) -> list[str]:
+def _standings(ours: Checkpoint, theirs: Checkpoint) -> list[str]:
     """The first thing in which two standings differ, in words."""
     # As a file has them: there a pair is a list.
     mine, its = (msgspec.json.decode(msgspec.json.encode(standing)) for standing in (ours, theirs))

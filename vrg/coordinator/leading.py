@@ -1,4 +1,4 @@
-"""How the coordinator drives robots itself, such as the tagged players of RoboFlag (thesis 4.4.3).
+"""The coordinator's own driving of robots, such as the tagged players of RoboFlag (thesis 4.4.3).
 
 It works out the motions; the referee's state tells them, and the robots' devices and the world obey (vrg.hal.gate).
 """
@@ -10,12 +10,13 @@ from functools import lru_cache
 from msgspec import structs
 
 from vrg.bus.messages import Body, PlayerStatus, RefereeState
-from vrg.navigation.pilot import GAP, Neighbour, Pilot
+from vrg.navigation.pilot import CLEARANCE, Neighbour, Pilot
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Twist, Vector
 
-DEPTH = 0.05
-"""How far into its region a robot is driven, m. So it does not bar the way of those that come after it."""
+REGION_DEPTH = 0.05
+"""The distance in m into its region to which a robot is driven. So it does not bar the way of those that come after
+it."""
 CRAWL = 0.15
 """The speed in m/s with which a robot comes into its region. Near a body or a border, a fast one finds no way."""
 PLACES = 8
@@ -92,7 +93,7 @@ class Leader:
         inner, outline = _inner(goal)
         here = (pose.x, pose.y)
         places = [inner.nearest(*here), *sorted(outline, key=lambda place: math.dist(here, place))]
-        walls = [(wall, radius + GAP) for wall in self._walls]
+        walls = [(wall, radius + CLEARANCE) for wall in self._walls]
         speed = min(self._speeds[name], max(CRAWL, goal.distance(*here)))
         return self._pilots[name].go(now, pose, places, neighbours, field, speed, walls)
 
@@ -100,7 +101,7 @@ class Leader:
 @lru_cache(maxsize=64)
 def _inner(goal: Region) -> tuple[Region, list[Vector]]:
     """The part of a region into which robots are driven, and some places in it."""
-    inner = goal.shrunk(DEPTH)
+    inner = goal.shrunk(REGION_DEPTH)
     outline = inner.outline()
     return inner, outline[:: max(1, len(outline) // PLACES)]
 

@@ -19,8 +19,8 @@ from vrg.bus.messages import TIME_LIMIT, OfficialAction, PlayerStatus, RefereeSt
 from vrg.coordinator import disqualifying, pushing
 from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
-from vrg.coordinator.outcome import Outcome, announce
-from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Field, RuleBook, Verdict, away
+from vrg.coordinator.outcome import Effects, announce
+from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Observation, RuleBook, Verdict, away
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -32,11 +32,11 @@ PLACE_AGAIN = 10.0
 """The match time in s after which players that are still not on their marks are put there again."""
 JUMP = 0.5
 """The distance in m beyond what it can drive between two looks from which a robot has not driven there."""
-LONGEST = 1500
+MAX_REASON_LENGTH = 1500
 """The length in characters to which all reasons of a halt together are cut, so that they fit into a message."""
 
 
-class Standing(Struct, frozen=True, kw_only=True):
+class Checkpoint(Struct, frozen=True, kw_only=True):
     """All that has to survive a crash of the coordinator.
 
     Args:
@@ -74,7 +74,7 @@ class Match:
         judged: the field before and now by which play was judged at the last step; None if it was not.
     """
 
-    def __init__(self, book: RuleBook[Any], standing: Standing | None = None) -> None:
+    def __init__(self, book: RuleBook[Any], standing: Checkpoint | None = None) -> None:
         self._book = book
         self.waiting: list[str] = []
         self.stage = Stage.INITIALIZE
@@ -84,11 +84,11 @@ class Match:
         self.winner: str | None = None
         self._ended: str | None = None
         self._pushed: dict[str, tuple[Pose, float]] = {}
-        self.judged: tuple[Field, Field] | None = None
+        self.judged: tuple[Observation, Observation] | None = None
         self.game = book.initial()
-        self._before: Field | None = None
+        self._before: Observation | None = None
         self._place_at = book.lineup_limit
-        self.names = [player.name for player in book.statuses(self.game, self.stage, Field({}))]
+        self.names = [player.name for player in book.statuses(self.game, self.stage, Observation({}))]
         if standing is not None:
             self._take_up(standing)
             if self.stage is not Stage.GAME_OVER:
@@ -97,7 +97,7 @@ class Match:
     @property
     def halted(self) -> str | None:
         """All reasons why play is halted, in words; None while it is not."""
-        return shortened("; ".join(self._reasons), LONGEST) or None
+        return shortened("; ".join(self._reasons), MAX_REASON_LENGTH) or None
 
     @property
     def rounds(self) -> int:
@@ -114,10 +114,10 @@ class Match:
 
     @property
     def over(self) -> bool:
-        """Whether the game has ended."""
+        """True if the game has ended."""
         return self.stage is Stage.GAME_OVER
 
-    def restore(self, standing: Standing, before: Field) -> None:
+    def restore(self, standing: Checkpoint, before: Observation) -> None:
         """Go on from a standing as if the match had come to it by itself, in HALT only if that is halted.
 
         Args:
@@ -127,7 +127,7 @@ class Match:
         self._reasons = [] if standing.halted is None else [standing.halted]
         self._before = before if self.stage is Stage.PLAY_ROUND and not self._reasons else None
 
-    def _take_up(self, standing: Standing) -> None:
+    def _take_up(self, standing: Checkpoint) -> None:
         self.stage, self.winner = standing.stage, standing.winner
         self.clock, self.total, self.in_stage = standing.clock, standing.total, standing.in_stage
         self.calls = standing.calls
@@ -135,9 +135,9 @@ class Match:
         self._pushed = dict(standing.pushed)
         self.game = msgspec.convert(standing.game, self._book.state_type)
 
-    def standing(self) -> Standing:
+    def standing(self) -> Checkpoint:
         """The standing of the match, for the journal."""
-        return Standing(
+        return Checkpoint(
             stage=self.stage,
             halted=self.halted,
             clock=round(self.clock, 6),
@@ -150,7 +150,7 @@ class Match:
             pushed=dict(self._pushed),
         )
 
-    def state(self, now: Field, estop: bool) -> RefereeState:
+    def state(self, now: Observation, estop: bool) -> RefereeState:
         """The state of the match, for the bus."""
         players = kept_out(self.game, self._book.statuses(self.game, self.stage, now))
         if estop or self._reasons:
@@ -178,7 +178,7 @@ class Match:
             estop=estop,
         )
 
-    def step(self, dt: float, now: Field, absent: Sequence[str]) -> Outcome:
+    def step(self, dt: float, now: Observation, absent: Sequence[str]) -> Effects:
         """Advance by `dt` seconds of match time to the field `now`.
 
         Args:
@@ -188,9 +188,9 @@ class Match:
         if self._reasons or self.over:
             self._before = None
             self.waiting = list(absent)
-            return Outcome()
+            return Effects()
         if all(name in self.disqualified and not self.disqualified[name].returns for name in self.names):
-            return Outcome(announce("game_over", "game over: everybody is disqualified").calls, [self.end(DRAW)])
+            return Effects(announce("game_over", "game over: everybody is disqualified").calls, [self.end(DRAW)])
         self.in_stage += dt
         if self.stage is Stage.INITIALIZE:
             return self._initialize(now, absent)
@@ -198,10 +198,10 @@ class Match:
             return self._play(dt, now)
         return self._round_over(now)
 
-    def halt(self, reason: str) -> Outcome:
+    def halt(self, reason: str) -> Effects:
         """Stop the clock and the robots. A new reason is added to those before; a known one changes nothing."""
         if self.over or reason in self._reasons:
-            return Outcome()
+            return Effects()
         self._reasons.append(reason)
         return announce("halt", f"play is halted: {reason}")
 
@@ -220,23 +220,23 @@ class Match:
         self._ended = None if why is None else shortened(why)
         return self._enter(Stage.GAME_OVER)
 
-    def disqualify(self, name: str, why: str, now: Field, *, by_official: bool = False) -> Outcome:
+    def disqualify(self, name: str, why: str, now: Observation, *, by_official: bool = False) -> Effects:
         """Take a player out: its robot stops and stays where it is as an obstacle, and play goes on."""
         if self.over:
-            return Outcome()
+            return Effects()
         public = self.public(now)
         self.game, outcome = disqualifying.disqualify(self.game, name, why, public, by_official=by_official)
         return outcome
 
-    def reinstate(self, name: str, now: Field) -> Outcome:
+    def reinstate(self, name: str, now: Observation) -> Effects:
         """Let a player that is out play again: at once before a round begins, else from the next round."""
         if self.over:
-            return Outcome()
+            return Effects()
         later = "" if self.stage is Stage.INITIALIZE else f"the next {self._book.round_word}"
         self.game, outcome = disqualifying.reinstate(self.game, name, self.public(now), later=later)
         return outcome
 
-    def public(self, now: Field) -> Field:
+    def public(self, now: Observation) -> Observation:
         """The field with only those poses that the rules publish."""
         told = {player.name for player in self._book.statuses(self.game, self.stage, now) if player.pose is not None}
         return replace(now, poses={name: pose for name, pose in now.poses.items() if name in told})
@@ -259,7 +259,7 @@ class Match:
         """The reason why a player's physical robot cannot stand at a pose, or None if it can."""
         return self._book.no_room(name, pose)
 
-    def mark(self, name: str, now: Field) -> Pose | None:
+    def mark(self, name: str, now: Observation) -> Pose | None:
         """The pose at which a player is asked to line up; None if it is not asked to."""
         if self.stage is Stage.INITIALIZE:
             return None if name in self.disqualified else self._book.marks(self.game).get(name)
@@ -268,7 +268,7 @@ class Match:
 
     @property
     def way_out(self) -> str | None:
-        """How play can go on again, in words; None while it is not halted."""
+        """The way to continue play, in words; None while it is not halted."""
         if not self._reasons or self.over:
             return None
         how = "An official continues play"
@@ -279,7 +279,7 @@ class Match:
             return f"{how} as soon as this is solved"
         # What to do comes first: a window may cut the end.
         solved = "this is solved" if len(others) == len(self.waiting) else "this is solved, and this"
-        return shortened(f"{how} as soon as {solved}: {'; '.join(others)}", LONGEST)
+        return shortened(f"{how} as soon as {solved}: {'; '.join(others)}", MAX_REASON_LENGTH)
 
     def _enter(self, stage: Stage) -> Stage:
         self.stage = stage
@@ -290,7 +290,7 @@ class Match:
         self._place_at = self._book.lineup_limit
         return stage
 
-    def _initialize(self, now: Field, absent: Sequence[str]) -> Outcome:
+    def _initialize(self, now: Observation, absent: Sequence[str]) -> Effects:
         every = self._book.obstacles_to_start(self.game, now)
         obstacles = {name: why for name, why in every.items() if name not in self.disqualified}
         physical = [name for name in obstacles if name in now.physical]
@@ -305,9 +305,9 @@ class Match:
             self._enter(Stage.PLAY_ROUND)
             self._before = now
             begins = announce("begin", f"{self._book.round_word} {self.game.round} of {self.rounds} begins")
-            return Outcome(begins.calls, [Stage.PLAY_ROUND])
+            return Effects(begins.calls, [Stage.PLAY_ROUND])
         if absent or self.in_stage < self._place_at:
-            return Outcome()
+            return Effects()
         self._place_at = self.in_stage + PLACE_AGAIN
         virtual = {}
         said = []
@@ -320,9 +320,9 @@ class Match:
                 f"not on their marks after {self.in_stage:.0f} s: {', '.join(physical)}; drive them there by hand, or "
                 f"carry each there, and an official confirms its place"
             )
-        return Outcome(announce("placed" if virtual else "late", "; ".join(said)).calls, place=virtual)
+        return Effects(announce("placed" if virtual else "late", "; ".join(said)).calls, place=virtual)
 
-    def _play(self, dt: float, now: Field) -> Outcome:
+    def _play(self, dt: float, now: Observation) -> Effects:
         self.clock += dt
         self.total += dt
         game, refused = auctioned(self.game, now.offers, self.clock)
@@ -333,12 +333,12 @@ class Match:
         self.game = verdict.state
         stages = [self._enter(Stage.ROUND_OVER)] if verdict.round_over else []
         place = {name: pose for name, pose in verdict.place.items() if name not in now.physical}
-        return Outcome(verdict.calls, stages, place=place)
+        return Effects(verdict.calls, stages, place=place)
 
-    def _judge(self, game: Any, before: Field, now: Field) -> Verdict[Any]:
+    def _judge(self, game: Any, before: Observation, now: Observation) -> Verdict[Any]:
         """The verdict, where whoever was pushed away stands where the push began."""
 
-        def called(name: str, fields: tuple[Field, Field]) -> bool:
+        def called(name: str, fields: tuple[Observation, Observation]) -> bool:
             return any(name in call.players for call in self._book.judge(game, *fields, self.clock).calls)
 
         self._pushed, self.judged = pushing.judged_at(
@@ -346,12 +346,12 @@ class Match:
         )
         return self._book.judge(game, *self.judged, self.clock)
 
-    def touched(self, name: str, now: Field) -> bool:
-        """Whether an opponent touches a player's robot."""
+    def touched(self, name: str, now: Observation) -> bool:
+        """True if an opponent touches a player's robot."""
         opponents = [n for n in now.poses if self._book.role_of(self.game, n) != self._book.role_of(self.game, name)]
         return pushing.touched(name, opponents, now, self._book.contestants)
 
-    def _settled(self, before: Field, now: Field) -> Field:
+    def _settled(self, before: Observation, now: Observation) -> Observation:
         """The field before, where robots that cannot have driven to where they are now stand there already.
 
         They were put there, or their measured poses have jumped: they are judged at their new places, not on a way.
@@ -364,17 +364,17 @@ class Match:
         }
         return replace(before, poses={**before.poses, **put}) if put else before
 
-    def _round_over(self, now: Field) -> Outcome:
+    def _round_over(self, now: Observation) -> Effects:
         """Begin the next round or end the game, after a pause in which an official may still overrule the last call."""
         if self.in_stage < ROUND_PAUSE:
-            return Outcome()
+            return Effects()
         verdict = self._book.next_round(readmitted(self.game), now)
         self.game, self.winner = verdict.state, verdict.winner
         if self.winner is None:
-            return Outcome(verdict.calls, [self._enter(Stage.INITIALIZE)])
+            return Effects(verdict.calls, [self._enter(Stage.INITIALIZE)])
         how = {DRAW: "a draw", NOBODY: "the time is up"}.get(self.winner, won(self.winner))
         over = announce("game_over", f"game over: {how}{f': {verdict.why}' if verdict.why else ''}")
-        return Outcome([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
+        return Effects([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
 
 
 def won(team: str) -> str:

@@ -10,8 +10,9 @@ from vrg.types import Pose
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What must be written to the journal, called and done. It is false if `calls`, `stages` and `place` are empty.
+class Effects:
+    """The effects of a step: calls, stages and requests to the world. It is false if `calls`, `stages` and `place` are
+    empty.
 
     Args:
         calls: the calls to announce, in order.
@@ -35,12 +36,12 @@ class Outcome:
         return bool(self.calls or self.stages or self.place)
 
 
-def announce(rule: str, text: str, answers: str | None = None) -> Outcome:
+def announce(rule: str, text: str, answers: str | None = None) -> Effects:
     """An outcome of one call that concerns no particular player."""
-    return Outcome([Call(rule=rule, text=text, answers=answers)])
+    return Effects([Call(rule=rule, text=text, answers=answers)])
 
 
-def numbered(outcomes: Sequence[Outcome], before: int, clock: float) -> list[messages.Call]:
+def numbered(outcomes: Sequence[Effects], before: int, clock: float) -> list[messages.Call]:
     """The calls of some outcomes as they are announced and written to the journal.
 
     Args:

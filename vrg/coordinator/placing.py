@@ -1,11 +1,11 @@
-"""Who lines up where; and the coordinator's requests to the world to put robots somewhere, with the answers."""
+"""Assigns marks to players, and requests of the world to place robots, with the answers."""
 
 from collections.abc import Mapping, Sequence
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RequestKind, WorldRequest
 from vrg.bus.topics import Keys
-from vrg.coordinator.outcome import Outcome, announce
+from vrg.coordinator.outcome import Effects, announce
 from vrg.coordinator.rulebook import Call
 from vrg.types import Pose
 
@@ -39,7 +39,7 @@ class Placing:
         self._asked: dict[str, Call] = {}
         """The calls that are announced when the world has granted a request, by the request's id."""
 
-    def ask(self, outcome: Outcome) -> None:
+    def ask(self, outcome: Effects) -> None:
         """Ask for what an outcome wants to be placed."""
         if not outcome.place:
             return
@@ -50,8 +50,8 @@ class Placing:
             self._asked[number] = outcome.once_placed
         self._mailbox.publish(self._topic, WorldRequest(kind=RequestKind.PLACE, places=dict(outcome.place), id=number))
 
-    def hear(self) -> list[Outcome]:
-        """What the world has done for officials, and what it has refused to do."""
+    def hear(self) -> list[Effects]:
+        """Return the effects of the world's answers to officials: done, or refused."""
         outcomes = []
         for answer in (received.body for received in self._answers.take()):
             asked = None if answer.id is None else self._asked.pop(answer.id, None)
@@ -59,5 +59,5 @@ class Placing:
                 answers = None if asked is None else asked.answers
                 outcomes.append(announce("refused", f"the world refuses: {answer.refused}", answers))
             elif asked is not None:
-                outcomes.append(Outcome([asked]))
+                outcomes.append(Effects([asked]))
         return outcomes

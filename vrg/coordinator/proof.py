@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vrg.bus.messages import Call
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.regions import Region
 from vrg.types import Pose, Vector
 
@@ -15,7 +15,7 @@ ROUNDING = 1e-6
 
 
 class Relation(enum.StrEnum):
-    """How a number must be to a limit."""
+    """The relation of a number to a limit."""
 
     AT_MOST = "at most"
     AT_LEAST = "at least"
@@ -77,8 +77,8 @@ class Case:
 
     call: Call
     state: Any
-    before: Field
-    now: Field
+    before: Observation
+    now: Observation
 
 
 Prover = Callable[[Any, Case], Sequence[Measure]]

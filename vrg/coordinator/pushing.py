@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from vrg.bus.messages import Body
-from vrg.coordinator.rulebook import Contestant, Field, away
+from vrg.coordinator.rulebook import Contestant, Observation, away
 from vrg.geometry import outline_distance
 from vrg.types import Pose
 
@@ -12,14 +12,14 @@ PUSH = 0.005
 """The distance in m between two looks beyond which a robot has moved whose wheels stand."""
 TOUCH = 0.05
 """The distance in m between the outlines of two robots at which one may push the other."""
-GRACE = 5.0
+PUSH_GRACE = 5.0
 """The time of play in s after a push in which a player is not called for being where it was pushed to."""
 
 Pushed = Mapping[str, tuple[Pose, float]]
 """The players that were pushed away, each with where it stood and the time of play up to which it is judged there."""
 
 
-def moved(bodies: Mapping[str, Body], before: Field) -> list[str]:
+def moved(bodies: Mapping[str, Body], before: Observation) -> list[str]:
     """The players that have moved since the look before, although their wheels have stood since then."""
     return [
         name
@@ -31,29 +31,30 @@ def moved(bodies: Mapping[str, Body], before: Field) -> list[str]:
     ]
 
 
-def touched(name: str, opponents: Sequence[str], now: Field, contestants: Mapping[str, Contestant]) -> bool:
-    """Whether an opponent touches a player's robot."""
+def touched(name: str, opponents: Sequence[str], now: Observation, contestants: Mapping[str, Contestant]) -> bool:
+    """True if an opponent touches a player's robot."""
     pose, size = now.poses[name], contestants[name].size
     return any(outline_distance(pose, now.poses[n], size, contestants[n].size) <= TOUCH for n in opponents)
 
 
 def judged_at(
     pushed: Pushed,
-    before: Field,
-    now: Field,
-    last: Field,
+    before: Observation,
+    now: Observation,
+    last: Observation,
     clock: float,
-    called: Callable[[str, tuple[Field, Field]], bool],
-) -> tuple[dict[str, tuple[Pose, float]], tuple[Field, Field]]:
-    """Who is judged where it stood when it was pushed, and the two fields by which play is judged.
+    called: Callable[[str, tuple[Observation, Observation]], bool],
+) -> tuple[dict[str, tuple[Pose, float]], tuple[Observation, Observation]]:
+    """The players that are judged where they stood when they were pushed, and the two observations by which play is
+    judged.
 
-    That ends as soon as nobody pushes it and the rules say nothing against where it is, or after GRACE.
+    That ends as soon as nobody pushes it and the rules say nothing against where it is, or after PUSH_GRACE.
 
     Args:
         before, now: the fields as they are. last: the field at the look before. clock: the time of play, s.
         called: whether the rules make a call about a player by two fields.
     """
-    kept = {**pushed, **{n: (pushed[n][0] if n in pushed else last.poses[n], clock + GRACE) for n in now.pushed}}
+    kept = {**pushed, **{n: (pushed[n][0] if n in pushed else last.poses[n], clock + PUSH_GRACE) for n in now.pushed}}
     free: list[str] = []
     for name in sorted(kept.keys() - now.pushed):
         others = {n: stood for n, stood in kept.items() if n != name}
@@ -64,7 +65,9 @@ def judged_at(
     return kept, _stood(kept, before, now, free)
 
 
-def _stood(pushed: Pushed, before: Field, now: Field, free: Sequence[str]) -> tuple[Field, Field]:
+def _stood(
+    pushed: Pushed, before: Observation, now: Observation, free: Sequence[str]
+) -> tuple[Observation, Observation]:
     """The two fields with the pushed where they stood, and those who are free again where they are now in both."""
     stood = {name: pose for name, (pose, _) in pushed.items() if name in now.poses}
     here = {name: now.poses[name] for name in free if name in now.poses}

@@ -19,7 +19,7 @@ from vrg.regions import Region
 from vrg.registry import expected_one_of
 from vrg.types import Pose
 
-MARK_REACH = 0.4
+MARK_TOLERANCE = 0.4
 """The distance in m from its mark within which a player is lined up."""
 NOBODY = "nobody"
 """The winner of a match that an official has ended."""
@@ -112,8 +112,8 @@ class Offer:
 
 
 @dataclass(frozen=True)
-class Field:
-    """Where everybody is at one instant, and what players have told the referee.
+class Observation:
+    """The poses at one instant, and the players' reports to the referee.
 
     Args:
         poses: the poses by player. A player that the world has not reported is missing.
@@ -214,14 +214,15 @@ class RuleBook(Generic[S]):
         raise NotImplementedError
 
     def marks(self, state: S) -> Mapping[str, Pose]:
-        """Where players line up before this round: their starts. Virtual robots that are late are put there."""
+        """The poses at which players line up before this round: their starts. Virtual robots that are late are put
+        there."""
         return {name: contestant.start for name, contestant in self.contestants.items()}
 
-    def obstacles_to_start(self, state: S, now: Field) -> dict[str, str]:
+    def obstacles_to_start(self, state: S, now: Observation) -> dict[str, str]:
         """The reasons why the round cannot begin, by player, such as `is 3.2 m from its mark`; empty if it can."""
         return not_lined_up(self.marks(state), now)
 
-    def judge(self, state: S, before: Field, now: Field, clock: float) -> Verdict[S]:
+    def judge(self, state: S, before: Observation, now: Observation, clock: float) -> Verdict[S]:
         """Judge what happened between two instants of play.
 
         Args:
@@ -230,7 +231,7 @@ class RuleBook(Generic[S]):
         """
         raise NotImplementedError
 
-    def next_round(self, state: S, now: Field) -> Verdict[S]:
+    def next_round(self, state: S, now: Observation) -> Verdict[S]:
         """Judge what follows when a round is over: the end of the game, or the state of the next round.
 
         By default the game ends after its rounds, and the team with the most points has won.
@@ -257,7 +258,7 @@ class RuleBook(Generic[S]):
         """True if a player may move in play, as by default everybody may."""
         return True
 
-    def statuses(self, state: S, stage: Stage, now: Field) -> list[PlayerStatus]:
+    def statuses(self, state: S, stage: Stage, now: Observation) -> list[PlayerStatus]:
         """The status of each player, as everybody may see it. If `may_move` is False, its robot is stopped.
 
         By default everybody sees all poses. Before a round players may drive to their marks, where they are held.
@@ -339,19 +340,19 @@ def away(pose: Pose, mark: Pose) -> float:
     return math.hypot(pose.x - mark.x, pose.y - mark.y)
 
 
-def on_marks(marks: Mapping[str, Pose], now: Field) -> set[str]:
-    """The players that are within MARK_REACH of their marks."""
-    return {name for name, mark in marks.items() if name in now.poses and away(now.poses[name], mark) <= MARK_REACH}
+def on_marks(marks: Mapping[str, Pose], now: Observation) -> set[str]:
+    """The players that are within MARK_TOLERANCE of their marks."""
+    return {name for name, mark in marks.items() if name in now.poses and away(now.poses[name], mark) <= MARK_TOLERANCE}
 
 
-def not_lined_up(marks: Mapping[str, Pose], now: Field) -> dict[str, str]:
+def not_lined_up(marks: Mapping[str, Pose], now: Observation) -> dict[str, str]:
     """The reasons why players do not yet stand still on their marks, by player."""
     reasons = {}
     for name, mark in marks.items():
         pose = now.poses.get(name)
         if pose is None:
             reasons[name] = "is not in the world"
-        elif away(pose, mark) > MARK_REACH:
+        elif away(pose, mark) > MARK_TOLERANCE:
             reasons[name] = f"is {away(pose, mark):.1f} m from its mark"
         elif name in now.moving:
             reasons[name] = "is moving"

@@ -27,7 +27,7 @@ def seen_by(team: str, players: Sequence[PlayerStatus], reach: float) -> dict[st
 
 
 def views(state: RefereeState, reach: float) -> tuple[RefereeState, dict[str, Sight]]:
-    """What everybody is told, and what each team sees besides.
+    """The state that all players receive, and the sight of each team besides.
 
     Args:
         reach: how far a team sees from each of its robots, m.

@@ -1,4 +1,4 @@
-"""How large a strategy's share of the points is, with an interval that holds whenever somebody looks.
+"""Estimates a strategy's share of the points, with an interval that holds at every look.
 
 Each pair of games gives one number from 0 to 1, the mean of the strategy's points in both games. The pairs are taken to
 be independent draws with one unknown mean, the share. A usual interval is right only if the number of games was decided
@@ -33,8 +33,8 @@ STAKES = (np.arange(20) + 0.5) / 20
 _HALVINGS = 50
 
 
-class Evidence:
-    """What the pairs of games so far say about the share of one strategy. Initially, they say nothing.
+class ShareEstimate:
+    """The estimate of one strategy's share by the pairs of games so far. Without pairs the share may be anything.
 
     Args:
         confidence: the probability with which all intervals together hold the share, such as 0.95.

@@ -17,7 +17,7 @@ from vrg import __version__
 from vrg.config.setup import MatchSetup
 from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
-from vrg.evaluation.games import Game, Pairing
+from vrg.evaluation.games import Pairing, ScheduledGame
 from vrg.games import STRATEGIES
 from vrg.launch.keeping import files_of
 from vrg.toml_text import with_value
@@ -59,15 +59,15 @@ class Definition(Struct, frozen=True, kw_only=True):
     def _hashed(self) -> str:
         return hashlib.sha256(repr(structs.astuple(self)).encode()).hexdigest()
 
-    def game_of(self, pairing: Pairing, number: int) -> Game:
+    def game_of(self, pairing: Pairing, number: int) -> ScheduledGame:
         """A game of a pairing."""
         teams = self.teams if number % 2 == 0 else self.teams[::-1]
-        return Game(
+        return ScheduledGame(
             pairing=pairing, number=number, seed=self.seed + number // 2, first_team=teams[0], second_team=teams[1]
         )
 
     def differences(self, other: "Definition") -> list[str]:
-        """What is different in another definition, in words."""
+        """The differences to another definition, in words."""
         found = []
         for name, what in (
             ("vrg", "the release of VRG"),

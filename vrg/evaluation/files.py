@@ -8,8 +8,8 @@ import pyarrow as pa
 from pyarrow import csv, parquet
 
 from vrg.errors import LaunchError
-from vrg.evaluation.games import Game, Pairing, Row
-from vrg.evaluation.report import rules
+from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
+from vrg.evaluation.report import called_rules
 from vrg.evaluation.series import Series
 from vrg.evaluation.standings import Rating
 
@@ -17,7 +17,7 @@ Columns = dict[str, tuple[Any, list[Any]]]
 """The type and the values of each column."""
 
 
-def games(rows: Sequence[Row], again: Callable[[Game], str]) -> Columns:
+def games(rows: Sequence[GameRecord], again: Callable[[ScheduledGame], str]) -> Columns:
     """A row for each game.
 
     Args:
@@ -44,7 +44,7 @@ def games(rows: Sequence[Row], again: Callable[[Game], str]) -> Columns:
         "disqualified": (pa.string(), [" ".join(row.played.disqualified) for row in rows]),
         "failures": (pa.int64(), [len(row.played.failures) for row in rows]),
     }
-    for rule in rules(rows):
+    for rule in called_rules(rows):
         columns[f"calls_{rule}"] = (pa.int64(), [row.total(rule) for row in rows])
         columns[f"calls_{rule}_on_first"] = (pa.int64(), [row.calls(rule, row.game.first_team) for row in rows])
         columns[f"calls_{rule}_on_second"] = (pa.int64(), [row.calls(rule, row.game.second_team) for row in rows])

@@ -13,7 +13,7 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
 from vrg.evaluation.experiment import Definition, written
-from vrg.evaluation.games import Game, Pairing, Row
+from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
 from vrg.launch.keeping import keep
 from vrg.launch.run_folder import RunFolder, delete, write_whole
 
@@ -46,7 +46,7 @@ class ExperimentFolder:
         self.failures = path / "failures"
         self._definition = path / "experiment.json"
         self._file: IO[bytes] | None = None
-        self.rows: list[Row] = []
+        self.rows: list[GameRecord] = []
         try:
             self._check()
             path.mkdir(parents=True, exist_ok=True)
@@ -64,22 +64,22 @@ class ExperimentFolder:
             self.close()
             raise LaunchError(f"{path}: cannot be used: {error.strerror}: choose another --out") from None
 
-    def match_file(self, game: Game) -> Path:
+    def match_file(self, game: ScheduledGame) -> Path:
         """The match file of a game."""
         pairing = game.pairing
         first_plays_first_team = game.first_team == self.definition.teams[0]
         names = (pairing.first, pairing.second) if first_plays_first_team else (pairing.second, pairing.first)
         return RunFolder(self.path / "matches" / "-vs-".join(names)).match_file
 
-    def name_of(self, game: Game) -> str:
+    def name_of(self, game: ScheduledGame) -> str:
         """The name of the folder for what a game writes."""
         return f"{self.match_file(game).parent.name}-{game.number}"
 
-    def again(self, game: Game) -> str:
+    def again(self, game: ScheduledGame) -> str:
         """The command that plays a game again."""
         return f"vrg play {self.match_file(game)} --in-process --seed {game.seed}"
 
-    def write_match(self, setup: MatchSetup, game: Game) -> MatchSetup:
+    def write_match(self, setup: MatchSetup, game: ScheduledGame) -> MatchSetup:
         """Write the match file of a game, with all files that it names, and return the match as this file says it.
 
         Args:
@@ -108,7 +108,7 @@ class ExperimentFolder:
                     raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
 
-    def append(self, row: Row) -> None:
+    def append(self, row: GameRecord) -> None:
         """Write a game to the record, and wait until it is on disk.
 
         Raises:
@@ -153,7 +153,7 @@ class ExperimentFolder:
             text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --out"
             raise ConfigError(f"{self.path}: {text}")
 
-    def _load(self) -> list[Row]:
+    def _load(self) -> list[GameRecord]:
         """Read the record. A torn last line is removed."""
         path = self.path / "games.jsonl"
         content = path.read_bytes()
@@ -161,10 +161,10 @@ class ExperimentFolder:
         if len(whole) < len(content):
             log.warning("%s: dropped a torn last line of %d bytes", path, len(content) - len(whole))
             os.truncate(path, len(whole))
-        rows: dict[tuple[Pairing, int], Row] = {}
+        rows: dict[tuple[Pairing, int], GameRecord] = {}
         for number, line in enumerate(whole.splitlines(), 1):
             try:
-                row = msgspec.json.decode(line, type=Row)
+                row = msgspec.json.decode(line, type=GameRecord)
             except msgspec.DecodeError as error:
                 raise LaunchError(f"{path}:{number}: expected a game: {error}: remove this line") from None
             rows.setdefault((row.game.pairing, row.game.number), row)

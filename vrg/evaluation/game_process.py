@@ -34,7 +34,7 @@ _NODES = (
 """The modules that every game needs, and that are imported only when its nodes are made or when it lines up."""
 _LONGEST = 10_000_000
 """The number of bytes that a result may have."""
-PATIENCE = 2.0
+EXIT_TIMEOUT = 2.0
 """The real time in s that a process may need to end when its game has ended."""
 
 
@@ -83,15 +83,16 @@ class GameProcess:
             self.answer.send_bytes(msgspec.json.encode((self._setup, self._told)))
 
     def result(self) -> Played | None:
-        """What came out of the game, once `answer` can be read; None if it is now judged, and there will be another."""
+        """The result of the game, once `answer` can be read; None if it is now judged, and another result will
+        follow."""
         problem = ""
         try:
             # A strategy may have written to this pipe, too: what comes is checked, and nothing in it is run.
             result = msgspec.json.decode(self.answer.recv_bytes(_LONGEST), type=Played)
             # A thread that a strategy has left behind may keep the process from ending.
-            self._process.wait(PATIENCE)
+            self._process.wait(EXIT_TIMEOUT)
         except EOFError:
-            self._process.wait(PATIENCE)
+            self._process.wait(EXIT_TIMEOUT)
             problem = f"the process of the game has ended with status {self._process.poll()}"
         except (OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
             problem = f"the process of the game has not answered as a game does: {error}"
@@ -110,11 +111,11 @@ class GameProcess:
         """End the game now. Idempotent."""
         self.answer.close()
         self._process.kill()
-        self._process.wait(PATIENCE)
+        self._process.wait(EXIT_TIMEOUT)
 
 
 def seals(setup: MatchSetup) -> bool:
-    """Whether a strategy of a match is sealed when games of it are played: by default one that is a file."""
+    """True if a strategy of a match is sealed when games of it are played: by default one that is a file."""
     return any(setup.sandboxed(player.name, seats=True) for player in setup.players)
 
 

@@ -24,7 +24,7 @@ class Pairing(Struct, frozen=True, order=True):
         return f"{self.first} and {self.second}"
 
 
-class Game(Struct, frozen=True, kw_only=True):
+class ScheduledGame(Struct, frozen=True, kw_only=True):
     """A game that is to be played.
 
     Args:
@@ -48,7 +48,7 @@ class Game(Struct, frozen=True, kw_only=True):
 
 
 class Played(Struct, frozen=True, kw_only=True):
-    """What came out of a game.
+    """The result of a game.
 
     Args:
         ended: OVER, BROKEN_OFF, FAILED or INVALID. problem: why it failed or is not valid, in words; empty otherwise.
@@ -75,14 +75,14 @@ class Played(Struct, frozen=True, kw_only=True):
     wall_time: float = 0.0
 
 
-class Row(Struct, frozen=True, kw_only=True):
+class GameRecord(Struct, frozen=True, kw_only=True):
     """One line of the record: a game with what came out of it.
 
     Args:
         teams: the team of each player.
     """
 
-    game: Game
+    game: ScheduledGame
     played: Played
     teams: dict[str, str]
 
@@ -102,10 +102,10 @@ class Row(Struct, frozen=True, kw_only=True):
         return {game.first_team: game.pairing.first, game.second_team: game.pairing.second}.get(team)
 
     def calls(self, rule: str, team: str) -> int:
-        """How often a rule was called on players of a team."""
+        """The number of calls of a rule on players of a team."""
         counts: Mapping[str, int] = self.played.calls.get(rule, {})
         return counts.get(team, 0)
 
     def total(self, rule: str) -> int:
-        """How often a rule was called."""
+        """The number of calls of a rule."""
         return sum(self.played.calls.get(rule, {}).values())

@@ -22,7 +22,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.launch import in_process
@@ -31,7 +31,7 @@ from vrg.launch.judged import judge_run
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
-from vrg.launch.seats import disqualification
+from vrg.launch.vacancies import disqualification
 
 
 def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer | None = None) -> Played:
@@ -62,7 +62,7 @@ def _ended(state: RefereeState) -> str:
 
 
 def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
-    """What came out of a match by its journal, after the rule book has judged it again.
+    """The result of a match by its journal, after the rule book has judged it again.
 
     This must be a process in which no strategy has ever been.
 
@@ -78,7 +78,7 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
         officials = [words for entry in entries if (words := _by_nobody(entry, told.failures))]
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
-        state = Match(rulebook_of(setup), standing).state(Field({}), estop=False)
+        state = Match(rulebook_of(setup), standing).state(Observation({}), estop=False)
     except VrgError as error:
         return invalid(setup, told, str(error))
     if wrong or officials or judgement.unjudged or told.ended != _ended(state):
@@ -95,7 +95,7 @@ def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
 
 
 def _by_nobody(entry: Entry, failures: Sequence[str]) -> str | None:
-    """What an entry of the evidence tells of a person, who is not there in a comparison; None if it tells of none.
+    """The act of a person in an entry of the evidence, which no comparison has; None if there is none.
 
     A player whose code has failed for good, as `failures` tell, is disqualified by a decision, too.
     """
@@ -121,7 +121,7 @@ def invalid(setup: MatchSetup, told: Played, why: str) -> Played:
 
 
 def counted(calls: Iterable[tuple[str, str]]) -> dict[str, dict[str, int]]:
-    """How often each (rule, team) is among the calls, by rule and team."""
+    """The number of times that each (rule, team) is among the calls, by rule and team."""
     found: dict[str, dict[str, int]] = {}
     for rule, team in calls:
         of_rule = found.setdefault(rule, {})

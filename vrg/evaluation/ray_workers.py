@@ -28,7 +28,7 @@ from vrg.errors import LaunchError
 from vrg.evaluation.experiment import code_of_vrg
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
-from vrg.evaluation.games import FAILED, Game, Played
+from vrg.evaluation.games import FAILED, Played, ScheduledGame
 from vrg.evaluation.workers import Workers
 from vrg.launch.run_folder import RunFolder, delete, scratch_folder
 
@@ -46,7 +46,7 @@ _STORE = 200_000_000
 """The memory in bytes for what the games of a local cluster share: matches and logs."""
 
 
-class Task(Struct, frozen=True, kw_only=True):
+class GameTask(Struct, frozen=True, kw_only=True):
     """A game to be played.
 
     Args:
@@ -62,7 +62,7 @@ class Task(Struct, frozen=True, kw_only=True):
 
 
 class Answer(Struct, frozen=True, kw_only=True):
-    """What comes back: what came out of the game, and if something has failed, what it has written."""
+    """The answer of a worker: the result of the game, and the files of a game that has failed."""
 
     played: Played
     logs: bytes = b""
@@ -70,8 +70,8 @@ class Answer(Struct, frozen=True, kw_only=True):
 
 @dataclass(frozen=True)
 class _Running:
-    game: Game
-    task: Task
+    game: ScheduledGame
+    task: GameTask
     match: Any
     handle: Any
     deaths: int = 0
@@ -97,20 +97,20 @@ class RayWorkers(Workers):
         self._code = code_of_vrg()
         self._played: list[_Running] = []
 
-    def games(self) -> list[Game]:
+    def games(self) -> list[ScheduledGame]:
         """The games that are being played."""
         return [running.game for running in self._played]
 
-    def start(self, game: Game, setup: MatchSetup, limit: float) -> None:
+    def start(self, game: ScheduledGame, setup: MatchSetup, limit: float) -> None:
         """Start a game; see `Workers.start`. The worker reads its match from the match file, which travels there."""
         source = self._folder.match_file(game).parent
         if source not in self._matches:
-            self._matches[source] = self._ray.put(packed(source))
-        task = Task(name=self._folder.name_of(game), seed=game.seed, limit=limit, code=self._code)
+            self._matches[source] = self._ray.put(archive_of(source))
+        task = GameTask(name=self._folder.name_of(game), seed=game.seed, limit=limit, code=self._code)
         match = self._matches[source]
         self._played.append(_Running(game, task, match, self._play.remote(task, match)))
 
-    def finished(self, timeout: float) -> Iterator[tuple[Game, Played]]:
+    def finished(self, timeout: float) -> Iterator[tuple[ScheduledGame, Played]]:
         """Wait at most `timeout` seconds for a game to end, and take away all games that have ended.
 
         Raises:
@@ -135,7 +135,7 @@ class RayWorkers(Workers):
             yield running.game, answer.played
 
     def _answer(self, running: _Running) -> Answer | None:
-        """What came out of a game that has ended; None if its worker has died, and it is to be played again.
+        """The answer of a game that has ended; None if its worker has died, and it is to be played again.
 
         Raises:
             LaunchError: no game can be played, for example because the cluster cannot be reached.
@@ -155,7 +155,7 @@ class RayWorkers(Workers):
             raise LaunchError(f"the cluster has failed: {_brief(error)}: the same command goes on") from None
         return answer
 
-    def cancel(self, game: Game) -> None:
+    def cancel(self, game: ScheduledGame) -> None:
         """End a game that is being played."""
         for running in [r for r in self._played if r.game == game]:
             self._played.remove(running)
@@ -236,7 +236,7 @@ def _brief(error: BaseException) -> str:
     return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 
-def play(task: Task, match: bytes) -> Answer:
+def play(task: GameTask, match: bytes) -> Answer:
     """Play a game on this computer, and leave nothing behind. An exception that comes meanwhile ends the game.
 
     Args:
@@ -259,7 +259,7 @@ def play(task: Task, match: bytes) -> Answer:
                 pass
         [(_, result)] = found
         failed = result.failures or result.problem
-        return Answer(played=result, logs=packed(folder) if failed and folder.exists() else b"")
+        return Answer(played=result, logs=archive_of(folder) if failed and folder.exists() else b"")
 
 
 _own_code = functools.cache(code_of_vrg)
@@ -267,7 +267,7 @@ _server = functools.cache(server_for)
 """A server of processes is made once, as it loads what they need."""
 
 
-def packed(folder: Path) -> bytes:
+def archive_of(folder: Path) -> bytes:
     """All files in a folder and below it, but no links.
 
     Raises:

@@ -1,19 +1,19 @@
-"""What the games of one pairing have shown, in words and as tables of texts."""
+"""Reports on the games of one pairing, in words and as tables of texts."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
 from vrg.bus.messages import shortened
-from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, Pairing, Row
+from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, GameRecord, Pairing
 from vrg.evaluation.series import Series
 
-Table = list[list[str]]
+TextTable = list[list[str]]
 """Rows of cells; the first row is the head."""
 PROBLEM_LENGTH = 200
 """The characters of what is wrong with a game; `games.jsonl` has all."""
 
 
 def sentence(pairing: Pairing, series: Series, confidence: float) -> str:
-    """What the games of a pairing have shown, in one sentence."""
+    """The result of a pairing, in one sentence."""
     now, first, second = series.standing, pairing.first, pairing.second
     if now is None:
         return f"nothing is known about {pairing}: no pair of games was finished"
@@ -42,8 +42,8 @@ def between(low: float, high: float) -> str:
     return f"{' to '.join(ends)} %"
 
 
-def sides(rows: Sequence[Row], teams: tuple[str, str]) -> Table:
-    """Who has won in which role: a row for each way to give the teams to the strategies.
+def sides(rows: Sequence[GameRecord], teams: tuple[str, str]) -> TextTable:
+    """The wins by role: a row for each way to give the teams to the strategies.
 
     The columns with the names of the teams tell who played them.
     """
@@ -61,20 +61,20 @@ def sides(rows: Sequence[Row], teams: tuple[str, str]) -> Table:
     return table
 
 
-def calls(rows: Sequence[Row]) -> Table:
-    """How often each rule was called in a game, and how often on a player of which strategy."""
+def calls(rows: Sequence[GameRecord]) -> TextTable:
+    """The mean number of calls of each rule in a game, and of those on players of each strategy."""
     if not rows:
         return []
     pairing = rows[0].game.pairing
     table = [["calls in a game", "all", f"on {pairing.first}", f"on {pairing.second}"]]
-    for rule in rules(rows):
+    for rule in called_rules(rows):
         on_first = mean([row.calls(rule, row.game.first_team) for row in rows])
         on_second = mean([row.calls(rule, row.game.second_team) for row in rows])
         table.append([rule, mean([row.total(rule) for row in rows]), on_first, on_second])
     return table
 
 
-def rules(rows: Iterable[Row]) -> list[str]:
+def called_rules(rows: Iterable[GameRecord]) -> list[str]:
     """All rules that were called, sorted."""
     return sorted({rule for row in rows for rule in row.played.calls})
 
@@ -84,8 +84,8 @@ def mean(values: Sequence[float]) -> str:
     return f"{sum(values) / len(values):.2f}" if values else "-"
 
 
-def irregular(rows: Sequence[Row]) -> list[str]:
-    """What was not as it should be in these games, in words: a line for each kind, with its games."""
+def irregular(rows: Sequence[GameRecord]) -> list[str]:
+    """The irregularities of these games, in words: a line for each kind, with its games."""
     found = []
     for ended, what in ((BROKEN_OFF, "reached the limit of match time"), (FAILED, "ended abnormally")):
         games = [row for row in rows if row.played.ended == ended]
@@ -122,7 +122,7 @@ def _counts(number: int) -> str:
     return "counts as a draw" if number == 1 else "count as draws"
 
 
-def _named(rows: Sequence[Row]) -> str:
+def _named(rows: Sequence[GameRecord]) -> str:
     """Games by what plays them again."""
     words = [
         f"seed {game.seed} ({game.pairing.first} as {game.first_team}, {game.pairing.second} as {game.second_team})"
@@ -131,7 +131,7 @@ def _named(rows: Sequence[Row]) -> str:
     return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
 
 
-def markdown(table: Table) -> str:
+def markdown(table: TextTable) -> str:
     """A table as Markdown."""
     if not table:
         return ""
@@ -140,7 +140,9 @@ def markdown(table: Table) -> str:
     return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines) + "\n"
 
 
-def scores(rows: Sequence[Row], teams: Sequence[str], words: Mapping[str, str]) -> dict[str, dict[str, list[float]]]:
+def scores(
+    rows: Sequence[GameRecord], teams: Sequence[str], words: Mapping[str, str]
+) -> dict[str, dict[str, list[float]]]:
     """For each team, under the words for its score, the scores that each strategy reached as this team.
 
     Args:
@@ -155,7 +157,7 @@ def scores(rows: Sequence[Row], teams: Sequence[str], words: Mapping[str, str]) 
     return found
 
 
-def times(rows: Sequence[Row]) -> dict[str, list[float]]:
+def times(rows: Sequence[GameRecord]) -> dict[str, list[float]]:
     """The time of play of the games in s, by who played which team."""
     found: dict[str, list[float]] = {}
     for row in sorted(rows, key=lambda row: row.game.number % 2):

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
 from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import FAILED, Game, Pairing, Played, Row
+from vrg.evaluation.games import FAILED, GameRecord, Pairing, Played, ScheduledGame
 from vrg.evaluation.series import Series
 from vrg.evaluation.workers import Workers
 
@@ -36,7 +36,7 @@ class Experiment:
 
     @property
     def over(self) -> bool:
-        """Whether no more game is needed."""
+        """True if no more game is needed."""
         return all(series.over for series in self.series.values())
 
     @property
@@ -48,7 +48,7 @@ class Experiment:
         self,
         workers: Workers,
         stop: StopSignal,
-        told: Callable[[Row], None],
+        told: Callable[[GameRecord], None],
         looked: Callable[[int], None] = lambda _: None,
     ) -> None:
         """Play until every series is over, or until `stop` is set.
@@ -77,7 +77,7 @@ class Experiment:
                     if self.series[game.pairing].over:
                         workers.cancel(game)
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[GameRecord]:
         """The games that count: round by round, one pair of games of each pairing after the other."""
         order = {pairing: number for number, pairing in enumerate(self.series)}
         counting = [
@@ -99,6 +99,6 @@ class Experiment:
             self.series[pairing].begin()
             workers.start(game, self._setups[pairing, game.first_team], self.folder.definition.limit)
 
-    def _row(self, game: Game, played: Played) -> Row:
+    def _row(self, game: ScheduledGame, played: Played) -> GameRecord:
         setup = self._setups[game.pairing, game.first_team]
-        return Row(game=game, played=played, teams={player.name: player.team for player in setup.players})
+        return GameRecord(game=game, played=played, teams={player.name: player.team for player in setup.players})

@@ -7,12 +7,12 @@ numbers, up to the pair that decides it. So its result is the same however many 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vrg.evaluation.evidence import Evidence
+from vrg.evaluation.evidence import ShareEstimate
 
 
 @dataclass(frozen=True)
-class Standing:
-    """What a series says after a number of games: the share of the first strategy, and its interval, 0 to 1."""
+class SeriesResult:
+    """The result of a series after a number of games: the share of the first strategy, and its interval, 0 to 1."""
 
     games: int
     share: float
@@ -21,13 +21,13 @@ class Standing:
 
     @property
     def decided(self) -> bool:
-        """Whether one strategy is better than the other."""
+        """True if one strategy is better than the other."""
         return self.low > 0.5 or self.high < 0.5
 
     @property
-    def mirrored(self) -> "Standing":
+    def mirrored(self) -> "SeriesResult":
         """The same, seen from the second strategy."""
-        return Standing(self.games, 1.0 - self.share, 1.0 - self.high, 1.0 - self.low)
+        return SeriesResult(self.games, 1.0 - self.share, 1.0 - self.high, 1.0 - self.low)
 
 
 class Series:
@@ -35,7 +35,7 @@ class Series:
 
     Args:
         pairs: the number of pairs after which the series ends in every case.
-        confidence: of the interval, see `Evidence`.
+        confidence: of the interval, see `ShareEstimate`.
         play_all: True counts all pairs; False stops after the pair that decides the series.
 
     Attributes:
@@ -44,9 +44,9 @@ class Series:
 
     def __init__(self, pairs: int, confidence: float, *, play_all: bool) -> None:
         self.pairs = pairs
-        self.standings: list[Standing] = []
+        self.standings: list[SeriesResult] = []
         self._play_all = play_all
-        self._evidence = Evidence(confidence)
+        self._evidence = ShareEstimate(confidence)
         self._points: dict[int, float] = {}
         self._next = 0
 
@@ -60,16 +60,16 @@ class Series:
         while not self.over and (pair := _pair(self._points, len(self.standings))) is not None:
             self._evidence.add(pair)
             low, high = self._evidence.interval()
-            self.standings.append(Standing(2 * self._evidence.pairs, self._evidence.share or 0.0, low, high))
+            self.standings.append(SeriesResult(2 * self._evidence.pairs, self._evidence.share or 0.0, low, high))
 
     @property
     def over(self) -> bool:
-        """Whether no more game is needed."""
+        """True if no more game is needed."""
         decided = self.standing is not None and self.standing.decided
         return len(self.standings) >= self.pairs or (not self._play_all and decided)
 
     @property
-    def standing(self) -> Standing | None:
+    def standing(self) -> SeriesResult | None:
         """The standing after the last pair that counts; None if there is no such pair."""
         return self.standings[-1] if self.standings else None
 

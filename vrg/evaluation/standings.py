@@ -1,18 +1,18 @@
-"""What a tournament has shown: how strong the strategies are, and who beats whom, as a table."""
+"""The standings of a tournament: the ratings of the strategies, and their results against each other, as a table."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from openskill.models import PlackettLuce
 
-from vrg.evaluation.games import Pairing, Row
-from vrg.evaluation.report import Table, percent
-from vrg.evaluation.series import Series, Standing
+from vrg.evaluation.games import GameRecord, Pairing
+from vrg.evaluation.report import TextTable, percent
+from vrg.evaluation.series import Series, SeriesResult
 
 
 @dataclass(frozen=True)
 class Rating:
-    """How strong a strategy is: a normal distribution with the mean `mu` and the standard deviation `sigma`.
+    """The rating of a strategy: a normal distribution with the mean `mu` and the standard deviation `sigma`.
 
     Attributes:
         label: the label of the strategy.
@@ -23,7 +23,7 @@ class Rating:
     sigma: float
 
 
-def ratings(labels: Sequence[str], rows: Iterable[Row]) -> list[Rating]:
+def ratings(labels: Sequence[str], rows: Iterable[GameRecord]) -> list[Rating]:
     """Rate strategies by the model of Plackett and Luce (openskill), the strongest first.
 
     Everybody begins with 25 +- 8.3. The model looks at one game after the other, so the order of the games matters. It
@@ -47,8 +47,8 @@ def ranking(rated: Sequence[Rating]) -> str:
     return ", ".join(f"{number}. {rating.label}" for number, rating in enumerate(rated, 1))
 
 
-def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[list[Standing | None]]:
-    """How the strategy of each row stands against that of each column; None where they have not played.
+def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[list[SeriesResult | None]]:
+    """The result of the strategy of each row against that of each column; None where they have not played.
 
     Args:
         labels: the strategies, in the order of rows and columns.
@@ -59,7 +59,7 @@ def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[lis
     return [[standings.get(Pairing(row, column)) for column in labels] for row in labels]
 
 
-def cells(standings: Sequence[Sequence[Standing | None]]) -> Table:
+def cells(standings: Sequence[Sequence[SeriesResult | None]]) -> TextTable:
     """The shares of the points as texts. A star says that a difference was found."""
     return [
         ["" if now is None else percent(now.share) + (" *" if now.decided else "") for now in line]
@@ -67,7 +67,7 @@ def cells(standings: Sequence[Sequence[Standing | None]]) -> Table:
     ]
 
 
-def table(rated: Sequence[Rating], shares: Table) -> Table:
+def table(rated: Sequence[Rating], shares: TextTable) -> TextTable:
     """The cross table with the ratings.
 
     Args:

@@ -7,7 +7,7 @@ from typing import Self
 from vrg.config.setup import MatchSetup
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
-from vrg.evaluation.games import Game, Played
+from vrg.evaluation.games import Played, ScheduledGame
 from vrg.launch.run_folder import delete
 
 
@@ -25,7 +25,7 @@ class Workers:
     def __init__(self, jobs: int, folder: ExperimentFolder, setup: MatchSetup) -> None:
         self.jobs = jobs
         self._folder = folder
-        self._running: dict[GameProcess, Game] = {}
+        self._running: dict[GameProcess, ScheduledGame] = {}
         self._server = server_for(setup.game, setup.engine)
 
     @property
@@ -39,11 +39,11 @@ class Workers:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def games(self) -> list[Game]:
+    def games(self) -> list[ScheduledGame]:
         """The games that are being played."""
         return list(self._running.values())
 
-    def start(self, game: Game, setup: MatchSetup, limit: float) -> None:
+    def start(self, game: ScheduledGame, setup: MatchSetup, limit: float) -> None:
         """Start a game.
 
         Args:
@@ -53,7 +53,7 @@ class Workers:
         folder = self._folder.playing / self._folder.name_of(game)
         self._running[GameProcess(self._server, setup, game.seed, folder, limit)] = game
 
-    def finished(self, timeout: float) -> Iterator[tuple[Game, Played]]:
+    def finished(self, timeout: float) -> Iterator[tuple[ScheduledGame, Played]]:
         """Wait at most `timeout` seconds for a game to end, and take away all games that have ended.
 
         Raises:
@@ -70,7 +70,7 @@ class Workers:
             delete(process.folder)
             yield game, result
 
-    def cancel(self, game: Game) -> None:
+    def cancel(self, game: ScheduledGame) -> None:
         """End a game that is being played. One that is not is ignored."""
         for process in [process for process, played in self._running.items() if played == game]:
             del self._running[process]

@@ -52,7 +52,7 @@ STRATEGIES: Registry[type] = Registry(
 )
 """Every strategy that a match file can choose by a name alone."""
 
-UNKNOWN = Game(name="", settings="", rules="", strategy="", match="", roles=())
+UNKNOWN_GAME = Game(name="", settings="", rules="", strategy="", match="", roles=())
 """Stands for a game that is not installed on this machine. Its players are shown without colours of their own."""
 
 
@@ -69,5 +69,5 @@ def strategies_of(name: str) -> list[str]:
 
 
 def game_of(name: str) -> Game:
-    """Return the game of this name, for programs that only show it, or UNKNOWN if it is not installed here."""
-    return (GAMES.find(name) if name else None) or UNKNOWN
+    """Return the game of this name, for programs that only show it, or UNKNOWN_GAME if it is not installed here."""
+    return (GAMES.find(name) if name else None) or UNKNOWN_GAME

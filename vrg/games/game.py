@@ -60,7 +60,7 @@ class Style:
 
 @dataclass(frozen=True)
 class Moment:
-    """How the calls of a rule are marked where they happened.
+    """The mark of a rule's calls at the place where they happened.
 
     Args:
         sign: matplotlib's marker in a plot. word: the word in its legend, and in a window.
@@ -179,7 +179,7 @@ class Game:
 
     @property
     def marked(self) -> Mapping[str, Moment]:
-        """How calls are marked, by rule: the game's own, and those that every game has."""
+        """The marks of calls, by rule: the game's own, and those that every game has."""
         return {DISQUALIFIED: Moment("P", "disqualified"), **self.moments}
 
     def rule_text(self, rule: str) -> RuleText | None:
@@ -191,11 +191,11 @@ class Game:
         return next((role for role in self.roles if role.name == name), None)
 
     def is_out(self, state: str) -> bool:
-        """Whether a player in this state is only an obstacle."""
+        """True if a player in this state is only an obstacle."""
         return state in self.out_of_play or state == DISQUALIFIED
 
     def style(self, role: str, state: str = "") -> Style:
-        """How a player is drawn. Out of play it is a grey cross; an unknown role gets a colour by its name."""
+        """The style of a player. Out of play it is a grey cross; an unknown role gets a colour by its name."""
         if self.is_out(state):
             return Style(GREY, Marker.CROSS)
         known = self.role(role)
@@ -205,7 +205,7 @@ class Game:
         return Style(rest[zlib.crc32(role.encode()) % len(rest)], Marker.SQUARE)
 
     def team_style(self, team: str) -> Style:
-        """How a team is drawn: like the first role of the team, also when its players have changed roles."""
+        """The style of a team: that of its first role, also when its players have changed roles."""
         first = next((role.name for role in self.roles if role.team == team), team)
         return self.style(first)
 
@@ -230,7 +230,7 @@ class Game:
         return Path(str(files(package) / file))
 
 
-def sentence(text: str) -> str:
+def capitalised(text: str) -> str:
     """Return the text with a large first letter."""
     return text[:1].upper() + text[1:]
 
@@ -239,4 +239,4 @@ def title(word: str) -> str:
     """Return a name such as `sharks-and-minnows` as people write it: `Sharks and Minnows`."""
     words = word.replace("-", " ").replace("_", " ").split()
     small = {"and", "of", "the"}
-    return " ".join(w if w in small and i else sentence(w) for i, w in enumerate(words))
+    return " ".join(w if w in small and i else capitalised(w) for i, w in enumerate(words))

@@ -1,4 +1,4 @@
-"""What the [rules] tables of several games have."""
+"""Settings that the [rules] tables of several games have in common."""
 
 from typing import Annotated, Literal
 
@@ -11,7 +11,7 @@ Coordinate = Annotated[float, Setting(ge=-1e4, le=1e4)]
 
 
 class LineUp(Table):
-    """How players come to their marks before a round.
+    """The way in which players come to their marks before a round.
 
     Args:
         lineup: `drive` lets players drive to their marks; `place` puts virtual robots there at once.

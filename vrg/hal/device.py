@@ -75,7 +75,7 @@ class Device:
             Location(keys, mailbox, self.name, start, fed=localisation == FEED) if driver.physical else None
         )
         self._measured: tuple[MeasuredPose, float] | None = None
-        """What the world is to hear of the last `read`, and its stamp, s."""
+        """The pose of the last `read` that is to be published to the world, and its stamp, s."""
         self._synthesised: list[tuple[str, Inlet[SensorMessage]]] = []
         if driver.physical:
             self._synthesised = [
@@ -91,7 +91,7 @@ class Device:
 
     @property
     def estop(self) -> bool:
-        """Whether the emergency stop of the match holds this robot."""
+        """True if the emergency stop of the match holds this robot."""
         return self._latch.engaged
 
     def start(self) -> None:

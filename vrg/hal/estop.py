@@ -1,4 +1,4 @@
-"""Whether the emergency stop of the match holds a robot. This module uses no clock."""
+"""The latch of the emergency stop of a match, for one robot. This module uses no clock."""
 
 from collections.abc import Callable
 

@@ -1,4 +1,4 @@
-"""What the referee lets robots do. The device and the world enforce it, whatever a player does.
+"""The referee's gate for the motion of robots. The device and the world enforce it, whatever a player does.
 
 The referee may hold a robot, or lease it: then it drives the robot itself, by a motion that is part of its state. Each
 state renews the lease. A state without the lease gives the robot back. If no state comes, the lease expires and the
@@ -40,13 +40,13 @@ class RefereeGate:
         self._held, self._leases = _held(state), _leases(state)
 
     def closed(self, now: float) -> bool:
-        """Whether every robot is held: the match is halted, the emergency stop is engaged, or the referee is dead."""
+        """True if every robot is held: the match is halted, the emergency stop is engaged, or the referee is silent."""
         if self._heard is None:
             return self.refereed
         return self._all_held or not is_fresh(self._heard, now, REFEREE_TIMEOUT + _EPS)
 
     def holds(self, robot: str) -> bool:
-        """Whether this robot's player may not move."""
+        """True if this robot's player may not move."""
         return robot in self._held
 
     def passed(self, robot: str, wanted: Twist, now: float) -> Twist:

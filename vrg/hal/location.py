@@ -1,4 +1,4 @@
-"""Where a physical robot is on the map, and since when that is known."""
+"""The pose of a physical robot on the map, and the time since when it is known."""
 
 from dataclasses import dataclass
 
@@ -16,8 +16,8 @@ TOO_OLD = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
-    """Where a robot was at match time `stamp`, `age` s ago.
+class StampedPose:
+    """The pose of a robot at match time `stamp`, `age` s ago.
 
     Args:
         publish: True if the device must publish this pose to the world.
@@ -63,8 +63,8 @@ class Location:
         for placed in self._placed.take():
             self._known, self._begin_anew, self._located = placed.body.pose, True, True
 
-    def locate(self, odometry: Sample[Odometry] | None) -> Place:
-        """Where the robot is according to the feed, or to its odometry where there is no feed.
+    def locate(self, odometry: Sample[Odometry] | None) -> StampedPose:
+        """The pose of the robot according to the feed, or to its odometry if there is no feed.
 
         Raises:
             StaleDataError: the one that is used has told nothing yet.
@@ -74,7 +74,7 @@ class Location:
             fed = self._feed.latest
             if fed is None:
                 raise StaleDataError(f"{self._name}: expected its pose on {self.topic.key}, but none has come yet")
-            return Place(fed.body.pose, fed.stamp, abs(now - fed.stamp), publish=False)
+            return StampedPose(fed.body.pose, fed.stamp, abs(now - fed.stamp), publish=False)
         if odometry is None:
             raise StaleDataError(f"{self._name}: expected its odometry, but none has come yet")
         if self._begin_anew:
@@ -83,11 +83,11 @@ class Location:
         pose = compose(self._origin, odometry.value.pose)
         return self._place(pose, odometry.stamp, odometry.age)
 
-    def measured(self, ins: Sample[Ins]) -> Place:
-        """Where the robot is according to its own inertial navigation system, which measures its pose on the map."""
+    def measured(self, ins: Sample[Ins]) -> StampedPose:
+        """The pose of the robot according to its own inertial navigation system, which measures its pose on the map."""
         self._located = True
         return self._place(ins.value.pose, ins.stamp, ins.age)
 
-    def _place(self, pose: Pose, stamp: float, age: float) -> Place:
+    def _place(self, pose: Pose, stamp: float, age: float) -> StampedPose:
         publish = self._feed is None and self._located and age <= TOO_OLD
-        return Place(pose, max(0.0, stamp), age, publish=publish)
+        return StampedPose(pose, max(0.0, stamp), age, publish=publish)

@@ -1,4 +1,4 @@
-"""What a robot tells about itself at one instant: its state, and a sample of each of its sensors."""
+"""The reading of a robot at one instant: its state, and a sample of each of its sensors."""
 
 from collections.abc import Sequence
 from typing import TypeVar

@@ -19,11 +19,11 @@ class BackendSettings(Table):
         return []
 
     def unproved(self, robots: Sequence[str]) -> list[str]:
-        """What a match file alone cannot prove of these robots, in words, for `vrg check`."""
+        """The properties of these robots that a match file alone cannot prove, in words, for `vrg check`."""
         return []
 
     def missing_here(self, robots: Sequence[str]) -> list[str]:
-        """What these robots need and this machine lacks, in words, each with what to do."""
+        """The things that these robots need and this machine lacks, in words, each with what to do."""
         return []
 
     def files(self, robots: Sequence[str]) -> list[str]:

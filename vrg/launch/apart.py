@@ -21,7 +21,7 @@ import msgspec
 from msgspec import Struct
 
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
-from vrg.agents.telling import Once, Said, sendable
+from vrg.agents.telling import Once, Payload, sendable
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
@@ -32,7 +32,7 @@ from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.excess import excess
 from vrg.launch.sandbox.player import policy_of
-from vrg.launch.sandbox.seal import REFUSED, seal
+from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.types import Twist
 
 _LONGEST = 1_000_000
@@ -44,7 +44,7 @@ _END = 2.0
 
 
 class _Job(Struct, frozen=True):
-    """What a strategy is made from: the set-up of its player's process, the player, and the run folder.
+    """The ingredients of a strategy: the set-up of its player's process, the player, and the run folder.
 
     Args:
         sealed: True seals the process before. make: False only imports the class.
@@ -65,10 +65,10 @@ class _Ready(Struct, frozen=True, tag=True):
 
 
 class _Decided(Struct, frozen=True, tag=True):
-    """What the strategy has decided."""
+    """The decision of the strategy."""
 
     twist: Twist
-    said: Said
+    said: Payload
     mode: str
 
 
@@ -159,7 +159,7 @@ class StrategyApart(RemoteStrategy):
 
     @property
     def mode(self) -> str:
-        """What it does now, in its own words."""
+        """The mode of the strategy, in its own words."""
         return self._mode
 
     def send(self, view: View) -> None:
@@ -172,7 +172,7 @@ class StrategyApart(RemoteStrategy):
             self._pipe.send_bytes(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
 
     def act(self, view: View) -> Action:
-        """What it decides.
+        """Return the decision of the strategy.
 
         Raises:
             StrategyError: it has failed, or its process has ended.
@@ -195,7 +195,7 @@ class StrategyApart(RemoteStrategy):
         )
 
     def complaint(self, what: str) -> StrategyError:
-        """What is wrong with an answer; where it comes from is known in its process alone."""
+        """The error about a wrong answer; only the strategy's own process knows where the answer comes from."""
         return StrategyError(self._complaint.replace("{}", what))
 
     def close(self) -> None:
@@ -231,7 +231,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
         job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
         if job.sealed:
             seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
-            tell_of_refusals(REFUSED)
+            tell_of_refusals(REFUSAL_ADVICE)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
         with printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
             if not job.make:

@@ -19,7 +19,7 @@ from vrg.blame import DecisionTimeoutError, OutputFloodError, place_of_frame
 from vrg.bus.stopping import StopSignal
 from vrg.errors import StrategyError
 
-FLOOD = 2_000_000
+OUTPUT_LIMIT = 2_000_000
 """The number of characters that may be printed within OUTPUT_WINDOW."""
 OUTPUT_WINDOW = 10.0
 """s"""
@@ -31,7 +31,7 @@ _STUBBORN = 5.0
 _STUCK = BUDGET + _STUBBORN + 2.0
 """The processor time in s after which the kernel ends a process whose decision does not even let signals be handled, as
 in a loop in C code."""
-WRITTEN = 100_000_000
+WRITE_ALLOWANCE = 100_000_000
 """The number of bytes that a strategy may write in a process that it shares, beyond _ALLOWED with each decision."""
 _ALLOWED = 100_000
 _TOLD = ("/proc/self/io", "/proc/thread-self/children")
@@ -97,8 +97,10 @@ class BoundedOutput:
         if self._now() - self._since > OUTPUT_WINDOW:
             self._since, self._count = self._now(), 0
         self._count += len(text)
-        if self._count > FLOOD:
-            raise OutputFloodError(f"it has printed more than {FLOOD // 1_000_000} MB within {OUTPUT_WINDOW:g} s")
+        if self._count > OUTPUT_LIMIT:
+            raise OutputFloodError(
+                f"it has printed more than {OUTPUT_LIMIT // 1_000_000} MB within {OUTPUT_WINDOW:g} s"
+            )
         return self._stream.write(text)
 
     def writelines(self, lines: Iterable[str]) -> None:
@@ -184,7 +186,7 @@ class DecisionAlarm:
 
 
 class Footprint:
-    """What the code of one strategy leaves behind in a process that it shares: processes, and bytes on the disk.
+    """The traces of one strategy's code in a process that it shares: processes, and bytes on the disk.
 
     Only Linux tells them. Those of threads that it has started are not seen.
     """
@@ -215,8 +217,8 @@ class Footprint:
                     os.kill(pid, signal.SIGKILL)
                     os.waitpid(pid, 0)
             raise StrategyError("it has started a process: where strategies share one, none may be started", final=True)
-        if self._written > WRITTEN:
-            raise StrategyError(f"it has written more than {WRITTEN // 1_000_000} MB", final=True)
+        if self._written > WRITE_ALLOWANCE:
+            raise StrategyError(f"it has written more than {WRITE_ALLOWANCE // 1_000_000} MB", final=True)
 
     def close(self) -> None:
         """Look no more. Idempotent."""

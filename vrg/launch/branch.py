@@ -30,7 +30,7 @@ _TINY = 1e-6
 
 
 class Branch(Struct, frozen=True):
-    """What a run folder tells of a match that was taken up from another one.
+    """The origin of a match that was taken up from another one, as its run folder has it.
 
     Args:
         of: the path of the run folder with the recorded match.
@@ -46,7 +46,7 @@ class Branch(Struct, frozen=True):
 
 
 def branch_of(folder: RunFolder) -> Branch | None:
-    """What was changed in the match of a run folder; None if it was played as its match file says.
+    """The changes to the match of a run folder; None if it was played as its match file has it.
 
     Raises:
         LaunchError: the file that tells it is damaged.

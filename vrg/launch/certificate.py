@@ -9,11 +9,22 @@ from vrg.bus.messages import at_rest
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
 from vrg.errors import JournalError, MessageError
-from vrg.launch.events import Event, What, read_events
-from vrg.launch.incidents import LAUNCHER, Evidence, incidents_of
+from vrg.launch.events import Event, EventKind, read_events
+from vrg.launch.incidents import LAUNCHER_NAME, RunData, incidents_of
 from vrg.launch.listening import WORLD
 from vrg.launch.run_folder import RunFolder
-from vrg.recording.stops import HOLD, Incident, Kind, Motion, Outcome, Stop, rests_of, stop_of, stops_of, worst
+from vrg.recording.stops import (
+    REST_TIME,
+    Incident,
+    IncidentKind,
+    RobotStop,
+    StopOutcome,
+    Trajectory,
+    rests_of,
+    stop_of,
+    stops_of,
+    worst,
+)
 from vrg.types import Twist
 
 JUST_BEFORE = 0.001
@@ -25,25 +36,25 @@ class Certificate:
     """See the module.
 
     Args:
-        incidents: what happened, in the order of match time. stops: how each robot stopped; see `Stop`.
+        incidents: what happened, in the order of match time. stops: how each robot stopped; see `RobotStop`.
         rate: match seconds per real second that the match was played at; None where it was as fast as possible.
         notes: what cannot be told, and why, in sentences.
     """
 
     incidents: Sequence[Incident]
-    stops: Sequence[Stop]
+    stops: Sequence[RobotStop]
     rate: float | None
     notes: Sequence[str] = ()
 
     @property
-    def worst(self) -> Stop | None:
+    def worst(self) -> RobotStop | None:
         """The stop that took the longest; None if no robot had to stop."""
         return worst(self.stops)
 
     @property
     def resolution(self) -> float:
         """The largest resolution of a stop, s; 0 if no robot had to stop. The launcher's own death does not count."""
-        known = [stop for stop in self.stops if self.incidents[stop.incident].process != LAUNCHER]
+        known = [stop for stop in self.stops if self.incidents[stop.incident].process != LAUNCHER_NAME]
         return max((stop.resolution for stop in known if stop.moved), default=0.0)
 
 
@@ -53,7 +64,7 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
     records, events = _records(folder, notes), _events(folder, notes)
     motions, estops = _recording(folder, notes)
     end = max((motion.times[-1] for motion in motions if motion.times), default=math.inf)
-    evidence = Evidence(
+    evidence = RunData(
         records,
         events,
         estops,
@@ -66,9 +77,9 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
         setup.rate,
     )
     incidents = incidents_of(evidence)
-    known = motions or [Motion(player.name, player.physical) for player in setup.players]
+    known = motions or [Trajectory(player.name, player.physical) for player in setup.players]
     stops = [_in_real_time(stop, incidents[stop.incident], events, known) for stop in stops_of(incidents, known)]
-    if any(incident.process == LAUNCHER for incident in incidents):
+    if any(incident.process == LAUNCHER_NAME for incident in incidents):
         last = f"its last event, at {events[-1].time or 0.0:.2f} s,"
         notes.append(
             f"vrg play did not end by itself: when is not known. What happened after {last} is known from the "
@@ -98,7 +109,7 @@ def _events(folder: RunFolder, notes: list[str]) -> list[Event]:
     return []
 
 
-def _recording(folder: RunFolder, notes: list[str]) -> tuple[list[Motion], list[Any]]:
+def _recording(folder: RunFolder, notes: list[str]) -> tuple[list[Trajectory], list[Any]]:
     parts = folder.recordings()
     if not parts:
         notes.append("There is no recording, so nobody knows how the robots stopped: was --no-record given?")
@@ -117,7 +128,9 @@ def _recording(folder: RunFolder, notes: list[str]) -> tuple[list[Motion], list[
     return motions, estops
 
 
-def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motions: Sequence[Motion]) -> Stop:
+def _in_real_time(
+    stop: RobotStop, incident: Incident, events: Sequence[Event], motions: Sequence[Trajectory]
+) -> RobotStop:
     """A physical robot rolls on in real time while match time stands: its stop as the launcher has heard it."""
     motion = next(motion for motion in motions if motion.name == stop.robot)
     if not incident.timeless or not motion.physical or not motion.times:
@@ -133,7 +146,7 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     samples = [
         (e.monotonic - began, e.x, e.y, Twist(e.v, e.w, e.side))
         for e in events
-        if e.what is What.MEASURED and e.process == stop.robot and e.monotonic >= began and _near(e, incident)
+        if e.what is EventKind.MEASURED and e.process == stop.robot and e.monotonic >= began and _near(e, incident)
     ]
     if not samples:
         return stop
@@ -144,10 +157,10 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     rested = motion.rests_at(before)
     rests = rests_of(times, [rested, *(at_rest(twist) for *_, twist in samples)])
     if rested:
-        rests[0] = replace(rests[0], begin=-HOLD)  # it stood already
-    if rests and rests[-1].end == math.inf and times[-1] - rests[-1].begin < HOLD:
+        rests[0] = replace(rests[0], begin=-REST_TIME)  # it stood already
+    if rests and rests[-1].end == math.inf and times[-1] - rests[-1].begin < REST_TIME:
         rests.pop()  # nobody knows whether it stood for more than a moment
-    measured = Motion(
+    measured = Trajectory(
         stop.robot,
         True,
         times,
@@ -160,19 +173,19 @@ def _in_real_time(stop: Stop, incident: Incident, events: Sequence[Event], motio
     return replace(stop_of(stop.incident, then, measured), real=True)
 
 
-_ENDS_AT = (What.KILLED, What.DIED, What.AWAY)
+_ENDS_AT = (EventKind.KILLED, EventKind.DIED, EventKind.AWAY)
 
 
 def _near(event: Event, incident: Incident) -> bool:
-    """Whether an event is of the standstill of match time that an incident has caused."""
+    """True if an event belongs to the standstill of match time that an incident has caused."""
     return event.time is not None and 0.0 <= event.time - incident.time <= 0.5
 
 
-def sentence(certificate: Certificate) -> str:
+def summary_line(certificate: Certificate) -> str:
     """The robots that were not seen to stand, and the worst stop, in a line; empty if nothing happened in the run."""
     if not certificate.incidents:
         return ""
-    cut = list(dict.fromkeys(stop.robot for stop in certificate.stops if stop.outcome is Outcome.CUT))
+    cut = list(dict.fromkeys(stop.robot for stop in certificate.stops if stop.outcome is StopOutcome.CUT))
     unseen = f"not seen to stand before the recording ended: {', '.join(cut)}; " if cut else ""
     return unseen + _worst(certificate)
 
@@ -181,7 +194,7 @@ def _worst(certificate: Certificate) -> str:
     """The worst stop, in words."""
     stop = certificate.worst
     if stop is None:
-        unknown = any(stop.outcome is Outcome.UNKNOWN for stop in certificate.stops)
+        unknown = any(stop.outcome is StopOutcome.UNKNOWN for stop in certificate.stops)
         return "no stop is known: the robots were not recorded" if unknown else "no robot moved when it had to stop"
     after = _after(certificate.incidents[stop.incident], stop.robot)
     clock = " of real time" if stop.real else ""
@@ -189,22 +202,24 @@ def _worst(certificate: Certificate) -> str:
     if stop.again is not None:
         how = f"moved again {stop.again:.2f} s{clock} after {after}"
         return f"worst stop: {stop.robot} {how}: {least}{stop.distance:.2f} m in {stop.seconds:.2f} s"
-    if stop.outcome is Outcome.STOPPED:
+    if stop.outcome is StopOutcome.STOPPED:
         return f"worst stop: {stop.robot} {stop.seconds:.2f} s{clock}, {least}{stop.distance:.2f} m after {after}"
-    how = "did not stand before play went on" if stop.outcome is Outcome.PLAYED_ON else "moved to the recording's end"
+    how = (
+        "did not stand before play went on" if stop.outcome is StopOutcome.PLAYED_ON else "moved to the recording's end"
+    )
     return f"worst stop: {stop.robot} {how}, {stop.seconds:.2f} s{clock}, {least}{stop.distance:.2f} m after {after}"
 
 
 def _after(incident: Incident, robot: str) -> str:
-    if incident.kind is Kind.HALT:
+    if incident.kind is IncidentKind.HALT:
         return "a HALT"
-    if incident.kind is Kind.ESTOP:
+    if incident.kind is IncidentKind.ESTOP:
         return "the emergency stop"
-    if incident.kind is Kind.AWAY:
+    if incident.kind is IncidentKind.AWAY:
         return f"{incident.process} was lost"
     if incident.process == robot:
         return "its player died"
-    return f"{incident.process if incident.process == LAUNCHER else f'the {incident.process}'} died"
+    return f"{incident.process if incident.process == LAUNCHER_NAME else f'the {incident.process}'} died"
 
 
 def data_of(certificate: Certificate) -> dict[str, Any]:
@@ -223,14 +238,14 @@ def data_of(certificate: Certificate) -> dict[str, Any]:
             for number, incident in enumerate(certificate.incidents)
         ],
         "worst": None if stop is None else {"robot": stop.robot, "incident": stop.incident, **_stop_data(stop)},
-        "sentence": sentence(certificate),
+        "summary_line": summary_line(certificate),
         "resolution": round(certificate.resolution, 3),
         "rate": certificate.rate,
         "notes": list(certificate.notes),
     }
 
 
-def _stop_data(stop: Stop) -> dict[str, Any]:
+def _stop_data(stop: RobotStop) -> dict[str, Any]:
     return {
         "outcome": str(stop.outcome),
         "seconds": round(stop.seconds, 3),

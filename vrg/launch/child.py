@@ -28,7 +28,7 @@ LEASH = 0
 
 
 class Job(Struct, frozen=True, kw_only=True, omit_defaults=True):
-    """What a child does.
+    """The job of a child.
 
     Args:
         kind: `router`, or one of `vrg.launch.serving.KINDS`. router: the endpoint of the router. run: the run folder.

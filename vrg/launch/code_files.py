@@ -1,4 +1,4 @@
-"""Which files the code of a strategy consists of, as its own text tells."""
+"""The files that the code of a strategy consists of, by its own text."""
 
 import ast
 import functools
@@ -15,7 +15,8 @@ _NEVER = (".toml", ".key", ".crt", ".pem")
 
 
 def imported(source: Path, without: Collection[Path] = ()) -> list[Path]:
-    """What a Python file needs of its own folder: modules and packages that it imports, and files that it names.
+    """The files of its own folder that a Python file needs: modules and packages that it imports, and files that it
+    names.
 
     What these import and name in turn is part of it. A module names files that are directly beside it, in a list at its
     top such as `FILES = ["weights.npz"]`. It cannot name match files, keys, hidden files and links, nor anything in a
@@ -38,7 +39,7 @@ def imported(source: Path, without: Collection[Path] = ()) -> list[Path]:
 
 
 def readable_parts(path: Path) -> Iterator[Path]:
-    """What a strategy reads of a file or a package that it needs: of a package the modules, and nothing else."""
+    """The parts of a file or a package that a strategy reads: of a package the modules, and nothing else."""
     if path.is_dir():
         yield from (module.resolve() for module in path.rglob("*.py"))
     else:

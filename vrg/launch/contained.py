@@ -15,8 +15,8 @@ from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.process_log import ProcessLog
-from vrg.launch.seats import disqualification
 from vrg.launch.strikes import Strikes
+from vrg.launch.vacancies import disqualification
 
 log = logging.getLogger(__name__)
 
@@ -114,7 +114,7 @@ class ContainedPlayer(Node):
         self._player.play_by(self._fresh())
 
     def counted(self) -> dict[str, Any]:
-        """What the player has counted."""
+        """The counts of the player."""
         return self._player.counted()
 
     def stop(self) -> None:
@@ -165,5 +165,5 @@ class ContainedPlayer(Node):
 
 
 def _trace(error: StrategyError) -> str:
-    """Where a strategy has failed, as Python tells it; empty if the strategy has raised nothing."""
+    """The traceback of a strategy's exception; empty if the strategy has raised nothing."""
     return "".join(traceback.format_exception(error.__cause__)) if error.__cause__ is not None else ""

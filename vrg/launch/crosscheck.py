@@ -7,14 +7,14 @@ import numpy as np
 
 from vrg.coordinator.evidence import Exhibit
 from vrg.coordinator.judging import Disagreement
-from vrg.recording.reader import Track
+from vrg.recording.reader import RobotPoses
 
 TOLERANCE = 1e-6
 """The difference in m or rad from which on two poses are not the same: recordings have all digits."""
 
 
-def cross_check(tracks: Sequence[Track], exhibits: Iterable[Exhibit]) -> tuple[list[Disagreement], int]:
-    """Where a recording shows a robot elsewhere than the referee saw it.
+def cross_check(tracks: Sequence[RobotPoses], exhibits: Iterable[Exhibit]) -> tuple[list[Disagreement], int]:
+    """Compare a recording with the referee's evidence, and return the robots and times at which their poses differ.
 
     Only instants of which both tell count. Each robot is told once, with the first instant and how many there are.
 

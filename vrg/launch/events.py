@@ -1,4 +1,4 @@
-"""What happens to the processes of a match, in a file of the run folder: one JSON object a line.
+"""The log of events of the processes of a match, a file of the run folder: one JSON object a line.
 
 The launcher writes a line for each process that is ready, dies, is killed or started again, for each machine that stops
 answering or answers again, for each order of the emergency stop that it hears, and one at its own end. A launcher that
@@ -18,8 +18,8 @@ log = logging.getLogger(__name__)
 _json = msgspec.json.Encoder()
 
 
-class What(enum.StrEnum):
-    """What has happened."""
+class EventKind(enum.StrEnum):
+    """The kind of an event."""
 
     BEGAN = "began"
     READY = "ready"
@@ -54,7 +54,7 @@ class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
         x, y: where a physical robot was measured while match time stood, m. v, w, side: its twist then.
     """
 
-    what: What
+    what: EventKind
     monotonic: float
     time: float | None = None
     clock: float = 0.0
@@ -92,22 +92,22 @@ class EventLog:
 
 
 class Notes(Protocol):
-    """Where a supervisor tells what happens to its processes."""
+    """The log to which a supervisor writes the events of its processes."""
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """It happens now."""
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """It counts as soon as the world's clock is heard again, so that its match time is known."""
 
 
 class NoNotes:
     """Forgets everything."""
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """Forget it."""
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """Forget it."""
 
 

@@ -10,7 +10,7 @@ from vrg.coordinator.cases import cases_of, seconds_before
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.proof import Case
-from vrg.coordinator.rulebook import Field, RuleBook
+from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError
 from vrg.games import game_of
 from vrg.launch.run_folder import RunFolder
@@ -58,23 +58,25 @@ def explain(run: Path, number: int) -> Proof:
     lines += [f"{measure}." for measure in measures]
     if not call.poses:
         return Proof(heading, tuple(lines))
-    fields = seconds_before(read_evidence(folder.evidence), case, SECONDS)
+    looks = seconds_before(read_evidence(folder.evidence), case, SECONDS)
     named = call.players[: len(call.poses)]
     points = [(pose.x, pose.y) for pose in call.poses]
-    points += [(f.poses[name].x, f.poses[name].y) for f in fields for name in named if name in f.poses]
+    points += [(f.poses[name].x, f.poses[name].y) for f in looks for name in named if name in f.poses]
     return Proof(
         heading=heading,
         lines=tuple(lines),
-        now=_scene(setup, book, case, case.now, fields, dict(zip(named, call.poses, strict=True))),
+        now=_scene(setup, book, case, case.now, looks, dict(zip(named, call.poses, strict=True))),
         box=box_around(points, measures),
         measures=measures,
-        earlier=tuple((before, _earlier(setup, book, case, fields, before)) for before in STRIP),
+        earlier=tuple((before, _earlier(setup, book, case, looks, before)) for before in STRIP),
     )
 
 
-def _earlier(setup: MatchSetup, book: RuleBook[Any], case: Case, fields: list[Field], before: float) -> Scene | None:
+def _earlier(
+    setup: MatchSetup, book: RuleBook[Any], case: Case, looks: list[Observation], before: float
+) -> Scene | None:
     wanted = case.now.time - before
-    then = min(fields, key=lambda field: abs(field.time - wanted), default=None)
+    then = min(looks, key=lambda field: abs(field.time - wanted), default=None)
     if then is None or abs(then.time - wanted) > _NEAR:
         return None
     return _scene(setup, book, case, then, [], {})
@@ -84,8 +86,8 @@ def _scene(
     setup: MatchSetup,
     book: RuleBook[Any],
     case: Case,
-    field: Field,
-    before: list[Field],
+    field: Observation,
+    before: list[Observation],
     called: dict[str, Pose],
 ) -> Scene:
     """The field at an instant about a call; the players of the call stand where they were called."""

@@ -1,4 +1,4 @@
-"""What was found out about a machine on which processes of a match are to run."""
+"""The results of checks of a machine on which processes of a match are to run."""
 
 import subprocess
 import sys
@@ -12,7 +12,7 @@ from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.launch.sandbox.seal import missing
 
-_PATIENCE = 120.0
+_COMMAND_TIMEOUT = 120.0
 """The real time in s for one of the commands below, which load everything that VRG has."""
 
 
@@ -69,10 +69,10 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-P", "-m", "vrg", *arguments]
     try:
         return subprocess.run(
-            command, capture_output=True, text=True, timeout=_PATIENCE, check=False, stdin=subprocess.DEVNULL
+            command, capture_output=True, text=True, timeout=_COMMAND_TIMEOUT, check=False, stdin=subprocess.DEVNULL
         )
     except subprocess.TimeoutExpired:
-        return subprocess.CompletedProcess(command, 1, "", f"it has not ended within {_PATIENCE:g} s")
+        return subprocess.CompletedProcess(command, 1, "", f"it has not ended within {_COMMAND_TIMEOUT:g} s")
 
 
 def _last_lines(text: str) -> str:

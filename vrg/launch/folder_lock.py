@@ -23,15 +23,15 @@ log = logging.getLogger(__name__)
 
 NAME = ".agent"
 """The name of the lock in a run folder."""
-KEYS = ".keys"
+KEYS_LOCK = ".keys"
 """The name of the lock in a folder of keys that were made or brought for one run."""
-PATIENCE = 5.0
+KILL_TIMEOUT = 5.0
 """The real time in s that a killed agent may take to be gone."""
 _BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 
 def this_machine() -> str:
-    """What tells this machine, since it was started, from others that may share its folders."""
+    """The identity of this machine since it was started, among others that may share its folders."""
     boot = _BOOT.read_text(encoding="ascii").strip() if _BOOT.exists() else "-"
     return f"{socket.gethostname()} {boot}"
 
@@ -47,7 +47,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
     """
     path = folder / NAME
     with path.open("a+", encoding="utf-8") as lock:
-        deadline = time.monotonic() + PATIENCE
+        deadline = time.monotonic() + KILL_TIMEOUT
         while not _locked(lock):
             lock.seek(0)
             number, _, machine = lock.read().strip().partition(" ")
@@ -55,7 +55,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
                 other = machine.split()[0]
                 raise LaunchError(f"{path}: an agent of {other} uses this folder, which both machines share")
             if time.monotonic() > deadline:
-                raise LaunchError(f"{path}: expected the agent {number} to end within {PATIENCE:g} s")
+                raise LaunchError(f"{path}: expected the agent {number} to end within {KILL_TIMEOUT:g} s")
             if number.isdigit() and int(number) != os.getpid():
                 log.info("the agent %s, which has lost its launcher, is killed", number)
                 with contextlib.suppress(ProcessLookupError):
@@ -75,10 +75,10 @@ def folder_lock(folder: Path) -> Iterator[None]:
 def keys_lock(folder: Path) -> Iterator[None]:
     """Own a new folder of keys, which others delete once this process is gone."""
     # The lock is held before it has its name: another launcher may look for abandoned folders just now.
-    unnamed = folder / f"{KEYS}.new"
+    unnamed = folder / f"{KEYS_LOCK}.new"
     with unnamed.open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
-        unnamed.rename(folder / KEYS)
+        unnamed.rename(folder / KEYS_LOCK)
         yield
 
 
@@ -86,7 +86,7 @@ def delete_abandoned_keys(folders: Iterable[Path]) -> None:
     """Delete those of these folders that were made or brought for one run, and whose process is gone."""
     for folder in folders:
         # A folder without a lock is being made, or is no such folder; only this user's can be opened or deleted.
-        with contextlib.suppress(OSError), (folder / KEYS).open("r+") as lock:
+        with contextlib.suppress(OSError), (folder / KEYS_LOCK).open("r+") as lock:
             if not folder.is_symlink() and _locked(lock):
                 log.info("deleting %s, whose process is gone", folder)
                 delete(folder)
@@ -106,7 +106,7 @@ def sweep(home: Path, older_than: float) -> None:
     delete_abandoned_keys(home.glob(keys_folder(home / "*").name))
     for folder in home.iterdir() if home.is_dir() else ():
         try:
-            if (folder / KEYS).exists() or folder.is_symlink() or not folder.is_dir():
+            if (folder / KEYS_LOCK).exists() or folder.is_symlink() or not folder.is_dir():
                 continue
             if folder.stat().st_mtime > older_than:
                 continue

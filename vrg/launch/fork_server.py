@@ -24,7 +24,7 @@ import psutil
 from vrg.bus.stopping import StopSignal
 from vrg.launch import forking
 
-UNKNOWN = 255
+UNKNOWN_STATUS = 255
 """The exit status that is assumed for a process whose end was not seen, because the server died before it."""
 _LOOK = 0.01
 """The real time in s between two looks at whether a process has ended."""
@@ -86,10 +86,10 @@ class ForkServer:
 
     @property
     def alive(self) -> bool:
-        """Whether the server can take requests."""
+        """True if the server can take requests."""
         return self._channel is not None
 
-    def start(self, preload: Sequence[str] = forking.NODES) -> None:
+    def start(self, preload: Sequence[str] = forking.PRELOADED) -> None:
         """Start the server. If that fails, or anywhere but on Linux, `alive` stays False.
 
         On macOS a process that has loaded the system's libraries cannot fork safely.
@@ -119,7 +119,7 @@ class ForkServer:
             try:
                 ours.close()
                 atexit._clear()  # what this process does at its end is not for others to do
-                forking.serve(theirs, patience=0.0)
+                forking.serve_forks(theirs, patience=0.0)
             finally:
                 os._exit(0)
         theirs.close()
@@ -176,7 +176,7 @@ class ForkServer:
         """Take in the server's answers."""
         while self._channel is not None and select.select([self._channel], [], [], 0.0)[0]:
             try:
-                data = self._channel.recv(forking.LONGEST)
+                data = self._channel.recv(forking.MAX_REQUEST_SIZE)
             except OSError:
                 data = b""
             if not data:
@@ -196,7 +196,7 @@ class ForkServer:
         return self._statuses.pop(pid, None)
 
     def frozen(self) -> bool:
-        """Whether the server is stopped or dead. One that is only slow is waited for."""
+        """True if the server is stopped or dead. One that is only slow is waited for."""
         try:
             return psutil.Process(self._pid).status() in _FROZEN
         except psutil.Error:
@@ -226,7 +226,7 @@ class ForkServer:
 
 
 @contextlib.contextmanager
-def fork_server(*, wanted: bool = True, preload: Sequence[str] = forking.NODES) -> Iterator[ForkServer]:
+def fork_server(*, wanted: bool = True, preload: Sequence[str] = forking.PRELOADED) -> Iterator[ForkServer]:
     """A fork server that is stopped at the end. If it is not wanted, every process gets an interpreter of its own."""
     server = ForkServer()
     if wanted:
@@ -259,7 +259,7 @@ class _Forked(Child):
             # The report may have come meanwhile.
             self._status = self._server.status(self.pid)
             if self._status is None and not self._server.alive:
-                self._status = UNKNOWN
+                self._status = UNKNOWN_STATUS
                 forking.end_group(self.pid)
         if self._status is not None and self._handle >= 0:
             os.close(self._handle)
@@ -280,7 +280,7 @@ class _Forked(Child):
             time.sleep(_LOOK / 10)  # the server has not reported it yet
 
     def _gone(self, patience: float = 0.0) -> bool:
-        """Whether it has ended; waits at most so many seconds for it."""
+        """True if it has ended; waits at most so many seconds for it."""
         return self._handle < 0 or bool(select.select([self._handle], [], [], patience)[0])
 
 

@@ -27,7 +27,7 @@ import traceback
 from collections.abc import Iterator
 from typing import NoReturn
 
-NODES = (
+PRELOADED = (
     "vrg.launch.child",
     "vrg.agents.player",
     "vrg.bus.session",
@@ -35,10 +35,10 @@ NODES = (
     "vrg.launch.sandbox.player",
     "vrg.launch.sandbox.seal",
 )
-"""What most nodes of a match need, but nothing that starts threads, such as numpy."""
+"""The modules that most nodes of a match need, but none that start threads, such as numpy."""
 ORPHANED = 12.0
 """The real time in s from the launcher's death after which processes are killed. Nodes end by themselves in 10 s."""
-LONGEST = 1 << 16
+MAX_REQUEST_SIZE = 1 << 16
 """The length of the longest request, bytes."""
 _MARK = "VRG_PROCESS"
 """The environment variable by which a process of the server marks what it starts."""
@@ -46,7 +46,7 @@ _SUBREAPER = 36
 """PR_SET_CHILD_SUBREAPER."""
 
 
-def serve(channel: socket.socket, patience: float = ORPHANED) -> None:
+def serve_forks(channel: socket.socket, patience: float = ORPHANED) -> None:
     """Fork at each request until the launcher closes the channel.
 
     Args:
@@ -91,7 +91,7 @@ def _serve_one(channel: socket.socket, reader: int, children: set[int]) -> bool:
         for gone, status in ended.items():
             channel.send(json.dumps({"pid": gone, "status": status}).encode())
     if channel.fileno() in ready:
-        data, descriptors, _, _ = socket.recv_fds(channel, LONGEST, 2)
+        data, descriptors, _, _ = socket.recv_fds(channel, MAX_REQUEST_SIZE, 2)
         if not data:
             return False
         pid: int | None = None
@@ -208,7 +208,7 @@ def main() -> None:
             importlib.import_module(module)
         if os.path.exists("/proc/self/task") and len(os.listdir("/proc/self/task")) > 1:
             return
-        serve(channel)
+        serve_forks(channel)
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ from collections.abc import Collection, Iterator, Sequence
 import psutil
 
 from vrg.launch.managed import ManagedProcess
-from vrg.launch.process_log import FLOOD, FLOOD_WINDOW
+from vrg.launch.process_log import FLOOD_SIZE, FLOOD_WINDOW
 from vrg.launch.sandbox.excess import excess
 
-PERIOD = 1.0
+CHECK_PERIOD = 1.0
 """The real time in s between two looks at what the processes use."""
 _SLACK, _OWN = 1.25, 500
 """A process may use this many times the memory that its strategy may use, and so many MB more."""
@@ -40,7 +40,7 @@ class Greed:
             process, pid, why = self._found.get()
             if process.pid == pid:
                 yield process, why
-        if now - self._looked >= PERIOD and (self._looking is None or not self._looking.is_alive()):
+        if now - self._looked >= CHECK_PERIOD and (self._looking is None or not self._looking.is_alive()):
             self._looked = now
             watched = [(p, running) for p in processes if p.ready and (running := p.pid) is not None]
             self._looking = threading.Thread(target=self._look, args=(watched, now), daemon=True)
@@ -54,7 +54,7 @@ class Greed:
                 continue
             if used[pid] > 1_000_000 * (_SLACK * self._memory + _OWN):
                 why: str | None = f"it uses more than {self._memory} MB of memory"
-            elif written > FLOOD:
+            elif written > FLOOD_SIZE:
                 why = f"it has written {written // 1_000_000} MB to its log within {FLOOD_WINDOW:g} s"
             else:
                 why = excess(process.log.path.parents[1], process.spec.name, pid)

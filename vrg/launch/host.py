@@ -1,4 +1,4 @@
-"""What the launcher asks of a machine on which processes of a match run."""
+"""The contract between the launcher and a machine on which processes of a match run."""
 
 from collections.abc import Callable, Collection, Sequence
 from typing import Protocol
@@ -80,7 +80,7 @@ class Host(Protocol):
         """
 
     def statuses(self) -> list[ProcessStatus]:
-        """How each of its processes is."""
+        """The state of each of its processes."""
 
     @property
     def stop_orders(self) -> Collection[int]:

@@ -16,7 +16,7 @@ from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
 from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
@@ -148,7 +148,7 @@ def play(
         for player in players.values():
             write_json(logs / f"{player.name}.json", player.counted())
     failures = tuple(failure for player in players.values() for failure in player.failures)
-    return Ending(coordinator.match.state(Field({}), estop=False), executor.time, failures)
+    return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures)
 
 
 def _simulation(setup: MatchSetup) -> "Simulation | None":

@@ -1,4 +1,4 @@
-"""What happened in a match after which robots must stop, from its journal and its log of events. It reads no files.
+"""The incidents of a match after which robots must stop, from its journal and its log of events. It reads no files.
 
 The journal tells of each HALT and each emergency stop. A HALT begins with the referee's decision, an emergency stop
 with its order if that was heard, and the death of a process or the loss of a machine with the newest message that came
@@ -12,34 +12,34 @@ from dataclasses import dataclass, field
 
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
-from vrg.launch.events import Event, What
+from vrg.launch.events import Event, EventKind
 from vrg.launch.listening import REFEREE, WORLD
 from vrg.recording.records import EstopRecord
-from vrg.recording.stops import Incident, Kind
+from vrg.recording.stops import Incident, IncidentKind
 
-LAUNCHER = "vrg play"
+LAUNCHER_NAME = "vrg play"
 """The name of the launcher in an incident."""
 ROUTER = "router"
 SETTLES = 3.0
 """The real time in s after a router's return in which the referee may still halt play because of its absence."""
-LATE = 1.0
+ESTOP_HALT_DELAY = 1.0
 """The real time in s after the release of an emergency stop in which the referee may still halt play because of it."""
-BEHIND = 0.2
+MAX_REFEREE_LAG = 0.2
 """The real time in s by which the referee may be behind the launcher: its HALT then seems to come before the order."""
 _TIME = (WORLD, ROUTER)
 """The processes without which match time stands for all others."""
-_ENDS = (What.KILLED, What.DIED, What.VACATED)
+_ENDS = (EventKind.KILLED, EventKind.DIED, EventKind.VACATED)
 _GOES_ON = ("resume", "ended", "game_over")
 """The rules of the calls after which a HALT is over."""
 _ESTOP = "emergency stop"
-"""How the reason of a HALT begins that the referee has called because of the emergency stop."""
+"""The beginning of the reason of a HALT that the referee has called because of the emergency stop."""
 _BY_SOMEBODY = ("called by", _ESTOP)
-"""How the reasons of those HALTs begin that somebody asked for."""
+"""The beginnings of the reasons of those HALTs that a person has asked for."""
 
 
 @dataclass(frozen=True)
-class Evidence:
-    """What is known of a run.
+class RunData:
+    """The data of a run.
 
     Args:
         records: the journal. events: the log of events; empty where there is none.
@@ -67,7 +67,7 @@ class Evidence:
         return real * (self.rate or 1.0)
 
 
-def incidents_of(of: Evidence) -> list[Incident]:
+def incidents_of(of: RunData) -> list[Incident]:
     """Every HALT, emergency stop and death of a process, in the order of match time."""
     found = [*_halts(of), *_deaths(of), *_machines(of), *_launcher(of)]
     return sorted(found, key=lambda incident: (incident.time, incident.kind, incident.what))
@@ -82,7 +82,7 @@ def _is_estop(text: str) -> bool:
     return text.removeprefix("play is halted: ").startswith(_ESTOP)
 
 
-def _halts(of: Evidence) -> Iterator[Incident]:
+def _halts(of: RunData) -> Iterator[Incident]:
     """The HALTs that stopped play, and the emergency stops, each once however often it is called until play goes on."""
     halted: str | None = None
     stopped_until = -math.inf
@@ -93,37 +93,39 @@ def _halts(of: Evidence) -> Iterator[Incident]:
             stopped_until = goes_on(of.records, record.time)
             yield _estop(of, record.time, stopped_until, estops[0].text)
         elif halted is None and record.standing.halted is not None and calls and not estops:
-            yield Incident(Kind.HALT, calls[0].text, record.time, goes_on(of.records, record.time))
+            yield Incident(IncidentKind.HALT, calls[0].text, record.time, goes_on(of.records, record.time))
         halted = record.standing.halted
 
 
-def _estop(of: Evidence, called: float, until: float, text: str) -> Incident:
+def _estop(of: RunData, called: float, until: float, text: str) -> Incident:
     """An emergency stop because of which the referee has called a HALT; it begins with its order if that was heard."""
     what = text.removeprefix("play is halted: ")
-    logged = any(event.what is What.BEGAN for event in of.events)
-    orders = [(e.time or 0.0, e.what is What.ESTOP) for e in of.events if e.what in (What.ESTOP, What.RELEASE)]
+    logged = any(event.what is EventKind.BEGAN for event in of.events)
+    orders = [
+        (e.time or 0.0, e.what is EventKind.ESTOP) for e in of.events if e.what in (EventKind.ESTOP, EventKind.RELEASE)
+    ]
     orders = orders if logged else [(time, order.engaged) for time, order in of.estops]
-    behind, late = max(of.tick, of.match_time(BEHIND)), of.match_time(LATE)
+    behind, late = max(of.tick, of.match_time(MAX_REFEREE_LAG)), of.match_time(ESTOP_HALT_DELAY)
     engaged = max((time for time, engages in orders if engages and time <= called + behind), default=None)
     released = any(engaged is not None and engaged < time < called - late for time, engages in orders if not engages)
     if engaged is None or released or goes_on(of.records, engaged) != until:
-        return Incident(Kind.ESTOP, what, called, until, resolution=PERIOD)
-    return Incident(Kind.ESTOP, what, engaged, until, resolution=of.tick if logged else PERIOD)
+        return Incident(IncidentKind.ESTOP, what, called, until, resolution=PERIOD)
+    return Incident(IncidentKind.ESTOP, what, engaged, until, resolution=of.tick if logged else PERIOD)
 
 
-def _deaths(of: Evidence) -> Iterator[Incident]:
+def _deaths(of: RunData) -> Iterator[Incident]:
     """The deaths of processes. One that is killed because it hangs, and then found dead, has died once."""
     gone: set[str] = set()
     for number, event in enumerate(of.events):
         name = event.process or ""
-        if event.what in (What.STARTED, What.READY, What.REPLACED):
+        if event.what in (EventKind.STARTED, EventKind.READY, EventKind.REPLACED):
             gone.discard(name)
         if event.what not in _ENDS or name in gone:
             continue
         gone.add(name)
         time = _onset(of, number, event, [name])
         yield Incident(
-            Kind.DEATH,
+            IncidentKind.DEATH,
             f"{name} {_how(event)}",
             time,
             _until(of, number, event, time),
@@ -134,20 +136,20 @@ def _deaths(of: Evidence) -> Iterator[Incident]:
         )
 
 
-def _machines(of: Evidence) -> Iterator[Incident]:
+def _machines(of: RunData) -> Iterator[Incident]:
     """The losses of machines: of the agent that supervises the processes there, or of the link to it."""
     for number, event in enumerate(of.events):
-        if event.what is not What.AWAY:
+        if event.what is not EventKind.AWAY:
             continue
         names = [name for name, machine in of.place.items() if machine == event.process]
         time = _onset(of, number, event, names)
-        back = next((e for e in of.events[number:] if (e.what, e.process) == (What.BACK, event.process)), None)
+        back = next((e for e in of.events[number:] if (e.what, e.process) == (EventKind.BACK, event.process)), None)
         # Its robots may move again when play goes on, or when the machine is back in play that was not halted.
         until = goes_on(of.records, time)
         if back is not None and back.time is not None and not _halted(of.records, back.time):
             until = min(until, back.time)
         yield Incident(
-            Kind.AWAY,
+            IncidentKind.AWAY,
             event.text,
             time,
             until,
@@ -158,16 +160,16 @@ def _machines(of: Evidence) -> Iterator[Incident]:
 
 
 def _halted(records: Iterable[Record], at: float) -> bool:
-    """Whether play is halted at a match time, s."""
+    """True if play is halted at a match time, s."""
     before = list(itertools.takewhile(lambda record: record.time <= at, records))
     return bool(before) and before[-1].standing.halted is not None
 
 
 def _how(event: Event) -> str:
-    return f"{event.text}: killed" if event.what is What.KILLED else event.text
+    return f"{event.text}: killed" if event.what is EventKind.KILLED else event.text
 
 
-def _onset(of: Evidence, number: int, event: Event, names: Sequence[str]) -> float:
+def _onset(of: RunData, number: int, event: Event, names: Sequence[str]) -> float:
     """The stamp of the newest message of processes that are gone, s; the time at which it was noticed if none came."""
     noticed = event.time or 0.0
     senders = {WORLD if name in _TIME else name for name in names} & set(event.newest)
@@ -176,15 +178,15 @@ def _onset(of: Evidence, number: int, event: Event, names: Sequence[str]) -> flo
         return time
     # What the world has published after its last snapshot did not happen: it goes on from there.
     later = of.events[number:]
-    back = next((e.time for e in later if e.what is What.STEPPED_BACK and e.time is not None), time)
+    back = next((e.time for e in later if e.what is EventKind.STEPPED_BACK and e.time is not None), time)
     return min(time, back)
 
 
-def _until(of: Evidence, number: int, event: Event, time: float) -> float:
+def _until(of: RunData, number: int, event: Event, time: float) -> float:
     """The match time, s, at which robots may move again after a death; infinite if that is not known."""
     name = event.process or ""
     ready = next(
-        (e.time for e in of.events[number:] if e.process == name and e.what is What.READY and e.time is not None),
+        (e.time for e in of.events[number:] if e.process == name and e.what is EventKind.READY and e.time is not None),
         math.inf,
     )
     if name in (REFEREE, WORLD):
@@ -199,18 +201,18 @@ def _until(of: Evidence, number: int, event: Event, time: float) -> float:
     return ready
 
 
-def _soonest(of: Evidence, number: int, event: Event, time: float) -> float:
+def _soonest(of: RunData, number: int, event: Event, time: float) -> float:
     """The match time, s, from which a new process may move robots; infinite where a call of the referee tells it."""
     name = event.process or ""
     if name == ROUTER:
         return time  # a robot may be connected again before the launcher is
     if name not in of.players:
         return math.inf
-    starts = [e for e in of.events[number:] if e.process == name and e.what in (What.STARTED, What.REPLACED)]
+    starts = [e for e in of.events[number:] if e.process == name and e.what in (EventKind.STARTED, EventKind.REPLACED)]
     return next((start.time for start in starts if start.time is not None), math.inf)
 
 
-def _robots(of: Evidence, names: Sequence[str]) -> frozenset[str] | None:
+def _robots(of: RunData, names: Sequence[str]) -> frozenset[str] | None:
     """The robots that must stop without some processes; None for all."""
     if any(name in (REFEREE, *_TIME) for name in names):
         return None
@@ -218,10 +220,10 @@ def _robots(of: Evidence, names: Sequence[str]) -> frozenset[str] | None:
     return frozenset([*driven, *(name for name in names if name in of.players)])
 
 
-def _launcher(of: Evidence) -> Iterator[Incident]:
+def _launcher(of: RunData) -> Iterator[Incident]:
     """The death of the launcher, which nobody could log: its log lacks the last line."""
-    if of.events and of.events[-1].what is not What.ENDED:
+    if of.events and of.events[-1].what is not EventKind.ENDED:
         last = of.events[-1].time or 0.0
         end = of.end if math.isfinite(of.end) else last
-        what = f"{LAUNCHER} was killed: at some time after {last:.2f} s, all processes then ended by themselves"
-        yield Incident(Kind.DEATH, what, end, process=LAUNCHER, resolution=max(0.0, end - last))
+        what = f"{LAUNCHER_NAME} was killed: at some time after {last:.2f} s, all processes then ended by themselves"
+        yield Incident(IncidentKind.DEATH, what, end, process=LAUNCHER_NAME, resolution=max(0.0, end - last))

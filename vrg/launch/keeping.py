@@ -108,7 +108,7 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
 
 
 def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:
-    """What is not copied of a package: what Python makes by itself, and the folders of runs."""
+    """The names in a package that are not copied: files that Python makes by itself, and the folders of runs."""
     own = folder.path.resolve()
 
     def is_run(path: Path) -> bool:
@@ -118,7 +118,7 @@ def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:
 
 
 class Kept:
-    """What is kept of a match besides its results.
+    """The parts of a match that are kept besides its results.
 
     Args:
         base: the folder that relative paths start from. text: that of the match file.

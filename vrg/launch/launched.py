@@ -27,12 +27,12 @@ from vrg.bus.stopping import StopSignal
 from vrg.config.files import WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
-from vrg.launch.events import What
+from vrg.launch.events import EventKind
 from vrg.launch.host import GROUPS, Host
 from vrg.launch.listening import Listening
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.running import RunningMatch, registered
-from vrg.launch.seats import LAUNCHER, Seats
+from vrg.launch.vacancies import LAUNCHER, Vacancies
 from vrg.types import few
 
 LINGER = 1.0
@@ -82,7 +82,7 @@ class LaunchedMatch:
         self.state: RefereeState | None = None
         self._mailbox = Mailbox(sender_of(LAUNCHER, LAUNCHER))
         self._referee = self._mailbox.subscribe(setup.keys.referee_state)
-        self._seats = Seats(
+        self._seats = Vacancies(
             self._mailbox,
             setup.keys,
             [player.name for player in setup.players],
@@ -155,7 +155,7 @@ class LaunchedMatch:
                 self._refused = session.refused
                 session.attach(self._mailbox)
                 self._listening.attach(session)
-                self._listening.note(What.BEGAN)
+                self._listening.note(EventKind.BEGAN)
                 for host in self._hosts:
                     host.attach(session)
                 if not self._start(session, stop, progress):
@@ -182,7 +182,7 @@ class LaunchedMatch:
                 ending()
             finally:
                 self._stop()
-                self._listening.note(What.ENDED)
+                self._listening.note(EventKind.ENDED)
                 self._keep_refused()
 
     def _keep_refused(self) -> None:
@@ -262,7 +262,7 @@ class LaunchedMatch:
                 session.send(self._mailbox.collect())
         if (trouble is not None) != (host.machine in self._away):
             self._away ^= {host.machine}
-            self._listening.note(What.BACK if trouble is None else What.AWAY, host.machine, trouble or "")
+            self._listening.note(EventKind.BACK if trouble is None else EventKind.AWAY, host.machine, trouble or "")
 
     def _replace(self, name: str, strategy: str) -> None:
         """Let a player play by another strategy.

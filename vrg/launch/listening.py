@@ -1,4 +1,4 @@
-"""What the launcher hears on the bus of a match for its log of events: match time, and the orders to stop."""
+"""The launcher's subscriptions for its log of events: match time, and the orders to stop."""
 
 import functools
 import math
@@ -12,20 +12,20 @@ from vrg.bus.messages import Clock, Estop, EstopRelease, MeasuredPose, at_rest
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Qos, name_in
 from vrg.errors import MessageError
-from vrg.launch.events import Event, EventLog, What
-from vrg.recording.stops import HOLD
+from vrg.launch.events import Event, EventKind, EventLog
+from vrg.recording.stops import REST_TIME
 
 REFEREE, WORLD = "referee", "world"
 """The names of the links of the referee's states and of the world's clock."""
-STANDS = 0.1
+CLOCK_TIMEOUT = 0.1
 """The real time in s without a clock after which the poses of physical robots are logged: match time stands."""
 LATCHES = 1.0
 """The real time in s after an order of the emergency stop in which the world's latch tells its match time."""
-LONGEST = 10.0
+LOGGING_TIMEOUT = 10.0
 """The real time in s without a clock after which they are not logged any more."""
 SAMPLE = 0.01
 """The least real time in s between two poses of a robot in the log."""
-SETTLED = HOLD + 0.001
+SETTLED = REST_TIME + 0.001
 """The real time in s for which a robot is at rest in the log before it stands; the log rounds times."""
 
 
@@ -40,7 +40,7 @@ class _Clock:
 
 @dataclass
 class _Rolling:
-    """What has been logged of a physical robot while match time stands: when, and since when it has been at rest."""
+    """The logged motion of a physical robot while match time stands: its times, and since when it has been at rest."""
 
     logged: float = -math.inf
     rests_since: float | None = None
@@ -48,7 +48,7 @@ class _Rolling:
 
     @property
     def undecided(self) -> bool:
-        """Whether it is at rest, but not for so long yet that it stands."""
+        """True if it is at rest, but not for long enough that it stands."""
         return self.rests_since is not None and not self.stands
 
     def take(self, at: float, rests: bool) -> bool:
@@ -79,7 +79,7 @@ class Listening:
         self._clock = _Clock()
         self._newest: dict[str, float] = {}
         self._rolling: dict[str, _Rolling] = {}
-        self._waiting: list[tuple[What, str]] = []
+        self._waiting: list[tuple[EventKind, str]] = []
         self._order: tuple[float, float | None, str] | None = None
         self._engaged = False
         self._ignored = 0
@@ -106,18 +106,18 @@ class Listening:
         """Take in what has arrived, and log what belongs into the log."""
         self._hear_until(math.inf)
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """Log an event as soon as the world's clock is heard again, so that its match time is known."""
         self._waiting.append((what, process))
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """Log an event that happens now, with the match time and what was heard of each sender until then."""
         now = time.monotonic()
         self._hear_until(now)
         self._write(now, what, process, text, status=status)
 
     def _write(
-        self, at: float, what: What, process: str | None = None, text: str = "", *, status: int | None = None
+        self, at: float, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None
     ) -> None:
         self._write_order()
         clock = self._clock
@@ -131,7 +131,7 @@ class Listening:
         """Log an order of the emergency stop that waits for its match time."""
         if self._order is not None:
             (at, stamp, text), self._order = self._order, None
-            self._log.write(Event(what=What.ESTOP, monotonic=round(at, 4), time=stamp, text=text))
+            self._log.write(Event(what=EventKind.ESTOP, monotonic=round(at, 4), time=stamp, text=text))
 
     def _hear_until(self, at: float) -> None:
         """Take in what arrived before a monotonic time, s."""
@@ -168,7 +168,7 @@ class Listening:
         if before.estop and not clock.estop:
             self._engaged = False  # even if the order that released it was not heard
         if before.time is not None and stamp < before.time:
-            self._write(at, What.STEPPED_BACK, WORLD, f"from {before.time:.2f} s to {stamp:.2f} s of match time")
+            self._write(at, EventKind.STEPPED_BACK, WORLD, f"from {before.time:.2f} s to {stamp:.2f} s of match time")
         waiting, self._waiting = self._waiting, []
         for what, process in waiting:
             self._write(at, what, process)
@@ -188,14 +188,14 @@ class Listening:
             self._write_order()
             self._order = (at, self._clock.time, text)
         else:
-            self._write(at, What.RELEASE, text=text)
+            self._write(at, EventKind.RELEASE, text=text)
 
     def _measured(self, robot: str, measured: MeasuredPose, at: float) -> None:
         """Log where a physical robot is measured while match time stands, but not while it goes on standing.
 
         When match time goes on it is still logged until it is known whether its last rest was more than a moment.
         """
-        timeless = self._clock.time is not None and STANDS < at - self._clock.at <= LONGEST
+        timeless = self._clock.time is not None and CLOCK_TIMEOUT < at - self._clock.at <= LOGGING_TIMEOUT
         rolling = self._rolling.setdefault(robot, _Rolling())
         if not timeless and not rolling.undecided:
             del self._rolling[robot]
@@ -204,7 +204,7 @@ class Listening:
             return
         pose = measured.pose
         event = Event(
-            what=What.MEASURED, process=robot, monotonic=round(at, 4), time=self._clock.time, x=pose.x, y=pose.y,
+            what=EventKind.MEASURED, process=robot, monotonic=round(at, 4), time=self._clock.time, x=pose.x, y=pose.y,
             v=measured.twist.v, w=measured.twist.w, side=measured.twist.side,
         )  # fmt: skip
         self._log.write(event)

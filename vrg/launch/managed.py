@@ -35,7 +35,7 @@ KILLED = 2.0
 
 @dataclass(frozen=True)
 class ProcessSpec:
-    """What a process is and how it is run.
+    """The description of a process and of how it is run.
 
     Args:
         name: the name of the process and of its log.
@@ -70,7 +70,7 @@ class ProcessSpec:
 
     @property
     def is_router(self) -> bool:
-        """Whether this is the router. It has no pulse, because it runs before there is a bus."""
+        """True if this is the router. It has no pulse, because it runs before there is a bus."""
         return self.pulse is None and self.says is None
 
 
@@ -107,7 +107,7 @@ class ManagedProcess:
 
     @property
     def has_said(self) -> bool:
-        """Whether it has printed the text that tells that it is ready, since it was last started."""
+        """True if it has printed the text by which it reports that it is ready, since it was last started."""
         if self.spec.says is None:
             return False
         with self.log.path.open("rb") as log:
@@ -184,7 +184,7 @@ class ManagedProcess:
             return 0
 
     def status(self, machine: str) -> ProcessStatus:
-        """How it is, on a machine of this name."""
+        """Its status, on a machine of this name."""
         pid = self.pid
         state = ProcessState.ENDED if pid is None else ProcessState.RUNNING if self.ready else ProcessState.STARTING
         return ProcessStatus(
@@ -199,7 +199,7 @@ class ManagedProcess:
         )
 
     def _load(self, pid: int) -> float:
-        """How much of a processor core it has used since the last call; 0.0 at the first."""
+        """The part of a processor core that it has used since the last call; 0.0 at the first."""
         try:
             if self._measured is None or self._measured.pid != pid:
                 self._measured = psutil.Process(pid)
@@ -214,7 +214,8 @@ class ManagedProcess:
 
     @property
     def place(self) -> str:
-        """Where it is, such as `ann.py, line 7, in act`; empty if it has not told since it was asked last."""
+        """The place of its code, such as `ann.py, line 7, in act`; empty if it has reported none since the last
+        request."""
         return self.log.place(self._dump_begins)
 
     def play(self, arguments: tuple[str, ...]) -> None:

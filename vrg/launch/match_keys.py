@@ -15,7 +15,7 @@ from vrg.seats.folder import LOCAL_HOSTS, KeysFolder
 
 _PREFIX = "vrg-keys-"
 _LASTS = timedelta(days=2)
-"""How long keys are valid that are made for one run. They are deleted with its end."""
+"""The time for which keys are valid that are made for one run. They are deleted with its end."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""How the nodes of a match are made from its set-up. They are the same for every executor.
+"""Makes the nodes of a match from its set-up. They are the same for every executor.
 
 Each node is imported when it is made, so that a process loads only what it needs. Above all, in a match of several
 processes only a player's own process imports a student's code.
@@ -57,9 +57,9 @@ def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -
     Raises:
         JournalError: it cannot be used; see `Journal`.
     """
-    from vrg.coordinator.journal import Header, Journal
+    from vrg.coordinator.journal import Journal, JournalHeader
 
-    return Journal(folder.journal, Header(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
+    return Journal(folder.journal, JournalHeader(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
 
 
 def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":

@@ -11,9 +11,9 @@ from typing import IO
 from vrg.blame import is_students, place_text
 from vrg.types import printable
 
-LONGEST = 5_000_000
+MAX_LOG_SIZE = 5_000_000
 """The size in bytes above which a log is moved to one with the ending `.1`, and begins anew."""
-FLOOD = 20_000_000
+FLOOD_SIZE = 20_000_000
 """The number of bytes within FLOOD_WINDOW that are too many for a player."""
 FLOOD_WINDOW = 60.0
 """s"""
@@ -51,7 +51,7 @@ class ProcessLog:
             return 0
 
     def place(self, since: int) -> str:
-        """Where the student's code was by the last dump of `faulthandler`, such as `ann.py, line 7, in act`.
+        """The place of the student's code by the last dump of `faulthandler`, such as `ann.py, line 7, in act`.
 
         Empty if there is no dump, or none of its frames is a student's.
 
@@ -74,7 +74,7 @@ class ProcessLog:
         while now - written[0][0] > FLOOD_WINDOW:
             written.popleft()
         self._size = size
-        if size > LONGEST:
+        if size > MAX_LOG_SIZE:
             self._begin_anew()
         return sum(count for _, count in written)
 
@@ -87,9 +87,9 @@ class ProcessLog:
         # The process has the file open, so its content is moved and not the file. A line in between may be lost.
         try:
             with self.path.open("rb") as old, self.path.with_name(f"{self.path.name}.1").open("wb") as kept:
-                old.seek(-LONGEST, 2)
+                old.seek(-MAX_LOG_SIZE, 2)
                 # Not to its end: the process may write on while it is read.
-                kept.write(old.read(LONGEST))
+                kept.write(old.read(MAX_LOG_SIZE))
             with self.path.open("r+b") as log:
                 log.truncate(0)
         except OSError:

@@ -1,4 +1,4 @@
-"""Which processes hang, judged by comparing them. This module uses no bus and reads no clock.
+"""Finds the processes that hang, by comparing them. This module uses no bus and reads no clock.
 
 A process that gives no sign of life hangs. But if no process gives any, the whole machine has stalled, and none of them
 is at fault. So silence is not measured in real time: the time that counts goes on only while some process is heard.
@@ -9,7 +9,7 @@ from collections.abc import Iterable
 HUNG = 2.5
 """The time in s without a pulse, while others are heard, after which a process is taken to hang. Pulses come every
 0.5 s."""
-STEP = 1.0
+MAX_PAUSE = 1.0
 """The longest time in s that counts for a pause in which no process was heard."""
 
 
@@ -30,7 +30,7 @@ class Pulses:
         felt = list(names)
         if not felt:
             return
-        self._counted += min(max(0.0, now - self._heard_at), STEP)
+        self._counted += min(max(0.0, now - self._heard_at), MAX_PAUSE)
         self._heard_at = now
         for name in felt:
             self._last[name] = self._counted

@@ -1,4 +1,4 @@
-"""What is written when a match has ended: the result, and the plot of the trajectories."""
+"""The files that are written when a match has ended: the result, and the plot of the trajectories."""
 
 import json
 import logging
@@ -13,7 +13,7 @@ from vrg.coordinator.match import won
 from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.errors import JournalError
 from vrg.games import game_of
-from vrg.games.game import sentence
+from vrg.games.game import capitalised
 from vrg.launch.run_folder import RunFolder, write_json
 
 log = logging.getLogger(__name__)
@@ -61,21 +61,21 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
 
 
 def ended_of(state: RefereeState) -> str:
-    """How a match that is over has ended, in words."""
+    """The way in which a match that is over has ended, in words."""
     return state.ended or "game over"
 
 
 def headline(result: dict[str, Any]) -> str:
-    """How a match ended, in a few words."""
+    """The result of a match, in a few words."""
     if result["ended"] != "game over":
-        return sentence(str(result["ended"]))
+        return capitalised(str(result["ended"]))
     if not game_of(result["game"]).competitive:
         return "Over"
-    return "A draw" if result["winner"] == DRAW else sentence(won(str(result["winner"])))
+    return "A draw" if result["winner"] == DRAW else capitalised(won(str(result["winner"])))
 
 
 def conclusion(result: dict[str, Any]) -> str:
-    """How a match ended, and why the game was over if its rules say so, in words."""
+    """The result of a match, and why the game was over if its rules tell the reason, in words."""
     called = [call["text"] for call in result["calls"] if call["rule"] == "game_over"]
     # The referee's call reads: game over: blue wins: the time is up.
     _, _, why = called[-1].removeprefix("game over: ").partition(": ") if called else ("", "", "")
@@ -97,7 +97,7 @@ def summary(result: dict[str, Any]) -> str:
 
 
 def _records(folder: RunFolder) -> list[Record]:
-    """What the journal holds; nothing if it cannot be read."""
+    """The records of the journal; none if it cannot be read."""
     try:
         return read_journal(folder.journal)[1]
     except JournalError:
@@ -105,7 +105,7 @@ def _records(folder: RunFolder) -> list[Record]:
 
 
 def _radio(processes: Mapping[str, Any]) -> dict[str, int]:
-    """How many messages of players to players arrived and were lost over all links."""
+    """The numbers of messages of players to players that arrived and that were lost, over all links."""
     links = [link for process in processes.values() for link in process.get("radio", {}).values()]
     return {what: sum(link[what] for link in links) for what in ("arrived", "lost")}
 

@@ -38,7 +38,7 @@ class RunningMatch:
 
     @property
     def is_own(self) -> bool:
-        """Whether it was started in the present working folder, or in one above or below it."""
+        """True if it was started in the present working folder, or in one above or below it."""
         here, there = Path.cwd(), Path(self.folder)
         return here == there or here in there.parents or there in here.parents
 
@@ -93,7 +93,7 @@ def running() -> list[RunningMatch]:
 
 
 def _is_abandoned(entry: TextIO) -> bool:
-    """Whether no launcher holds the entry's lock."""
+    """True if no launcher holds the entry's lock."""
     try:
         fcntl.flock(entry, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
@@ -133,7 +133,7 @@ def find(match: str | None, router: str | None, default_router: str) -> tuple[st
 
 
 def _answers(endpoint: str) -> bool:
-    """Whether some program accepts connections at an endpoint of TCP."""
+    """True if some program accepts connections at an endpoint of TCP."""
     host, _, port = endpoint.partition("/")[2].rpartition(":")
     try:
         socket.create_connection((host, int(port)), timeout=_PROBE).close()

@@ -1,4 +1,4 @@
-"""What every process of a match does from its start to its end: it runs one node, or the router."""
+"""The life of every process of a match, from its start to its end: it runs one node, or the router."""
 
 import json
 import logging
@@ -40,9 +40,9 @@ LEASH_PATIENCE = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-SHOWN = ("spectator", "developer", "hud", "web", "foxglove", "three")
+DISPLAY_KINDS = ("spectator", "developer", "hud", "web", "foxglove", "three")
 """The kinds of nodes that show the match to people."""
-KINDS = ("world", "coordinator", "recorder", *SHOWN, "player")
+KINDS = ("world", "coordinator", "recorder", *DISPLAY_KINDS, "player")
 """The kinds of nodes that `serve` can run."""
 
 
@@ -115,7 +115,7 @@ def serve(
         elif kind == "player":
             stack.enter_context(_students_code(setup.memory))
             node = nodes.player_node(setup, name)
-        elif kind in SHOWN:
+        elif kind in DISPLAY_KINDS:
             official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
             node, finished = _shown(kind, setup, session, name, run, secret, official=official)
             idle = WINDOW_PERIOD
@@ -149,7 +149,7 @@ def _shown(
 
 
 def is_sealed(setup: MatchSetup, name: str, *, seats: bool) -> bool:
-    """Whether the process of a player is sealed on this machine.
+    """True if the process of a player is sealed on this machine.
 
     One that cannot refuses where the match file wants it or the match has seats; the default for strangers' files is
     only for machines that can.
@@ -170,7 +170,7 @@ def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credenti
         ConfigError: there is no such player. SandboxError: this machine cannot do it.
     """
     from vrg.launch.sandbox.player import policy_of  # noqa: PLC0415 - most matches have no sandboxes
-    from vrg.launch.sandbox.seal import REFUSED, seal  # noqa: PLC0415
+    from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal  # noqa: PLC0415
 
     seat = None if credentials is None else credentials.folder
     try:
@@ -178,7 +178,7 @@ def _seal(setup: MatchSetup, name: str, router: str, folder: RunFolder, credenti
     except OSError as error:
         raise SandboxError(f"{folder.logs}: a sealed player's statistics need a file there: {error}") from error
     seal(policy_of(setup, name, router=router, run=folder, seat=seat))
-    tell_of_refusals(REFUSED)
+    tell_of_refusals(REFUSAL_ADVICE)
 
 
 @contextmanager

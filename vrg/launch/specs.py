@@ -1,4 +1,4 @@
-"""Which processes a match has, and which of them run on one machine."""
+"""The processes of a match, and those of them that run on one machine."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

@@ -1,12 +1,12 @@
-"""How often a player may fail before it is given up, in a process of its own or in a match in one process."""
+"""Counts the failures of a player until it is given up, in a process of its own or in a match in one process."""
 
 from collections import deque
 
 FAILURES = 5
-"""The number of failures within WINDOW after which a player, or a process, is still started again."""
+"""The number of failures within STRIKE_WINDOW after which a player, or a process, is still started again."""
 HANGS = 1
-"""The number of times within WINDOW that a player may hang and still be started again."""
-WINDOW = 60.0
+"""The number of times within STRIKE_WINDOW that a player may hang and still be started again."""
+STRIKE_WINDOW = 60.0
 """The time in s in which failures are counted."""
 
 
@@ -29,6 +29,6 @@ class Strikes:
 def _within_window(times: deque[float], now: float) -> int:
     """Add a time, forget those of before the window, and count the rest."""
     times.append(now)
-    while now - times[0] > WINDOW:
+    while now - times[0] > STRIKE_WINDOW:
         times.popleft()
     return len(times)

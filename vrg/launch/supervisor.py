@@ -15,8 +15,8 @@ from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
 from vrg.launch.child import FAILED_FOR_GOOD, job_of
-from vrg.launch.events import NoNotes, Notes, What
-from vrg.launch.fork_server import UNKNOWN, ForkServer
+from vrg.launch.events import EventKind, NoNotes, Notes
+from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
 from vrg.launch.managed import DUMP, HANDOVER, STOP_PATIENCE, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
@@ -25,9 +25,9 @@ CUT_OFF = 1.0
 """The real time in s without a connection to the router after which the router is taken to hang."""
 ROUTER_START = 10.0
 """The real time in s from a router's start after which it must answer."""
-QUIET = 10.0
+NOTICE_TIMEOUT = 10.0
 """The real time in s without a sign of life of any process after which a person is told."""
-LINES = 15
+LOG_TAIL = 15
 """The number of last lines of a log that are shown when a process has ended."""
 _PROGRESS = 0.5
 """The real time in s between two looks at whether starting processes make progress."""
@@ -194,7 +194,7 @@ class Supervisor:
         return True
 
     def _answers(self, router: ManagedProcess) -> bool:
-        """Whether the router that was started answers. Another router at the same endpoint does not count."""
+        """True if the router that was started answers. Another router at the same endpoint does not count."""
         try:
             with open_session(self._endpoint, patience=0.0, credentials=self._credentials) as session:
                 return router.pid is not None and bool(session.alive(router_alive(router.pid)))
@@ -208,12 +208,11 @@ class Supervisor:
         """Raise LaunchError if a process has ended before it was ready, or makes no progress."""
         name = process.spec.name
         if process.exit_status is not None:
-            raise LaunchError(
-                f"{name} ended with status {process.exit_status} before it was ready:\n{process.log.last_words(LINES)}"
-            )
+            how = f"ended with status {process.exit_status} before it was ready"
+            raise LaunchError(f"{name} {how}:\n{process.log.last_words(LOG_TAIL)}")
         stuck = process.stuck(time.monotonic())
         if stuck is not None:
-            raise LaunchError(f"{name} {stuck}; see {process.log.path}\n{process.log.last_words(LINES)}")
+            raise LaunchError(f"{name} {stuck}; see {process.log.path}\n{process.log.last_words(LOG_TAIL)}")
 
     def poll(self) -> None:
         """Look at all processes once: restart those that have died, and kill those that hang.
@@ -236,11 +235,11 @@ class Supervisor:
     def play(self, name: str, strategy: str) -> None:
         """Let a player of this machine play by another strategy, in a new process, once the present one has ended."""
         (process,) = (p for p in self.processes if p.spec.name == name and p.spec.seat)
-        self._notes.note(What.REPLACED, name, f"plays by {strategy}")
+        self._notes.note(EventKind.REPLACED, name, f"plays by {strategy}")
         self._end(process, self._replaced(process, strategy))
 
     def _is_out(self, process: ManagedProcess) -> bool:
-        """Whether it is not supervised: it is being ended, or has failed for good."""
+        """True if it is not supervised: it is being ended, or has failed for good."""
         return process.spec.name in self._endings or process.spec.name in self._vacant
 
     def _end(self, process: ManagedProcess, ending: Iterator[None]) -> None:
@@ -267,7 +266,7 @@ class Supervisor:
         """Kill a process that hangs. It is started again then, unless it is a player that has hung before."""
         where = (yield from self._where(process)) if process.spec.seat else ""
         name, what = process.spec.name, f"{what}{where}"
-        self._notes.note(What.KILLED, name, what)
+        self._notes.note(EventKind.KILLED, name, what)
         process.kill()
         if process.spec.seat and not process.strikes.hang(now):
             self._vacate(process, f"it {what}, again")
@@ -308,7 +307,7 @@ class Supervisor:
 
     def _vacate(self, process: ManagedProcess, why: str, *, kill: bool = True) -> None:
         """A player has failed for good. It is not started again until somebody gives it another strategy."""
-        self._notes.note(What.VACATED, process.spec.name, why)
+        self._notes.note(EventKind.VACATED, process.spec.name, why)
         if kill:
             process.kill()
         name = process.spec.name
@@ -326,7 +325,7 @@ class Supervisor:
         return failed
 
     def statuses(self) -> list[ProcessStatus]:
-        """How each of the processes is."""
+        """The state of each of the processes."""
         return [process.status(self.machine) for process in self.processes]
 
     def _feel_pulses(self) -> None:
@@ -342,41 +341,41 @@ class Supervisor:
     def _is_ready(self, process: ManagedProcess) -> None:
         if not process.ready:
             process.ready = True
-            self._notes.note(What.READY, process.spec.name)
+            self._notes.note(EventKind.READY, process.spec.name)
 
     def _bury(self, process: ManagedProcess, now: float) -> None:
         name, status = process.spec.name, process.exit_status
         how = _how_it_ended(status)
         self._pulses.forget(name)
         # Where the fork server has died, nobody knows how a node has ended: a window was closed, most likely.
-        if status in (0, UNKNOWN) and not process.spec.essential:
+        if status in (0, UNKNOWN_STATUS) and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed")
-            self._notes.note(What.CLOSED, name)
+            self._notes.note(EventKind.CLOSED, name)
             return
         what = self._what_it_said(process)
-        self._notes.note(What.DIED, name, what, status=status)
+        self._notes.note(EventKind.DIED, name, what, status=status)
         if process.spec.seat and status == FAILED_FOR_GOOD:
             self._vacate(process, what)
         elif process.strikes.failure(now):
             self._announce(f"{name} {what}: started again (log: {process.log.path})")
             self._start(process)
-            self._notes.note(What.STARTED, name)
+            self._notes.note(EventKind.STARTED, name)
             if process.spec.is_router:
                 self._router_since = now
         elif process.spec.seat:
             self._vacate(process, f"it fails too often: {what}")
         elif process.spec.essential:
-            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LINES)}")
+            raise LaunchError(f"{name} {how}, too often to go on:\n{process.log.last_words(LOG_TAIL)}")
         else:
             self.processes.remove(process)
             self._announce(f"{name} {how}, too often: the match goes on without it (log: {process.log.path})")
 
     @staticmethod
     def _what_it_said(process: ManagedProcess) -> str:
-        """How a process has ended, with its last words if it has failed."""
+        """The end of a process, with the last lines of its log if it has failed."""
         status = process.exit_status
-        words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN else ""
+        words = process.log.last_words(1) if status is not None and 0 < status != UNKNOWN_STATUS else ""
         # What VRG itself has logged last is better than the status that goes with it.
         if words.startswith("vrg: "):
             return words.removeprefix("vrg: ")
@@ -390,7 +389,7 @@ class Supervisor:
             self._cut_since = self._cut_since or now
             if router and now - self._cut_since > CUT_OFF and now - self._router_since > ROUTER_START:
                 self._announce("router does not answer: killed")
-                self._notes.note(What.KILLED, router.spec.name, "does not answer")
+                self._notes.note(EventKind.KILLED, router.spec.name, "does not answer")
                 router.kill()
             return
         back = self._cut_since is not None
@@ -399,15 +398,17 @@ class Supervisor:
             self._router_since = now
         if router and not router.ready and (back or now - self._router_since > CUT_OFF):
             router.ready = True
-            self._notes.note_at_next_clock(What.READY, router.spec.name)
+            self._notes.note_at_next_clock(EventKind.READY, router.spec.name)
         hung = self._pulses.hung()
         for process in self.processes:
             stuck = None if process.ready or process.spec.pulse is None else process.stuck(now)
             if process.pid is not None and (process.spec.name in hung or stuck) and not self._is_out(process):
                 self._end(process, self._hung(process, stuck or "hangs", now))
-        quiet = self._pulses.silence(now) > QUIET
+        quiet = self._pulses.silence(now) > NOTICE_TIMEOUT
         if quiet and not self._told_of_quiet:
-            self._announce(f"no process of the match has given a sign of life for {QUIET:g} s: waiting for them")
+            self._announce(
+                f"no process of the match has given a sign of life for {NOTICE_TIMEOUT:g} s: waiting for them"
+            )
         self._told_of_quiet = quiet
 
     @property
@@ -437,6 +438,6 @@ class Supervisor:
 
 
 def _how_it_ended(status: int | None) -> str:
-    if status == UNKNOWN:
+    if status == UNKNOWN_STATUS:
         return "has ended, it is not known how, because the fork server has died"
     return f"was killed by signal {-status}" if status is not None and status < 0 else f"ended with status {status}"

@@ -32,7 +32,7 @@ _NO_CAN = "RestrictAddressFamilies=AF_INET AF_INET6 AF_UNIX AF_NETLINK\n"
 
 @dataclass(frozen=True)
 class Installation:
-    """How VRG and a match are installed on a machine.
+    """The installation of VRG and of a match on a machine.
 
     Args:
         vrg: the path of the command `vrg`. folder: the folder of the match file.
@@ -53,7 +53,9 @@ class Installation:
     display: str | None = None
 
 
-def units(setup: MatchSetup, installations: Mapping[str, Installation], *, window: bool) -> dict[str, dict[str, str]]:
+def unit_files(
+    setup: MatchSetup, installations: Mapping[str, Installation], *, window: bool
+) -> dict[str, dict[str, str]]:
     """The units of a match, by machine and by the file's name.
 
     On each machine a target starts all processes of the match. The units of players come after those of the world, so
@@ -187,7 +189,7 @@ def install_commands(
         by_place.setdefault((PurePosixPath(folder) / place.parent).as_posix(), []).append(os.path.relpath(source))
     # The units lie in a folder that only the user can write, and are named one by one: whatever somebody else had put
     # among them would be root's.
-    staged = (PurePosixPath(folder) / "units").as_posix()
+    staged = (PurePosixPath(folder) / "unit_files").as_posix()
     made = shlex.join([*by_place, staged, *([keys] if keys else [])])
     lines = [there(f"sudo install -d -m 755 -o $USER {made}")]
     lines += [bring(shlex.join(sources), f"{to}/") for to, sources in by_place.items()]

@@ -1,4 +1,4 @@
-"""Whether strategies can be imported and made, found out in sealed processes of their own.
+"""Checks that strategies can be imported and made, in sealed processes of their own.
 
 Their code may be anybody's, and may do anything when it is imported: to check it first must not be to run it first.
 """
@@ -18,7 +18,7 @@ from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.run_folder import RunFolder, scratch_folder
 from vrg.launch.sandbox.seal import missing
 
-PATIENCE: Final = 20.0
+LOADING_TIMEOUT: Final = 20.0
 """The real time in s that a strategy may take to be imported and made."""
 
 
@@ -73,7 +73,9 @@ class Trial:
     def _try(self, setup: MatchSetup, name: str, *, make: bool) -> None:
         if untried() is None:
             sealed = missing() is None
-            apart.StrategyApart(self.server, setup, name, self.run, patience=PATIENCE, sealed=sealed, make=make).close()
+            apart.StrategyApart(
+                self.server, setup, name, self.run, patience=LOADING_TIMEOUT, sealed=sealed, make=make
+            ).close()
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""How a robot finds its way: control laws and the avoidance of bodies and borders, as functions of numbers.
+"""Navigation: control laws and the avoidance of bodies and borders, as functions of numbers.
 
 Players use it, and the coordinator, where it drives a robot itself.
 """

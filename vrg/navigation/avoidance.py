@@ -16,11 +16,11 @@ _SLACK: Final = 1e-6
 _TURNS: Final = tuple((math.cos(turn), math.sin(turn)) for turn in TURNS)
 
 
-class Bounds(Protocol):
-    """Where a body's centre may be. Every region of `vrg.regions` is one."""
+class FreeArea(Protocol):
+    """An area in which a body's centre may be. Every region of `vrg.regions` is one."""
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether it may be at (x, y), m."""
+        """True if it may be at (x, y), m."""
 
     def nearest(self, x: float, y: float) -> Vector:
         """The nearest place to (x, y) where it may be, m."""
@@ -39,7 +39,7 @@ class Obstacle(Struct, frozen=True, gc=False):
     clearance: float
 
 
-class Body(Struct, frozen=True, gc=False):
+class CrowdBody(Struct, frozen=True, gc=False):
     """One of the bodies of a crowd.
 
     Args:
@@ -55,7 +55,7 @@ class Body(Struct, frozen=True, gc=False):
 class Crowd:
     """Many bodies, put in order once, so that each of them finds those in its way without looking at all of them."""
 
-    def __init__(self, bodies: Iterable[Body]) -> None:
+    def __init__(self, bodies: Iterable[CrowdBody]) -> None:
         ordered = sorted(bodies, key=lambda body: body.position)
         self._bodies = [(b.name, b.position, b.velocity, math.hypot(*b.velocity), b.radius) for b in ordered]
         self._xs = [body.position[0] for body in ordered]
@@ -82,7 +82,7 @@ class Crowd:
         ]
 
 
-def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: Bounds, horizon: float) -> Vector:
+def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bounds: FreeArea, horizon: float) -> Vector:
     """Return the velocity nearest to the wanted direction that stays clear of the obstacles for `horizon` s.
 
     It is as fast as the wanted velocity. It also stays within the bounds for one second. From an obstacle that is
@@ -108,8 +108,8 @@ def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bound
     return 0.0, 0.0
 
 
-def _in_bounds(position: Vector, u: Vector, bounds: Bounds) -> bool:
-    """Whether the body is inside after one second, or nearer to the inside than now."""
+def _in_bounds(position: Vector, u: Vector, bounds: FreeArea) -> bool:
+    """True if the body is inside after one second, or nearer to the inside than now."""
     ahead = position[0] + u[0], position[1] + u[1]
     if bounds.contains(*ahead):
         return True
@@ -117,7 +117,7 @@ def _in_bounds(position: Vector, u: Vector, bounds: Bounds) -> bool:
 
 
 def _clear(position: Vector, u: Vector, obstacle: Obstacle, horizon: float) -> bool:
-    """Whether the distance at the closest approach within the horizon is at least the clearance."""
+    """True if the distance at the closest approach within the horizon is at least the clearance."""
     px, py = obstacle.position[0] - position[0], obstacle.position[1] - position[1]
     vx, vy = obstacle.velocity[0] - u[0], obstacle.velocity[1] - u[1]
     closing = -(px * vx + py * vy)

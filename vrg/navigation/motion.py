@@ -13,7 +13,7 @@ SMOOTHING = 0.5
 
 @dataclass(frozen=True, slots=True)
 class _Motion:
-    """Where everybody was seen last (m), when that was (s), and how fast they move (m/s)."""
+    """The last known places of all players (m), their times (s), and their velocities (m/s)."""
 
     stamp: float | None
     positions: Mapping[str, Vector]

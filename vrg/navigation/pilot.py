@@ -1,4 +1,4 @@
-"""How a robot is driven to a place: around what stands, past what moves, and out again where it is stuck.
+"""Drives a robot to a place: around standing bodies, past moving ones, and out again where it is stuck.
 
 Players drive by it, and so does the coordinator where it drives a robot itself. It uses no bus and no clock.
 """
@@ -8,15 +8,15 @@ from collections.abc import Sequence
 
 from msgspec import Struct
 
-from vrg.navigation.avoidance import Bounds, Obstacle, steer
+from vrg.navigation.avoidance import FreeArea, Obstacle, steer
 from vrg.navigation.control import linearise, scaled
-from vrg.navigation.route import ROOM, Effort, grown, route
+from vrg.navigation.route import WAYPOINT_CLEARANCE, Effort, grown, route
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Pose, Twist, Vector
 
 OFFSET = 0.25
 """The distance in m from the body's centre to the point that feedback linearisation steers."""
-GAP = 0.1
+CLEARANCE = 0.1
 """The distance in m to keep between the circles around two bodies, where there is room for it."""
 TIGHT = 0.87
 """The part of the distance of two touching circles that is kept where there is no room: bodies are no circles."""
@@ -24,9 +24,9 @@ HORIZON = 1.2
 """The time in s ahead for which bodies in the way are avoided."""
 STANDING = 0.1
 """The speed in m/s below which a way leads around a body."""
-PATIENCE = 2.0
+PROGRESS_TIMEOUT = 2.0
 """The match time in s without getting anywhere after which a robot drives out of the crowd."""
-PAUSE = 0.5
+MAX_DECISION_INTERVAL = 0.5
 """The match time in s between two decisions beyond which the robot was not driven meanwhile."""
 OUT = 1.0
 """The match time in s for which it does."""
@@ -38,7 +38,7 @@ EFFORT = 5000
 Where they find no way, the robot drives straight on, past what is near.
 """
 SIDEWAYS = 0.7
-"""How much a robot that drives out of a crowd also drives to the left, relative to away from the nearest body."""
+"""The part of its velocity out of a crowd that is to the left, relative to the part away from the nearest body."""
 
 
 class Neighbour(Struct, frozen=True):
@@ -69,7 +69,7 @@ class Pilot:
         pose: Pose,
         places: Sequence[Vector],
         neighbours: Sequence[Neighbour],
-        bounds: Bounds,
+        bounds: FreeArea,
         speed: float,
         walls: Sequence[tuple[Region, float]] = (),
     ) -> Twist:
@@ -88,7 +88,7 @@ class Pilot:
             effort = Effort(EFFORT)
             ways = (
                 way
-                for factor, gap in ((1.0, GAP), (TIGHT, 0.0))
+                for factor, gap in ((1.0, CLEARANCE), (TIGHT, 0.0))
                 for barring in [[Circle(*n.place, n.reach * factor + gap) for n in standing] + solid]
                 for place in places
                 if (way := route(here, place, barring, bounds.contains, effort)) is not None
@@ -103,18 +103,18 @@ class Pilot:
         pose: Pose,
         wanted: Vector,
         neighbours: Sequence[Neighbour],
-        bounds: Bounds,
+        bounds: FreeArea,
         walls: Sequence[tuple[Region, float]] = (),
     ) -> Twist:
         """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
         return self._past(now, pose, wanted, neighbours, _free(bounds, _solid(walls, (pose.x, pose.y))))
 
-    def _past(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Neighbour], bounds: Bounds) -> Twist:
+    def _past(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Neighbour], bounds: FreeArea) -> Twist:
         here = (pose.x, pose.y)
         if self._stuck(now, here, wanted):
             wanted = _away(pose, neighbours, math.hypot(*wanted))
         u = (0.0, 0.0)
-        for factor, gap in ((1.0, GAP / 2), (TIGHT, 0.0)):
+        for factor, gap in ((1.0, CLEARANCE / 2), (TIGHT, 0.0)):
             obstacles = [Obstacle(n.place, n.velocity, n.reach * factor + gap) for n in neighbours]
             u = steer(here, wanted, obstacles, bounds, HORIZON)
             if u != (0.0, 0.0):
@@ -134,8 +134,8 @@ class Pilot:
         self._from, self._since, self._last = here, now, now
 
     def _stuck(self, now: float, here: Vector, wanted: Vector) -> bool:
-        """Whether the robot has got nowhere for long although it should, so that it must first get out."""
-        pause = not 0.0 <= now - self._last <= PAUSE
+        """True if the robot has made no progress for long although it should, so that it must first get out."""
+        pause = not 0.0 <= now - self._last <= MAX_DECISION_INTERVAL
         self._last = now
         if self._from is None or pause:
             # In a halt, or before the world was restarted, nobody wanted it to move.
@@ -147,7 +147,7 @@ class Pilot:
         if math.dist(self._from, here) > PROGRESS or math.hypot(*wanted) < PROGRESS:
             self._begin(now, here)
             return False
-        if now - self._since <= PATIENCE:
+        if now - self._since <= PROGRESS_TIMEOUT:
             return False
         self._out_until, self._since = now + OUT, now + OUT
         return True
@@ -156,23 +156,23 @@ class Pilot:
 def _solid(walls: Sequence[tuple[Region, float]], here: Vector) -> list[Region]:
     """The ground that the centre of the body may not enter."""
     # Whoever is nearer to a wall than it should be must be able to leave it, but not to drive into it.
-    margins = [(wall, min(margin, wall.distance(*here) - ROOM)) for wall, margin in walls]
+    margins = [(wall, min(margin, wall.distance(*here) - WAYPOINT_CLEARANCE)) for wall, margin in walls]
     return [grown(wall, margin) for wall, margin in margins if margin > 0.0]
 
 
-def _free(region: Bounds, walls: Sequence[Region]) -> Bounds:
+def _free(region: FreeArea, walls: Sequence[Region]) -> FreeArea:
     return _Free(region, walls) if walls else region
 
 
 class _Free:
-    """What of a region walls leave free, as far as `steer` needs to know it."""
+    """The part of a region that walls leave free, as far as `steer` needs to know it."""
 
-    def __init__(self, region: Bounds, walls: Sequence[Region]) -> None:
+    def __init__(self, region: FreeArea, walls: Sequence[Region]) -> None:
         self._region = region
         self._walls = walls
 
     def contains(self, x: float, y: float) -> bool:
-        """Whether the point is in the region and in no wall."""
+        """True if the point is in the region and in no wall."""
         return self._region.contains(x, y) and not any(wall.contains(x, y) for wall in self._walls)
 
     def nearest(self, x: float, y: float) -> Vector:

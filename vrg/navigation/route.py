@@ -14,7 +14,7 @@ from vrg.types import Vector
 
 CORNERS = 8
 """The number of points around a disc that a way may turn at."""
-ROOM = 0.02
+WAYPOINT_CLEARANCE = 0.02
 """The distance in m that these points keep from the disc or the wall that they lead around."""
 SHARP = 0.5
 """One plus the cosine of the angle between the outward directions of two sides, below which a corner is cut off."""
@@ -77,7 +77,7 @@ def route(
 
 
 def grown(region: Region, margin: float) -> Region:
-    """What nobody whose half width is `margin` m may enter with its centre, if a region is filled by a body."""
+    """The region that no centre of a body with the half width `margin` m may enter, if `region` is filled by a body."""
     if isinstance(region, Circle):
         return Circle(region.x, region.y, region.radius + margin)
     corners = region.outline()
@@ -109,7 +109,7 @@ def _outside(obstacle: Region, start: Vector) -> Region | None:
         return obstacle
     if not isinstance(obstacle, Circle):
         return None
-    away = math.hypot(start[0] - obstacle.x, start[1] - obstacle.y) - ROOM
+    away = math.hypot(start[0] - obstacle.x, start[1] - obstacle.y) - WAYPOINT_CLEARANCE
     return Circle(obstacle.x, obstacle.y, away) if away > 0.0 else None
 
 
@@ -120,7 +120,7 @@ def _contains(obstacle: Region, point: Vector) -> bool:
 
 
 def _meets(obstacle: Region, start: Vector, end: Vector) -> bool:
-    """Whether the straight way from start to end enters an obstacle."""
+    """True if the straight way from start to end enters an obstacle."""
     stretch = obstacle.inside(start, end)
     return stretch is not None and stretch[1] - stretch[0] > _EPS
 
@@ -129,10 +129,10 @@ def _around(obstacle: Region) -> list[Vector]:
     """The points around an obstacle at which a way may turn."""
     if isinstance(obstacle, Circle):
         # The sides of the polygon through these points do not enter the disc.
-        radius = (obstacle.radius + ROOM) / math.cos(math.pi / CORNERS)
+        radius = (obstacle.radius + WAYPOINT_CLEARANCE) / math.cos(math.pi / CORNERS)
         angles = [math.tau * (i + 0.5) / CORNERS for i in range(CORNERS)]
         return [(obstacle.x + radius * math.cos(a), obstacle.y + radius * math.sin(a)) for a in angles]
-    return grown(obstacle, ROOM).outline()
+    return grown(obstacle, WAYPOINT_CLEARANCE).outline()
 
 
 def _shortest(

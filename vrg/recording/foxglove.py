@@ -9,7 +9,7 @@ from typing import Final
 
 from msgspec import Struct
 
-FRAME: Final = "map"
+FRAME_ID: Final = "map"
 """The name of the one frame of reference."""
 
 

@@ -28,7 +28,7 @@ PORT: Final = 8765
 
 
 class LiveServer:
-    """What a recorder writes to in place of a file; see `vrg.recording.sink.Sink`.
+    """A sink that serves viewers in place of a file; see `vrg.recording.sink.Sink`.
 
     Who begins to watch late gets the newest message of each topic at once: what changes seldom, such as the map, is not
     sent again. The SDK drops the oldest messages of a viewer that is too slow.

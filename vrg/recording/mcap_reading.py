@@ -19,7 +19,7 @@ from vrg.recording.schemas import schema_name
 R = TypeVar("R", bound=msgspec.Struct)
 
 _TORN: Final = (EndOfFile, struct.error, ZstdError)
-"""What mcap's reader raises where a file ends within a record."""
+"""The exceptions of mcap's reader where a file ends within a record."""
 
 
 def records_in(

@@ -15,13 +15,13 @@ from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
 from vrg.recording.mcap_reading import decode, records_in
 from vrg.recording.records import CallRecord, EstopRecord, RestRecord, SightingsRecord, StateRecord, TwistRecord
 from vrg.recording.sketches import strokes_of
-from vrg.recording.stops import GAP, Motion, Rest, rests_of
+from vrg.recording.stops import MAX_POSE_INTERVAL, Rest, Trajectory, rests_of
 from vrg.types import STILL, Twist
 
 
 @dataclass(frozen=True)
-class Track:
-    """Where one robot was.
+class RobotPoses:
+    """The recorded poses of one robot.
 
     Args:
         physical: a real robot, not a virtual one.
@@ -45,7 +45,7 @@ class Track:
 
 @dataclass(frozen=True)
 class Setting:
-    """What was played and where.
+    """The match of a recording, and its place.
 
     Args:
         game: its name, empty where the referee never spoke.
@@ -59,7 +59,7 @@ class Setting:
 
 
 _Referee = tuple[str, str, int, bool]
-"""What the referee last said of a player: its role, its state, the round, and whether that is being played."""
+"""The referee's last state of a player: its role, its state, the round, and whether that is being played."""
 
 
 @dataclass
@@ -78,7 +78,7 @@ class _Samples:
         self.referee.append(said)
 
 
-def read_tracks(path: Path | Sequence[Path], torn: list[Path] | None = None) -> dict[str, Track]:
+def read_tracks(path: Path | Sequence[Path], torn: list[Path] | None = None) -> dict[str, RobotPoses]:
     """Read each robot's track, by name.
 
     Args:
@@ -128,7 +128,7 @@ def read_setting(path: Path | Sequence[Path]) -> Setting:
 
 @dataclass(frozen=True)
 class Thought:
-    """What a player has sketched.
+    """A sketch of a player.
 
     Args:
         player: its name. time: match time, s. strokes: the dots and lines.
@@ -162,7 +162,7 @@ def read_sketches(path: Path | Sequence[Path]) -> list[Thought]:
 
 @dataclass
 class _Moves:
-    """What a recording tells of one robot's motion: places, velocities, and when it came to rest or moved."""
+    """The motion of one robot in a recording: places, velocities, and the times at which it came to rest or moved."""
 
     physical: bool
     places: list[tuple[float, float, float]] = field(default_factory=list)
@@ -181,16 +181,16 @@ class _Moves:
 
     def add_rest(self, time: float, record: RestRecord) -> None:
         """Add a record of a rest, after the place at the same time."""
-        seen = len(self.places) > 1 and self.places[-1][0] - self.places[-2][0] <= GAP
+        seen = len(self.places) > 1 and self.places[-1][0] - self.places[-2][0] <= MAX_POSE_INTERVAL
         self.rests.append((time, record, seen))
 
-    def motion(self, name: str) -> Motion:
+    def motion(self, name: str) -> Trajectory:
         speeds = dict(self.twists)
         times = [time for time, _, _ in self.places]
         twists = [speeds.get(time, STILL) for time in times]
         # A recording of an older release does not tell since when; then the samples alone must do.
         rests = self._spells() if self.rests else rests_of(times, list(map(at_rest, twists)))
-        return Motion(
+        return Trajectory(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
             [twist.speed for twist in twists], rests,
         )  # fmt: skip
@@ -208,7 +208,7 @@ class _Moves:
         return spells if begun is None else [*spells, Rest(begun.since, resolution=begun.resolution)]
 
 
-def read_motions(path: Path | Sequence[Path]) -> dict[str, Motion]:
+def read_motions(path: Path | Sequence[Path]) -> dict[str, Trajectory]:
     """Read how each robot moved and stood, by name. Argument and errors are those of `read_tracks`."""
     found: dict[str, _Moves] = {}
     for topic, metadata, stamp, data in records_in(path):
@@ -234,9 +234,9 @@ def read_estops(path: Path | Sequence[Path]) -> list[tuple[float, EstopRecord]]:
     return [(stamp, decode(data, EstopRecord, topic)) for at, _, stamp, data in records_in(path) if at == topic]
 
 
-def _track(name: str, samples: _Samples) -> Track:
+def _track(name: str, samples: _Samples) -> RobotPoses:
     poses = np.array(samples.poses, dtype=np.float64).reshape(-1, 4)
-    return Track(
+    return RobotPoses(
         name=name,
         physical=samples.physical,
         times=poses[:, 0],

@@ -47,7 +47,7 @@ def _scan(rays: Rays, at: fg.Time, where: Pose) -> fg.LaserScan:
     ranges = [round(r, 3) for r in rays.ranges]
     end = rays.first + rays.step * max(0, len(ranges) - 1)
     pose = compose(where, rays.mount)
-    return fg.LaserScan(at, fg.FRAME, fg.pose_of(pose.x, pose.y, pose.theta), rays.first, end, ranges, [])
+    return fg.LaserScan(at, fg.FRAME_ID, fg.pose_of(pose.x, pose.y, pose.theta), rays.first, end, ranges, [])
 
 
 def _place(fix: Fix, at: fg.Time) -> list[tuple[str, Struct]]:
@@ -56,7 +56,7 @@ def _place(fix: Fix, at: fg.Time) -> list[tuple[str, Struct]]:
         return []
     # The ninth decimal of a degree is a tenth of a millimetre.
     latitude, longitude = round(math.degrees(fix.latitude), 9), round(math.degrees(fix.longitude), 9)
-    return [("", fg.LocationFix(at, fg.FRAME, latitude, longitude))]
+    return [("", fg.LocationFix(at, fg.FRAME_ID, latitude, longitude))]
 
 
 def _rounded(value: Any) -> Any:

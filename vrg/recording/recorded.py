@@ -25,7 +25,7 @@ _RADIUS: Final = 0.5
 
 @dataclass(frozen=True)
 class RecordedMatch:
-    """What was said in a match.
+    """The messages of a match.
 
     Args:
         poses: where every body was, at each instant that was recorded.

@@ -35,7 +35,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.names import name_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
-from vrg.games import UNKNOWN, game_of
+from vrg.games import UNKNOWN_GAME, game_of
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.spec import Recorded
 from vrg.recording import foxglove as fg
@@ -140,7 +140,7 @@ class Recorder(Node):
         self._moved: dict[str, float] = {}
         """The match time at which each robot was last known to move, s."""
         self._where: dict[str, Pose] = {}
-        self._game_name, self._game = "", UNKNOWN
+        self._game_name, self._game = "", UNKNOWN_GAME
         self._roles: dict[str, tuple[str, str]] = {}
         self._zones: tuple[m.Zone, ...] | None = None
         self._round = 0
@@ -148,7 +148,7 @@ class Recorder(Node):
 
     @property
     def recording(self) -> bool:
-        """Whether what arrives is being written."""
+        """True if arriving messages are being written."""
         return self._file is not None
 
     def tick(self, tick: Tick) -> None:
@@ -215,7 +215,7 @@ class Recorder(Node):
             self._write_poses(poses)
         for measured in self._measured.take():
             pose = measured.body.pose
-            in_frame = fg.PoseInFrame(fg.time_of(measured.stamp), fg.FRAME, fg.pose_of(pose.x, pose.y, pose.theta))
+            in_frame = fg.PoseInFrame(fg.time_of(measured.stamp), fg.FRAME_ID, fg.pose_of(pose.x, pose.y, pose.theta))
             self._write(f"/robot/{name_in(measured.key)}/measured", in_frame, measured, physical=True)
         for inlet in self._sensors:
             for reading in inlet.take():
@@ -310,7 +310,7 @@ class Recorder(Node):
         for body in received.body.bodies:
             self._where[body.name] = body.pose
             pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta)
-            in_frame = fg.PoseInFrame(at, fg.FRAME, pose)
+            in_frame = fg.PoseInFrame(at, fg.FRAME_ID, pose)
             self._write(f"/robot/{body.name}/pose", in_frame, received, physical=body.physical)
             self._write(f"/robot/{body.name}/twist", TwistRecord.of(at, body.twist), received)
             self._write_rest(body, received)

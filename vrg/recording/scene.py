@@ -41,7 +41,7 @@ def robot_entity(
     arrow = fg.ArrowPrimitive(top, size.x * 0.5, 0.06, 0.18, 0.16, _WHITE)
     text = fg.TextPrimitive(above, True, 0.25, False, _WHITE, f"{name} ({word})")
     rim = [_rim(top, size)] if physical else []
-    return fg.SceneEntity(at, fg.FRAME, name, _FOREVER, False, [arrow], [box], rim, [text])
+    return fg.SceneEntity(at, fg.FRAME_ID, name, _FOREVER, False, [arrow], [box], rim, [text])
 
 
 def flag_entity(name: str, place: Vector, colour: Rgb, at: fg.Time) -> fg.SceneEntity:
@@ -51,7 +51,7 @@ def flag_entity(name: str, place: Vector, colour: Rgb, at: fg.Time) -> fg.SceneE
     cloth = fg.CubePrimitive(
         fg.pose_of(x + 0.2, y, 0.0, FLAG_HEIGHT - 0.14), fg.Vector3(0.36, 0.03, 0.24), colour_of(colour)
     )
-    return fg.SceneEntity(at, fg.FRAME, f"object:{name}", _FOREVER, False, [], [pole, cloth], [], [])
+    return fg.SceneEntity(at, fg.FRAME_ID, f"object:{name}", _FOREVER, False, [], [pole, cloth], [], [])
 
 
 def zone_entity(zone: Zone, team: Rgb | None, at: fg.Time) -> fg.SceneEntity:
@@ -59,7 +59,7 @@ def zone_entity(zone: Zone, team: Rgb | None, at: fg.Time) -> fg.SceneEntity:
     corners = [fg.Vector3(x, y, 0.01) for x, y in zone.region.outline()]
     colour = colour_of(GREEN if zone.kind == "safe" else team or GREY)
     line = fg.LinePrimitive(1, _ORIGIN, 0.06, False, corners, colour)
-    return fg.SceneEntity(at, fg.FRAME, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
+    return fg.SceneEntity(at, fg.FRAME_ID, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
 
 
 def obstacle_entity(obstacle: Region, number: int, at: fg.Time) -> fg.SceneEntity:
@@ -73,7 +73,7 @@ def obstacle_entity(obstacle: Region, number: int, at: fg.Time) -> fg.SceneEntit
         after = (corner + 1) % count
         indices += [corner, after, count + after, corner, count + after, count + corner]
     block = fg.TriangleListPrimitive(_ORIGIN, points, colour_of(GREY), indices)
-    return fg.SceneEntity(at, fg.FRAME, f"obstacle:{number}", _FOREVER, False, [], [], [], [], [block])
+    return fg.SceneEntity(at, fg.FRAME_ID, f"obstacle:{number}", _FOREVER, False, [], [], [], [], [block])
 
 
 def cones_entity(name: str, heard: Cones, body: Pose, at: fg.Time) -> fg.SceneEntity:
@@ -89,7 +89,7 @@ def cones_entity(name: str, heard: Cones, body: Pose, at: fg.Time) -> fg.SceneEn
             points += [fg.Vector3(x, y, 0.0), *(fg.Vector3(round(x, 3), round(y, 3), 0.0) for x, y in ends)]
     pose = fg.pose_of(round(body.x, 3), round(body.y, 3), body.theta, SONAR_HEIGHT)
     cones = [fg.TriangleListPrimitive(pose, points, _ECHO, [])]
-    return fg.SceneEntity(at, fg.FRAME, name, _SHORT, False, [], [], [], [], cones if points else [])
+    return fg.SceneEntity(at, fg.FRAME_ID, name, _SHORT, False, [], [], [], [], cones if points else [])
 
 
 def _rim(top: fg.Pose, size: fg.Vector3) -> fg.LinePrimitive:

@@ -1,4 +1,4 @@
-"""What a recorder writes to: a file, or viewers that look on."""
+"""The sinks of a recorder: a file, or viewers that look on."""
 
 from pathlib import Path
 from typing import Protocol

@@ -1,4 +1,4 @@
-"""What players sketch, as a part of the recorded scene, and how it is read back."""
+"""The sketches of players as a part of the recorded scene, and their decoding."""
 
 from typing import Final
 
@@ -30,7 +30,7 @@ def sketch_entity(player: str, sketch: Sketch, colour: Rgb, at: fg.Time) -> fg.S
             place = fg.pose_of(x, y, 0.0, 4 * HEIGHT)
             texts.append(fg.TextPrimitive(place, True, 0.2, False, shade, stroke.label))
     name = f"sketch:{player}"
-    return fg.SceneEntity(at, fg.FRAME, name, fg.Time(0, 0), False, [], [], lines, texts, spheres=dots)
+    return fg.SceneEntity(at, fg.FRAME_ID, name, fg.Time(0, 0), False, [], [], lines, texts, spheres=dots)
 
 
 def strokes_of(entity: fg.SceneEntity) -> list[Stroke]:

@@ -1,7 +1,7 @@
-"""How long robots took to stop after something had happened, and how far they rolled. This module reads no files.
+"""Measures the stops of robots after incidents: their duration, and the distance rolled. This module reads no files.
 
-A robot stands if its speed is not above `vrg.bus.messages.AT_REST` for at least HOLD, so that one that only changes
-its direction does not count as standing.
+A robot stands if its speed is not above `vrg.bus.messages.AT_REST` for at least REST_TIME, so that one that only
+changes its direction does not count as standing.
 """
 
 import bisect
@@ -11,9 +11,9 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-HOLD = 0.2
+REST_TIME = 0.2
 """The match time in s for which a robot must be at rest before it counts as standing."""
-GAP = 0.35
+MAX_POSE_INTERVAL = 0.35
 """The match time in s between two known places of a robot above which its path between them is not known."""
 _TINY = 1e-6
 """The match time in s below which two instants are the same."""
@@ -34,8 +34,8 @@ class Rest:
 
 
 @dataclass(frozen=True)
-class Motion:
-    """How one robot moved.
+class Trajectory:
+    """The motion of one robot.
 
     Args:
         name: the robot. physical: True for a physical one.
@@ -80,7 +80,7 @@ class Motion:
         return [(begin, *self.place(begin)), *between, (end, *self.place(end))]
 
     def rests_at(self, time: float) -> bool:
-        """Whether it was at rest at a match time, as far as is known."""
+        """True if it was at rest at a match time, as far as is known."""
         return any(rest.begin <= time + _TINY and time < rest.end - _TINY for rest in self.rests)
 
     def speed(self, time: float) -> float:
@@ -109,7 +109,7 @@ def rests_of(times: Sequence[float], resting: Iterable[bool]) -> list[Rest]:
     return found if begin is None else [*found, Rest(begin, math.inf, resolution)]
 
 
-class Kind(enum.StrEnum):
+class IncidentKind(enum.StrEnum):
     """The kinds of incidents."""
 
     HALT = "halt"
@@ -135,7 +135,7 @@ class Incident:
         resolution: the time in s by which it may have been earlier.
     """
 
-    kind: Kind
+    kind: IncidentKind
     what: str
     time: float
     until: float = math.inf
@@ -146,8 +146,8 @@ class Incident:
     resolution: float = 0.0
 
 
-class Outcome(enum.StrEnum):
-    """How it went on with a robot after an incident."""
+class StopOutcome(enum.StrEnum):
+    """The outcome of an incident for one robot."""
 
     STOOD = "stood already"
     STOPPED = "stopped"
@@ -162,8 +162,8 @@ _STILL = 0.005
 
 
 @dataclass(frozen=True)
-class Stop:
-    """How one robot stopped after an incident.
+class RobotStop:
+    """The stop of one robot after an incident.
 
     Args:
         incident: the number of the incident in the list, from 0. robot: the robot.
@@ -180,7 +180,7 @@ class Stop:
 
     incident: int
     robot: str
-    outcome: Outcome
+    outcome: StopOutcome
     seconds: float = 0.0
     distance: float = 0.0
     speed: float = 0.0
@@ -191,12 +191,12 @@ class Stop:
 
     @property
     def moved(self) -> bool:
-        """Whether it moved when the incident happened, or after it had stood."""
-        return self.outcome not in (Outcome.STOOD, Outcome.UNKNOWN)
+        """True if it moved when the incident happened, or after it had stood."""
+        return self.outcome not in (StopOutcome.STOOD, StopOutcome.UNKNOWN)
 
 
-def stops_of(incidents: Sequence[Incident], motions: Sequence[Motion]) -> list[Stop]:
-    """How each robot stopped after each incident, in the order of the incidents and of the names."""
+def stops_of(incidents: Sequence[Incident], motions: Sequence[Trajectory]) -> list[RobotStop]:
+    """The stop of each robot after each incident, in the order of the incidents and of the names."""
     ordered = sorted(motions, key=lambda motion: motion.name)
     return [
         stop_of(number, incident, motion)
@@ -206,15 +206,15 @@ def stops_of(incidents: Sequence[Incident], motions: Sequence[Motion]) -> list[S
     ]
 
 
-def stop_of(number: int, incident: Incident, motion: Motion) -> Stop:
-    """How one robot stopped after one incident.
+def stop_of(number: int, incident: Incident, motion: Trajectory) -> RobotStop:
+    """The stop of one robot after one incident.
 
     Args:
         number: the number of the incident.
     """
     onset, until = incident.time, incident.until
-    if not motion.times or not motion.times[0] - GAP <= onset <= motion.times[-1] + GAP:
-        return Stop(number, motion.name, Outcome.UNKNOWN)
+    if not motion.times or not motion.times[0] - MAX_POSE_INTERVAL <= onset <= motion.times[-1] + MAX_POSE_INTERVAL:
+        return RobotStop(number, motion.name, StopOutcome.UNKNOWN)
     onset = min(max(onset, motion.times[0]), motion.times[-1])
     last = max(onset, min(until, motion.times[-1]))
     again: float | None = None
@@ -224,19 +224,19 @@ def stop_of(number: int, incident: Incident, motion: Motion) -> Stop:
         again = first.end - onset
         # Where it did not stand any more, it moved up to the end.
         final = stands[-1] if len(stands) > 1 else Rest(last)
-        end, outcome, resolution = final.begin, Outcome.MOVED_AGAIN, final.resolution
+        end, outcome, resolution = final.begin, StopOutcome.MOVED_AGAIN, final.resolution
     elif first is None:
-        end, outcome, resolution = last, Outcome.PLAYED_ON if until <= motion.times[-1] else Outcome.CUT, 0.0
+        end, outcome, resolution = last, StopOutcome.PLAYED_ON if until <= motion.times[-1] else StopOutcome.CUT, 0.0
     elif first.begin < onset - _TINY:
-        return Stop(number, motion.name, Outcome.STOOD)
+        return RobotStop(number, motion.name, StopOutcome.STOOD)
     else:
-        end, outcome, resolution = first.begin, Outcome.STOPPED, first.resolution
+        end, outcome, resolution = first.begin, StopOutcome.STOPPED, first.resolution
     path = motion.path(onset, end)
     distance = sum(math.dist(a[1:], b[1:]) for a, b in itertools.pairwise(path))
     if first is None and distance < _STILL and motion.speed(onset) < _STILL:
         # Its measurements came too late to call it at rest, but none of them shows that it moved.
-        return Stop(number, motion.name, Outcome.UNKNOWN)
-    return Stop(
+        return RobotStop(number, motion.name, StopOutcome.UNKNOWN)
+    return RobotStop(
         number,
         motion.name,
         outcome,
@@ -249,18 +249,18 @@ def stop_of(number: int, incident: Incident, motion: Motion) -> Stop:
     )
 
 
-def _stands(motion: Motion, onset: float, last: float) -> list[Rest]:
+def _stands(motion: Trajectory, onset: float, last: float) -> list[Rest]:
     """The times for which the robot stands, of those that end after `onset` and begin before `last`, in order."""
     return [
         rest
         for rest in motion.rests
         if rest.end > onset + _TINY and rest.begin <= last + _TINY
-        if rest.end - max(rest.begin, onset) >= HOLD - _TINY or rest.end >= last - _TINY
+        if rest.end - max(rest.begin, onset) >= REST_TIME - _TINY or rest.end >= last - _TINY
     ]
 
 
-def _moves(motion: Motion, rest: float, before: float) -> bool:
-    """Whether it is known that a robot that was at rest up to one match time moved before another one.
+def _moves(motion: Trajectory, rest: float, before: float) -> bool:
+    """True if it is known that a robot that was at rest up to one match time moved before another one.
 
     From its last known place at rest to the next known one nobody knows when it began to move.
     """
@@ -269,15 +269,15 @@ def _moves(motion: Motion, rest: float, before: float) -> bool:
     return seen or any(rest - _TINY <= other.begin < before - _TINY for other in motion.rests)
 
 
-def _gap(motion: Motion, begin: float, end: float) -> float:
-    """The longest time in s, if it is above GAP, between two known places around and within a span of time."""
+def _gap(motion: Trajectory, begin: float, end: float) -> float:
+    """The longest time in s between two known places around and within a span of time; 0 up to MAX_POSE_INTERVAL."""
     first = max(0, bisect.bisect_right(motion.times, begin) - 1)
     last = min(len(motion.times) - 1, bisect.bisect_left(motion.times, end))
     longest = max((motion.times[i + 1] - motion.times[i] for i in range(first, last)), default=0.0)
-    return longest if longest > GAP else 0.0
+    return longest if longest > MAX_POSE_INTERVAL else 0.0
 
 
-def worst(stops: Iterable[Stop]) -> Stop | None:
+def worst(stops: Iterable[RobotStop]) -> RobotStop | None:
     """The stop that took the longest; of equal ones that of the longest path. None if no robot moved.
 
     A robot that moved again is worse than any other: what had stopped it no longer held it.

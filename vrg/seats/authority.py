@@ -23,7 +23,7 @@ from vrg.errors import ConfigError
 SLACK = timedelta(days=1)
 """The time that the wall clocks of two machines may differ: a certificate counts from so long before it was made."""
 AUTHORITY_LASTS = timedelta(days=730)
-"""How long an authority lasts. Its seats last less and can be renewed."""
+"""The validity of an authority. Its seats last less and can be renewed."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class KeyPair:
 
 @dataclass(frozen=True)
 class Validity:
-    """What a certificate tells.
+    """The validity of a certificate, with its subject.
 
     Args:
         common_name: whom it is for. authority: the common name of the authority that has signed it.
@@ -59,7 +59,7 @@ class Validity:
     hosts: tuple[str, ...]
 
     def is_over(self, now: datetime) -> bool:
-        """Whether it has expired at the instant `now`."""
+        """True if it has expired at the instant `now`."""
         return now >= self.ends
 
 
@@ -135,7 +135,7 @@ def make_seat(authority: KeyPair, seat: Seat, now: datetime, lasts: timedelta, h
 
 
 def validity(certificate: bytes) -> Validity:
-    """What a certificate in PEM tells.
+    """The validity of a certificate in PEM.
 
     Raises:
         ValueError: it is no certificate.
@@ -152,7 +152,7 @@ def validity(certificate: bytes) -> Validity:
 
 
 def is_of(certificate: bytes, authority: bytes) -> bool:
-    """Whether a certificate was signed by an authority. Both are in PEM.
+    """True if a certificate was signed by an authority. Both are in PEM.
 
     Raises:
         ValueError: one of them is no certificate.

@@ -18,9 +18,9 @@ from vrg.errors import ConfigError
 from vrg.seats.authority import KeyPair, Validity, authority_name, is_of, make_authority, make_seat, validity
 
 LASTS = timedelta(days=30)
-"""How long the keys of a seat are valid, unless something else is asked for."""
+"""The validity of the keys of a seat, unless something else is asked for."""
 LOCAL_HOSTS = ("localhost", "127.0.0.1", "::1")
-"""What a router is called on its own machine."""
+"""The names of a router on its own machine."""
 _AUTHORITY_KEY = "ca.key"
 _AUTHORITY_FOLDER = "authority"
 
@@ -48,12 +48,12 @@ class KeysFolder:
 
     @property
     def has_authority(self) -> bool:
-        """Whether the authority's own key is here, without which no keys can be made."""
+        """True if the authority's own key is here, without which no keys can be made."""
         return (self.path / _AUTHORITY_FOLDER / _AUTHORITY_KEY).is_file()
 
     @property
     def has_keys(self) -> bool:
-        """Whether the keys of an authority or of any seat are here."""
+        """True if the keys of an authority or of any seat are here."""
         return self.has_authority or bool(list(self.path.glob(f"*/{PRIVATE_KEY}")))
 
     def make(
@@ -129,7 +129,7 @@ class KeysFolder:
             self._make_seats(authority, seats, now, lasts, reached_by or LOCAL_HOSTS)
 
     def _hosts(self) -> tuple[str, ...]:
-        """What the router's present certificate is good for; nothing if there is none."""
+        """The hosts of the router's present certificate; none if there is no certificate."""
         with suppress(OSError, ValueError):
             return validity((self.path / SeatKind.ROUTER / CERTIFICATE).read_bytes()).hosts
         return ()

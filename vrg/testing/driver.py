@@ -1,4 +1,4 @@
-"""What every driver promises. A driver's test subclasses DriverContract and gives it a DriverBench."""
+"""The contract of every driver. A driver's test subclasses DriverContract and gives it a DriverBench."""
 
 import math
 from abc import ABC, abstractmethod
@@ -11,13 +11,13 @@ from vrg.hal.sensors.encoders import Encoders
 from vrg.hal.sensors.odometry import Odometry
 from vrg.types import STILL, Twist
 
-STOPPED = 0.02
+STANDSTILL_SPEED = 0.02
 """m/s below which a robot counts as stopped."""
-PERIOD = 0.1
+COMMAND_PERIOD = 0.1
 ARMING = 5.0
 """The time in s within which a robot must be armed after it was asked to be."""
 """s between the commands of whoever drives."""
-AHEAD = Twist(0.3, 0.0)
+FORWARD = Twist(0.3, 0.0)
 
 
 class DriverBench(ABC):
@@ -41,10 +41,10 @@ class DriverBench(ABC):
             self.driver.release()
 
     def run(self, twist: Twist, seconds: float) -> None:
-        """Drive for a while, with a fresh command every PERIOD."""
-        for _ in range(round(seconds / PERIOD)):
+        """Drive for a while, with a fresh command every COMMAND_PERIOD."""
+        for _ in range(round(seconds / COMMAND_PERIOD)):
             self.driver.drive(twist)
-            self.advance(PERIOD)
+            self.advance(COMMAND_PERIOD)
 
     @property
     def odometry(self) -> Odometry:
@@ -78,9 +78,9 @@ class DriverContract:
         bench.advance(0.2)
         assert not bench.driver.read().armed
         with pytest.raises(RobotError, match="arm"):
-            bench.driver.drive(AHEAD)
+            bench.driver.drive(FORWARD)
         bench.advance(0.3)
-        assert abs(bench.speed) < STOPPED
+        assert abs(bench.speed) < STANDSTILL_SPEED
 
     def test_arming_needs_a_connection(self, bench: DriverBench) -> None:
         with pytest.raises(RobotError, match="connect"):
@@ -108,7 +108,7 @@ class DriverContract:
 
     def test_arming_one_that_is_armed_changes_nothing(self, bench: DriverBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         before = bench.speed
         assert before > 0.1
         bench.driver.arm()
@@ -117,13 +117,13 @@ class DriverContract:
 
     def test_stop_stops_and_stays_armed(self, bench: DriverBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         for _ in range(8):
             bench.driver.stop()
-            bench.advance(PERIOD)
-        assert abs(bench.speed) < STOPPED
+            bench.advance(COMMAND_PERIOD)
+        assert abs(bench.speed) < STANDSTILL_SPEED
         assert bench.driver.read().armed
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         assert bench.speed > 0.1
 
     def test_the_watchdog_stops_it_when_commands_cease(self, bench: DriverBench) -> None:
@@ -131,11 +131,11 @@ class DriverContract:
         bench.run(Twist(bench.driver.features.v_max, 0.0), 1.0)
         assert bench.speed > 0.3
         bench.advance(COMMAND_TIMEOUT + 0.35)
-        assert abs(bench.speed) < STOPPED
+        assert abs(bench.speed) < STANDSTILL_SPEED
         if not bench.driver.read().armed:
             # Where the watchdog is the drive's own, it has switched the motors off.
             arm(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         assert bench.speed > 0.1, "a fresh command moves it again"
 
     def test_readings_carry_their_age(self, bench: DriverBench) -> None:
@@ -164,32 +164,32 @@ class DriverContract:
 
     def test_disarm_stops_it_until_armed_again(self, bench: DriverBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         bench.driver.disarm()
         bench.driver.disarm()
         bench.advance(0.5)
-        assert abs(bench.speed) < STOPPED
+        assert abs(bench.speed) < STANDSTILL_SPEED
         assert not bench.driver.read().armed
         with pytest.raises(RobotError, match="arm"):
-            bench.driver.drive(AHEAD)
+            bench.driver.drive(FORWARD)
         arm(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         assert bench.speed > 0.1
 
     def test_the_emergency_stop_stops_it(self, bench: DriverBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         bench.estop(True)
         bench.advance(0.3)
-        assert abs(bench.speed) < STOPPED
+        assert abs(bench.speed) < STANDSTILL_SPEED
         with pytest.raises(RobotError, match="arm"):
-            bench.driver.drive(AHEAD)
+            bench.driver.drive(FORWARD)
         bench.advance(0.5)
-        assert abs(bench.speed) < STOPPED
+        assert abs(bench.speed) < STANDSTILL_SPEED
 
     def test_nothing_moves_after_a_release_until_armed_again(self, bench: DriverBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         bench.estop(True)
         bench.advance(0.3)
         # Whoever plays sees it at its next tick.
@@ -199,11 +199,11 @@ class DriverContract:
         bench.advance(0.3)
         assert not bench.driver.read().estop
         with pytest.raises(RobotError, match="arm"):
-            bench.driver.drive(AHEAD)
+            bench.driver.drive(FORWARD)
         bench.advance(0.3)
-        assert abs(bench.speed) < STOPPED
+        assert abs(bench.speed) < STANDSTILL_SPEED
         arm(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         assert bench.speed > 0.1
 
     def test_recovering_leaves_it_disarmed(self, bench: DriverBench) -> None:
@@ -213,30 +213,30 @@ class DriverContract:
         bench.advance(0.7)
         assert not bench.driver.read().armed
         arm(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         assert bench.speed > 0.1
 
     def test_close_disarms_and_can_be_called_twice(self, bench: DriverBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         bench.driver.close()
         bench.driver.close()
         bench.advance(0.5)
         with pytest.raises(RobotError):
-            bench.driver.drive(AHEAD)
+            bench.driver.drive(FORWARD)
 
     def test_it_can_be_connected_again_and_is_then_disarmed_and_at_rest(self, bench: DriverBench) -> None:
         armed(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         bench.driver.close()
         bench.advance(0.5)
         bench.driver.connect()
         bench.driver.connect()
         bench.advance(0.2)
-        assert abs(bench.speed) < STOPPED
+        assert abs(bench.speed) < STANDSTILL_SPEED
         assert not bench.driver.read().armed
         arm(bench)
-        bench.run(AHEAD, 1.0)
+        bench.run(FORWARD, 1.0)
         assert bench.speed > 0.1
 
     def test_a_context_manager_connects_and_closes(self, bench: DriverBench) -> None:
@@ -256,9 +256,9 @@ def armed(bench: DriverBench) -> None:
 
 def arm(bench: DriverBench) -> None:
     """Arm at every tick, as a player does, until the readings tell that the motors accept commands."""
-    for _ in range(round(ARMING / PERIOD)):
+    for _ in range(round(ARMING / COMMAND_PERIOD)):
         bench.driver.arm()
-        bench.advance(PERIOD)
+        bench.advance(COMMAND_PERIOD)
         if bench.driver.read().armed:
             return
     raise AssertionError(f"expected an armed robot within {ARMING:g} s, got {bench.driver.read()}")

@@ -1,4 +1,4 @@
-"""What every protocol of motor controllers promises. A protocol's test subclasses ProtocolContract.
+"""The contract of every protocol of motor controllers. A protocol's test subclasses ProtocolContract.
 
     class TestMyProtocol(ProtocolContract):
         protocol = my_package.PROTOCOL
@@ -15,15 +15,15 @@ from collections.abc import Sequence
 
 import pytest
 
-from vrg.hal.can.axis import ProtocolOptions, State
+from vrg.hal.can.axis import MotorState, ProtocolOptions
 from vrg.hal.can.frame import CLASSIC_BYTES, FD_BYTES, STANDARD_MASK, Frame, fd_size
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.survey import Survey
-from vrg.testing.wire import SERIAL, SPEED, WATCHDOG, ProtocolWire, WireClock
+from vrg.testing.wire import SERIAL_NUMBER, SPEED, WATCHDOG, ProtocolWire, WireClock
 
-STILL = 0.1
+STANDSTILL_SPEED = 0.1
 """turn/s below which a motor stands."""
 
 
@@ -58,7 +58,7 @@ class ProtocolContract:
             ProtocolWire(self.protocol, node, options=self.options).running()
 
     def test_it_is_silent_until_it_has_been_heard(self, wire: ProtocolWire) -> None:
-        assert wire.axis.state is State.SILENT
+        assert wire.axis.state is MotorState.SILENT
         assert wire.axis.heard == wire.axis.measured == -math.inf
         assert (wire.axis.voltage, wire.axis.fault, wire.axis.odd) == (None, None, None)
         assert not wire.axis.identified
@@ -66,18 +66,18 @@ class ProtocolContract:
     def test_a_drive_says_who_it_is(self, wire: ProtocolWire) -> None:
         wire.meet()
         assert wire.axis.problem is None
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert wire.axis.heard == pytest.approx(wire.now, abs=0.5)
 
     def test_two_drives_with_one_id_are_a_problem(self) -> None:
-        wire = ProtocolWire(self.protocol, self.nodes[0], (SERIAL, SERIAL + 1), self.options)
+        wire = ProtocolWire(self.protocol, self.nodes[0], (SERIAL_NUMBER, SERIAL_NUMBER + 1), self.options)
         wire.meet()
         assert wire.axis.problem
 
     def test_setting_up_energises_nothing(self, wire: ProtocolWire) -> None:
         wire.prepare()
         wire.advance(1.0)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert wire.motor_speed == 0.0
 
     def test_it_can_be_set_up_again(self, wire: ProtocolWire) -> None:
@@ -85,7 +85,7 @@ class ProtocolContract:
         wire.axis.idle()
         wire.axis.prepare()
         wire.advance(0.5)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         wire.get_going()
 
     def test_a_setpoint_alone_starts_nothing(self, wire: ProtocolWire) -> None:
@@ -97,17 +97,17 @@ class ProtocolContract:
         wire.prepare()
         wire.drive_on(SPEED, 0.1)
         wire.axis.start()
-        assert wire.axis.state in (State.STARTING, State.CLOSED_LOOP)
-        wire.until(lambda: wire.axis.state is State.CLOSED_LOOP, lambda: wire.axis.command(0.0))
-        assert abs(wire.motor_speed) < STILL
+        assert wire.axis.state in (MotorState.STARTING, MotorState.CLOSED_LOOP)
+        wire.until(lambda: wire.axis.state is MotorState.CLOSED_LOOP, lambda: wire.axis.command(0.0))
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_it_follows_setpoints_both_ways(self, wire: ProtocolWire) -> None:
         wire.running(SPEED)
         wire.drive_on(-SPEED / 2, 1.0)
         assert wire.motor_speed == pytest.approx(-SPEED / 2, rel=0.1)
         wire.drive_on(0.0, 0.5)
-        assert abs(wire.motor_speed) < STILL
-        assert wire.axis.state is State.CLOSED_LOOP
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
+        assert wire.axis.state is MotorState.CLOSED_LOOP
 
     def test_it_measures_turns_and_turns_per_second(self, wire: ProtocolWire) -> None:
         wire.running(SPEED)
@@ -122,8 +122,8 @@ class ProtocolContract:
         wire.running()
         wire.axis.idle()
         wire.drive_on(SPEED, 1.0)
-        assert abs(wire.motor_speed) < STILL
-        assert wire.axis.state is State.IDLE
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
+        assert wire.axis.state is MotorState.IDLE
         assert wire.axis.fault is None
         if wire.axis.starved:
             wire.axis.clear()
@@ -133,11 +133,11 @@ class ProtocolContract:
         wire.running()
         wire.axis.stop_now()
         wire.drive_on(SPEED, 1.0)
-        assert abs(wire.motor_speed) < STILL
-        assert wire.axis.state is not State.CLOSED_LOOP
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
+        assert wire.axis.state is not MotorState.CLOSED_LOOP
         wire.axis.clear()
         wire.drive_on(SPEED, 0.5)
-        assert abs(wire.motor_speed) < STILL, "cleared is not started"
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED, "cleared is not started"
         wire.get_going()
 
     def test_a_button_at_the_drive_latches_until_it_is_cleared(self, wire: ProtocolWire) -> None:
@@ -145,31 +145,31 @@ class ProtocolContract:
             pytest.skip("it has no button, or does not tell of it")
         wire.running()
         wire.fault(FaultKind.ESTOP)
-        wire.until(lambda: wire.axis.state is State.ESTOP)
+        wire.until(lambda: wire.axis.state is MotorState.ESTOP)
         for act in (wire.axis.idle, wire.axis.start, lambda: wire.axis.command(SPEED)):
             act()
             wire.advance(0.5)
-            assert abs(wire.motor_speed) < STILL
+            assert abs(wire.motor_speed) < STANDSTILL_SPEED
         wire.axis.idle()
         wire.advance(0.5)
-        assert wire.says()[0] is State.ESTOP
+        assert wire.says()[0] is MotorState.ESTOP
         wire.fault(FaultKind.END)  # a button that stays down is let go of
         wire.axis.clear()
         wire.advance(0.5)
-        assert wire.says()[0] is State.IDLE
-        assert abs(wire.motor_speed) < STILL
+        assert wire.says()[0] is MotorState.IDLE
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         wire.get_going()
 
     def test_its_watchdog_stops_it_when_setpoints_cease_which_is_no_fault(self, wire: ProtocolWire) -> None:
         wire.running()
         began = wire.now
-        wire.until(lambda: abs(wire.motor_speed) < STILL)
+        wire.until(lambda: abs(wire.motor_speed) < STANDSTILL_SPEED)
         assert wire.now - began < WATCHDOG + 0.5, "nobody but the one who drives may feed it"
         wire.until(lambda: wire.axis.starved)
         assert wire.axis.fault is None
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         wire.advance(2.0)
-        assert abs(wire.motor_speed) < STILL, "it does not start again by itself"
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED, "it does not start again by itself"
         wire.axis.clear()
         wire.get_going()
         assert not wire.axis.starved
@@ -190,23 +190,23 @@ class ProtocolContract:
             now = drive.due
             drive.step(now)
         assert wire.now + WATCHDOG < now < math.inf, "its own `due` says when it must be let go on"
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_a_fault_is_told_in_words_and_stays_until_it_is_cleared(self, wire: ProtocolWire) -> None:
         wire.running()
         wire.fault(FaultKind.ERROR)
-        wire.until(lambda: wire.axis.state is State.FAULT)
+        wire.until(lambda: wire.axis.state is MotorState.FAULT)
         assert wire.says()[1]
         wire.drive_on(SPEED, 1.0)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert wire.says()[1]
         if wire.axis.starved:
             wire.axis.clear()
         wire.axis.clear()
         wire.advance(0.5)
-        assert wire.says() == (State.IDLE, None)
+        assert wire.says() == (MotorState.IDLE, None)
         wire.drive_on(SPEED, 0.5)
-        assert abs(wire.motor_speed) < STILL, "cleared is not started"
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED, "cleared is not started"
         wire.get_going()
 
     def test_silence_makes_what_was_heard_old(self, wire: ProtocolWire) -> None:
@@ -220,8 +220,8 @@ class ProtocolContract:
         wire.running()
         wire.fault(FaultKind.REBOOT)
         wire.drive_on(SPEED, 1.0)
-        assert wire.axis.state is not State.CLOSED_LOOP
-        assert abs(wire.motor_speed) < STILL
+        assert wire.axis.state is not MotorState.CLOSED_LOOP
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_numbers_that_are_not_finite_are_odd_and_change_nothing(self, wire: ProtocolWire) -> None:
         if FaultKind.NAN not in wire.drive.supports:
@@ -257,7 +257,7 @@ class ProtocolContract:
         other.running()
         for frame in other.heard:
             wire.axis.receive(frame)
-        assert wire.axis.state is State.SILENT
+        assert wire.axis.state is MotorState.SILENT
         assert wire.axis.measured == -math.inf
 
     @pytest.mark.parametrize("prepared", [False, True])
@@ -287,7 +287,7 @@ class ProtocolContract:
         wire.fault(FaultKind.GARBAGE)
         wire.advance(2.0)
         assert math.isfinite(wire.axis.position)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_a_listener_finds_the_drive_and_tells_of_it(self, wire: ProtocolWire) -> None:
         wire.running()
@@ -309,7 +309,7 @@ class ProtocolContract:
         assert self.look(wire).on
         wire.survey.stop()
         wire.advance(0.5)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert self.look(wire).on is False
 
     def test_a_listener_switches_off_drives_that_it_has_not_heard(self) -> None:
@@ -318,17 +318,17 @@ class ProtocolContract:
         wire.running()
         Survey([self.protocol.listener_type(wire.question, WireClock(wire))]).stop()
         wire.advance(0.5)
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def test_a_listener_clears_errors_and_starts_nothing(self, wire: ProtocolWire) -> None:
         wire.running()
         wire.fault(FaultKind.ERROR)
-        wire.until(lambda: wire.axis.state is State.FAULT)
+        wire.until(lambda: wire.axis.state is MotorState.FAULT)
         found = self.look(wire)
         wire.survey.listener_of(found).clear(found)
         wire.advance(1.0)
         assert not self.look(wire).errors
-        assert abs(wire.motor_speed) < STILL
+        assert abs(wire.motor_speed) < STANDSTILL_SPEED
 
     def require_listener(self) -> None:
         """Skip a test of the listener if the protocol has none."""

@@ -1,4 +1,4 @@
-"""What every strategy promises. Its test subclasses StrategyContract and gives it a match file in which it plays."""
+"""The contract of every strategy. Its test subclasses StrategyContract and gives it a match file in which it plays."""
 
 from pathlib import Path
 

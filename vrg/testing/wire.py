@@ -8,7 +8,7 @@ from typing import Self
 
 from msgspec.structs import replace
 
-from vrg.hal.can.axis import ProtocolOptions, State
+from vrg.hal.can.axis import MotorState, ProtocolOptions
 from vrg.hal.can.frame import CLASSIC_BYTES, EXTENDED_MASK, FD_BYTES, STANDARD_MASK, Filter, Frame
 from vrg.hal.can.machine import POLL_PERIOD
 from vrg.hal.can.protocols import Protocol
@@ -17,10 +17,10 @@ from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.survey import Survey
 from vrg.hal.clock import Clock, Task
 
-SERIAL = 0xBEEF
-PATIENCE = 30.0
+SERIAL_NUMBER = 0xBEEF
+WAIT_TIMEOUT = 30.0
 """The time on the clock in s within which something that is waited for must happen."""
-PERIOD = 0.02
+SETPOINT_PERIOD = 0.02
 """The time in s between setpoints."""
 SPEED = 8.0
 """The speed at which motors are tested, turn/s."""
@@ -75,7 +75,7 @@ class ProtocolWire:
         self,
         protocol: Protocol,
         node: int,
-        serials: Sequence[int] = (SERIAL,),
+        serials: Sequence[int] = (SERIAL_NUMBER,),
         options: ProtocolOptions | None = None,
     ) -> None:
         self.now = 100.0
@@ -106,10 +106,10 @@ class ProtocolWire:
 
     @property
     def motor_speed(self) -> float:
-        """How fast the first drive's motor truly turns, turn/s."""
+        """The true speed of the first drive's motor, turn/s."""
         return self.drive.motor.velocity
 
-    def says(self) -> tuple[State, str | None]:
+    def says(self) -> tuple[MotorState, str | None]:
         """The state and the fault that the axis tells."""
         return self.axis.state, self.axis.fault
 
@@ -144,12 +144,12 @@ class ProtocolWire:
             self._pump()
 
     def until(self, condition: Callable[[], object], act: Callable[[], object] = lambda: None) -> None:
-        """Let time pass until the condition holds; `act` is called every PERIOD."""
-        end = self.now + PATIENCE
+        """Let time pass until the condition holds; `act` is called every SETPOINT_PERIOD."""
+        end = self.now + WAIT_TIMEOUT
         while not condition():
             assert self.now < end, f"it has not come about: {vars(self.axis)}"
             act()
-            self.advance(PERIOD)
+            self.advance(SETPOINT_PERIOD)
 
     def drive_on(self, velocity: float, seconds: float) -> None:
         """Send setpoints for a while."""
@@ -176,14 +176,16 @@ class ProtocolWire:
         self.axis.prepare()
         self._filters = self.axis.filters
         self._poll_at = self.now
-        self.until(lambda: self.axis.state is State.IDLE and self.axis.measured > 0)
+        self.until(lambda: self.axis.state is MotorState.IDLE and self.axis.measured > 0)
         return self
 
     def get_going(self, velocity: float = SPEED) -> None:
         """Start, and send setpoints until the motor turns by them."""
         self.axis.start()
         self.until(
-            lambda: self.axis.state is State.CLOSED_LOOP and abs(self.axis.velocity - velocity) < 0.1 * abs(velocity),
+            lambda: (
+                self.axis.state is MotorState.CLOSED_LOOP and abs(self.axis.velocity - velocity) < 0.1 * abs(velocity)
+            ),
             lambda: self.axis.command(velocity),
         )
 

@@ -9,7 +9,7 @@ from typing import Final
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys, name_in
-from vrg.games import UNKNOWN, game_of
+from vrg.games import UNKNOWN_GAME, game_of
 from vrg.hal.estop import EstopOrders
 from vrg.regions import Region
 from vrg.types import Vector
@@ -50,7 +50,7 @@ class SceneBuilder:
         self._walls = tuple(obstacles)
         self._clock: m.Clock | None = None
         self._state: m.RefereeState | None = None
-        self._game = UNKNOWN
+        self._game = UNKNOWN_GAME
         self._estop: m.Estop | m.EstopRelease | None = None
         self._bodies: list[m.Body] = []
         self._trails: dict[str, deque[tuple[float, Vector]]] = {}

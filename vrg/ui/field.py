@@ -9,7 +9,7 @@ import pygame
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
-from vrg.games import UNKNOWN, game_of
+from vrg.games import UNKNOWN_GAME, game_of
 from vrg.games.game import Style
 from vrg.regions import Bounds
 from vrg.types import Pose
@@ -31,7 +31,7 @@ class FieldPainter:
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
-        self._game = UNKNOWN
+        self._game = UNKNOWN_GAME
         self._ground: pygame.Surface | None = None
         self._ground_of: tuple[object, ...] = ()
         self._names = NamePainter(fonts)

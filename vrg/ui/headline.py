@@ -6,7 +6,7 @@ from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.games import game_of
-from vrg.games.game import sentence, title
+from vrg.games.game import capitalised, title
 from vrg.ui import palette
 from vrg.ui.scene import Scene, clock_text
 
@@ -80,7 +80,7 @@ def stage_words(scene: Scene) -> tuple[str, Rgb]:
     names = {
         Stage.INITIALIZE: "Lining up",
         Stage.PLAY_ROUND: "Playing",
-        Stage.ROUND_OVER: f"{sentence(word)} over",
+        Stage.ROUND_OVER: f"{capitalised(word)} over",
         Stage.GAME_OVER: "Game over",
     }
     return names[scene.stage], palette.STAGE_COLOURS[scene.stage]
@@ -111,11 +111,13 @@ def result_lines(scene: Scene) -> tuple[str, ...]:
     """Why a game is over, and how it stands, in sentences."""
     game = game_of(scene.game)
     head = headline(scene)
-    why = sentence(scene.ended) if scene.ended is not None else sentence(game.won_words.get(scene.winner or "", ""))
+    why = (
+        capitalised(scene.ended) if scene.ended is not None else capitalised(game.won_words.get(scene.winner or "", ""))
+    )
     if not why:
         called = next((call.text for call in reversed(scene.calls) if call.rule == "game_over"), "")
         # The referee's call reads: game over: blue wins: the time is up.
-        why = sentence(called.removeprefix("game over: ").partition(": ")[2])
+        why = capitalised(called.removeprefix("game over: ").partition(": ")[2])
     score = ",  ".join(f"{team.team} {team.points} {team.words}".rstrip() for team in head.teams)
     return tuple(line for line in (why, head.count, score) if line)
 

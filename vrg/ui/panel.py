@@ -6,7 +6,7 @@ import pygame
 from pygame import Rect
 
 from vrg.bus.messages import Call
-from vrg.games import UNKNOWN, game_of
+from vrg.games import UNKNOWN_GAME, game_of
 from vrg.ui import kit, palette, shapes
 from vrg.ui.roster import RosterPainter
 from vrg.ui.scene import Scene, clock_text
@@ -30,7 +30,7 @@ class PanelPainter:
         self.first = 0
         self._fonts = fonts
         self._roster = RosterPainter(fonts)
-        self._game = UNKNOWN
+        self._game = UNKNOWN_GAME
         self._area = Rect(0, 0, 0, 0)
         self._shown: list[tuple[Rect, Call]] = []
         self._count = 0

@@ -18,9 +18,9 @@ from msgspec import structs
 
 from vrg.bus.messages import LARGE_ZONES, FieldObject, Zone
 from vrg.colours import WHITE, Rgb
-from vrg.games import UNKNOWN, game_of
+from vrg.games import UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment
-from vrg.recording.reader import Track, read_calls, read_setting, read_tracks
+from vrg.recording.reader import RobotPoses, read_calls, read_setting, read_tracks
 from vrg.recording.records import CallRecord
 from vrg.regions import Bounds, Region, surrounding
 from vrg.regions import Polygon as Outlined
@@ -51,7 +51,7 @@ _ROLE_MARKERS: Final = {
 
 
 def plot_trajectories(
-    recording: Path | Sequence[Path] | Mapping[str, Track],
+    recording: Path | Sequence[Path] | Mapping[str, RobotPoses],
     out_png: Path,
     *,
     calls: Sequence[CallRecord] | None = None,
@@ -137,7 +137,7 @@ class Plotted:
     """
 
     game: Game
-    tracks: Mapping[str, Track]
+    tracks: Mapping[str, RobotPoses]
     calls: Sequence[CallRecord]
     zones: Mapping[int, Sequence[Zone]]
     objects: Sequence[FieldObject]
@@ -206,7 +206,7 @@ def _draw_part(
 
 def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
     """The rules whose calls are marked."""
-    if game is not UNKNOWN:
+    if game is not UNKNOWN_GAME:
         return game.marked
     return {call.rule: Moment("X", call.rule.replace("_", " ")) for call in calls if call.poses}
 
@@ -225,7 +225,7 @@ class Part:
     end: float
     words: str = ""
 
-    def shows(self, track: Track) -> npt.NDArray[np.bool_]:
+    def shows(self, track: RobotPoses) -> npt.NDArray[np.bool_]:
         """Which samples of a track belong to it."""
         within = (track.times >= self.begin - _NEARLY) & (track.times < self.end - _NEARLY)
         return _played(track, self.round) & within
@@ -237,7 +237,7 @@ class Part:
         return in_round and (not self.words or self.begin - _NEARLY < time <= self.end + _NEARLY)
 
 
-def _parts(tracks: Mapping[str, Track]) -> list[Part]:
+def _parts(tracks: Mapping[str, RobotPoses]) -> list[Part]:
     """The parts of the match, each of at most PART seconds where that makes no more than MOST of them."""
     played = {int(n) for track in tracks.values() for n in np.unique(track.rounds[track.playing])}
     lasted = {number: _lasted(tracks, number) for number in sorted(played) or [0]}
@@ -277,14 +277,14 @@ def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[
     return figure, panels[:count], 72 * height / (box[3] - box[1])
 
 
-def _played(track: Track, number: int) -> npt.NDArray[np.bool_]:
+def _played(track: RobotPoses, number: int) -> npt.NDArray[np.bool_]:
     """Which samples belong to a round; 0 = all that were played, or all there are."""
     if not track.playing.any() and number == 0:
         return np.ones(track.times.shape, dtype=np.bool_)
     return track.playing & (track.rounds == number) if number else track.playing
 
 
-def _lasted(tracks: Mapping[str, Track], number: int) -> tuple[float, float]:
+def _lasted(tracks: Mapping[str, RobotPoses], number: int) -> tuple[float, float]:
     """When a round began and ended, match time, s."""
     times = np.concatenate([track.times[_played(track, number)] for track in tracks.values()])
     return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
@@ -337,7 +337,7 @@ def _draw_objects(axes: Axes, objects: Sequence[FieldObject], labels: Labels, ga
         labels.keep_clear((thing.x, thing.y), width=14.0, height=20.0)
 
 
-def _draw_track(axes: Axes, track: Track, part: Part, colour: Colour, labels: Labels, game: Game) -> None:
+def _draw_track(axes: Axes, track: RobotPoses, part: Part, colour: Colour, labels: Labels, game: Game) -> None:
     keep = np.flatnonzero(part.shows(track))
     if not keep.size:
         return
@@ -387,7 +387,7 @@ def _listed(number: int, words: str) -> Line2D:
 
 
 def _legend(
-    tracks: Mapping[str, Track], parts: Sequence[Part], calls: Sequence[CallRecord], game: Game
+    tracks: Mapping[str, RobotPoses], parts: Sequence[Part], calls: Sequence[CallRecord], game: Game
 ) -> Iterator[Line2D]:
     both = {track.physical for track in tracks.values()} == {True, False}
     whole = Part(0, -math.inf, math.inf)
@@ -417,7 +417,7 @@ def _legend(
             )  # fmt: skip
 
 
-def _last_sample(track: Track, part: Part, shown: int) -> int:
+def _last_sample(track: RobotPoses, part: Part, shown: int) -> int:
     """The last sample of a part: the tag that ends a round is known only after the last sample of play."""
     if not math.isinf(part.end):
         return shown
@@ -425,7 +425,7 @@ def _last_sample(track: Track, part: Part, shown: int) -> int:
     return int(of_round[-1]) if of_round.size else shown
 
 
-def _colours(tracks: Mapping[str, Track], part: Part, game: Game) -> dict[str, Colour]:
+def _colours(tracks: Mapping[str, RobotPoses], part: Part, game: Game) -> dict[str, Colour]:
     """The colour of each player in a panel: that of the role in which it begins there, in a shade of its own.
 
     The shade is by its place among those that began the match in its role, so it is the same in all panels.
@@ -441,7 +441,7 @@ def _colours(tracks: Mapping[str, Track], part: Part, game: Game) -> dict[str, C
     return found
 
 
-def _first_role(track: Track, part: Part) -> str:
+def _first_role(track: RobotPoses, part: Part) -> str:
     """The role in which a player begins a part; empty if it is not in it."""
     shown = np.flatnonzero(part.shows(track))
     return track.roles[int(shown[0])] if shown.size else ""

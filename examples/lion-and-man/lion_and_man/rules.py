@@ -7,7 +7,7 @@ from pydantic import model_validator
 
 from lion_and_man import GAME, LION, MAN
 from vrg.bus.messages import Zone
-from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, RuleBook, Verdict
+from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError, Problem
 from vrg.geometry import interpolate
 from vrg.regions import Circle, Polygon
@@ -66,7 +66,7 @@ class LionAndMan(RuleBook[GameState]):
         """Nobody has won."""
         return GameState()
 
-    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+    def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
         """The man is caught, somebody leaves the arena, or the time is up."""
         lion, man = self.players[LION].name, self.players[MAN].name
         if lion not in now.poses or man not in now.poses:

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.agents.perception.scenes import FULL_TURN, HALF_TURN, box, look, room, together
-from vrg.agents.perception.background import MARGIN, SPREAD, Snapshot, returns_of, snapshot, unusual
+from vrg.agents.perception.background import OBSTACLE_MARGIN, SPREAD, Snapshot, returns_of, snapshot, unusual
 from vrg.agents.perception.scan import Floats, Scan, make_scan
 from vrg.types import Pose, Vector
 
@@ -53,7 +53,7 @@ def test_a_point_is_free_only_where_the_laser_saw_through_it(ranges: list[float]
         if between_beams(seen, point):
             continue
         assert not is_free or seen_through(seen, point)
-        assert is_free == seen_through(seen, point, spread=SPREAD, margin=MARGIN)
+        assert is_free == seen_through(seen, point, spread=SPREAD, margin=OBSTACLE_MARGIN)
 
 
 @settings(deadline=None, max_examples=100)
@@ -63,7 +63,7 @@ def test_a_full_turn_knows_all_directions_whatever_its_heading(
 ) -> None:
     seen = make_scan([5.0] * 360, Pose(1, 2, heading), mount=0, angle_min=first, angle_step=math.tau / 360, range_max=8)
     free = snapshot([seen]).contains(np.array(points))
-    near = [math.dist(seen.origin, point) < 5.0 - MARGIN for point in points]
+    near = [math.dist(seen.origin, point) < 5.0 - OBSTACLE_MARGIN for point in points]
     assert free.tolist() == near
 
 
@@ -118,7 +118,9 @@ def test_a_scan_that_met_nothing_has_nothing_unusual() -> None:
 
 def test_where_nothing_was_met_all_is_free_up_to_the_longest_range() -> None:
     empty = snapshot([fan_of([math.inf] * 21, Pose(0, 0, 0))])
-    points = np.array([[0.5, 0.0], [8.0 - MARGIN - 0.01, 0.0], [8.0 - MARGIN + 0.01, 0.0], [9.0, 0.0]])
+    points = np.array(
+        [[0.5, 0.0], [8.0 - OBSTACLE_MARGIN - 0.01, 0.0], [8.0 - OBSTACLE_MARGIN + 0.01, 0.0], [9.0, 0.0]]
+    )
     assert empty.contains(points).tolist() == [True, True, False, False]
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.agents.perception.scenes import FULL_TURN, box, chain, look, room, together
 from vrg.agents.perception.background import snapshot, unusual
-from vrg.agents.perception.clusters import FEWEST, GAP, WIDEST, clusters
+from vrg.agents.perception.clusters import BREAKPOINT_DISTANCE, FEWEST, WIDEST, clusters
 from vrg.agents.perception.scan import Floats, Scan, make_scan
 from vrg.types import Pose
 
@@ -144,7 +144,7 @@ def test_clusters_are_what_chaining_one_return_to_the_next_gives(beams: list[tup
     }
     groups: list[list[int]] = []
     for i in (i for i in met if beams[i][1]):
-        if groups and math.dist(met[groups[-1][-1]], met[i]) <= GAP:
+        if groups and math.dist(met[groups[-1][-1]], met[i]) <= BREAKPOINT_DISTANCE:
             groups[-1].append(i)
         else:
             groups.append([i])
@@ -155,9 +155,9 @@ def test_clusters_are_what_chaining_one_return_to_the_next_gives(beams: list[tup
 
     def completed(group: list[int]) -> list[int]:
         whole = list(group)
-        while whole[0] - 1 in met and math.dist(met[whole[0] - 1], met[whole[0]]) <= GAP:
+        while whole[0] - 1 in met and math.dist(met[whole[0] - 1], met[whole[0]]) <= BREAKPOINT_DISTANCE:
             whole.insert(0, whole[0] - 1)
-        while whole[-1] + 1 in met and math.dist(met[whole[-1] + 1], met[whole[-1]]) <= GAP:
+        while whole[-1] + 1 in met and math.dist(met[whole[-1] + 1], met[whole[-1]]) <= BREAKPOINT_DISTANCE:
             whole.append(whole[-1] + 1)
         return whole if extent(whole) <= WIDEST else group
 

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.agents.perception.line import Line, fitted
+from vrg.agents.perception.line import TrackedLine, fitted
 from vrg.agents.perception.scan import Floats
 from vrg.bus.messages import Sighting
 from vrg.types import Vector
@@ -24,7 +24,7 @@ def covariance_of(s: Sighting) -> Floats:
     return np.array([[s.xx, s.xy], [s.xy, s.yy]])
 
 
-def spread(line: Line, time: float) -> Floats:
+def spread(line: TrackedLine, time: float) -> Floats:
     """The covariance of the position on a course, shape (2, 2), m^2."""
     xx, xy, yy = line.covariance_at(time)
     return np.array([[xx, xy], [xy, yy]])
@@ -228,13 +228,13 @@ def test_two_sightings_at_one_time_are_one_better_one() -> None:
 )
 def test_a_covariance_that_is_none_is_refused(xx: float, xy: float, yy: float) -> None:
     with pytest.raises(ValueError, match="positive definite"):
-        Line.start(0.0, 0.5).seen(sighting(1.0, 2.0, 3.0, xx, xy, yy))
+        TrackedLine.start(0.0, 0.5).seen(sighting(1.0, 2.0, 3.0, xx, xy, yy))
 
 
 @pytest.mark.parametrize(("xx", "xy", "yy"), [(-1.0, 0.0, -1.0), (math.nan, 0.0, 1.0), (1.0, math.nan, 1.0)])
 def test_a_covariance_that_is_negative_or_no_number_is_refused(xx: float, xy: float, yy: float) -> None:
     with pytest.raises(ValueError, match="positive definite"):
-        Line.start(0.0, 0.5).seen(sighting(1.0, 2.0, 3.0, xx, xy, yy))
+        TrackedLine.start(0.0, 0.5).seen(sighting(1.0, 2.0, 3.0, xx, xy, yy))
 
 
 @pytest.mark.parametrize("speed", [None, 0.5])

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vrg.agents.perception.line import fitted
-from vrg.agents.perception.tracking import FORGET, FORGET_ONCE, KEPT, Track, Tracker
+from vrg.agents.perception.tracking import FORGET, FORGET_ONCE, TRACK_LENGTH, Track, Tracker
 from vrg.bus.messages import Sighting
 from vrg.types import Vector
 
@@ -57,10 +57,10 @@ def test_one_robot_is_one_track() -> None:
 
 
 def test_only_the_latest_sightings_are_kept_to_be_shown_oldest_first() -> None:
-    tracker = watched(*([on((0, 0), (0.7, 0.2), t)] for t in range(KEPT + 10)))
+    tracker = watched(*([on((0, 0), (0.7, 0.2), t)] for t in range(TRACK_LENGTH + 10)))
     (track,) = tracker.tracks
-    assert [s.time for s in track.sightings] == list(range(10, KEPT + 10))
-    assert track.line.count == KEPT + 10
+    assert [s.time for s in track.sightings] == list(range(10, TRACK_LENGTH + 10))
+    assert track.line.count == TRACK_LENGTH + 10
 
 
 def test_two_robots_that_are_seen_at_once_from_the_start_are_two() -> None:
@@ -201,7 +201,7 @@ def test_courses_that_turn_out_to_be_of_one_robot_are_joined() -> None:
     assert track.line.count == 60
     times = [s.time for s in track.sightings]
     assert times == sorted(times)
-    assert len(times) == KEPT
+    assert len(times) == TRACK_LENGTH
     assert times[-1] == pytest.approx(2.95)
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import pytest
 from msgspec import structs
 
-from vrg.games.hud.helm import REACH, Goal, Helm, Situation, Wish, way
+from vrg.games.hud.helm import GOAL_TOLERANCE, Goal, Helm, Situation, Wish, way
 from vrg.geometry import wrap
 from vrg.navigation.pilot import Neighbour
 from vrg.regions import Circle, Rectangle
@@ -60,7 +60,7 @@ def test_nobody_is_driven_while_the_person_only_watches() -> None:
 def test_goto_drives_turns_and_arrives(goal: Goal) -> None:
     robot = Robot()
     assert robot.run(30.0, wish=Wish.GOTO, goal=goal) == STILL
-    assert math.dist((robot.pose.x, robot.pose.y), (goal.x, goal.y)) < REACH
+    assert math.dist((robot.pose.x, robot.pose.y), (goal.x, goal.y)) < GOAL_TOLERANCE
     if goal.heading is not None:
         assert abs(wrap(robot.pose.theta - goal.heading)) < 0.05
     assert robot.modes[0] == "Goto/Drive"
@@ -71,7 +71,7 @@ def test_a_new_goal_is_driven_to_at_once() -> None:
     robot = Robot()
     robot.run(30.0, wish=Wish.GOTO)
     robot.run(30.0, goal=Goal(-2.0, -2.0))
-    assert math.dist((robot.pose.x, robot.pose.y), (-2.0, -2.0)) < REACH
+    assert math.dist((robot.pose.x, robot.pose.y), (-2.0, -2.0)) < GOAL_TOLERANCE
     assert robot.modes[-3:] == ["Goto/Drive", "Goto/Turn", "Goto/Arrived"]
 
 
@@ -79,7 +79,7 @@ def test_reset_goes_back_to_where_it_began() -> None:
     robot = Robot()
     robot.run(10.0, wish=Wish.GOTO)
     robot.run(40.0, wish=Wish.RESET)
-    assert math.hypot(robot.pose.x, robot.pose.y) < REACH
+    assert math.hypot(robot.pose.x, robot.pose.y) < GOAL_TOLERANCE
     assert abs(robot.pose.theta) < 0.05
     assert robot.modes[-1] == "Reset/Arrived"
 
@@ -93,7 +93,7 @@ def test_a_wall_and_a_robot_in_the_way_are_driven_around() -> None:
     wall = Rectangle(1.4, -1.0, 1.6, 1.5)
     other = Neighbour((2.6, 1.4), (0.0, 0.0), 0.7)
     assert robot.run(40.0, wish=Wish.GOTO, walls=(wall,), neighbours=(other,), goal=Goal(4.0, 0.5)) == STILL
-    assert math.dist((robot.pose.x, robot.pose.y), (4.0, 0.5)) < REACH
+    assert math.dist((robot.pose.x, robot.pose.y), (4.0, 0.5)) < GOAL_TOLERANCE
     assert min(wall.distance(pose.x, pose.y) for pose in robot.path) > 0.2
     assert min(math.dist((pose.x, pose.y), other.place) for pose in robot.path) > 0.55
 

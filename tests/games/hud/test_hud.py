@@ -8,7 +8,7 @@ from vrg.agents.diagram import mermaid
 from vrg.bus.messages import OfficialAction, Stage
 from vrg.config.loading import load_match, match_path
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Contestant, Field, GameState
+from vrg.coordinator.rulebook import Contestant, GameState, Observation
 from vrg.errors import ConfigError
 from vrg.games.hud.player import Passenger
 from vrg.games.hud.rules import PlayerHud
@@ -24,7 +24,7 @@ PLAYERS = [
     Contestant(name=name, role="player", start=Pose(x, 0.0, 0.0), size=(0.5, 0.5), v_max=0.7)
     for name, x in (("a", 0.0), ("b", 3.0))
 ]
-READY = Field({c.name: c.start for c in PLAYERS})
+READY = Observation({c.name: c.start for c in PLAYERS})
 
 
 class TestRules(RuleBookContract):
@@ -33,7 +33,7 @@ class TestRules(RuleBookContract):
         return PlayerHud(Settings(x=(-5, 5), y=(-5, 5), time=20.0), PLAYERS)
 
     @pytest.fixture
-    def ready(self) -> Field:
+    def ready(self) -> Observation:
         return READY
 
 

@@ -13,7 +13,7 @@ from vrg.cli import make_app
 from vrg.commands.practice import match_text
 from vrg.config.loading import load_match
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import NOBODY, Contestant, Field
+from vrg.coordinator.rulebook import NOBODY, Contestant, Observation
 from vrg.errors import ConfigError
 from vrg.games.practice.rules import Practice, Settings
 from vrg.testing.rulebook import RuleBookContract
@@ -24,7 +24,7 @@ PLAYERS = [
     Contestant(name=name, role="player", start=Pose(x, 0.0, 0.0), size=(0.5, 0.5), v_max=0.7)
     for name, x in (("a", 0.0), ("b", 3.0))
 ]
-READY = Field({c.name: c.start for c in PLAYERS})
+READY = Observation({c.name: c.start for c in PLAYERS})
 
 
 class TestRules(RuleBookContract):
@@ -33,7 +33,7 @@ class TestRules(RuleBookContract):
         return Practice(Settings(x=(-5, 5), y=(-5, 5), time=20.0), PLAYERS)
 
     @pytest.fixture
-    def ready(self) -> Field:
+    def ready(self) -> Observation:
         return READY
 
 

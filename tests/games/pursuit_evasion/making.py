@@ -8,7 +8,7 @@ from msgspec import structs
 
 from vrg.bus.messages import Sighting
 from vrg.coordinator.auctions import auctioned
-from vrg.coordinator.rulebook import Contestant, Disqualification, Field, Offer, Verdict
+from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, Offer, Verdict
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 from vrg.games.pursuit_evasion.settings import Settings
 from vrg.games.pursuit_evasion.state import State
@@ -66,11 +66,11 @@ def field(
     seen: Sequence[tuple[str, Sighting]] = (),
     offers: Sequence[Offer] = (),
     moving: Sequence[str] = (),
-) -> Field:
+) -> Observation:
     """Everybody at the start, but for those who have moved."""
     poses = {c.name: c.start for c in rules.contestants.values()}
     poses |= {name: Pose(x, y, 0.0) for name, (x, y) in moved.items()}
-    return Field(poses, frozenset(moving), time=time, sightings=seen, offers=offers)
+    return Observation(poses, frozenset(moving), time=time, sightings=seen, offers=offers)
 
 
 def crossing(rules: PursuitEvasion, *names: str, entered: bool = True, **others: Any) -> State:

@@ -7,7 +7,7 @@ import pytest
 
 from tests.games.pursuit_evasion.making import book, field
 from vrg.config.loading import load_match, match_path
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 from vrg.testing.rulebook import RuleBookContract
@@ -21,7 +21,7 @@ class TestRules(RuleBookContract):
         return book()
 
     @pytest.fixture
-    def ready(self, book: PursuitEvasion) -> Field:
+    def ready(self, book: PursuitEvasion) -> Observation:
         return field(book)
 
 

@@ -12,7 +12,7 @@ from msgspec import structs
 from tests.games.pursuit_evasion.making import SETTINGS, STARTS, Play, book, crossing, field, move, out, sighting
 from vrg.bus.messages import PlayerStatus, Sighting, Stage
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Disqualification, Field, Offer
+from vrg.coordinator.rulebook import Disqualification, Observation, Offer
 from vrg.games.pursuit_evasion import SIGHTINGS_AT_ONCE
 from vrg.games.pursuit_evasion.state import State
 from vrg.types import Pose, Vector
@@ -376,7 +376,7 @@ def test_a_match_from_the_start_to_a_capture_an_escape_and_a_draw() -> None:
     calls = []
     for i in range(900):
         time = 0.1 * i
-        state = match.state(Field(poses, time=time), estop=False)
+        state = match.state(Observation(poses, time=time), estop=False)
         for status in state.players:
             if status.may_move and status.name[0] == "i":
                 old = poses[status.name]
@@ -388,7 +388,7 @@ def test_a_match_from_the_start_to_a_capture_an_escape_and_a_draw() -> None:
             poses["p1"] = STARTS["p1"]
         seen = [("p0", sighting(poses["i0"].x, poses["i0"].y, time))] if 0.5 < poses["i0"].x < 9.0 else []
         offers = [Offer("p1", a.lot, 3.0) for a in state.auctions if a.winner is None]
-        outcome = match.step(0.1, Field(dict(poses), time=time, sightings=seen, offers=offers), [])
+        outcome = match.step(0.1, Observation(dict(poses), time=time, sightings=seen, offers=offers), [])
         calls += [c.rule for c in outcome.calls]
         again = Match(rules, match.standing())
         assert again.game == match.game

@@ -13,7 +13,7 @@ import pytest
 from tests.games.pursuit_evasion.making import LASER, SETTINGS, Play, book, contestants, crossing, field, move, sighting
 from vrg.bus.messages import Call, Sighting
 from vrg.coordinator.proof import Case
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.games.pursuit_evasion.proof import prove
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 from vrg.games.pursuit_evasion.state import State
@@ -232,7 +232,7 @@ def test_a_robot_that_was_not_put_back_to_its_start_is_put_there_every_5_s() -> 
 # Why: each number can prove a call wrong.
 
 
-def proved(rules: PursuitEvasion, ticks: Sequence[Field], state: State, rule: str) -> tuple[bool, bool]:
+def proved(rules: PursuitEvasion, ticks: Sequence[Observation], state: State, rule: str) -> tuple[bool, bool]:
     """Whether the number of a call holds, and whether it would if the intruder had been seen elsewhere."""
     for before, now in pairwise(ticks):
         verdict = rules.judge(state, before, now, now.time)

@@ -11,7 +11,7 @@ from tests.games.pursuit_evasion.making import STARTS, book, crossing, field, si
 from vrg.agents.strategy import Action, View
 from vrg.bus.codec import checked
 from vrg.bus.messages import Auction, Bid, RefereeState, Sighting, Sketch, Stage
-from vrg.bus.radio import Heard
+from vrg.bus.radio import TeamMessage
 from vrg.coordinator.match import Match
 from vrg.games.pursuit_evasion.pursuer import Pursuer
 from vrg.games.pursuit_evasion.state import State
@@ -28,7 +28,9 @@ def told(state: State, time: float) -> RefereeState:
     return match.state(field(book()), estop=False)
 
 
-def view(time: float, *, state: State | None = None, heard: Sequence[Heard] = (), pose: Pose = STARTS["p0"]) -> View:
+def view(
+    time: float, *, state: State | None = None, heard: Sequence[TeamMessage] = (), pose: Pose = STARTS["p0"]
+) -> View:
     referee = told(state or book().initial(), time)
     me = referee.player("p0")
     assert me is not None
@@ -49,8 +51,8 @@ def pursuer() -> Pursuer:
     return Pursuer("p0", robot_model("P2AT"))
 
 
-def says(seen: Sequence[Sighting], time: float, speaker: str = "p1") -> Heard:
-    return Heard(speaker, time, words(Pose(9.0, 9.0, 0.0), STILL, seen, None))
+def says(seen: Sequence[Sighting], time: float, speaker: str = "p1") -> TeamMessage:
+    return TeamMessage(speaker, time, words(Pose(9.0, 9.0, 0.0), STILL, seen, None))
 
 
 def can_be_sent(action: Action) -> None:
@@ -133,7 +135,7 @@ def test_what_a_team_mate_says_does_not_stop_it(wrong: dict[str, float]) -> None
     "said", [None, 3, "hello", b"\x00", [], {"pose": 3}, {"pose": [1, 2, 3, 4, 5], "seen": [[1]]}], ids=repr
 )
 def test_nonsense_on_the_radio_does_not_stop_it(said: object) -> None:
-    can_be_sent(pursuer().act(view(1.0, heard=[Heard("p1", 1.0, said)])))
+    can_be_sent(pursuer().act(view(1.0, heard=[TeamMessage("p1", 1.0, said)])))
 
 
 def test_a_pursuer_says_where_it_is_at_each_tick() -> None:

@@ -25,7 +25,7 @@ from tests.games.pursuit_evasion.making import (
 from vrg.bus.messages import Auction, Official, OfficialAction, Stage
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import DRAW, Contestant, Field
+from vrg.coordinator.rulebook import DRAW, Contestant, Observation
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion.rules import PursuitEvasion
 from vrg.games.pursuit_evasion.state import State
@@ -204,7 +204,7 @@ def test_who_is_not_in_the_world_neither_captures_nor_is_captured_nor_escapes() 
     rules = book()
     now = field(rules, {"i0": (5, 5), "p0": (5, 5.5)})
     for missing in ("i0", "p0"):
-        gone = Field({n: p for n, p in now.poses.items() if n != missing}, time=10.0)
+        gone = Observation({n: p for n, p in now.poses.items() if n != missing}, time=10.0)
         assert rules.judge(crossing(rules, "i0"), now, gone, 1.0).state.states["i0"] == "crossing"
 
 
@@ -212,7 +212,7 @@ def test_who_has_just_come_into_the_world_is_judged_where_it_is() -> None:
     rules = book()
     now = field(rules, {"i0": (5, 5), "p0": (5, 5.5)})
     for missing in ("i0", "p0"):
-        before = Field({n: p for n, p in now.poses.items() if n != missing}, time=9.9)
+        before = Observation({n: p for n, p in now.poses.items() if n != missing}, time=9.9)
         assert rules.judge(crossing(rules, "i0"), before, now, 1.0).state.states["i0"] == "captured"
 
 
@@ -455,7 +455,7 @@ def test_a_pursuer_that_has_come_back_to_its_post_and_stands_watches_again() -> 
     rules = book()
     state = rules.initial().with_state(["p0"], "returning")
 
-    def own(now: Field) -> str:
+    def own(now: Observation) -> str:
         return rules.judge(state, now, now, 1.0).state.states["p0"]
 
     assert own(field(rules)) == "watching"
@@ -507,7 +507,7 @@ def test_the_game_ends_also_when_nobody_detects_anything() -> None:
             for n, p in STARTS.items()
             if n in ("i0", "i1")
         }
-        now = Field({**now.poses, **poses}, time=at)
+        now = Observation({**now.poses, **poses}, time=at)
         match.step(0.1, now, [])
         if match.over:
             break
@@ -622,7 +622,7 @@ def test_the_area_is_published() -> None:
 
 
 def test_the_bodies_are_published_as_large_as_they_are() -> None:
-    radii = {s.name: s.radius for s in book().statuses(book().initial(), Stage.PLAY_ROUND, Field({}))}
+    radii = {s.name: s.radius for s in book().statuses(book().initial(), Stage.PLAY_ROUND, Observation({}))}
     assert radii["p0"] == pytest.approx(math.hypot(0.5, 0.49) / 2)
     assert radii["i0"] == pytest.approx(math.hypot(0.78, 0.64) / 2)
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vrg.agents.perception.background import Snapshot
 from vrg.bus.codec import checked, plain
 from vrg.bus.messages import SAY_LIMIT, Sighting, Sightings
-from vrg.games.pursuit_evasion.talk import SIGHTINGS_AT_ONCE, STEP, Words, understood, words
+from vrg.games.pursuit_evasion.talk import RANGE_STEP, SIGHTINGS_AT_ONCE, Words, understood, words
 from vrg.hal.models import MODELS
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import STILL, Pose, Twist
@@ -54,9 +54,9 @@ def test_what_is_said_arrives(pose: Pose, twist: Twist, seen: list[Sighting], fr
     assert (got.snapshot.origin, got.snapshot.heading) == (free.origin, free.heading)
     assert (got.snapshot.angle_min, got.snapshot.angle_step) == (free.angle_min, free.angle_step)
     assert got.snapshot.free.shape == free.free.shape
-    said = np.minimum(free.free, 255 * STEP)
+    said = np.minimum(free.free, 255 * RANGE_STEP)
     assert (got.snapshot.free <= said + 1e-9).all(), "no more is said to be free than is"
-    assert (got.snapshot.free > said - STEP - 1e-9).all(), "and hardly less"
+    assert (got.snapshot.free > said - RANGE_STEP - 1e-9).all(), "and hardly less"
 
 
 def test_one_who_stands_says_so_exactly() -> None:

@@ -13,10 +13,10 @@ from tests.games.pursuit_evasion.making import book, field, sighting
 from vrg.agents.perception.scan import Floats
 from vrg.agents.strategy import View
 from vrg.bus.messages import SensorMessage, Stage
-from vrg.bus.radio import Heard
+from vrg.bus.radio import TeamMessage
 from vrg.coordinator.match import Match
 from vrg.games.pursuit_evasion.talk import words
-from vrg.games.pursuit_evasion.watch import MATE_FORGOTTEN, SNAPSHOT_SCANS, Watch
+from vrg.games.pursuit_evasion.watch import MATE_FORGOTTEN, SNAPSHOT_SCANS, IntruderDetector
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.ins import Ins
@@ -48,7 +48,7 @@ def view(
     pose: Pose = POST,
     scanned: tuple[float, Pose] | None = None,
     twist: Twist = STILL,
-    heard: Sequence[Heard] = (),
+    heard: Sequence[TeamMessage] = (),
     out: Vector | None = None,
 ) -> View:
     """What p0 is told at a tick.
@@ -85,9 +85,9 @@ def view(
     )
 
 
-def watching() -> Watch:
+def watching() -> IntruderDetector:
     """It has stood at its post and seen the empty scene, until 1 s."""
-    watch = Watch(ROBOT)
+    watch = IntruderDetector(ROBOT)
     for i in range(10):
         watch.look(view(0.1 * (i + 1)), standing=True)
     return watch
@@ -127,7 +127,7 @@ def test_the_empty_scene_is_the_one_that_was_seen_first() -> None:
 
 
 def test_who_does_not_stand_takes_no_snapshot() -> None:
-    watch = Watch(ROBOT)
+    watch = IntruderDetector(ROBOT)
     for i in range(10):
         watch.look(view(0.1 * (i + 1)), standing=False)
     assert watch.own is None
@@ -152,8 +152,8 @@ def test_a_scan_that_comes_late_is_of_where_the_robot_was_then(age: float) -> No
     assert math.dist((seen.x, seen.y), (4.5, 5.0)) < 0.2
 
 
-def mate(time: float, pose: Pose, twist: Twist = STILL) -> Heard:
-    return Heard("p1", time, words(pose, twist, [], None))
+def mate(time: float, pose: Pose, twist: Twist = STILL) -> TeamMessage:
+    return TeamMessage("p1", time, words(pose, twist, [], None))
 
 
 def test_a_team_mate_that_says_where_it_is_is_no_intruder() -> None:
@@ -195,15 +195,15 @@ def test_what_a_team_mate_has_seen_through_is_free_for_all() -> None:
     """It sees behind a wall, where p0 has seen nothing. Then p0 drives there."""
     scene = together(SCENE, box(4.0, 4.0, math.radians(45.0), (0.2, 4.0)))
     behind, there = box(6.0, 6.0), Pose(7.0, 3.0, math.radians(100.0))
-    theirs = Watch(ROBOT)
+    theirs = IntruderDetector(ROBOT)
     for i in range(SNAPSHOT_SCANS):
         theirs.look(view(0.1 * (i + 1), scene, pose=Pose(8.0, 8.0, math.radians(-135.0))), standing=True)
     for told in (False, True):
-        watch = Watch(ROBOT)
+        watch = IntruderDetector(ROBOT)
         for i in range(SNAPSHOT_SCANS):
             watch.look(view(0.1 * (i + 1), scene), standing=True)
         said = words(Pose(8.0, 8.0, 0.0), STILL, [], theirs.own if told else None)
-        now = view(1.0, together(scene, behind), pose=there, heard=[Heard("p1", 1.0, said)])
+        now = view(1.0, together(scene, behind), pose=there, heard=[TeamMessage("p1", 1.0, said)])
         watch.look(now, standing=False)
         assert len(watch.fresh) == (1 if told else 0)
 
@@ -215,14 +215,14 @@ def test_the_sightings_of_the_team_and_its_own_are_of_one_robot() -> None:
         scene = together(SCENE, box(3.0 + 0.07 * i, 5.0, 0.0))
         theirs = np.array([3.0 + 0.07 * (i - 0.5), 5.0])
         s = words(Pose(8.0, 8.0, 0.0), STILL, [sighting(*theirs.tolist(), time - 0.05)], None)
-        watch.look(view(time, scene, heard=[Heard("p1", time, s)]), standing=True)
+        watch.look(view(time, scene, heard=[TeamMessage("p1", time, s)]), standing=True)
     (track,) = watch.tracker.tracks
     assert track.line.count == 20
     assert track.line.velocity == pytest.approx((0.7, 0.0), abs=0.15)
 
 
 def test_a_robot_without_a_laser_hears_all_the_same() -> None:
-    watch = Watch(ROBOT)
+    watch = IntruderDetector(ROBOT)
     bare = view(1.0, heard=[mate(1.0, Pose(3.0, 3.0, 0.0))])
     blind = View(
         time=1.0, me=bare.me, readings=Readings(1.0, 0.0, True, False), referee=bare.referee, velocities={},
@@ -252,7 +252,7 @@ def test_a_halt_is_no_time_for_a_course() -> None:
 
 
 def test_a_snapshot_is_of_one_place() -> None:
-    watch = Watch(ROBOT)
+    watch = IntruderDetector(ROBOT)
     watch.look(view(1.0, pose=Pose(2.0, 2.0, 0.0)), standing=True)
     watch.look(view(1.1), standing=True)
     own = view(1.1).pose

@@ -12,8 +12,8 @@ from msgspec import structs
 
 from vrg.bus.messages import Stage
 from vrg.coordinator.match import Match
-from vrg.coordinator.outcome import Outcome
-from vrg.coordinator.rulebook import Contestant, Disqualification, Field, Offer, Verdict
+from vrg.coordinator.outcome import Effects
+from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, Offer, Verdict
 from vrg.games.roboflag import FLAGGED, TAGGED, other
 from vrg.games.roboflag.rules import RoboFlag
 from vrg.games.roboflag.settings import Settings
@@ -53,10 +53,10 @@ def book(red: int = 4, blue: int = 4, **settings: Any) -> RoboFlag:
     return RoboFlag(Settings(**settings), contestants(red, blue))
 
 
-def field(rules: RoboFlag, moved: Mapping[str, Vector] = {}, offers: Sequence[Offer] = ()) -> Field:
+def field(rules: RoboFlag, moved: Mapping[str, Vector] = {}, offers: Sequence[Offer] = ()) -> Observation:
     """Everybody at the start, but for those who have moved."""
     poses = {name: c.start for name, c in rules.contestants.items()}
-    return Field(poses | {name: Pose(x, y, 0.0) for name, (x, y) in moved.items()}, offers=offers)
+    return Observation(poses | {name: Pose(x, y, 0.0) for name, (x, y) in moved.items()}, offers=offers)
 
 
 def judge(
@@ -85,7 +85,7 @@ def out(state: State, *names: str) -> State:
     return structs.replace(state, disqualified={**state.disqualified, **{n: Disqualification(why="x") for n in names}})
 
 
-def calls(verdict: Verdict[State] | Outcome) -> list[tuple[str, ...]]:
+def calls(verdict: Verdict[State] | Effects) -> list[tuple[str, ...]]:
     """The calls of a verdict, each as its rule and the players that it concerns."""
     return [(call.rule, *call.players) for call in verdict.calls]
 
@@ -111,7 +111,7 @@ class Play:
 
     def tick(
         self, moved: Mapping[str, Vector] = {}, bids: Sequence[tuple[str, str, float | None]] = (), dt: float = DT
-    ) -> Outcome:
+    ) -> Effects:
         outcome = self.match.step(dt, field(self.rules, moved, [Offer(*bid) for bid in bids]), [])
         self.calls += calls(outcome)
         self.stages += outcome.stages

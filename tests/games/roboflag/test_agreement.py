@@ -20,10 +20,10 @@ from tests.games.roboflag.slow_referee import (
 )
 from vrg.bus.messages import Stage
 from vrg.coordinator.match import Match
-from vrg.coordinator.outcome import Outcome
-from vrg.coordinator.rulebook import Contestant, Field
+from vrg.coordinator.outcome import Effects
+from vrg.coordinator.rulebook import Contestant, Observation
 from vrg.games.roboflag.rules import RoboFlag
-from vrg.games.roboflag.settings import Settings, Side
+from vrg.games.roboflag.settings import Settings, TeamHalf
 from vrg.types import Pose
 
 GAMES, CHUNKS = 1000, 20
@@ -187,13 +187,13 @@ class Game:
     def _disqualify(self, name: str) -> None:
         """One player fails, but never the last one."""
         if len(self.slow.out) + 1 < len(self.names) and name not in self.slow.out:
-            self.match.disqualify(name, "its process has failed", Field({}))
+            self.match.disqualify(name, "its process has failed", Observation({}))
             self.slow.out.add(name)
             self.counted["disqualifications"] += 1
 
     def _reinstate(self, name: str) -> None:
         """A player that failed plays again from the next round."""
-        if self.match.reinstate(name, Field({})):
+        if self.match.reinstate(name, Observation({})):
             self.back.add(name)
             self.counted["reinstatements"] += 1
 
@@ -243,12 +243,12 @@ class Game:
             for other in self.names
         )
 
-    def _step(self, places: dict[str, Place], dt: float = float(TICK)) -> Outcome:
+    def _step(self, places: dict[str, Place], dt: float = float(TICK)) -> Effects:
         self.time += dt
         poses = {name: Pose(x, y, 0.0) for name, (x, y) in places.items()}
-        return self.match.step(dt, Field(poses, time=self.time), [])
+        return self.match.step(dt, Observation(poses, time=self.time), [])
 
-    def _compare(self, outcome: Outcome, rulings: list[Ruling]) -> None:
+    def _compare(self, outcome: Effects, rulings: list[Ruling]) -> None:
         """Both have made the same calls, in the order of the rules, and tell the same states, flags and scores."""
         told = [(call.rule, tuple(call.players)) for call in outcome.calls if call.rule != "game_over"]
         assert {rule for rule, _ in told} <= JUDGED
@@ -270,7 +270,7 @@ class Game:
 
     def _settings(self, long: int, last: int, enough: int) -> Settings:
         g = self.ground
-        sides = {team: Side.model_validate({"home": g.homes[team], "flag": g.flags[team]}) for team in OTHER}
+        sides = {team: TeamHalf.model_validate({"home": g.homes[team], "flag": g.flags[team]}) for team in OTHER}
         return Settings(
             centre=g.centre,
             scale=g.scale,

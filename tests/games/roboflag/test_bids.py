@@ -4,7 +4,7 @@ import pytest
 
 from tests.games.roboflag.making import AWAY, DT, FLAGS, HOMES, Play, book
 from vrg.bus.messages import Auction
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.games.roboflag import FLAGGED, attack_of
 
 LOT = attack_of("red")
@@ -124,7 +124,7 @@ def test_a_player_that_is_home_again_may_bid_again() -> None:
 
 def test_disqualified_players_may_not_bid() -> None:
     play = started()
-    play.match.disqualify("red1", "it has failed", Field({}))
+    play.match.disqualify("red1", "it has failed", Observation({}))
     assert won(play, ("red1", 0.0), ("red2", 8.0)) == "red2"
     assert lot(play).bidders == ("red2", "red3", "red4")
 
@@ -160,7 +160,7 @@ def test_there_is_a_new_auction_at_once_if_the_winner_is_tagged() -> None:
 def test_there_is_a_new_auction_at_once_if_the_winner_fails() -> None:
     play = started()
     assert won(play, ("red1", 1.0)) == "red1"
-    play.match.disqualify("red1", "it has failed", Field({}))
+    play.match.disqualify("red1", "it has failed", Observation({}))
     play.tick()
     assert lot(play).winner is None
 

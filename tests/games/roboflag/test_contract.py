@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from tests.games.roboflag.making import book, field
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.games import STRATEGIES
 from vrg.games.roboflag.player import RoboFlagPlayer
 from vrg.games.roboflag.rules import RoboFlag
@@ -59,7 +59,7 @@ class TestRules(RuleBookContract):
         return book()
 
     @pytest.fixture
-    def ready(self, book: RoboFlag) -> Field:
+    def ready(self, book: RoboFlag) -> Observation:
         return field(book)
 
 

@@ -5,7 +5,7 @@ import pytest
 from tests.games.roboflag.making import FLAGS, HOMES, Play, book, calls, carrying, judge, tagged
 from vrg.bus.messages import Official, OfficialAction, Stage
 from vrg.coordinator.decisions import decide
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED
 
@@ -122,7 +122,7 @@ def test_an_official_disqualifies_a_carrier_and_the_flag_returns() -> None:
     play = Play(book())
     play.tick({"red1": FLAGS["blue"]})
     decision = Official(action=OfficialAction.DISQUALIFY, by="Ann", subject="red1", value="pushing")
-    decide(play.match, decision, Field({}), [])
+    decide(play.match, decision, Observation({}), [])
     assert play.match.disqualified["red1"].by_official
     play.tick({"red1": HOMES["red"]})
     assert play.calls[-1] == ("flag_returns", "red1")
@@ -131,7 +131,7 @@ def test_an_official_disqualifies_a_carrier_and_the_flag_returns() -> None:
 
 def test_the_game_goes_on_when_a_whole_team_is_disqualified_and_the_other_can_still_score() -> None:
     play = Play(book(red=1, blue=1))
-    play.match.disqualify("blue1", "it has failed", Field({}))
+    play.match.disqualify("blue1", "it has failed", Observation({}))
     play.capture("red1")
     assert play.state.points == {"red": 1, "blue": 0}
     assert play.match.stage is Stage.PLAY_ROUND

@@ -8,10 +8,10 @@ import pytest
 
 from tests.games.roboflag.making import FLAGS, HOMES, MID, book, calls, carrying, contestants, field, judge, out, tagged
 from vrg.bus.messages import Stage
-from vrg.coordinator.rulebook import Field, Verdict
+from vrg.coordinator.rulebook import Observation, Verdict
 from vrg.games.roboflag import FLAGGED, NORMAL, TAG_DISTANCE, TAGGED
 from vrg.games.roboflag.rules import RoboFlag
-from vrg.games.roboflag.settings import Settings, Side
+from vrg.games.roboflag.settings import Settings, TeamHalf
 from vrg.games.roboflag.state import State
 from vrg.types import Pose, Vector
 
@@ -65,7 +65,7 @@ def test_just_beyond_the_tag_distance_is_not_near_enough() -> None:
 def test_distances_are_between_centres_whatever_the_headings() -> None:
     rules = book()
     now = field(rules).poses | {"red1": Pose(2.0, 0.0, 1.0), "blue1": Pose(2.0, 0.59, -2.0)}
-    assert calls(rules.judge(rules.initial(), Field(now), Field(now), 1.0)) == [("tag", "red1", "blue1")]
+    assert calls(rules.judge(rules.initial(), Observation(now), Observation(now), 1.0)) == [("tag", "red1", "blue1")]
 
 
 def test_team_mates_never_tag_each_other() -> None:
@@ -135,7 +135,7 @@ def test_only_the_part_of_the_way_outside_the_flag_zones_counts() -> None:
 
 
 def test_rounding_tags_nobody_who_crosses_the_border_of_a_flag_zone_at_the_tag_distance() -> None:
-    side = Side(home="high", flag=(0.6, 0.15))
+    side = TeamHalf(home="high", flag=(0.6, 0.15))
     rules = RoboFlag(Settings(tag_distance=0.5, flag_zone=0.5, blue=side), contestants(1, 1))
     rng, (x, y) = random.Random(1), (1.2, 0.3)
     wrong = []
@@ -587,7 +587,7 @@ def test_a_disqualified_carriers_flag_can_be_taken_at_once() -> None:
 
 def test_a_player_that_the_world_does_not_report_is_not_judged() -> None:
     rules = book()
-    now = Field({name: pose for name, pose in field(rules, {"blue1": QUIET}).poses.items() if name != "red1"})
+    now = Observation({name: pose for name, pose in field(rules, {"blue1": QUIET}).poses.items() if name != "red1"})
     verdict = rules.judge(carrying(rules, "red1"), now, now, 1.0)
     assert verdict.calls == []
     assert verdict.state.flag("blue").carrier == "red1"

@@ -5,7 +5,7 @@ from msgspec import structs
 
 from tests.games.roboflag.making import AWAY, DT, FLAGS, HOMES, Play, book, field, starts
 from vrg.bus.messages import Stage
-from vrg.coordinator.rulebook import DRAW, Field
+from vrg.coordinator.rulebook import DRAW, Observation
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED
 from vrg.games.roboflag.rules import RoboFlag
 
@@ -93,7 +93,7 @@ def test_the_starts_of_a_team_are_shared_so_that_ways_do_not_cross() -> None:
 
 def test_a_round_waits_for_players_that_still_move() -> None:
     rules = book()
-    now = Field(field(rules).poses, frozenset({"blue3"}))
+    now = Observation(field(rules).poses, frozenset({"blue3"}))
     assert set(rules.obstacles_to_start(rules.initial(), now)) == {"blue3"}
 
 

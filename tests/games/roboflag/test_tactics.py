@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from tests.games.roboflag.making import FLAGS, HOMES
 from vrg.bus.messages import Auction
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, attack_of
-from vrg.games.roboflag.evasion import LEVEL, Course, Flags, Floats, best_course
-from vrg.games.roboflag.formation import APART, BEHIND, formed_up, groups, places
-from vrg.games.roboflag.posts import AT_ONCE, OUTSIDE, known_in, posts, shields, targets
-from vrg.games.roboflag.situation import BORDER, Ground, Known, Situation
+from vrg.games.roboflag.evasion import LEVEL, BestDirection, Flags, Floats, best_course
+from vrg.games.roboflag.formation import ATTACKER_SPACING, FORM_UP_DISTANCE, formed_up, groups, places
+from vrg.games.roboflag.posts import MAX_CHASERS, POST_DISTANCE, known_in, posts, shields, targets
+from vrg.games.roboflag.situation import BORDER_CLEARANCE, Known, Situation, TeamField
 from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Pair, Purge, ShieldCarrier, Tactic
 from vrg.regions import Circle, Rectangle, Sector
 from vrg.types import Vector
@@ -25,12 +25,12 @@ FIELD = Rectangle(-6, -4, 6, 4)
 ANGLE = {"red": 0.0, "blue": math.pi}
 
 
-def ground(team: str = "red") -> Ground:
+def ground(team: str = "red") -> TeamField:
     """The field of scale 2 as a team sees it."""
     red = team == "red"
     home = Sector(*HOMES[team], 1.2, ANGLE[team], math.pi / 2)
     other = "blue" if red else "red"
-    return Ground(
+    return TeamField(
         field=FIELD,
         own_half=Rectangle(-6, -4, 0, 4) if red else Rectangle(0, -4, 6, 4),
         home=home,
@@ -38,7 +38,7 @@ def ground(team: str = "red") -> Ground:
         their_zone=Circle(*FLAGS[other], 1.0),
         own_flag=FLAGS[team],
         their_flag=FLAGS[other],
-        inner=FIELD.shrunk(BORDER),
+        inner=FIELD.shrunk(BORDER_CLEARANCE),
         haven=home.shrunk(0.2),
         ahead=1.0 if red else -1.0,
         midline=0.0,
@@ -165,7 +165,7 @@ class TestTargets:
         blue = known("blue1", -2, 0, FLAGGED)
         found = targets(situation(*reds, blue, thief="blue1"), reds, [blue])
         assert set(found) == {"red0", "red1"}
-        assert AT_ONCE == 2
+        assert MAX_CHASERS == 2
 
     def test_who_has_said_whom_it_tags_keeps_it_unless_another_one_is_much_nearer(self) -> None:
         reds = [known("red1", -3.0, 0.0), known("red2", -2.9, 0.0)]
@@ -204,7 +204,7 @@ class TestPosts:
         assert set(found) == {guard.name for guard in guards}
         zone = ground(team).own_zone
         for place in found.values():
-            assert math.dist(place, (zone.x, zone.y)) == pytest.approx(zone.radius + OUTSIDE)
+            assert math.dist(place, (zone.x, zone.y)) == pytest.approx(zone.radius + POST_DISTANCE)
         spots = list(found.values())
         for i, a in enumerate(spots):
             for b in spots[:i]:
@@ -278,8 +278,8 @@ class TestFormation:
             formed = {
                 "everybody": set(found) == set(names),
                 "inside the field": all(g.inner.distance(*place) < 1e-9 for place in found.values()),
-                "on their half": all(g.beyond(x) == pytest.approx(-BEHIND) for x, _ in found.values()),
-                "together": all(b - a <= APART + 1e-9 for ys in rows for a, b in itertools.pairwise(ys)),
+                "on their half": all(g.beyond(x) == pytest.approx(-FORM_UP_DISTANCE) for x, _ in found.values()),
+                "together": all(b - a <= ATTACKER_SPACING + 1e-9 for ys in rows for a, b in itertools.pairwise(ys)),
                 "apart": all(b - a > 0.1 for a, b in itertools.pairwise(spots)),
             }
             wrong += [f"{number} of {team}, {flanks} flanks: not {what}" for what, well in formed.items() if not well]
@@ -316,13 +316,15 @@ def nowhere(points: Floats) -> Flags:
     return ~everywhere(points)
 
 
-def course(place: Vector, goal: Vector, hunters: Sequence[Vector], margin: float = 0.3, **options: object) -> Course:
+def course(
+    place: Vector, goal: Vector, hunters: Sequence[Vector], margin: float = 0.3, **options: object
+) -> BestDirection:
     wanted = {"inside": everywhere, "harmless": nowhere, **options}
     rows = np.array(hunters, dtype=float).reshape(-1, 2)
     return best_course(place, goal, rows, speed=0.7, reach=0.6, margin=margin, **wanted)  # type: ignore[arg-type]
 
 
-def turn(found: Course, towards: Vector) -> float:
+def turn(found: BestDirection, towards: Vector) -> float:
     """The angle between a course and a direction, rad."""
     return abs(math.remainder(math.atan2(found.heading[1], found.heading[0]) - math.atan2(*towards[::-1]), math.tau))
 

@@ -11,7 +11,7 @@ from collections import Counter
 
 from vrg.bus.messages import Stage
 from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Contestant, Field
+from vrg.coordinator.rulebook import Contestant, Observation
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.settings import Settings
@@ -148,7 +148,7 @@ def play(seed: int) -> Counter[str]:
             paces = dict.fromkeys(match.game.active(SHARK), pace)
             places = {name: moved(rng, book, match, name, places, paces.get(name, 1.0)) for name in places}
         begun = match.stage
-        outcome = match.step(TICK, Field(places, time=time), [])
+        outcome = match.step(TICK, Observation(places, time=time), [])
         if begun is Stage.PLAY_ROUND:
             zone = settings.end_zone(was.goal).bounds
             roles = [sorted(was.active(SHARK)), sorted(was.active(MINNOW))]

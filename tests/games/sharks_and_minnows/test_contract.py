@@ -6,7 +6,7 @@ import pytest
 
 from tests.games.sharks_and_minnows.test_rules import SETTINGS, contestants
 from vrg.config.loading import match_path
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.testing.rulebook import RuleBookContract
 from vrg.testing.strategy import StrategyContract
@@ -18,8 +18,8 @@ class TestRules(RuleBookContract):
         return SharksAndMinnows(SETTINGS, contestants())
 
     @pytest.fixture
-    def ready(self) -> Field:
-        return Field({c.name: c.start for c in contestants()})
+    def ready(self) -> Observation:
+        return Observation({c.name: c.start for c in contestants()})
 
 
 class TestPlayer(StrategyContract):

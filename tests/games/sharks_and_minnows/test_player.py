@@ -13,7 +13,7 @@ from vrg.agents import Pose, View
 from vrg.agents.interception import intercept
 from vrg.bus.messages import PlayerStatus, RefereeState, Stage, Zone
 from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
-from vrg.games.sharks_and_minnows.scene import PACE, UNMET, scene
+from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, UNMET, scene
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
@@ -54,7 +54,7 @@ def view_of(here: Vector, players: list[PlayerStatus], velocities: dict[str, Vec
 
 
 def time_to_meet(shark: Vector, minnow: Vector, velocity: Vector) -> float:
-    met = intercept(shark, PACE, minnow, velocity, reach=0.8)
+    met = intercept(shark, ASSUMED_SPEED, minnow, velocity, reach=0.8)
     return UNMET + math.dist(shark, minnow) if met is None else met.time
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from vrg.bus.messages import OfficialAction, Stage
-from vrg.coordinator.rulebook import Contestant, Disqualification, Field, Verdict
+from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, Verdict
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.settings import Settings
@@ -36,13 +36,13 @@ def book(settings: Settings = SETTINGS, **numbers: int) -> SharksAndMinnows:
     return SharksAndMinnows(settings, contestants(**numbers))
 
 
-def field(rules: SharksAndMinnows, moved: Mapping[str, tuple[float, float]] = {}) -> Field:
+def field(rules: SharksAndMinnows, moved: Mapping[str, tuple[float, float]] = {}) -> Observation:
     """Everybody at the start, but for those who have moved."""
     poses = {c.name: c.start for c in rules.contestants.values()}
-    return Field({**poses, **{n: Pose(x, y, 0.0) for n, (x, y) in moved.items()}})
+    return Observation({**poses, **{n: Pose(x, y, 0.0) for n, (x, y) in moved.items()}})
 
 
-def judge(rules: SharksAndMinnows, before: Field, now: Field, state: State | None = None) -> Verdict[State]:
+def judge(rules: SharksAndMinnows, before: Observation, now: Observation, state: State | None = None) -> Verdict[State]:
     return rules.judge(state or rules.initial(), before, now, 1.0)
 
 
@@ -304,7 +304,7 @@ def test_what_keeps_a_round_from_starting_is_said_in_words() -> None:
     rules = book()
     poses = dict(field(rules, {"m1": (5, 10)}).poses)
     del poses["m2"]
-    reasons = rules.obstacles_to_start(rules.initial(), Field(poses, frozenset({"s0"})))
+    reasons = rules.obstacles_to_start(rules.initial(), Observation(poses, frozenset({"s0"})))
     assert reasons == {"s0": "is moving", "m1": "is 8.9 m from its mark", "m2": "is not in the world"}
 
 
@@ -435,7 +435,7 @@ def test_no_mark_is_where_a_robot_stands_that_nobody_drives_away() -> None:
     out = {"m3": Disqualification(why="x")}
     state = msgspec.structs.replace(rules.initial(), disqualified=out)
     now = field(rules, {**HOME, "m3": (free["m1"].x, free["m1"].y)})
-    marks = rules.next_round(state, Field(now.poses, physical=frozenset({"m3"}))).state.marks
+    marks = rules.next_round(state, Observation(now.poses, physical=frozenset({"m3"}))).state.marks
     taken = now.poses["m3"]
     others = [marks[name] for name in ("m0", "m1", "m2")]
     assert all(math.dist((mark.x, mark.y), (taken.x, taken.y)) > math.hypot(*SIZE) for mark in others)

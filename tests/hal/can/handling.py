@@ -7,7 +7,7 @@ import pytest
 
 from tests.hal.can.bench import PATIENCE, DeviceBench, Drives
 from vrg.errors import RobotError
-from vrg.testing.driver import STOPPED
+from vrg.testing.driver import STANDSTILL_SPEED
 from vrg.types import Twist
 
 AHEAD = Twist(0.33, 0.0)
@@ -98,6 +98,6 @@ def recovers(bench: DeviceBench) -> None:
     wait(bench, lambda: bench.device.read().fault is None, "the fault to be cleared")
     bench.advance(0.6)
     assert not bench.device.read().armed, "recovering does not arm"
-    assert abs(bench.speed) < STOPPED
+    assert abs(bench.speed) < STANDSTILL_SPEED
     gets_going(bench)
     assert bench.device.read().fault is None

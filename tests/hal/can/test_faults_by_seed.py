@@ -5,7 +5,7 @@ import pytest
 from vrg.hal.can import guard
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
-from vrg.hal.can.machine import Machine
+from vrg.hal.can.machine import StateMachine
 from vrg.testing.can_faults.__main__ import main
 from vrg.testing.can_faults.life import Life, live
 
@@ -35,7 +35,7 @@ def latches_for_no_reason(guard: Guard, heard_until: float) -> str | None:
 @pytest.mark.parametrize(
     ("where", "name", "instead"),
     [
-        (Machine, "_estimate", lambda *_: None),
+        (StateMachine, "_estimate", lambda *_: None),
         (Guard, "_problem", latches_for_no_reason),
         (DriveBase, "update", lambda _self, _node, _estimate, _turns: 0.0),
         (guard, "HEARTBEAT_TIMEOUT", 1e9),
@@ -52,7 +52,7 @@ def test_code_that_is_broken_is_found(
 def test_what_is_found_is_one_line_and_can_be_told_again(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(Machine, "_estimate", lambda *_: None)
+    monkeypatch.setattr(StateMachine, "_estimate", lambda *_: None)
     first = next(found for seed in range(2 * LIVES) if (found := live(("moteus", seed))) is not None)
     assert main(["--protocol", "moteus", "--seed", str(first.seed)]) == 1
     printed = capsys.readouterr().out

@@ -7,7 +7,16 @@ import pytest
 
 from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.guard import DEAF, GRACE, HEARTBEAT_TIMEOUT, OBEY_TIMEOUT, PROOF_TIMEOUT, REPEAT, START_TIMEOUT, Guard
+from vrg.hal.can.guard import (
+    DEAF,
+    HEARTBEAT_TIMEOUT,
+    OBEY_TIMEOUT,
+    OFF_PERIOD,
+    PROOF_TIMEOUT,
+    START_TIMEOUT,
+    STATUS_GRACE,
+    Guard,
+)
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import AxisError, AxisState, Command
@@ -104,7 +113,7 @@ class TestGuard:
 
     def test_a_drives_watchdog_disarms_without_latching(self, pair: Pair) -> None:
         pair.arm()
-        pair.pass_time(GRACE, CLOSED, CLOSED)
+        pair.pass_time(STATUS_GRACE, CLOSED, CLOSED)
         pair.now += 0.1
         pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
         assert pair.guard.look(pair.now)
@@ -161,7 +170,7 @@ class TestGuard:
 
     def test_an_estop_that_stays_at_the_drive_latches_again(self, pair: Pair) -> None:
         pair.guard.release(pair.now)
-        pair.now += GRACE + 0.1
+        pair.now += STATUS_GRACE + 0.1
         pair.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
         pair.guard.look(pair.now)
         assert pair.guard.estop
@@ -170,7 +179,7 @@ class TestGuard:
     def test_what_goes_wrong_right_after_an_explicit_act_counts_once_it_is_armed(self, pair: Pair, error: int) -> None:
         pair.guard.begin(pair.now)
         pair.arm()
-        assert pair.now - 100.0 < GRACE
+        assert pair.now - 100.0 < STATUS_GRACE
         pair.wires[1].beat(IDLE, error, pair.now)
         assert pair.guard.look(pair.now)
         assert pair.guard.fault or pair.guard.estop
@@ -237,7 +246,7 @@ class TestOff:
             told.beat(IDLE, CLOSED)
             if told.guard.look(told.now):
                 orders.append(told.now)
-        assert len(orders) == pytest.approx(1.0 / REPEAT, abs=1)
+        assert len(orders) == pytest.approx(1.0 / OFF_PERIOD, abs=1)
         assert not told.pass_time(1.0, IDLE, IDLE)
 
     def test_a_drive_that_stays_on_is_a_fault_of_its_own(self, told: Pair) -> None:
@@ -472,7 +481,7 @@ class TestLacks:
 
     def test_a_drive_that_hears_no_orders_is_told_of_after_three_starts(self, pair: Pair) -> None:
         pair.arm()
-        pair.pass_time(GRACE, CLOSED, CLOSED)
+        pair.pass_time(STATUS_GRACE, CLOSED, CLOSED)
         starts = 0
         while pair.guard.fault is None:
             starts += 1

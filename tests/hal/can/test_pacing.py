@@ -11,7 +11,7 @@ from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.opening import frame_time
-from vrg.hal.can.sending import ROOM, Pacer
+from vrg.hal.can.sending import MAX_IN_FLIGHT, Pacer
 
 FRAME_TIME = 0.6e-3
 """s of a frame at 250 kbit/s."""
@@ -41,7 +41,7 @@ def test_four_motors_are_armed_without_filling_the_queue() -> None:
     wire = Wire()
     for _ in range(4 * 6):
         wire.send()
-    assert wire.fullest <= ROOM
+    assert wire.fullest <= MAX_IN_FLIGHT
     assert wire.now - 5.0 < 0.02
 
 

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import pytest
 
-from vrg.hal.can.axis import ProtocolOptions, State
+from vrg.hal.can.axis import MotorState, ProtocolOptions
 from vrg.hal.can.cia402.codec import Function, NmtCommand, Object, download, nmt, upload
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.moteus import codec as moteus
-from vrg.hal.can.moteus.axis import HOST, STOP, setpoint
-from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.axis import HOST, STOP_SUBFRAMES, setpoint
+from vrg.hal.can.moteus.codec import Resolution, Subframe, SubframeKind
 from vrg.hal.can.moteus.registers import Register
 from vrg.hal.can.odrive import codec as odrive
 from vrg.hal.can.odrive import messages as m
@@ -40,7 +40,7 @@ def mo(*subframes: Subframe, source: int = HOST, to: int = NODE) -> Frame:
 
 def told(register: int, *values: float) -> Frame:
     """What a moteus drive would say of registers."""
-    return mo(Subframe(Kind.REPLY, register, Resolution.F32, values), source=NODE, to=HOST)
+    return mo(Subframe(SubframeKind.REPLY, register, Resolution.F32, values), source=NODE, to=HOST)
 
 
 def ve(packet: Packet, data: bytes, node: int = NODE) -> Frame:
@@ -91,8 +91,8 @@ PLANTED: list[tuple[str, str, Frame, str | None]] = [
     ("cia402", "a boot-up", raw(Function.HEARTBEAT | NODE, b"\0"), "it was started again"),
     ("cia402", "a short status", raw(Function.TPDO1 | NODE, b"\0"), "a malformed frame"),
     ("moteus", "a setpoint", mo(*setpoint(3.0, 0.2)), f"{ANOTHER}: it writes register 0x000"),
-    ("moteus", "a stop for all", mo(*STOP, to=moteus.BROADCAST), f"{ANOTHER}: it writes register 0x000"),
-    ("moteus", "a stop by a third one", mo(*STOP, source=99), f"{ANOTHER}: it writes register 0x000"),
+    ("moteus", "a stop for all", mo(*STOP_SUBFRAMES, to=moteus.BROADCAST), f"{ANOTHER}: it writes register 0x000"),
+    ("moteus", "a stop by a third one", mo(*STOP_SUBFRAMES, source=99), f"{ANOTHER}: it writes register 0x000"),
     ("moteus", "a text", raw(0x8000 | NODE, b"\x40\x01\x06d stop", extended=True), f"{ANOTHER}, by its diagnostic"),
     ("moteus", "a question for text", raw(0x8000 | NODE, b"\x42\x01\x30", extended=True), None),
     ("moteus", "a question", mo(moteus.read(Register.MODE)), None),
@@ -133,7 +133,7 @@ def test_what_a_planted_frame_causes(
     driving: Callable[[str], ProtocolWire], protocol: str, frame: Frame, words: str | None
 ) -> None:
     axis = driving(protocol).axis
-    assert axis.state is not State.SILENT
+    assert axis.state is not MotorState.SILENT
     axis.receive(Frame(frame.id, frame.data, frame.remote, frame.extended, axis.heard, frame.fd))
     if words is None:
         assert axis.odd is None

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.hal.can.plausibility import PATIENCE, STALL_PATIENCE, Bounds, Plausibility
+from vrg.hal.can.plausibility import FOLLOWING_TIMEOUT, STALL_PATIENCE, MotorLimits, Plausibility
 from vrg.hal.can.workshop.motor import Motor, MotorModel
 
-BOUNDS = Bounds(speed=50.0, change=24.0)
+BOUNDS = MotorLimits(speed=50.0, change=24.0)
 STEP = 0.01
 
 
@@ -90,7 +90,7 @@ def test_a_reversed_encoder(setpoint: float) -> None:
     words, after = complaint(lambda p, v: (-p, -v), setpoint)
     assert "the wrong way round" in words
     assert f"asked for {setpoint:.3g}" in words
-    assert after < PATIENCE + 0.3
+    assert after < FOLLOWING_TIMEOUT + 0.3
 
 
 def test_a_motor_that_runs_away() -> None:
@@ -100,7 +100,7 @@ def test_a_motor_that_runs_away() -> None:
     words = rig.run(10.0, 2.0)
     assert words is not None
     assert "it runs away" in words
-    assert rig.now - 11.0 < PATIENCE + 0.3
+    assert rig.now - 11.0 < FOLLOWING_TIMEOUT + 0.3
 
 
 def test_a_wheel_that_is_blocked_may_be_so_for_a_moment() -> None:

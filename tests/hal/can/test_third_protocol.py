@@ -20,7 +20,7 @@ from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
-from vrg.testing.driver import AHEAD, DriverContract, arm, armed
+from vrg.testing.driver import FORWARD, DriverContract, arm, armed
 from vrg.testing.protocol import ProtocolContract
 
 LINK = Link(interface="virtual", channel="third protocol")
@@ -83,19 +83,19 @@ def test_a_fault_of_one_drive_latches_and_is_recovered_from() -> None:
         bench = CanBench("toy", *NODES, link=LINK)
         try:
             armed(bench)
-            bench.run(AHEAD, 1.0)
+            bench.run(FORWARD, 1.0)
             bench.fault(4, FaultKind.ERROR)
             assert bench.clock.wait(lambda: bench.driver.read().fault, 5.0)
             assert bench.driver.read().fault == "r: node 4: error 3"
             with pytest.raises(RobotError, match="node 4: error 3"):
-                bench.driver.drive(AHEAD)
+                bench.driver.drive(FORWARD)
             bench.advance(0.5)
             assert all(abs(drive.motor.velocity) < 0.1 for drive in drives.drives)
             bench.driver.recover()
             bench.advance(0.7)
             assert bench.driver.read().fault is None
             arm(bench)
-            bench.run(AHEAD, 1.0)
+            bench.run(FORWARD, 1.0)
             assert bench.speed > 0.1
         finally:
             bench.close()

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from vrg.hal.can.axis import Axis, ProtocolOptions, Send, State
+from vrg.hal.can.axis import Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
@@ -119,16 +119,16 @@ class ToyAxis(Axis):
         self.command(0.0)
         self._order(Order.RUN)
         self._wanted, self.expired = True, False
-        if self.state is State.IDLE:
-            self.state = State.STARTING
+        if self.state is MotorState.IDLE:
+            self.state = MotorState.STARTING
 
     def command(self, velocity: float) -> None:
         self._send(Frame(identifier(self.node, Kind.SPEED), _SPEED.pack(velocity)))
 
     def idle(self) -> None:
         self._wanted = False
-        if self.state in (State.STARTING, State.CLOSED_LOOP):
-            self.state = State.IDLE
+        if self.state in (MotorState.STARTING, MotorState.CLOSED_LOOP):
+            self.state = MotorState.IDLE
         self._order(Order.IDLE)
 
     def stop_now(self) -> None:
@@ -150,14 +150,14 @@ class ToyAxis(Axis):
         self.expired |= self.starved
         self.fault = f"error {status.error}" if status.error >= Error.BROKEN else None
         if status.error == Error.STOPPED:
-            self.state = State.ESTOP
+            self.state = MotorState.ESTOP
         elif self.fault:
-            self.state = State.FAULT
+            self.state = MotorState.FAULT
         elif status.running:
-            self.state = State.CLOSED_LOOP
+            self.state = MotorState.CLOSED_LOOP
         else:
-            starting = self._wanted and self.state is State.STARTING and not self.starved
-            self.state = State.STARTING if starting else State.IDLE
+            starting = self._wanted and self.state is MotorState.STARTING and not self.starved
+            self.state = MotorState.STARTING if starting else MotorState.IDLE
 
 
 class ToyDrive(EmulatedDrive):

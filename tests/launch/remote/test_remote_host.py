@@ -17,11 +17,11 @@ from tests.test_machines import MACHINES, load
 from vrg import __version__
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.events import EventLog, What, read_events
+from vrg.launch.events import EventKind, EventLog, read_events
 from vrg.launch.listening import Listening
 from vrg.launch.remote import wire
-from vrg.launch.remote.remote_host import AGAIN, QUIET, SILENT, RemoteHost, Step
-from vrg.launch.remote.silence import STEP
+from vrg.launch.remote.remote_host import AGENT_TIMEOUT, AWAY_TIMEOUT, RECONNECT_PERIOD, RemoteHost, StartupStep
+from vrg.launch.remote.silence import MAX_PAUSE
 from vrg.launch.remote.wire import BANNER, Frames, frame
 from vrg.launch.run_folder import RunFolder
 
@@ -97,8 +97,8 @@ class Bench:
     def play(self) -> list[wire.ToAgent]:
         """Bring it up, and return what was ordered."""
         self.send(wire.Hello(__version__, "10.0.0.1", "/home"))
-        self.host.aim(Step.PLAYS)
-        return self.look(lambda: self.host.is_at(Step.PLAYS))
+        self.host.aim(StartupStep.PLAYS)
+        return self.look(lambda: self.host.is_at(StartupStep.PLAYS))
 
 
 @pytest.fixture
@@ -116,7 +116,7 @@ def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Be
     host = bench.host
     assert (host.names, host.stop_orders) == (["world", "ann"], [0, 2]), "the match file tells that, and no agent"
     bench.send(wire.Hello(__version__, "10.0.0.1", "/home"))
-    ordered = bench.look(lambda: host.is_at(Step.LOADED))
+    ordered = bench.look(lambda: host.is_at(StartupStep.LOADED))
     assert [type(order) for order in ordered if not isinstance(order, wire.FilePart | wire.Beat)] == [
         wire.Prepare,
         wire.Load,
@@ -126,8 +126,8 @@ def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Be
         host.keep()
     assert not any(isinstance(order, wire.Serve) for order in bench.orders())
     host.router = "tcp/10.0.0.1:7447"
-    host.aim(Step.FIRST)
-    later = bench.look(lambda: host.is_at(Step.FIRST))
+    host.aim(StartupStep.FIRST)
+    later = bench.look(lambda: host.is_at(StartupStep.FIRST))
     assert [order for order in later if not isinstance(order, wire.Beat)] == [
         wire.Serve("tcp/10.0.0.1:7447", None),
         wire.Join(),
@@ -138,14 +138,14 @@ def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Be
 
 def test_a_machine_that_was_lost_is_brought_up_the_same_way(bench: Bench) -> None:
     first = bench.play()
-    bench.send(wire.Noted(What.VACATED, "ann", "it fails"))
+    bench.send(wire.Noted(EventKind.VACATED, "ann", "it fails"))
     bench.look(lambda: bool(bench.host.take_failed()))
     bench.send_bytes(b"\xff" * 8)
-    bench.look(lambda: not bench.host.is_at(Step.LOADED))
+    bench.look(lambda: not bench.host.is_at(StartupStep.LOADED))
     assert bench.told[-1].startswith("lab2 is away (world, ann): its robots stand; it is tried again until it answers")
     assert bench.host.trouble == "lab2 does not answer (world, ann)"
     bench.again()
-    bench.now += AGAIN
+    bench.now += RECONNECT_PERIOD
     second = bench.play()
     assert bench.told[-1] == "lab2 is back: world, ann run again"
     assert [type(o) for o in first if type(o) is not wire.Beat] == [type(o) for o in second if type(o) is not wire.Beat]
@@ -160,10 +160,10 @@ RUBBISH = {
     "an order": frame(wire.Goodbye()),
     "an order that was not given": frame(wire.Done(10**6)),
     "an address that is none": frame(wire.Hello(__version__, "x" * 100, "/home")),
-    "another machine's process": frame(wire.Noted(What.DIED, "bob")),
-    "a player of another machine": frame(wire.Noted(What.VACATED, "bob", "it fails")),
-    "a process that is no player": frame(wire.Noted(What.VACATED, "world", "it fails")),
-    "what happens to no process": frame(wire.Noted(What.ENDED, "ann")),
+    "another machine's process": frame(wire.Noted(EventKind.DIED, "bob")),
+    "a player of another machine": frame(wire.Noted(EventKind.VACATED, "bob", "it fails")),
+    "a process that is no player": frame(wire.Noted(EventKind.VACATED, "world", "it fails")),
+    "what happens to no process": frame(wire.Noted(EventKind.ENDED, "ann")),
     "another process' state": frame(wire.Status([status("bob")], 0.0, 0.0, 0.0)),
     "a state for another machine": frame(wire.Status([status("ann", "lab3")], 0.0, 0.0, 0.0)),
     "another node's state": frame(wire.Status([status("ann", node="x" * 100_000)], 0.0, 0.0, 0.0)),
@@ -180,7 +180,7 @@ def test_an_agent_that_sends_rubbish_costs_its_own_machine_only(bench: Bench, ru
     """It is given up and tried again, as if it were away."""
     bench.play()
     bench.send_bytes(rubbish)
-    bench.look(lambda: not bench.host.is_at(Step.LOADED))
+    bench.look(lambda: not bench.host.is_at(StartupStep.LOADED))
     assert "its agent has sent what no agent sends: " in bench.told[0]
     assert bench.host.take_failed() == {}
     assert not bench.folder.events.exists()
@@ -203,8 +203,8 @@ ANYTHING = st.one_of(
     st.builds(wire.Loaded, endpoint=TEXTS, findings=st.just([])),
     st.builds(wire.Done, order=WHOLE),
     st.builds(wire.Failed, text=TEXTS),
-    st.builds(wire.Said, text=TEXTS),
-    st.builds(wire.Noted, st.sampled_from(What), TEXTS, TEXTS, st.none() | WHOLE, YES),
+    st.builds(wire.Notice, text=TEXTS),
+    st.builds(wire.Noted, st.sampled_from(EventKind), TEXTS, TEXTS, st.none() | WHOLE, YES),
     st.builds(wire.LogText, name=TEXTS, text=st.binary(max_size=9), end=WHOLE),
     st.builds(wire.Status, processes=st.lists(STATES, max_size=3), beat=REAL, held=REAL, wall=REAL),
 )
@@ -232,7 +232,7 @@ def test_numbers_that_mean_nothing_do_no_harm(bench: Bench, value: float) -> Non
     bench.play()
     bench.send(wire.Status([status("ann")], value, value, value), wire.LogText("ann", b"hello\n", -(1 << 63)))
     bench.look(lambda: bench.host.names == ["ann"] and (bench.folder.logs / "ann.log").exists())
-    assert bench.host.is_at(Step.PLAYS)
+    assert bench.host.is_at(StartupStep.PLAYS)
 
 
 def test_nothing_waits_for_an_ssh_that_does_not_end(bench: Bench) -> None:
@@ -240,11 +240,11 @@ def test_nothing_waits_for_an_ssh_that_does_not_end(bench: Bench) -> None:
     connection = bench.host._connection
     assert connection is not None
     connection._process.send_signal(signal.SIGSTOP)
-    while bench.host.is_at(Step.LOADED):
-        bench.now += STEP
+    while bench.host.is_at(StartupStep.LOADED):
+        bench.now += MAX_PAUSE
     assert not connection.gone, "it was not waited for"
     bench.again()
-    bench.now += AGAIN
+    bench.now += RECONNECT_PERIOD
     bench.play()
     assert not connection.gone, "the machine is back although it has not ended"
     connection._process.kill()
@@ -282,7 +282,7 @@ def test_an_agent_changes_what_its_own_processes_have_written_and_nothing_else(b
     assert not list(bench.folder.path.parent.rglob("*evil*"))
     assert bench.told[0] == "lab2: 'logs/world.log' cannot be kept: the run folder has such a file already"
     assert len(bench.told) == 5, "each is told once"
-    assert bench.host.is_at(Step.PLAYS)
+    assert bench.host.is_at(StartupStep.PLAYS)
 
 
 def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(bench: Bench) -> None:
@@ -301,7 +301,10 @@ def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(bench: Bench) -> 
 
 def test_what_happens_to_its_processes_is_noted(bench: Bench) -> None:
     bench.play()
-    bench.send(wire.Noted(What.DIED, "ann", "was killed by signal 9", -9), wire.Noted(What.VACATED, "ann", "ann: bad"))
+    bench.send(
+        wire.Noted(EventKind.DIED, "ann", "was killed by signal 9", -9),
+        wire.Noted(EventKind.VACATED, "ann", "ann: bad"),
+    )
     bench.look(bench.folder.events.exists)
     bench.look(lambda: len(read_events(bench.folder.events)) == 2)
     assert bench.host.take_failed() == {"ann": "bad"}
@@ -309,7 +312,7 @@ def test_what_happens_to_its_processes_is_noted(bench: Bench) -> None:
 
 def test_a_flood_of_an_agent_is_taken_in_bit_by_bit(bench: Bench) -> None:
     bench.play()
-    bench.send(*[wire.Said("x" * 10_000)] * 1000)
+    bench.send(*[wire.Notice("x" * 10_000)] * 1000)
     seen, deadline = 0, time.monotonic() + PATIENCE
     while seen < 1000:
         assert time.monotonic() < deadline, f"{seen} have come"
@@ -331,14 +334,16 @@ def test_a_machine_is_quiet_and_then_away_when_the_launcher_has_looked_and_heard
             bench.host.poll()
         return bench.now - began
 
-    assert silent(lambda: bench.host.trouble is not None) == pytest.approx(QUIET, abs=0.2)
-    assert silent(lambda: not bench.host.is_at(Step.LOADED)) == pytest.approx(SILENT - QUIET, abs=0.2)
+    assert silent(lambda: bench.host.trouble is not None) == pytest.approx(AGENT_TIMEOUT, abs=0.2)
+    assert silent(lambda: not bench.host.is_at(StartupStep.LOADED)) == pytest.approx(
+        AWAY_TIMEOUT - AGENT_TIMEOUT, abs=0.2
+    )
     assert "(nothing was heard of robot@lab2.local for 12 s)" in bench.told[-1]
 
 
 def test_time_in_which_the_launcher_did_not_run_is_no_silence_of_a_machine(bench: Bench) -> None:
     bench.play()
-    for _ in range(int(QUIET / STEP) - 1):
+    for _ in range(int(AGENT_TIMEOUT / MAX_PAUSE) - 1):
         bench.now += 3600.0
         bench.host.poll()
     assert bench.host.trouble is None

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from vrg.launch.folder_lock import folder_lock
-from vrg.launch.remote.remote_host import QUIET
-from vrg.launch.remote.silence import STEP, Silence
+from vrg.launch.remote.remote_host import AGENT_TIMEOUT
+from vrg.launch.remote.silence import MAX_PAUSE, Silence
 
 
 def test_silence_counts_as_long_as_one_looks_and_hears_nothing() -> None:
@@ -18,18 +18,18 @@ def test_silence_counts_as_long_as_one_looks_and_hears_nothing() -> None:
     assert silence.look(101.0, heard=False) == pytest.approx(0.1)
 
 
-@pytest.mark.parametrize("stall", [STEP, 3.0, 3600.0])
+@pytest.mark.parametrize("stall", [MAX_PAUSE, 3.0, 3600.0])
 def test_time_in_which_one_did_not_look_is_no_silence_of_the_other(stall: float) -> None:
     """This machine was busy or stood still; what the other one sent meanwhile may arrive a little later."""
     silence = Silence(100.0)
-    assert silence.look(100.0 + stall, heard=False) <= STEP
+    assert silence.look(100.0 + stall, heard=False) <= MAX_PAUSE
     assert silence.look(100.1 + stall, heard=True) == 0.0
 
 
 def test_a_busy_machine_still_notices_that_another_one_is_gone() -> None:
     """Every look comes 2 s late."""
     silence, looks = Silence(0.0), 0
-    while silence.seconds <= QUIET:
+    while silence.seconds <= AGENT_TIMEOUT:
         looks += 1
         silence.look(2.0 * looks, heard=False)
     assert looks == 7

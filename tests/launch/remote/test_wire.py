@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import MessageError
 from vrg.launch.remote import wire
-from vrg.launch.remote.channel import MOST, Channel
-from vrg.launch.remote.wire import BANNER, LONGEST, Frames, ToAgent, ToLauncher, frame
+from vrg.launch.remote.channel import MAX_BATCH, Channel
+from vrg.launch.remote.wire import BANNER, MAX_MESSAGE_SIZE, Frames, ToAgent, ToLauncher, frame
 
 signs = st.characters(exclude_categories=["C"])
 names = st.text(signs, min_size=1, max_size=20)
@@ -64,7 +64,9 @@ def test_what_came_in_place_of_the_banner_can_be_told() -> None:
     assert len(frames.skipped) == 2000
 
 
-@pytest.mark.parametrize("data", [b"\xff" * 8, (LONGEST + 1).to_bytes(4, "big"), b"\0\0\0\x01\x05", b"\0\0\0\x02[]"])
+@pytest.mark.parametrize(
+    "data", [b"\xff" * 8, (MAX_MESSAGE_SIZE + 1).to_bytes(4, "big"), b"\0\0\0\x01\x05", b"\0\0\0\x02[]"]
+)
 def test_other_bytes_are_refused(data: bytes) -> None:
     with pytest.raises(MessageError, match="expected"):
         fed(launcher_frames(), data)
@@ -79,7 +81,7 @@ def test_an_answer_is_no_order() -> None:
 
 def test_a_message_that_is_too_long_is_not_sent() -> None:
     with pytest.raises(ValueError, match="at most"):
-        frame(wire.Failed("x" * (LONGEST + 1)))
+        frame(wire.Failed("x" * (MAX_MESSAGE_SIZE + 1)))
 
 
 class Pipes:
@@ -107,13 +109,13 @@ def test_a_channel_does_not_wait_for_a_side_that_does_not_read() -> None:
 
 def test_what_is_sent_without_end_is_taken_in_bit_by_bit() -> None:
     pipes = Pipes()
-    for number in range(2 * MOST):
+    for number in range(2 * MAX_BATCH):
         pipes.agent.send(wire.Done(number))
     found = pipes.launcher.pump()
-    assert 0 < len(found) < MOST
-    while len(found) < 2 * MOST:
+    assert 0 < len(found) < MAX_BATCH
+    while len(found) < 2 * MAX_BATCH:
         found += pipes.launcher.pump()
-    assert found == [wire.Done(number) for number in range(2 * MOST)]
+    assert found == [wire.Done(number) for number in range(2 * MAX_BATCH)]
 
 
 def test_a_channel_tells_that_the_other_side_is_gone_and_keeps_what_came_before() -> None:

@@ -33,7 +33,7 @@ def test_many_threads_are_too_many(own: Path, tmp_path: Path, monkeypatch: pytes
 
 def test_a_large_file_is_too_large_and_takes_no_room_itself(own: Path, tmp_path: Path) -> None:
     with (own / "big").open("wb") as file:
-        file.truncate(bounds.WRITTEN + 1)
+        file.truncate(bounds.MAX_FOLDER_SIZE + 1)
     assert excess(tmp_path, "ann", os.getpid()) == "it keeps 100 MB in 1 files in its folder"
 
 
@@ -48,7 +48,7 @@ def test_many_small_files_are_too_many(own: Path, tmp_path: Path, monkeypatch: p
 def test_a_file_that_was_deleted_and_is_still_open_counts(
     own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bounds, "WRITTEN", 1_500_000)
+    monkeypatch.setattr(bounds, "MAX_FOLDER_SIZE", 1_500_000)
     with (own / "gone").open("wb") as file:
         file.write(bytes(2_000_000))
         file.flush()
@@ -60,7 +60,7 @@ def test_a_file_that_was_deleted_and_is_still_open_counts(
 def test_a_file_that_was_deleted_and_is_mapped_counts(
     own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(bounds, "WRITTEN", 1_500_000)
+    monkeypatch.setattr(bounds, "MAX_FOLDER_SIZE", 1_500_000)
     (own / "gone").write_bytes(bytes(2_000_000))
     with (own / "gone").open("r+b") as file:
         held = mmap.mmap(file.fileno(), 0)
@@ -104,15 +104,15 @@ def test_folders_whose_path_is_too_long_are_looked_through(own: Path, tmp_path: 
             os.mkdir("n" * 250)
             os.chdir("n" * 250)
         Path("big").write_bytes(b"")
-        os.truncate("big", bounds.WRITTEN + 1)
+        os.truncate("big", bounds.MAX_FOLDER_SIZE + 1)
     finally:
         os.chdir(here)
     assert excess(tmp_path, "ann", os.getpid()) == "it keeps 100 MB in 21 files in its folder"
 
 
 def test_folders_within_one_another_are_bounded(own: Path, tmp_path: Path) -> None:
-    own.joinpath(*["n"] * (bounds.DEPTH + 2)).mkdir(parents=True)
-    assert excess(tmp_path, "ann", os.getpid()) == f"it nests more than {bounds.DEPTH} folders"
+    own.joinpath(*["n"] * (bounds.MAX_FOLDER_DEPTH + 2)).mkdir(parents=True)
+    assert excess(tmp_path, "ann", os.getpid()) == f"it nests more than {bounds.MAX_FOLDER_DEPTH} folders"
 
 
 def test_folders_may_go_away_while_they_are_looked_through(own: Path, tmp_path: Path) -> None:

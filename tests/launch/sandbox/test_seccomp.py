@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.launch.sandbox.machine import run
-from vrg.launch.sandbox.bpf import LONGEST_JUMP, RETURN, Instruction, Step, assembled, packed
-from vrg.launch.sandbox.seccomp import ALLOW, ERRNO, REFUSED, program, rules
+from vrg.launch.sandbox.bpf import LONGEST_JUMP, RETURN, Instruction, ProgramLine, assembled, program_bytes
+from vrg.launch.sandbox.seccomp import ALLOW, ERRNO, REFUSED_CALLS, program, rules
 from vrg.launch.sandbox.syscalls import ARCHITECTURES, NEWEST, Architecture
 
 PID = 4711
 NOT_PERMITTED, DENIED, UNKNOWN = (ERRNO | number for number in (errno.EPERM, errno.EACCES, errno.ENOSYS))
-CONDITIONAL = {rule.call for rule in rules(PID)} - set(REFUSED)
+CONDITIONAL = {rule.call for rule in rules(PID)} - set(REFUSED_CALLS)
 
 
 @pytest.fixture(params=ARCHITECTURES.values(), ids=ARCHITECTURES)
@@ -34,7 +34,7 @@ def asked(architecture: Architecture, filtering: list[Instruction], call: str, *
 
 
 def test_what_is_refused_altogether_is_refused(architecture: Architecture, filtering: list[Instruction]) -> None:
-    there = [name for name in REFUSED if name in architecture.numbers]
+    there = [name for name in REFUSED_CALLS if name in architecture.numbers]
     assert len(there) > 80
     assert {asked(architecture, filtering, name) for name in there} == {NOT_PERMITTED}
 
@@ -160,14 +160,19 @@ def test_what_is_above_32_bits_of_an_argument_does_not_count(
 
 
 def test_a_program_is_packed_as_the_kernel_reads_it(filtering: list[Instruction]) -> None:
-    assert packed(filtering[:1]) == b"\x20\x00\x00\x00\x04\x00\x00\x00"
-    assert len(packed(filtering)) == 8 * len(filtering)
+    assert program_bytes(filtering[:1]) == b"\x20\x00\x00\x00\x04\x00\x00\x00"
+    assert len(program_bytes(filtering)) == 8 * len(filtering)
     assert len(filtering) < 4096
 
 
 @pytest.mark.parametrize("between", [LONGEST_JUMP, LONGEST_JUMP + 1])
 def test_a_jump_goes_only_so_far(between: int) -> None:
-    steps = [Step(0x15, 1, yes="far"), *[Step(RETURN)] * between, Step(label="far"), Step(RETURN)]
+    steps = [
+        ProgramLine(0x15, 1, yes="far"),
+        *[ProgramLine(RETURN)] * between,
+        ProgramLine(label="far"),
+        ProgramLine(RETURN),
+    ]
     if between == LONGEST_JUMP:
         assert assembled(steps)[0] == (0x15, LONGEST_JUMP, 0, 1)
     else:
@@ -175,7 +180,9 @@ def test_a_jump_goes_only_so_far(between: int) -> None:
             assembled(steps)
 
 
-@pytest.mark.parametrize("steps", [[Step(0x15, 1, yes="gone")], [Step(label="back"), Step(0x15, 1, yes="back")]])
-def test_a_jump_needs_a_label_ahead(steps: list[Step]) -> None:
+@pytest.mark.parametrize(
+    "steps", [[ProgramLine(0x15, 1, yes="gone")], [ProgramLine(label="back"), ProgramLine(0x15, 1, yes="back")]]
+)
+def test_a_jump_needs_a_label_ahead(steps: list[ProgramLine]) -> None:
     with pytest.raises(ValueError, match="expected a"):
         assembled(steps)

@@ -13,7 +13,7 @@ import numpy as np
 from vrg.agents.perception.scan import Floats, Mask, Scan
 from vrg.types import Vector
 
-MARGIN = 0.3
+OBSTACLE_MARGIN = 0.3
 """The distance in m before a known obstacle in which nothing is unusual: it covers errors of poses and ranges."""
 SPREAD = 2
 """The number of beams on both sides of a beam whose obstacles count for it too, because headings are not exact."""
@@ -36,7 +36,8 @@ class Snapshot:
     free: Floats
 
     def contains(self, points: Floats) -> Mask:
-        """Which points, shape (n, 2), m, are known to be free: shape (n,). Points that are not finite are not."""
+        """True for each point, shape (n, 2), m, that is known to be free: shape (n,). Points that are not finite are
+        not."""
         known: Mask = np.logical_and.reduce(np.isfinite(points), axis=1)
         if not len(self.free) or not known.any():
             return np.zeros(len(points), dtype=np.bool_)
@@ -74,12 +75,12 @@ def snapshot(scans: Sequence[Scan]) -> Snapshot:
     # The least of each beam, of the scans in which it has measured something.
     reach = np.fmin.reduce([np.minimum(scan.ranges, scan.range_max) for scan in scans])
     lowest = _lowest_around(np.nan_to_num(reach, nan=0.0), wrap=first.full_turn)
-    free = np.maximum(lowest - MARGIN, 0.0)
+    free = np.maximum(lowest - OBSTACLE_MARGIN, 0.0)
     return Snapshot(first.origin, first.heading, first.angle_min, first.angle_step, free)
 
 
 def unusual(scan: Scan, snapshots: Iterable[Snapshot], explained: Mask | None = None) -> Mask:
-    """Which returns of a scan come from known free space, and from nobody known: shape (beams,).
+    """True for each return of a scan that comes from known free space, and from no known robot: shape (beams,).
 
     Args:
         snapshots: what is known to be free.

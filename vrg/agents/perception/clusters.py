@@ -8,7 +8,7 @@ import numpy.typing as npt
 from vrg.agents.perception.scan import Floats, Mask, Scan
 from vrg.bus.messages import Sighting
 
-GAP = 0.4
+BREAKPOINT_DISTANCE = 0.4
 """The distance in m between two neighbouring returns beyond which they belong to different robots."""
 FEWEST = 2
 """The number of returns in the smallest cluster."""
@@ -26,11 +26,11 @@ Beams = npt.NDArray[np.int64]
 def clusters(scan: Scan, chosen: Mask, explained: Mask | None = None) -> list[Beams]:
     """The groups of chosen returns that are near one another.
 
-    Returns belong together if they are neighbours among the chosen ones and at most GAP apart. Groups of fewer than
-    FEWEST returns, and those that are wider than WIDEST, are left out: they are no robots.
+    Returns belong together if they are neighbours among the chosen ones and at most BREAKPOINT_DISTANCE apart. Groups
+    of fewer than FEWEST returns, and those that are wider than WIDEST, are left out: they are no robots.
 
-    A group is then completed by the returns beside it that are at most GAP from its ends, also if they are not chosen:
-    of a robot that comes from a place of which nothing is known, only the part in front is unusual. If that makes it
+    A group is then completed by the returns beside it that are at most BREAKPOINT_DISTANCE from its ends, also if they
+    are not chosen: of a robot that comes from an unknown place, only the part in front is unusual. If that makes it
     wider than WIDEST, the robot is beside something else, and the group stays as it was. No return is in two groups.
 
     Args:
@@ -51,7 +51,7 @@ def clusters(scan: Scan, chosen: Mask, explained: Mask | None = None) -> list[Be
         beams = _begun_at_a_gap(beams, points)
     apart = np.hypot(*np.diff(points[beams % len(points)], axis=0).T)
     found: list[Beams] = []
-    for group in np.split(beams, np.flatnonzero(apart > GAP) + 1):
+    for group in np.split(beams, np.flatnonzero(apart > BREAKPOINT_DISTANCE) + 1):
         if len(group) < FEWEST or _extent(points[group % len(points)]) > WIDEST:
             continue
         whole = _completed(scan, group, explained)
@@ -65,7 +65,7 @@ def _begun_at_a_gap(beams: Beams, points: Floats) -> Beams:
     """The beams of a full turn in an order in which no group is across the end, if there is a gap at all."""
     places = points[beams]
     before = np.hypot(*(places - np.roll(places, 1, axis=0)).T)
-    gaps = np.flatnonzero(before > GAP)
+    gaps = np.flatnonzero(before > BREAKPOINT_DISTANCE)
     if not gaps.size:
         return beams
     start = int(gaps[0])
@@ -78,7 +78,7 @@ def _extent(points: Floats) -> float:
 
 
 def _completed(scan: Scan, group: Beams, explained: Mask) -> Beams:
-    """The group with all returns beside it, each at most GAP from the one before."""
+    """The group with all returns beside it, each at most BREAKPOINT_DISTANCE from the one before."""
     count, points = len(scan.ranges), scan.points
     free = scan.hits & ~explained
     ends = []
@@ -88,7 +88,7 @@ def _completed(scan: Scan, group: Beams, explained: Mask) -> Beams:
             after = end + step
             if not scan.full_turn and not 0 <= after < count:
                 break
-            if not free[after % count] or math.dist(points[end % count], points[after % count]) > GAP:
+            if not free[after % count] or math.dist(points[end % count], points[after % count]) > BREAKPOINT_DISTANCE:
                 break
             end = after
         ends.append(end)

@@ -30,7 +30,7 @@ class _Solution:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class TrackedLine:
     """A course x(t) = x + vx (t - time), y(t) = y + vy (t - time), with what is known of its error.
 
     The fit is the weighted least squares of both functions at once: each sighting counts by the inverse of its
@@ -54,7 +54,7 @@ class Line:
     last: float = -np.inf
 
     @classmethod
-    def start(cls, time: float, speed: float | None) -> "Line":
+    def start(cls, time: float, speed: float | None) -> "TrackedLine":
         """A course without sightings.
 
         Args:
@@ -64,7 +64,7 @@ class Line:
         """
         return cls(time, np.zeros((4, 4)), np.zeros(4), 0.0 if speed is None else speed**-2)
 
-    def seen(self, sighting: Sighting) -> "Line":
+    def seen(self, sighting: Sighting) -> "TrackedLine":
         """The course with one more sighting."""
         dt = sighting.time - self.time
         determinant = sighting.xx * sighting.yy - sighting.xy**2
@@ -148,17 +148,17 @@ class Line:
         spread = (xx + sighting.xx, xy + sighting.xy, yy + sighting.yy)
         return squared_distance((sighting.x - x, sighting.y - y), spread)
 
-    def counted_from(self, time: float) -> "Line":
+    def counted_from(self, time: float) -> "TrackedLine":
         """The same course, with `time` as the time at which it is at (x, y)."""
         dt = self.time - time
         turn = np.array([[1.0, dt, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, dt], [0.0, 0.0, 0.0, 1.0]])
         return replace(self, time=time, information=turn.T @ self.information @ turn, vector=turn.T @ self.vector)
 
-    def shifted(self, pause: float) -> "Line":
+    def shifted(self, pause: float) -> "TrackedLine":
         """The same course, all of it `pause` s later."""
         return replace(self, time=self.time + pause, first=self.first + pause, last=self.last + pause)
 
-    def joined(self, other: "Line") -> "Line":
+    def joined(self, other: "TrackedLine") -> "TrackedLine":
         """The course with the sightings of another course, too. What it knew without sightings stays as it was."""
         other = other.counted_from(self.time)
         return replace(
@@ -177,9 +177,9 @@ def squared_distance(way: Vector, covariance: tuple[float, float, float]) -> flo
     return (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
 
 
-def fitted(sightings: Iterable[Sighting], *, time: float, speed: float | None = None) -> Line:
-    """The course through sightings; see `Line`."""
-    line = Line.start(time, speed)
+def fitted(sightings: Iterable[Sighting], *, time: float, speed: float | None = None) -> TrackedLine:
+    """The course through sightings; see `TrackedLine`."""
+    line = TrackedLine.start(time, speed)
     for sighting in sightings:
         line = line.seen(sighting)
     return line

@@ -35,7 +35,7 @@ class Scan:
 
     @property
     def full_turn(self) -> bool:
-        """Whether the last beam and the first one are neighbours."""
+        """True if the last beam and the first one are neighbours."""
         return len(self.ranges) * self.angle_step > 2 * math.pi - self.angle_step / 2
 
     @cached_property
@@ -51,7 +51,7 @@ class Scan:
 
     @cached_property
     def points(self) -> Floats:
-        """Where the beams met something: shape (beams, 2), m; not finite where they met nothing."""
+        """The points at which the beams met something: shape (beams, 2), m; not finite where they met nothing."""
         bearings = self.bearings
         points = np.empty((len(self.ranges), 2))
         # An infinite range times the sine or cosine of 0 is no number; both are not finite.

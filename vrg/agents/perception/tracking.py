@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 from scipy.optimize import linear_sum_assignment
 
-from vrg.agents.perception.line import Line, fitted, squared_distance
+from vrg.agents.perception.line import TrackedLine, fitted, squared_distance
 from vrg.bus.messages import Sighting
 
 GATE = 16.0
@@ -20,11 +20,11 @@ FORGET = 20.0
 """The match time in s without a sighting after which a robot is forgotten. Older sightings are not looked at."""
 FORGET_ONCE = 2.0
 """The same for one that was seen once, which may have been an error."""
-AHEAD = 0.5
+CLOCK_TOLERANCE = 0.5
 """The time in s by which a sighting may be in the future, because clocks differ. Others are not looked at."""
-MOST = 30
+MAX_TRACKS = 30
 """The number of robots that are kept at most; beyond it those that were seen least often are forgotten."""
-KEPT = 40
+TRACK_LENGTH = 40
 """The number of sightings that are kept of each robot, to be shown."""
 
 
@@ -37,7 +37,7 @@ class Track:
         number: stays the same as long as the robot is known.
     """
 
-    line: Line
+    line: TrackedLine
     sightings: tuple[Sighting, ...] = ()
     number: int = 0
 
@@ -47,7 +47,7 @@ class Tracker:
     """Keeps the courses of all unknown robots. Its results depend on what it was given alone.
 
     Args:
-        speed: how fast such robots usually are, m/s; see `Line.start`.
+        speed: how fast such robots usually are, m/s; see `TrackedLine.start`.
 
     Attributes:
         tracks: the robots.
@@ -67,7 +67,7 @@ class Tracker:
         Args:
             now: the match time, s.
         """
-        sightings = [s for s in sightings if -AHEAD <= now - s.time <= FORGET]
+        sightings = [s for s in sightings if -CLOCK_TOLERANCE <= now - s.time <= FORGET]
         if not sightings:
             return
         taken: set[int] = set()
@@ -80,7 +80,7 @@ class Tracker:
         for number, sighting in enumerate(sightings):
             if number not in taken:
                 self._count += 1
-                new = Track(Line.start(sighting.time, self.speed), number=self._count)
+                new = Track(TrackedLine.start(sighting.time, self.speed), number=self._count)
                 self.tracks.append(_with(new, sighting))
 
     def tidy(self, now: float) -> None:
@@ -98,8 +98,10 @@ class Tracker:
             else:
                 both = sorted((*kept[same].sightings, *track.sightings), key=lambda s: s.time)
                 line = kept[same].line.joined(track.line)
-                kept[same] = Track(line, tuple(both[-KEPT:]), kept[same].number)
-        self.tracks = sorted(kept, key=lambda t: (-t.line.count, t.number))[:MOST] if len(kept) > MOST else kept
+                kept[same] = Track(line, tuple(both[-TRACK_LENGTH:]), kept[same].number)
+        self.tracks = (
+            sorted(kept, key=lambda t: (-t.line.count, t.number))[:MAX_TRACKS] if len(kept) > MAX_TRACKS else kept
+        )
 
     def shift(self, pause: float) -> None:
         """Take note that everybody stood still for a time, such as in a halt: `pause` s are no time for courses."""
@@ -137,11 +139,11 @@ class Tracker:
 
 
 def _with(track: Track, sighting: Sighting) -> Track:
-    return Track(track.line.seen(sighting), (*track.sightings, sighting)[-KEPT:], track.number)
+    return Track(track.line.seen(sighting), (*track.sightings, sighting)[-TRACK_LENGTH:], track.number)
 
 
-def _same(a: Line, b: Line, now: float) -> bool:
-    """Whether two courses are of one robot: they are near each other now, and when the first of the two was last seen.
+def _same(a: TrackedLine, b: TrackedLine, now: float) -> bool:
+    """True if two courses are of one robot: they are near each other now, and when the first of the two was last seen.
 
     When the second one was first seen does not count: it became a second one because it was not near then.
     """

@@ -186,7 +186,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
 
 
 class Sight(Message, frozen=True, kw_only=True):
-    """Where the players are that one team sees, in a match in which a team does not see everybody.
+    """The poses of the players that one team sees, in a match in which a team does not see everybody.
 
     Args:
         poses: the poses in the map's frame, by player. Those of the team itself are among them.
@@ -221,7 +221,7 @@ class Call(Message, frozen=True, kw_only=True):
 
 
 class OfficialAction(enum.StrEnum):
-    """What a human official may do."""
+    """The decisions that a human official may make."""
 
     HALT = "halt"
     RESUME = "resume"

@@ -9,7 +9,7 @@ from vrg.bus.messages.base import PLAIN, Message, Text
 from vrg.types import Count, Deviation, Fraction, Metres, Name, Seconds, Signed, Twist
 
 Drift = Annotated[float, Meta(ge=-1e4, le=1e4)]
-"""How much faster one clock runs than another, s per s."""
+"""The rate by which one clock runs faster than another, s per s."""
 SAY_LIMIT = 1024
 """The number of bytes of MessagePack that a player may say to its team at one tick."""
 CORRELATION = 0.999
@@ -67,7 +67,7 @@ class Manual(Message, frozen=True, kw_only=True):
 
 
 class TeamOrder(Message, frozen=True, kw_only=True):
-    """What the person who commands a team wants it to do.
+    """An order of the person who commands a team.
 
     Args:
         priority: the name of one of the game's priorities; None lets every player follow its own strategy.
@@ -79,7 +79,7 @@ class TeamOrder(Message, frozen=True, kw_only=True):
 
 
 class Say(Message, frozen=True, kw_only=True):
-    """What a player says to its team.
+    """A message of a player to its team.
 
     Args:
         words: the MessagePack of what the player's strategy has said.
@@ -93,7 +93,7 @@ class Say(Message, frozen=True, kw_only=True):
 
 
 class LinkCount(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """What came to a player over the radio from one team mate, since the player's program began.
+    """The messages that a player has received over the radio from one team mate, since the player's program began.
 
     Args:
         speaker: the team mate. arrived, lost: the number of messages. under_way: those that are still to arrive.
@@ -109,7 +109,7 @@ class LinkCount(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Links(Message, frozen=True, kw_only=True):
-    """What came to a player over the radio.
+    """The messages that a player has received over the radio.
 
     Args:
         links: one for each team mate that has said something.
@@ -150,7 +150,7 @@ class Sighting(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Sightings(Message, frozen=True, kw_only=True):
-    """What a player has seen since its last tick, for the referee.
+    """The sightings of a player since its last tick, for the referee.
 
     Args:
         seen: the sightings.
@@ -184,7 +184,7 @@ class Stroke(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Sketch(Message, frozen=True, kw_only=True):
-    """What a player wants windows, recording and plot to show about what it thinks, until its next sketch.
+    """A picture of a player's thoughts for windows, recording and plot, until its next sketch.
 
     Args:
         strokes: the dots and lines.

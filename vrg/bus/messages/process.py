@@ -1,4 +1,4 @@
-"""What the launcher tells of the processes of a match."""
+"""The launcher's messages about the processes of a match."""
 
 import enum
 
@@ -9,7 +9,7 @@ from vrg.types import Count, Deviation, Name
 
 
 class ProcessState(enum.Enum):
-    """How a process is.
+    """The state of a process.
 
     AWAY is a process of a machine that does not answer; nobody knows whether it runs.
     """
@@ -21,7 +21,7 @@ class ProcessState(enum.Enum):
 
 
 class ProcessStatus(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """How one process is.
+    """The state of one process, with what belongs to it.
 
     Args:
         name: its name. machine: the name of its machine in the match file; `here` is where the match is launched.

@@ -39,7 +39,7 @@ class RobotState(Message, frozen=True, kw_only=True):
 
 
 class MeasuredPose(Message, frozen=True, kw_only=True):
-    """Where a physical robot was measured to be, by its own odometry or by a motion-capture system.
+    """The measured pose of a physical robot, by its own odometry or by a motion-capture system.
 
     Args:
         pose: in the map's frame.

@@ -18,13 +18,13 @@ from vrg.navigation.route import grown, route
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Pose, Twist, Vector
 
-REACH: Final = 0.10
+GOAL_TOLERANCE: Final = 0.10
 """The distance in m within which a place counts as reached."""
 AWAY: Final = 0.30
 """The distance in m beyond which a robot that had reached its place drives there again."""
 SLOWING: Final = 1.0
 """The rate in 1/s at which the remaining way decays near the goal: the gain of equation 2.6."""
-SLOWEST: Final = 0.12
+MIN_SPEED: Final = 0.12
 """The lowest speed in m/s with which the last piece is driven."""
 TURNED: Final = 0.04
 """The error of the heading in rad within which it counts as reached."""
@@ -36,7 +36,7 @@ TURN_LIMIT: Final = 1.0
 
 
 class Wish(StrEnum):
-    """What the person at the display wants; also the names of the automaton's modes.
+    """A wish of the person at the display; also the names of the automaton's modes.
 
     WATCH leaves the robot to its own strategy.
     """
@@ -48,7 +48,7 @@ class Wish(StrEnum):
 
 
 class Goal(Struct, frozen=True):
-    """Where to drive.
+    """A place to drive to.
 
     Args:
         x, y: m, in the map's frame. heading: how to stand there, rad; None if that does not matter.
@@ -60,7 +60,7 @@ class Goal(Struct, frozen=True):
 
 
 class Situation(Struct, frozen=True):
-    """What the automaton looks at.
+    """The data that the automaton decides by.
 
     Args:
         now: the match time, s. pose: where the robot is.
@@ -104,7 +104,7 @@ def helm() -> Agent[Situation, Twist]:
 
     def drive(situation: Situation) -> Twist:
         goal = _goal(situation)
-        speed = min(situation.speed, max(SLOWEST, SLOWING * _distance(situation)))
+        speed = min(situation.speed, max(MIN_SPEED, SLOWING * _distance(situation)))
         walls = [(wall, situation.margin) for wall in situation.walls]
         place, others = (goal.x, goal.y), situation.neighbours
         return pilot.go(situation.now, situation.pose, [place], others, situation.bounds, speed, walls)
@@ -124,7 +124,7 @@ def helm() -> Agent[Situation, Twist]:
             name,
             (Submode("Drive", drive), Submode("Turn", turn), Submode("Arrived", stand)),
             (
-                Transition("Drive", "Turn", "goal reached", lambda s: _distance(s) < REACH),
+                Transition("Drive", "Turn", "goal reached", lambda s: _distance(s) < GOAL_TOLERANCE),
                 Transition("Turn", "Drive", "goal left", lambda s: _distance(s) > AWAY),
                 Transition("Turn", "Arrived", "heading reached", lambda s: abs(_heading_error(s)) < TURNED),
                 Transition("Arrived", "Drive", "goal left", lambda s: _distance(s) > AWAY),
@@ -192,6 +192,6 @@ def _distance(situation: Situation) -> float:
 
 
 def _heading_error(situation: Situation) -> float:
-    """How far to turn to the goal's heading, rad; 0 if it does not matter."""
+    """The angle to turn to the goal's heading, rad; 0 if it does not matter."""
     heading = _goal(situation).heading
     return 0.0 if heading is None else wrap(heading - situation.pose.theta)

@@ -6,7 +6,7 @@ from pydantic import Field as Setting
 from pydantic import model_validator
 
 from vrg.bus.messages import OfficialAction, Zone
-from vrg.coordinator.rulebook import NOBODY, Contestant, Field, GameState, RuleBook, Verdict
+from vrg.coordinator.rulebook import NOBODY, Contestant, GameState, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.practice import GAME, TEAM
 from vrg.regions import Rectangle
@@ -58,7 +58,7 @@ class Practice(RuleBook[GameState]):
         """The only state that there is."""
         return GameState()
 
-    def obstacles_to_start(self, state: GameState, now: Field) -> dict[str, str]:
+    def obstacles_to_start(self, state: GameState, now: Observation) -> dict[str, str]:
         """The players that the world has not reported yet."""
         return {name: "is not in the world" for name in self.contestants if name not in now.poses}
 
@@ -66,11 +66,11 @@ class Practice(RuleBook[GameState]):
         """Nobody lines up."""
         return {}
 
-    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+    def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
         """Judge nothing but the time."""
         return Verdict(state, round_over=0.0 < self._settings.time <= clock)
 
-    def next_round(self, state: GameState, now: Field) -> Verdict[GameState]:
+    def next_round(self, state: GameState, now: Observation) -> Verdict[GameState]:
         """The time is up, and nobody has won."""
         return Verdict(state, winner=NOBODY)
 

@@ -1,4 +1,4 @@
-"""What keeps a match of pursuit-evasion from being played, judged before it begins."""
+"""Problems that keep a match of pursuit-evasion from being played, judged before it begins."""
 
 import math
 from collections.abc import Sequence

@@ -1,10 +1,10 @@
-"""How an intruder moves between two instants, and how its crossing ends. Functions of poses alone."""
+"""The motion of an intruder between two instants, and the end of its crossing. Functions of poses alone."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vrg.coordinator.rulebook import Field
+from vrg.coordinator.rulebook import Observation
 from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.segments import in_disc
@@ -20,7 +20,7 @@ def across(course: Pose, pose: Pose) -> float:
 
 
 def along(course: Pose, pose: Pose) -> float:
-    """How far a body's centre has come along a course, m."""
+    """The distance in m that a body's centre has come along a course."""
     return (pose.x - course.x) * math.cos(course.theta) + (pose.y - course.y) * math.sin(course.theta)
 
 
@@ -35,7 +35,7 @@ class Capture:
 
 @dataclass(frozen=True)
 class Ends:
-    """What happened to an intruder between two instants.
+    """The events that ended an intruder's crossing between two instants.
 
     Args:
         inside: it was inside the area. captured: its capture, or None.
@@ -50,8 +50,8 @@ class Ends:
 def ends_of(
     name: str,
     pursuers: Sequence[str],
-    before: Field,
-    now: Field,
+    before: Observation,
+    now: Observation,
     area: Region,
     reach: float,
     *,
@@ -88,7 +88,7 @@ def ends_of(
     return Ends(inside, left=None if leaves is None else interpolate(a, b, leaves))
 
 
-def _capture(pursuer: str, a: Pose, b: Pose, before: Field, now: Field, reach: float) -> float | None:
+def _capture(pursuer: str, a: Pose, b: Pose, before: Observation, now: Observation, reach: float) -> float | None:
     """The fraction of the way at which the centres of the two first come closer than `reach`, or None."""
     if pursuer not in now.poses:
         return None

@@ -1,4 +1,4 @@
-"""Which pursuer is sent to which intruder: the auctions of the game (Algorithm 4.1), as functions of its state."""
+"""Dispatches pursuers to intruders: the auctions of the game (Algorithm 4.1), as functions of its state."""
 
 from collections.abc import Sequence
 
@@ -6,7 +6,7 @@ from msgspec import structs
 
 from vrg.bus.messages import Auction
 from vrg.coordinator.auctions import closed, opened, reopened
-from vrg.coordinator.rulebook import Call, Field
+from vrg.coordinator.rulebook import Call, Observation
 from vrg.games.pursuit_evasion import DISPATCHED, RETURNING
 from vrg.games.pursuit_evasion.settings import Settings
 from vrg.games.pursuit_evasion.state import State
@@ -16,7 +16,7 @@ DETECTIONS = 2
 
 
 def dispatch(
-    state: State, pursuers: Sequence[str], now: Field, clock: float, settings: Settings, calls: list[Call]
+    state: State, pursuers: Sequence[str], now: Observation, clock: float, settings: Settings, calls: list[Call]
 ) -> State:
     """Open the auctions that are due, announce who has won and who has lost an intruder, and keep them up to date."""
     bidders = tuple(name for name in pursuers if name not in state.disqualified)
@@ -62,7 +62,7 @@ def _lost(state: State, auction: Auction, clock: float, patience: float) -> str:
     return ""
 
 
-def _sent(state: State, auction: Auction, winner: str, now: Field, clock: float, calls: list[Call]) -> State:
+def _sent(state: State, auction: Auction, winner: str, now: Observation, clock: float, calls: list[Call]) -> State:
     bids = ", ".join(f"{name} {cost:.1f} s" for name, cost in sorted(auction.bids.items()))
     poses = (now.poses[winner],) if winner in now.poses else ()
     text = f"{winner} is dispatched to {auction.lot} (bids: {bids})"

@@ -10,8 +10,8 @@ from vrg.hal.models import RobotModel
 from vrg.types import STILL, Pose, Twist
 
 TURN_GAIN = 1.5
-"""How strongly it turns back to its heading, 1/s."""
-AHEAD = 2.0
+"""The gain by which it turns back to its heading, 1/s."""
+LOOKAHEAD = 2.0
 """The distance in m ahead on its course to which it heads."""
 
 
@@ -70,5 +70,5 @@ class Intruder(Strategy):
         # Its distance to the left of the course is small, so it may stand for the sine of the angle back to it.
         dx, dy = pose.x - course.x, pose.y - course.y
         left = dy * math.cos(course.theta) - dx * math.sin(course.theta)
-        error = wrap(course.theta - pose.theta) - max(-0.5, min(0.5, left / AHEAD))
+        error = wrap(course.theta - pose.theta) - max(-0.5, min(0.5, left / LOOKAHEAD))
         return Twist(self.robot.v_max, TURN_GAIN * error)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from vrg.coordinator.proof import Case, Measure, Relation, outside
 from vrg.games.pursuit_evasion.crossing import COURSE_REACH
-from vrg.games.pursuit_evasion.rules import CONTACT, PursuitEvasion
+from vrg.games.pursuit_evasion.rules import TOUCH_DISTANCE, PursuitEvasion
 from vrg.games.pursuit_evasion.seeing import SIGHTING_REACH
 from vrg.geometry import nearest_points, outline_distance
 from vrg.types import Pose, Vector
@@ -45,7 +45,7 @@ def prove(book: PursuitEvasion, case: Case) -> Sequence[Measure]:
             name, other = call.players
             bodies = call.poses[0], case.now.poses[other], book.contestants[name].size, book.contestants[other].size
             what, gap = f"distance between the outlines of {name} and {other}", outline_distance(*bodies)
-            found = [Measure(what, gap, Relation.AT_MOST, CONTACT, ends=nearest_points(*bodies))]
+            found = [Measure(what, gap, Relation.AT_MOST, TOUCH_DISTANCE, ends=nearest_points(*bodies))]
         case "false_alarm":
             found = [_false_alarm(case)]
         case "launch":

@@ -9,7 +9,7 @@ from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import SKETCH_LIMIT, Auction, Sighting, Stroke
 from vrg.games.pursuit_evasion import AREA, DISPATCHED, RETURNING, SIGHTINGS_AT_ONCE, WATCHING
 from vrg.games.pursuit_evasion.talk import words
-from vrg.games.pursuit_evasion.watch import Watch, out_of_play
+from vrg.games.pursuit_evasion.watch import IntruderDetector, out_of_play
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.odometry import Odometry
 from vrg.navigation.avoidance import Obstacle, steer
@@ -20,11 +20,11 @@ from vrg.types import STILL, Twist, Vector
 
 OFFSET = 0.25
 """The distance in m from the body's centre to the point that feedback linearisation steers."""
-REACH = 0.8
+CAPTURE_REACH = 0.8
 """The distance in m to an intruder that a pursuer aims at when it cannot meet its centre: less than the rule's 1 m."""
-ROOM = 1.5
-"""How far in m a pursuer may drive out of the area's bounds."""
-HORIZON, GAP = 1.5, 0.2
+AREA_MARGIN = 1.5
+"""The distance in m by which a pursuer may drive out of the area's bounds."""
+HORIZON, CLEARANCE = 1.5, 0.2
 """The time in s ahead for which bodies in the way are avoided, and the distance in m to keep between them."""
 HOPE = 1.5
 """The time in s for which a pursuer goes on after an intruder that it can no longer meet, before it gives it back."""
@@ -42,7 +42,7 @@ CROSSING_TIME = 60.0
 """The time in s within which an intruder has come to the area, if it comes at all."""
 FARTHEST = 1e5
 """The largest coordinate that a message can tell, m."""
-SHOWN = 12
+SKETCHED = 12
 """The number of sightings of an intruder that are sketched."""
 
 
@@ -59,7 +59,7 @@ class Pursuer(Strategy):
     def __init__(self, name: str, robot: RobotModel) -> None:
         super().__init__(name, robot)
         self._automaton = Automaton(self.agent())
-        self._watch = Watch(robot)
+        self._watch = IntruderDetector(robot)
         self._top_speed = TopSpeed(robot.v_max)
         self._snapshot_said = -math.inf
         self._hopeless_since: float | None = None
@@ -77,7 +77,7 @@ class Pursuer(Strategy):
 
     def act(self, view: View) -> Action:
         """Look, drive as the automaton says, and tell the team and the referee."""
-        at_post = self._automaton.submode in (None, "Watch") and not _driving(view)
+        at_post = self._automaton.submode in (None, "IntruderDetector") and not _driving(view)
         self._watch.look(view, standing=at_post)
         if view.speed is not None:
             self._top_speed.update(view.time, view.speed)
@@ -100,16 +100,16 @@ class Pursuer(Strategy):
         pursuer = Mode(
             "Pursuer",
             [
-                Submode("Watch", lambda _: STILL),
+                Submode("IntruderDetector", lambda _: STILL),
                 Submode("Intercept", self._intercept),
                 Submode("Return", self._return),
             ],
             [
-                Transition[View]("Watch", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
+                Transition[View]("IntruderDetector", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
                 Transition("Return", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
                 Transition("Intercept", "Return", "Reset", lambda v: v.me.state != DISPATCHED),
-                Transition("Watch", "Return", "OffPost", _away),
-                Transition("Return", "Watch", "AtPost", lambda v: not _away(v)),
+                Transition("IntruderDetector", "Return", "OffPost", _away),
+                Transition("Return", "IntruderDetector", "AtPost", lambda v: not _away(v)),
             ],
         )
         return Agent(
@@ -147,13 +147,13 @@ class Pursuer(Strategy):
         return go_to(post, view.pose, d=OFFSET, speed=0.5 * self.robot.v_max, reach=0.3)
 
     def _meet(self, view: View, track: Track, *, bold: bool) -> Interception | None:
-        """Where and when it can meet an intruder that has not left: by eq. 4.4, or (if it is bold) as near as REACH.
+        """The place and time at which it can meet an intruder that has not left: by eq. 4.4, or in its reach if bold.
 
         The time of the result counts from now.
         """
         line = track.line
         here, target = view.position, line.at(view.time)
-        tries = [(0.0, self.k)] + ([(REACH, 1.0)] if bold else [])
+        tries = [(0.0, self.k)] + ([(CAPTURE_REACH, 1.0)] if bold else [])
         for reach, k in tries:
             met = intercept(here, self._top_speed.value, target, line.velocity, reach=reach, k=k)
             if met is not None and _counts(view, target, line.velocity, met.point):
@@ -228,7 +228,7 @@ class Pursuer(Strategy):
         for track in self._watch.tracker.tracks:
             if track.line.count < 2:
                 continue
-            strokes += [Stroke(points=((s.x, s.y),)) for s in track.sightings[-SHOWN:]]
+            strokes += [Stroke(points=((s.x, s.y),)) for s in track.sightings[-SKETCHED:]]
             ahead = self._meeting.time if self._meeting is not None and track is own else 0.0
             strokes.append(Stroke(points=(track.line.at(track.line.first), track.line.at(view.time + ahead))))
         if self._meeting is not None:
@@ -242,7 +242,7 @@ class Pursuer(Strategy):
     def _steer(self, view: View, wanted: Vector) -> Twist:
         """The twist for a wanted velocity, which leads around the robots that it knows."""
         known = {**self._watch.team(view, view.time), **out_of_play(view)}
-        bodies = [Obstacle(place, (0.0, 0.0), view.me.radius + radius + GAP) for place, radius in known.values()]
+        bodies = [Obstacle(place, (0.0, 0.0), view.me.radius + radius + CLEARANCE) for place, radius in known.values()]
         u = steer(view.position, wanted, bodies, _bounds(view), HORIZON)
         return linearise(u, view.pose.theta, OFFSET)
 
@@ -253,12 +253,12 @@ def _won(view: View) -> Auction | None:
 
 
 def _can_be_shown(stroke: Stroke) -> bool:
-    """Whether a stroke is in the part of the plane that messages can tell of: a wild guess of a course may not be."""
+    """True if a stroke is in the part of the plane that messages can hold: a wild guess of a course may not be."""
     return all(abs(x) < FARTHEST and abs(y) < FARTHEST for x, y in stroke.points)
 
 
 def _away(view: View) -> bool:
-    """Whether it is to drive to its post: it returns from a chase, or lines up before the round."""
+    """True if it is to drive to its post: it returns from a chase, or lines up before the round."""
     return view.me.state == RETURNING or (view.me.state == WATCHING and view.me.may_move)
 
 
@@ -268,7 +268,7 @@ def _driving(view: View) -> bool:
 
 
 def _counts(view: View, target: Vector, velocity: Vector, point: Vector) -> bool:
-    """Whether an intruder can be captured at a point of its course: in the area, or before it comes there.
+    """True if an intruder can be captured at a point of its course: in the area, or before it comes there.
 
     After it has left the area it has escaped. True if nobody has told the area.
     """
@@ -281,9 +281,9 @@ def _counts(view: View, target: Vector, velocity: Vector, point: Vector) -> bool
 
 
 def _bounds(view: View) -> Region:
-    """Where a pursuer drives: around the area."""
+    """The region in which a pursuer drives: around the area."""
     area = view.zone(AREA)
     if area is None:
         return Rectangle(-1e5, -1e5, 1e5, 1e5)
     x_min, y_min, x_max, y_max = area.bounds
-    return Rectangle(x_min - ROOM, y_min - ROOM, x_max + ROOM, y_max + ROOM)
+    return Rectangle(x_min - AREA_MARGIN, y_min - AREA_MARGIN, x_max + AREA_MARGIN, y_max + AREA_MARGIN)

@@ -16,7 +16,17 @@ import numpy as np
 from msgspec import structs
 
 from vrg.bus.messages import PlayerStatus, Sighting, Stage, Zone
-from vrg.coordinator.rulebook import MARK_REACH, Call, Contestant, Field, RuleBook, Verdict, away, called, on_marks
+from vrg.coordinator.rulebook import (
+    MARK_TOLERANCE,
+    Call,
+    Contestant,
+    Observation,
+    RuleBook,
+    Verdict,
+    away,
+    called,
+    on_marks,
+)
 from vrg.errors import ConfigError
 from vrg.games.pursuit_evasion import (
     AREA,
@@ -44,17 +54,17 @@ from vrg.geometry import circumradius, outline_distance, wrap
 
 HEADING_REACH = math.radians(10)
 """The angle in rad to its course within which an intruder is lined up."""
-SILENCE = 5.0
+FALSE_REPORT_PENALTY = 5.0
 """The time in s for which nothing counts that a pursuer tells, after it has told of a place where nobody was."""
 START = 2.0
 """The time in s that an intruder has to get up its speed."""
 STRETCH = 5.0
 """The time of play in s over which an intruder's speed is judged: a computer that stalls for a moment stops it, too."""
-PACE = 0.6
+MIN_APPROACH = 0.6
 """The share of its top speed at which an intruder comes forward at least."""
-CONTACT = 0.05
+TOUCH_DISTANCE = 0.05
 """The distance in m between two outlines up to which two robots touch."""
-AGAIN = 5.0
+PLACE_PERIOD = 5.0
 """The time in s after which a robot that is out of play, and for which there was no room at its start, is put there."""
 
 
@@ -100,7 +110,7 @@ class PursuitEvasion(RuleBook[State]):
             points={PURSUERS: 0, INTRUDERS: 0},
         )
 
-    def obstacles_to_start(self, state: State, now: Field) -> dict[str, str]:
+    def obstacles_to_start(self, state: State, now: Observation) -> dict[str, str]:
         """The reasons why a player does not yet stand still where it starts, by player.
 
         An intruder must also head where it is to go, because its heading is its course.
@@ -113,7 +123,7 @@ class PursuitEvasion(RuleBook[State]):
                     reasons[name] = f"is turned {math.degrees(off):.0f} degrees away from its course"
         return reasons
 
-    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+    def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
         """Judge the whole way between two instants: who starts, is seen, captured or escapes, and who is dispatched."""
         calls: list[Call] = []
         was = state.states
@@ -126,10 +136,10 @@ class PursuitEvasion(RuleBook[State]):
         back = on_marks(self.posts, now) - now.moving
         state = state.with_state([n for n in state.in_state(RETURNING) if n in back], WATCHING)
         done = state.in_state(CAPTURED, ESCAPED, OUT)
-        if int(clock / AGAIN) == int((clock - max(0.0, now.time - before.time)) / AGAIN):
+        if int(clock / PLACE_PERIOD) == int((clock - max(0.0, now.time - before.time)) / PLACE_PERIOD):
             done = [name for name in done if was[name] != state.states[name]]
         starts = {name: self.contestants[name].start for name in done if name in now.poses}
-        place = {name: start for name, start in starts.items() if away(now.poses[name], start) > MARK_REACH}
+        place = {name: start for name, start in starts.items() if away(now.poses[name], start) > MARK_TOLERANCE}
         left = state.in_state(WAITING, CROSSING)
         if left and clock < self.settings.time - 1e-9:
             return Verdict(state, calls, place=place)
@@ -139,7 +149,7 @@ class PursuitEvasion(RuleBook[State]):
             calls.append(Call(rule="all_done", text="no intruder is left"))
         return Verdict(state, calls, round_over=True, place=place)
 
-    def next_round(self, state: State, now: Field) -> Verdict[State]:
+    def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game after its round: the team with more points has won."""
         left = sorted(state.in_state(WAITING, CROSSING))
         why = f"the time is up for {', '.join(left)}" if left else "all intruders are captured, escaped or out"
@@ -150,7 +160,7 @@ class PursuitEvasion(RuleBook[State]):
         calls += [Call(rule="launch", text=f"{name} starts", players=(name,)) for name in due]
         return state.with_state(due, CROSSING)
 
-    def _detected(self, state: State, now: Field, clock: float, calls: list[Call]) -> State:
+    def _detected(self, state: State, now: Observation, clock: float, calls: list[Call]) -> State:
         """Count the sightings of intruders in play that a pursuer's own laser can have made.
 
         A sighting of any other robot is neither counted nor a false alarm.
@@ -165,9 +175,10 @@ class PursuitEvasion(RuleBook[State]):
             silenced = state.silenced.get(who, 0.0) > clock
             timely = [(each, poses) for each in told[who] if (poses := state.poses_at(each.time)) is not None]
             if any(nearest(each, set(poses) - {who}, poses)[0] > SIGHTING_REACH for each, poses in timely):
-                state = structs.replace(state, silenced={**state.silenced, who: clock + SILENCE})
+                state = structs.replace(state, silenced={**state.silenced, who: clock + FALSE_REPORT_PENALTY})
                 if not silenced:
-                    text = f"{who} tells of a place where nobody was: for {SILENCE:g} s nothing that it tells counts"
+                    penalty = f"for {FALSE_REPORT_PENALTY:g} s nothing that it tells counts"
+                    text = f"{who} tells of a place where nobody was: {penalty}"
                     calls.append(Call(rule="false_alarm", text=text, players=(who,)))
             elif not silenced:
                 for each, poses in timely:
@@ -176,7 +187,7 @@ class PursuitEvasion(RuleBook[State]):
                         state = state.with_sighting(whom, each, clock)
         return state
 
-    def _ended(self, state: State, before: Field, now: Field, calls: list[Call]) -> State:
+    def _ended(self, state: State, before: Observation, now: Observation, calls: list[Call]) -> State:
         """Captures and escapes, each at its instant. At the same instant a capture comes first."""
         there = [name for name in self.pursuers if name not in state.disqualified]
         reach = self.settings.capture_distance
@@ -203,20 +214,20 @@ class PursuitEvasion(RuleBook[State]):
             state = reset(state, name)
         return state
 
-    def _collided(self, state: State, now: Field, calls: list[Call]) -> State:
-        """Who touches another robot is out. Two that touch each other are both out."""
+    def _collided(self, state: State, now: Observation, calls: list[Call]) -> State:
+        """Put robots out of play that touch another one. Two that touch each other are both out."""
         for name in (name for name in state.crossing() if name in now.poses):
             pose, size = now.poses[name], self.contestants[name].size
             others = {n: p for n, p in now.poses.items() if n != name and n in self.contestants}
             gaps = {n: outline_distance(pose, p, size, self.contestants[n].size) for n, p in others.items()}
             other = min(gaps, key=lambda n: (gaps[n], n), default=name)
-            if other != name and gaps[other] <= CONTACT:
+            if other != name and gaps[other] <= TOUCH_DISTANCE:
                 text = f"{name} touches {other} and is out"
                 calls.append(Call(rule="collision", text=text, players=(name, other), poses=(pose,)))
                 state = reset(state.with_state([name], OUT), name)
         return state
 
-    def _strayed(self, state: State, now: Field, clock: float, calls: list[Call]) -> State:
+    def _strayed(self, state: State, now: Observation, clock: float, calls: list[Call]) -> State:
         """An intruder that does not drive straight on at its top speed counts as captured."""
         for name in (name for name in state.crossing() if name in now.poses):
             course, pose = state.courses[name], now.poses[name]
@@ -238,14 +249,14 @@ class PursuitEvasion(RuleBook[State]):
         return state
 
     def least_way(self, name: str, seconds: float) -> float:
-        """How far an intruder in play has to come forward at least in a time, m."""
-        return PACE * self.speed_limits()[name] * seconds
+        """The distance in m by which an intruder in play has to come forward at least in a time."""
+        return MIN_APPROACH * self.speed_limits()[name] * seconds
 
     def team_of(self, name: str) -> str:
         """The team of a player."""
         return PURSUERS if self.contestants[name].role == PURSUER else INTRUDERS
 
-    def statuses(self, state: State, stage: Stage, now: Field) -> list[PlayerStatus]:
+    def statuses(self, state: State, stage: Stage, now: Observation) -> list[PlayerStatus]:
         """The status of each player.
 
         A pose is published only of who is out of play, so that robots can avoid it and nobody takes it for an intruder.

@@ -1,4 +1,4 @@
-"""What a pursuer can have seen: pure functions of where everybody was at the time of the measurement."""
+"""Checks whether a pursuer can have seen something: pure functions of all poses at the time of the measurement."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
@@ -22,7 +22,7 @@ def nearest(sighting: Sighting, names: Iterable[str], poses: Mapping[str, Pose])
 def can_see(
     who: str, whom: str, poses: Mapping[str, Pose], contestants: Mapping[str, Contestant], walls: Sequence[Region]
 ) -> bool:
-    """Whether a range finder of one player can meet another one.
+    """True if a range finder of one player can meet another one.
 
     It can if the centre of the other's body or one of its corners is within what the range finder sweeps, and the
     straight line to it goes through no wall and no third robot.

@@ -78,7 +78,7 @@ def not_convex(corners: Sequence[Vector]) -> str | None:
 
 
 def _crosses(corners: Sequence[Vector]) -> bool:
-    """Whether two sides that are not neighbours cross."""
+    """True if two sides that are not neighbours cross."""
     count = len(corners)
     sides = [(corners[i], corners[(i + 1) % count]) for i in range(count)]
     return any(

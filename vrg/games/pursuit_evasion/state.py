@@ -6,20 +6,20 @@ from typing import TypeVar
 from msgspec import Struct, structs
 
 from vrg.bus.messages import Sighting
-from vrg.coordinator.rulebook import Field, GameState
+from vrg.coordinator.rulebook import GameState, Observation
 from vrg.games.pursuit_evasion import CROSSING
 from vrg.games.pursuit_evasion.crossing import COURSE_REACH, across
 from vrg.types import Pose
 
 V = TypeVar("V")
 
-EVIDENCE = 8
+MAX_SIGHTINGS = 8
 """The number of sightings of an intruder that are published."""
-APART = 0.3
+SIGHTING_PERIOD = 0.3
 """The time in s between two sightings that are published."""
-KEPT = 1.0
+HISTORY_TIME = 1.0
 """The time in s for which the referee remembers where everybody was."""
-NEAR = 0.2
+MATCHING_TOLERANCE = 0.2
 """The time in s between a sighting and the look at the field by which it is judged, at most."""
 
 PAUSE = 0.5
@@ -27,7 +27,7 @@ PAUSE = 0.5
 
 
 class Look(Struct, frozen=True, array_like=True):
-    """Where everybody was when the referee looked at the field: the match time, s, and the poses by player."""
+    """The poses at one look of the referee at the field: the match time, s, and the poses by player."""
 
     time: float
     poses: Mapping[str, Pose]
@@ -55,7 +55,7 @@ class State(GameState, frozen=True, kw_only=True):
         detected: the first two times at which each intruder was seen, as they were told, match time, s.
         seen: the time of play at which an intruder was last seen, s.
         evidence: sightings of each intruder, oldest first.
-        looks: those of the last KEPT seconds of play, oldest first. courses: those of the intruders in play.
+        looks: those of the last HISTORY_TIME seconds of play, oldest first. courses: those of the intruders in play.
         silenced: the time of play until which nothing counts that a pursuer tells, s.
         dispatched: the pursuer that was sent to each intruder, and when (time of play, s).
     """
@@ -77,14 +77,14 @@ class State(GameState, frozen=True, kw_only=True):
         """The number of times at which an intruder was seen, at most 2."""
         return len(self.detected.get(intruder, ()))
 
-    def looked(self, before: Field, now: Field, clock: float) -> "State":
+    def looked(self, before: Observation, now: Observation, clock: float) -> "State":
         """The same after a look at the field: the look is remembered, and every intruder in play has a course.
 
         An intruder's course begins where it stands when it comes into play, and anew where it is put. After a pause it
         gets up its speed again, and nobody remembers the looks before.
         """
         paused = bool(self.looks) and abs(now.time - self.looks[-1].time) > PAUSE
-        looks = [] if paused else [look for look in self.looks if look.time >= now.time - KEPT - 1e-6]
+        looks = [] if paused else [look for look in self.looks if look.time >= now.time - HISTORY_TIME - 1e-6]
         last = looks[-1].poses if looks else before.poses
         courses = {}
         for name in (name for name in self.crossing() if name in now.poses):
@@ -98,9 +98,9 @@ class State(GameState, frozen=True, kw_only=True):
         return structs.replace(self, looks=(*looks, Look(now.time, now.poses)), courses=courses)
 
     def poses_at(self, time: float) -> Mapping[str, Pose] | None:
-        """Where everybody was at a match time, s, by the look that is nearest to it; None if there is none near."""
+        """The poses at a match time, s, by the look that is nearest to it; None if there is none near."""
         look = min(self.looks, key=lambda look: abs(look.time - time), default=None)
-        return None if look is None or abs(look.time - time) > NEAR + 1e-6 else look.poses
+        return None if look is None or abs(look.time - time) > MATCHING_TOLERANCE + 1e-6 else look.poses
 
     def with_sighting(self, intruder: str, sighting: Sighting, clock: float) -> "State":
         """The same after an intruder was seen. Sightings at the same instant are one detection.
@@ -114,8 +114,8 @@ class State(GameState, frozen=True, kw_only=True):
         evidence = self.evidence.get(intruder, ())
         # The first two may be near each other in time, because two are enough.
         early = len(evidence) < 2 and all(abs(sighting.time - each.time) > 1e-6 for each in evidence)
-        if early or (evidence and sighting.time >= evidence[-1].time + APART):
-            evidence = tuple(sorted([*evidence, sighting], key=lambda s: s.time)[-EVIDENCE:])
+        if early or (evidence and sighting.time >= evidence[-1].time + SIGHTING_PERIOD):
+            evidence = tuple(sorted([*evidence, sighting], key=lambda s: s.time)[-MAX_SIGHTINGS:])
         return structs.replace(
             self,
             seen={**self.seen, intruder: clock},

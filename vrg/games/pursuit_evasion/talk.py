@@ -1,4 +1,4 @@
-"""What pursuers say to one another over the radio, and how it is read.
+"""The messages of pursuers to one another over the radio, and their decoding.
 
 Everything fits into one message of the radio (1024 bytes): the speaker's pose and motion, its new sightings, and from
 time to time the free space that it has seen while the scene was empty. No more sightings are said than the referee may
@@ -21,7 +21,7 @@ from vrg.types import AngularSpeed, Metres, Pose, Radians, Seconds, Speed, Twist
 
 BEAMS = 361
 """The number of beams of a snapshot that is said."""
-STEP = 0.05
+RANGE_STEP = 0.05
 """The step in which ranges of a snapshot are said, m, so that 12.7 m fit into a byte."""
 
 
@@ -30,7 +30,7 @@ _Step = Annotated[float, Meta(ge=1e-3, le=7.0)]
 
 
 class _Said(Struct, frozen=True, omit_defaults=True):
-    """What is said, without names inside, which would make it longer, and with the bounds of its numbers."""
+    """A message without names inside, which would make it longer, and with the bounds of its numbers."""
 
     pose: tuple[Metres, Metres, Radians, Speed, AngularSpeed, Speed]
     seen: list[tuple[Metres, Metres, Seconds, Variance, Covariance, Variance]]
@@ -39,7 +39,7 @@ class _Said(Struct, frozen=True, omit_defaults=True):
 
 @dataclass(frozen=True)
 class Words:
-    """What a pursuer has said.
+    """The content of a pursuer's message.
 
     Args:
         pose: where it is. twist: how it moves. sightings: what it has seen. snapshot: its free space, or None.
@@ -52,11 +52,11 @@ class Words:
 
 
 def words(pose: Pose, twist: Twist, sightings: Sequence[Sighting], snapshot: Snapshot | None) -> Any:
-    """What a pursuer says: something that MessagePack can hold."""
+    """The message of a pursuer to its team: something that MessagePack can hold."""
     free = None
     if snapshot is not None:
         coarse = snapshot.coarser(BEAMS)
-        steps = np.clip(np.floor(coarse.free / STEP), 0, 255).astype(np.uint8)
+        steps = np.clip(np.floor(coarse.free / RANGE_STEP), 0, 255).astype(np.uint8)
         free = ((*coarse.origin, coarse.heading, coarse.angle_min, coarse.angle_step), steps.tobytes())
     seen = [(s.x, s.y, s.time, s.xx, s.xy, s.yy) for s in sightings[:SIGHTINGS_AT_ONCE]]
     said = _Said((pose.x, pose.y, pose.theta, twist.v, twist.w, twist.side), seen, free)
@@ -64,7 +64,7 @@ def words(pose: Pose, twist: Twist, sightings: Sequence[Sighting], snapshot: Sna
 
 
 def understood(said: Any) -> Words | None:
-    """What was said, or None where it is not what pursuers say: a team mate may play by another program."""
+    """The content of a message, or None if it is no pursuer's: a team mate may play by another program."""
     try:
         found = msgspec.convert(said, _Said, builtin_types=(bytes,))
         seen = tuple(
@@ -77,6 +77,6 @@ def understood(said: Any) -> Words | None:
     snapshot = None
     if found.free is not None:
         (a, b, heading, first, step), steps = found.free
-        ranges = np.frombuffer(steps, dtype=np.uint8).astype(np.float64) * STEP
+        ranges = np.frombuffer(steps, dtype=np.uint8).astype(np.float64) * RANGE_STEP
         snapshot = Snapshot((a, b), heading, first, step, ranges)
     return Words(Pose(x, y, theta), Twist(v, w, side), seen, snapshot)

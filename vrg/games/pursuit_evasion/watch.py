@@ -1,4 +1,4 @@
-"""What a pursuer knows: the empty scene, its team mates, and the courses of intruders."""
+"""A pursuer's knowledge: the empty scene, its team mates, and the courses of intruders."""
 
 import math
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from vrg.agents.perception.scan import Scan, scan_of
 from vrg.agents.perception.tracking import Tracker
 from vrg.agents.strategy import View
 from vrg.bus.messages import Sighting
-from vrg.bus.radio import Heard
+from vrg.bus.radio import TeamMessage
 from vrg.games.pursuit_evasion.talk import Words, understood
 from vrg.geometry import along_arc, wrap
 from vrg.hal.models import RobotModel
@@ -33,10 +33,10 @@ PAUSE = 0.35
 SAME_PLACE, SAME_HEADING = 0.1, 0.03
 """The distance in m and the angle in rad between two scans that were taken from one place."""
 USUAL_SPEED = 1.0
-"""How fast intruders usually are, m/s; see `Line.start`."""
+"""The usual speed of intruders, m/s; see `TrackedLine.start`."""
 
 
-class Watch:
+class IntruderDetector:
     """Looks at scans and listens to team mates.
 
     Args:
@@ -55,7 +55,7 @@ class Watch:
         self._stamp = -math.inf
         self._offset = 0.0
         self._pauses: list[tuple[float, float]] = []
-        """When play stopped, match time, and for how long, s."""
+        """The match times at which play stopped, and for how long, s."""
         self.own: Snapshot | None = None
         self._theirs: dict[str, Snapshot] = {}
         self.mates: dict[str, tuple[float, Words]] = {}
@@ -82,7 +82,7 @@ class Watch:
         self.tracker.tidy(view.time)
 
     def _newest(self, view: View) -> tuple[float, Rays] | None:
-        """When its range finder measured last, match time, s, and what; None if it has not, or there is none."""
+        """The match time in s of the range finder's newest measurement, and its rays; None without one."""
         spec = self._scanner
         sample = None if spec is None else view.readings.latest(spec.message, spec.name)
         rays = None if spec is None or sample is None else spec.depict(sample.value)
@@ -106,7 +106,7 @@ class Watch:
                 self.tracker.shift(pause)
 
     def places(self, now: float) -> dict[str, Vector]:
-        """Where team mates are that said so not long ago, m."""
+        """The places of team mates that have reported them not long ago, m."""
         return {
             name: (pose.x, pose.y)
             for name, (stamp, said) in self.mates.items()
@@ -115,7 +115,7 @@ class Watch:
         }
 
     def team(self, view: View, now: float) -> dict[str, tuple[Vector, float]]:
-        """Where team mates are, as `places` says, and the radii of the circles around them, m."""
+        """The places of team mates by `places`, and the radii of the circles around them, m."""
         radii = {player.name: player.radius for player in view.referee.players}
         return {name: (place, radii.get(name, view.me.radius)) for name, place in self.places(now).items()}
 
@@ -126,7 +126,7 @@ class Watch:
         self._scans.append(scan)
         self.own = snapshot(self._scans)
 
-    def _hear(self, heard: Sequence[Heard], now: float) -> None:
+    def _hear(self, heard: Sequence[TeamMessage], now: float) -> None:
         for each in heard:
             said = understood(each.words)
             if said is None:
@@ -156,11 +156,11 @@ class Watch:
 
 
 def out_of_play(view: View) -> dict[str, tuple[Vector, float]]:
-    """Where robots are that the referee tells of, and the radii of the circles around them, m."""
+    """The places of robots that the referee reports as out of play, and the radii of the circles around them, m."""
     return {p.name: ((p.pose.x, p.pose.y), p.radius) for p in view.others() if p.pose is not None}
 
 
 def _alike(first: Scan, second: Scan) -> bool:
-    """Whether two scans are of the same beams and from the same place."""
+    """True if two scans are of the same beams and from the same place."""
     near = math.dist(first.origin, second.origin) < SAME_PLACE
     return near and len(first.ranges) == len(second.ranges) and abs(wrap(second.heading - first.heading)) < SAME_HEADING

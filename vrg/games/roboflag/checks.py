@@ -1,4 +1,4 @@
-"""What keeps a match of RoboFlag from being played, judged before it begins."""
+"""Problems that keep a match of RoboFlag from being played, judged before it begins."""
 
 import math
 from collections.abc import Sequence
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
 from vrg.games.roboflag import TEAMS, other
-from vrg.games.roboflag.layout import Layout
+from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.settings import Settings
 from vrg.regions import touch
 
@@ -16,7 +16,7 @@ ROUNDING = 1e-6
 
 def problems_of(settings: Settings, contestants: Sequence[Contestant]) -> list[Problem]:
     """Everything that is wrong: an empty team, bodies too large for the distances, a flag or a start misplaced."""
-    layout = Layout(settings)
+    layout = FieldLayout(settings)
     problems = [
         Problem(f"expected at least one player of the team {team}, got none", ("players",))
         for team in TEAMS
@@ -28,8 +28,8 @@ def problems_of(settings: Settings, contestants: Sequence[Contestant]) -> list[P
     ]
 
 
-def _distances(settings: Settings, layout: Layout, contestants: Sequence[Contestant]) -> list[str]:
-    """What is wrong with the distances of the rules."""
+def _distances(settings: Settings, layout: FieldLayout, contestants: Sequence[Contestant]) -> list[str]:
+    """The problems with the distances of the rules."""
     found = []
     longest = {team: max((max(c.size) for c in contestants if c.role == team), default=0.0) for team in TEAMS}
     touching = sum(longest.values()) / 2
@@ -47,8 +47,8 @@ def _distances(settings: Settings, layout: Layout, contestants: Sequence[Contest
     return found
 
 
-def _zones(layout: Layout) -> list[str]:
-    """What is wrong with the places of the zones."""
+def _zones(layout: FieldLayout) -> list[str]:
+    """The problems with the places of the zones."""
     found = []
     for team in TEAMS:
         x, y = layout.flag(team)
@@ -70,7 +70,7 @@ def _zones(layout: Layout) -> list[str]:
     return found
 
 
-def _misplaced(layout: Layout, c: Contestant) -> str | None:
+def _misplaced(layout: FieldLayout, c: Contestant) -> str | None:
     """The reason why a player cannot start where it does, or None."""
     half = layout.half(c.role)
     x, y = c.start.x, c.start.y

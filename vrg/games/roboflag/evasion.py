@@ -1,4 +1,4 @@
-"""Where to drive so that nobody tags one: the safest of many directions, looked at together as arrays.
+"""Evasion of taggers: the safest of many directions, all computed together as arrays.
 
 A point is safe by as many seconds as its player is there before every opponent could be, if each drove straight to it.
 This is the dominance region of pursuit and evasion: inside it the player is first, whatever the opponents do.
@@ -29,7 +29,7 @@ _ANGLES = np.arange(DIRECTIONS) * (math.tau / DIRECTIONS)
 
 
 @dataclass(frozen=True, slots=True)
-class Course:
+class BestDirection:
     """The best direction.
 
     Args:
@@ -52,7 +52,7 @@ def best_course(
     margin: float,
     inside: Safe,
     harmless: Safe,
-) -> Course:
+) -> BestDirection:
     """The direction that leads nearest to the goal over points that are safe by at least `margin` s.
 
     If not even the first points of any direction are so safe, it is the direction whose first points are safest.
@@ -80,20 +80,20 @@ def best_course(
         value = np.where(good, progress + 0.05 * level, -np.inf).max(axis=1)
         # Of ways that are about as good, the one that turns least.
         best = int(np.argmax(value - 0.02 * np.abs(np.remainder(angles - straight + math.pi, math.tau) - math.pi)))
-        return Course((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
+        return BestDirection((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
     best = int(np.argmax(level[:, 1] + 0.1 * progress[:, 1]))
-    return Course((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
+    return BestDirection((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
 
 
-def in_disc(points: Floats, disc: Circle) -> Flags:
-    """Which points, shape (..., 2), are inside a disc."""
+def points_in_disc(points: Floats, disc: Circle) -> Flags:
+    """True for each point, shape (..., 2), that is inside a disc."""
     dx, dy = points[..., 0] - disc.x, points[..., 1] - disc.y
     inside: Flags = dx * dx + dy * dy < disc.radius * disc.radius
     return inside
 
 
 def in_bounds(points: Floats, bounds: Bounds) -> Flags:
-    """Which points, shape (..., 2), are inside a rectangle (x_min, y_min, x_max, y_max)."""
+    """True for each point, shape (..., 2), that is inside a rectangle (x_min, y_min, x_max, y_max)."""
     x, y = points[..., 0], points[..., 1]
     inside: Flags = (x >= bounds[0]) & (y >= bounds[1]) & (x <= bounds[2]) & (y <= bounds[3])
     return inside

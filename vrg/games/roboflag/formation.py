@@ -1,14 +1,14 @@
-"""How attackers form up before they cross the midline together, as one group or as two (thesis 4.4.3)."""
+"""The formation of attackers before they cross the midline together, as one group or as two (thesis 4.4.3)."""
 
 import math
 from collections.abc import Mapping, Sequence
 
-from vrg.games.roboflag.situation import Ground, Known
+from vrg.games.roboflag.situation import Known, TeamField
 from vrg.types import Vector
 
-BEHIND = 0.8
+FORM_UP_DISTANCE = 0.8
 """The distance in m behind the midline at which attackers form up."""
-APART = 1.1
+ATTACKER_SPACING = 1.1
 """The distance in m between two attackers that stand side by side, where there is room."""
 IN_PLACE = 0.5
 """The distance in m from its place within which an attacker is in formation."""
@@ -22,14 +22,14 @@ def groups(attackers: Sequence[str], flanks: int) -> list[list[str]]:
     return [order[first::flanks] for first in range(flanks)]
 
 
-def places(ground: Ground, attackers: Sequence[str], flanks: int) -> dict[str, Vector]:
-    """Where each attacker stands in formation: side by side, opposite the flag, or along both borders of the field."""
+def places(ground: TeamField, attackers: Sequence[str], flanks: int) -> dict[str, Vector]:
+    """The places of the attackers in formation: side by side, opposite the flag, or along both borders of the field."""
     _, low, _, high = ground.inner.bounds
-    x = ground.midline - ground.ahead * BEHIND
+    x = ground.midline - ground.ahead * FORM_UP_DISTANCE
     found = {}
     for number, group in enumerate(groups(attackers, flanks)):
         # On a narrow field, or if they are many, they stand closer.
-        apart = min(APART, (high - low) / max(1, len(group) - 1))
+        apart = min(ATTACKER_SPACING, (high - low) / max(1, len(group) - 1))
         width = apart * (len(group) - 1)
         # Both teams count from their own right, so that neither has the better field.
         side = number if ground.ahead > 0 else 1 - number
@@ -41,5 +41,5 @@ def places(ground: Ground, attackers: Sequence[str], flanks: int) -> dict[str, V
 
 
 def formed_up(team: Sequence[Known], formation: Mapping[str, Vector]) -> bool:
-    """Whether all attackers are in their places."""
+    """True if all attackers are in their places."""
     return all(math.dist(known.place, formation[known.name]) <= IN_PLACE for known in team if known.name in formation)

@@ -1,4 +1,4 @@
-"""What a referee of RoboFlag judges at one look (thesis, Algorithm 4.3): first home, then the flag, then tags.
+"""The judgement of RoboFlag at one look (thesis, Algorithm 4.3): first home, then the flag, then tags.
 
 Each part judges the whole ways of the players since the look before, so that nobody jumps over anything. Each function
 takes the state and these ways, and returns the new state and the calls. Distances are between centres, and a player at
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from vrg.coordinator.rulebook import Call, called
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
-from vrg.games.roboflag.layout import Layout
+from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.state import State
 from vrg.geometry import interpolate
 from vrg.regions import Circle
@@ -41,7 +41,7 @@ class Ways:
     teams: Mapping[str, str]
 
     def of(self, name: str) -> tuple[Vector, Vector]:
-        """Where a player was and is, m."""
+        """The places at which a player was and is, m."""
         now, before = self.now[name], self.before.get(name)
         end = (now.x, now.y)
         return (end, end) if before is None else ((before.x, before.y), end)
@@ -51,11 +51,11 @@ class Ways:
         return interpolate(self.before.get(name, self.now[name]), self.now[name], at)
 
     def within(self, name: str, place: Vector, reach: float) -> Stretch | None:
-        """When a player was within `reach` m of a place; None if it never was."""
+        """The stretch in which a player was within `reach` m of a place; None if it never was."""
         return in_disc(*self.of(name), place, reach + ROUNDING)
 
     def near(self, one: str, two: str, reach: float) -> Stretch | None:
-        """When two players were within `reach` m of each other; None if they never were."""
+        """The stretch in which two players were within `reach` m of each other; None if they never were."""
         (a0, a1), (b0, b1) = self.of(one), self.of(two)
         start, end = (a0[0] - b0[0], a0[1] - b0[1]), (a1[0] - b1[0], a1[1] - b1[1])
         return in_disc(start, end, (0.0, 0.0), reach + ROUNDING)
@@ -65,7 +65,7 @@ class Ways:
         return called(rule, text, {name: self.pose(name, at) for name in names})
 
 
-def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
+def judge_homes(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """Whoever came in reach of its own home becomes normal; a carrier scores there, and the flag returns."""
     calls = []
     for name in sorted(ways.now):
@@ -87,7 +87,7 @@ def judge_homes(state: State, layout: Layout, ways: Ways) -> Judged:
     return state, calls
 
 
-def judge_flags(state: State, layout: Layout, ways: Ways) -> Judged:
+def judge_flags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """A normal player that came in reach of the opponents' flag takes it.
 
     Of several it is the first one, of those that came at the same instant the nearest, and then the first by name. A
@@ -110,7 +110,7 @@ def judge_flags(state: State, layout: Layout, ways: Ways) -> Judged:
     return state, calls
 
 
-def judge_tags(state: State, layout: Layout, ways: Ways) -> Judged:
+def judge_tags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """Judge all tags by the state before any of them, so that two players can tag each other.
 
     Opponents that are not tagged themselves tag. A normal player can be tagged on the opponents' half, and a carrier
@@ -130,7 +130,7 @@ def judge_tags(state: State, layout: Layout, ways: Ways) -> Judged:
     return state, calls
 
 
-def _tags_of(state: State, layout: Layout, ways: Ways, name: str) -> dict[str, float]:
+def _tags_of(state: State, layout: FieldLayout, ways: Ways, name: str) -> dict[str, float]:
     """The players that tag this one, sorted by name, and when each first does."""
     team, status = ways.teams[name], state.states[name]
     if status == TAGGED:
@@ -169,8 +169,9 @@ def _inside(zone: Circle, start: Vector, end: Vector) -> Stretch | None:
     return in_disc(start, end, (zone.x, zone.y), zone.radius + ROUNDING)
 
 
-def _invasion(layout: Layout, team: str, start: Vector, end: Vector) -> Stretch | None:
-    """When a player of a team was on the opponents' side of the midline, or on the midline; None if it never was."""
+def _invasion(layout: FieldLayout, team: str, start: Vector, end: Vector) -> Stretch | None:
+    """The stretch in which a player of a team was on the opponents' side of the midline, or on it; None if it never
+    was."""
     was, is_ = layout.invades(team, start), layout.invades(team, end)
     if was and is_:
         return 0.0, 1.0

@@ -1,4 +1,4 @@
-"""Where the parts of a field of RoboFlag are, and the distances that its rules use, in m (thesis, Figure 4.17)."""
+"""The parts of a field of RoboFlag, and the distances that its rules use, in m (thesis, Figure 4.17)."""
 
 import math
 
@@ -9,7 +9,7 @@ from vrg.regions import Circle, Rectangle, Sector
 from vrg.types import Vector
 
 
-class Layout:
+class FieldLayout:
     """A field of RoboFlag. All lengths are at the scale of the match.
 
     Args:
@@ -53,7 +53,7 @@ class Layout:
         return self._zones[team]
 
     def invades(self, team: str, place: Vector) -> bool:
-        """Whether a player of a team is on the opponents' side of the midline, or on the midline.
+        """True if a player of a team is on the opponents' side of the midline, or on the midline.
 
         What is beyond the other borders of the field counts too, so that nobody is safe because it leaves the field.
         """

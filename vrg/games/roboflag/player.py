@@ -13,10 +13,10 @@ from vrg.agents.interception import intercept
 from vrg.agents.mover import Mover
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED
-from vrg.games.roboflag.evasion import Course, Flags, Floats, Safe, best_course, in_bounds, in_disc
+from vrg.games.roboflag.evasion import BestDirection, Flags, Floats, Safe, best_course, in_bounds, points_in_disc
 from vrg.games.roboflag.formation import formed_up, places
 from vrg.games.roboflag.posts import known_in, posts, shields, targets
-from vrg.games.roboflag.situation import Ground, Known, Memory, Situation, situation_of
+from vrg.games.roboflag.situation import Known, Memory, Situation, TeamField, situation_of
 from vrg.games.roboflag.tactics import Tactic
 from vrg.games.roboflag.talk import Talk
 from vrg.hal.models import RobotModel
@@ -26,17 +26,17 @@ from vrg.types import STILL, Twist, Vector
 
 MIDLINE = 0.1
 """The distance in m that a player keeps from the midline that tags an opponent on its own half."""
-CAUTION = 0.25
+MAX_TIME_MARGIN = 0.25
 """The time in s by which a way must be safe at first."""
 BOLDNESS = 0.12
 """The seconds of safety that a player gives up for each second that it has been waiting."""
 RISK = -1.5
 """The safety in s below which no player goes of its own will."""
-HOLD = 0.1
+MIN_PROGRESS = 0.1
 """The progress in m below which an attacker or a carrier waits where it is."""
 NEARLY = 1.5
 """The distance in m from its place from which on an attacker waits for the others."""
-WAITING = 10.0
+FORM_UP_TIMEOUT = 10.0
 """The match time in s for which an attacker waits until all have formed up."""
 AT_POST, OFF_POST = 0.15, 0.35
 """The distances in m from its post at which a guard stops, and at which it drives there again."""
@@ -60,7 +60,7 @@ class RoboFlagPlayer(Strategy):
         self._automaton = Automaton(self.agent())
         self._mover = Mover()
         self._memory = Memory()
-        self._ground: Ground | None = None
+        self._ground: TeamField | None = None
         self._zones: object = None
         self._talk = Talk(name)
         self._job = "Guard"
@@ -85,7 +85,7 @@ class RoboFlagPlayer(Strategy):
     def act(self, view: View) -> Action:
         """One step of the automaton, with the bid for the attack and what the team must know."""
         if self._ground is None or view.referee.zones != self._zones:
-            self._zones, self._ground = view.referee.zones, Ground.of(view)
+            self._zones, self._ground = view.referee.zones, TeamField.of(view)
         if self._ground is None:
             return Action(STILL)
         s = self._situation = situation_of(view, self._ground, self._memory, self._talk.targets(view))
@@ -146,7 +146,7 @@ class RoboFlagPlayer(Strategy):
         return lambda _view: self._job == job
 
     def _job_of(self, view: View, s: Situation) -> str:
-        """What a normal player does now."""
+        """The present job of a normal player."""
         self._target = None
         if view.me.mark is not None:
             return "LineUp"
@@ -181,14 +181,14 @@ class RoboFlagPlayer(Strategy):
             place = formation[self.name]
             if self._waiting_since is None and math.dist(view.position, place) <= NEARLY:
                 self._waiting_since = view.time
-            late = self._waiting_since is not None and view.time - self._waiting_since > WAITING
+            late = self._waiting_since is not None and view.time - self._waiting_since > FORM_UP_TIMEOUT
             self._charging = late or formed_up(s.team, formation)
             if not self._charging:
                 return self._to_place(view, place, ground.their_flag)
 
         def harmless(points: Floats) -> Flags:
             own = (points[..., 0] - ground.midline) * ground.ahead < 0.0
-            return own | in_disc(points, ground.their_zone)
+            return own | points_in_disc(points, ground.their_zone)
 
         return self._drive_safely(view, ground.their_flag, harmless, bold=self._charging and self._chosen.bold)
 
@@ -198,25 +198,33 @@ class RoboFlagPlayer(Strategy):
         home = Circle(s.ground.home.x, s.ground.home.y, s.ground.home.radius)
 
         def harmless(points: Floats) -> Flags:
-            return in_disc(points, home) | in_disc(points, s.ground.their_zone) | in_disc(points, s.ground.own_zone)
+            return (
+                points_in_disc(points, home)
+                | points_in_disc(points, s.ground.their_zone)
+                | points_in_disc(points, s.ground.own_zone)
+            )
 
         return self._drive_safely(view, s.ground.haven.nearest(*view.position), harmless, bold=False)
 
     def _drive_safely(self, view: View, goal: Vector, harmless: Safe, *, bold: bool) -> Twist:
         s = self._situation
         bounds = self._bounds().bounds
-        course: Course = best_course(
+        course: BestDirection = best_course(
             view.position,
             goal,
             np.array([hunter.place for hunter in s.hunters]).reshape(-1, 2),
             speed=self.robot.v_max,
             reach=s.ground.tag_distance,
-            margin=RISK if bold else max(RISK, CAUTION - BOLDNESS * (view.time - self._since)),
+            margin=RISK if bold else max(RISK, MAX_TIME_MARGIN - BOLDNESS * (view.time - self._since)),
             inside=lambda points: in_bounds(points, bounds),
             harmless=harmless,
         )
         self._goal = goal
-        if 0.0 <= course.progress < HOLD and course.margin > 0.0 and math.dist(view.position, goal) > HOLD:
+        if (
+            0.0 <= course.progress < MIN_PROGRESS
+            and course.margin > 0.0
+            and math.dist(view.position, goal) > MIN_PROGRESS
+        ):
             return self._mover.stay(view, goal)
         return self._mover.head(view, scaled(course.heading, self.robot.v_max), self._bounds())
 

@@ -1,4 +1,4 @@
-"""Who of a team's defenders does what: whom each tags, and where the others stand. Pure functions of a situation."""
+"""Assigns the defenders of a team: some tag an opponent, the others stand at posts. Pure functions of a situation."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,11 +8,11 @@ from vrg.types import Vector
 
 LOYALTY = 0.8
 """The factor by which the way of a player to an opponent counts less that it has said it will tag."""
-AT_ONCE = 2
+MAX_CHASERS = 2
 """The number of players that go for an opponent that carries the flag."""
-OUTSIDE = 0.3
+POST_DISTANCE = 0.3
 """The distance in m from the flag zone at which defenders stand."""
-ROOM = 0.3
+POST_CLEARANCE = 0.3
 """The distance in m between the circles around two defenders at their posts."""
 ALL_ROUND = 0.9
 """The angle in rad between the posts of defenders that have no opponent to face."""
@@ -20,7 +20,7 @@ ALL_ROUND = 0.9
 
 def targets(s: Situation, defenders: Sequence[Known], threats: Sequence[Known]) -> dict[str, Known]:
     """Whom each defender tags: the shortest ways first. Whoever is not in the result has nobody to tag."""
-    wanted = {t.name: AT_ONCE if t.name == s.thief else 1 for t in threats}
+    wanted = {t.name: MAX_CHASERS if t.name == s.thief else 1 for t in threats}
     pairs = sorted(
         (math.dist(d.place, t.place) * (LOYALTY if s.targets.get(d.name) == t.name else 1.0), d.name, t.name)
         for d in defenders
@@ -36,12 +36,12 @@ def targets(s: Situation, defenders: Sequence[Known], threats: Sequence[Known]) 
 
 
 def posts(s: Situation, guards: Sequence[Known]) -> dict[str, Vector]:
-    """Where each guard stands: around the own flag zone, between the flag and the nearest opponents.
+    """The posts of the guards: around the own flag zone, between the flag and the nearest opponents.
 
     Guards keep their order around the flag, so that their ways do not cross.
     """
     ground = s.ground
-    radius = ground.own_zone.radius + OUTSIDE
+    radius = ground.own_zone.radius + POST_DISTANCE
     front = 0.0 if ground.ahead > 0 else math.pi
     flag = ground.own_flag
 
@@ -53,7 +53,7 @@ def posts(s: Situation, guards: Sequence[Known]) -> dict[str, Vector]:
     bearings = [bearing(known.place) for known in facing]
     free = len(guards) - len(bearings)
     bearings += [ALL_ROUND * (i - (free - 1) / 2) for i in range(free)]
-    half = max((guard.radius for guard in guards), default=0.0) + ROOM / 2
+    half = max((guard.radius for guard in guards), default=0.0) + POST_CLEARANCE / 2
     apart = min(2.0 * math.asin(min(1.0, half / radius)), math.tau / 8)
     spread = _spread(sorted(bearings), apart)
     order = sorted(guards, key=lambda guard: (bearing(guard.place), guard.name))
@@ -64,7 +64,8 @@ def posts(s: Situation, guards: Sequence[Known]) -> dict[str, Vector]:
 
 
 def shields(s: Situation, escorts: Sequence[Known], carrier: Known) -> dict[str, tuple[Vector, str]]:
-    """Where each escort goes: between the carrier and an opponent near it, with the opponent's name; the nearest first.
+    """The place of each escort: between the carrier and an opponent near it, with the opponent's name; the nearest
+    first.
 
     An escort for whom no opponent is left is not in the result.
     """

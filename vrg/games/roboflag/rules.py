@@ -7,12 +7,12 @@ from msgspec import structs
 from vrg.bus.messages import Auction, FieldObject, Zone
 from vrg.coordinator.auctions import closed, opened
 from vrg.coordinator.placing import assigned
-from vrg.coordinator.rulebook import DRAW, Call, Contestant, Field, RuleBook, Verdict
+from vrg.coordinator.rulebook import DRAW, Call, Contestant, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
 from vrg.games.roboflag.checks import problems_of
 from vrg.games.roboflag.judging import Ways, judge_flags, judge_homes, judge_tags
-from vrg.games.roboflag.layout import Layout
+from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.settings import Settings
 from vrg.games.roboflag.state import State
 from vrg.types import Pose
@@ -44,7 +44,7 @@ class RoboFlag(RuleBook[State]):
             raise ConfigError(problems)
         super().__init__(contestants)
         self.settings = settings
-        self.layout = Layout(settings)
+        self.layout = FieldLayout(settings)
         self.teams = {c.name: c.role for c in contestants}
         # Who is let go at the border of the field would turn beyond it.
         self._led_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}
@@ -66,10 +66,10 @@ class RoboFlag(RuleBook[State]):
         )
 
     def marks(self, state: State) -> Mapping[str, Pose]:
-        """Where everybody lines up for this round."""
+        """The mark of each player in this round."""
         return state.marks
 
-    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+    def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
         """Judge the ways between two instants: homes, flags, tags, then who bids, and the end of the round."""
         state, calls = self._returned(state)
         here = {name: pose for name, pose in now.poses.items() if name in self.teams and name not in state.disqualified}
@@ -80,7 +80,7 @@ class RoboFlag(RuleBook[State]):
         state = self._led_home(self._auctions(state, clock))
         return self._end_of_round(state, clock, calls)
 
-    def next_round(self, state: State, now: Field) -> Verdict[State]:
+    def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or begin the next round: scores carry over, positions and flags do not."""
         first, second = (state.points[team] for team in TEAMS)
         leader = TEAMS[0] if first > second else TEAMS[1]
@@ -177,7 +177,7 @@ class RoboFlag(RuleBook[State]):
         return self.settings.sudden_death if state.round == SUDDEN_DEATH else self.settings.round_time
 
     def _decided(self, state: State) -> bool:
-        """Whether a team has captured enough flags to end the game."""
+        """True if a team has captured enough flags to end the game."""
         return any(captured >= self.settings.captures for captured in state.points.values())
 
     def _end_of_round(self, state: State, clock: float, calls: list[Call]) -> Verdict[State]:

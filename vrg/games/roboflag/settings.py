@@ -8,7 +8,7 @@ from vrg.games.settings import Coordinate, LineUp
 from vrg.tables import Table
 
 
-class Side(Table):
+class TeamHalf(Table):
     """The [rules.red] or [rules.blue] table: what one team's half looks like.
 
     Args:
@@ -39,8 +39,8 @@ class Settings(LineUp):
 
     centre: tuple[Coordinate, Coordinate] = (0.0, 0.0)
     scale: float = Setting(2.0, gt=0, le=1000)
-    red: Side = Side(home="low", flag=(-2.0, 0.8))
-    blue: Side = Side(home="high", flag=(2.0, -0.8))
+    red: TeamHalf = TeamHalf(home="low", flag=(-2.0, 0.8))
+    blue: TeamHalf = TeamHalf(home="high", flag=(2.0, -0.8))
     length: float = Setting(6.0, gt=0, le=1e4)
     width: float = Setting(4.0, gt=0, le=1e4)
     tag_distance: float = Setting(0.30, gt=0, le=1e3)
@@ -53,6 +53,6 @@ class Settings(LineUp):
     epoch: float = Setting(10.0, ge=1, le=1e6)
     bidding: float = Setting(0.3, ge=0.1, le=1e3)
 
-    def side(self, team: str) -> Side:
-        """What the half of a team looks like."""
+    def side(self, team: str) -> TeamHalf:
+        """The half of a team."""
         return self.red if team == "red" else self.blue

@@ -1,4 +1,4 @@
-"""What a player of RoboFlag knows at one tick, sorted for its decisions. All places are in m in the map's frame."""
+"""The knowledge of a player of RoboFlag at one tick, sorted for its decisions. All places: m in the map's frame."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,10 +12,10 @@ from vrg.regions import Circle, Region, Sector
 from vrg.shared import shared
 from vrg.types import Vector
 
-BORDER = 0.4
+BORDER_CLEARANCE = 0.4
 """The distance in m that a body's centre keeps from the border of the field."""
 HAVEN = 0.2
-"""How far inside its home zone a carrier wants to be, m."""
+"""The distance in m inside its home zone to which a carrier drives."""
 IN_PLAY = (NORMAL, TAGGED, FLAGGED)
 """The states of players that are not disqualified."""
 MEMORY = 3.0
@@ -23,7 +23,7 @@ MEMORY = 3.0
 
 
 @dataclass(frozen=True)
-class Ground:
+class TeamField:
     """The parts of the field, as a player of one team sees them.
 
     Args:
@@ -51,7 +51,7 @@ class Ground:
     tag_distance: float
 
     @classmethod
-    def of(cls, view: View) -> "Ground | None":
+    def of(cls, view: View) -> "TeamField | None":
         """The ground as the referee publishes it, or None if parts of it are missing."""
         team, regions = view.me.team, {(zone.kind, zone.team): zone.region for zone in view.referee.zones}
         field, half, home = (regions.get(key) for key in (("field", None), (HALF, team), (HOME, team)))
@@ -70,7 +70,7 @@ class Ground:
             their_zone=theirs,
             own_flag=(own.x, own.y),
             their_flag=(theirs.x, theirs.y),
-            inner=field.shrunk(BORDER),
+            inner=field.shrunk(BORDER_CLEARANCE),
             haven=home.shrunk(HAVEN),
             ahead=ahead,
             midline=bounds[2] if ahead > 0 else bounds[0],
@@ -78,7 +78,8 @@ class Ground:
         )
 
     def beyond(self, x: float) -> float:
-        """How far a place with this x is on the opponents' side of the midline, m; negative on the own side."""
+        """The distance in m by which a place with this x is on the opponents' side of the midline; negative on the own
+        side."""
         return (x - self.midline) * self.ahead
 
     def corner_distance(self, place: Vector) -> float:
@@ -104,7 +105,7 @@ class Known:
 
 @dataclass(frozen=True)
 class Situation:
-    """What there is to decide by.
+    """The data that a player decides by.
 
     Args:
         ground: the parts of the field. me: this player.
@@ -114,7 +115,7 @@ class Situation:
         targets: the opponents that mates have said they will tag, by mate.
     """
 
-    ground: Ground
+    ground: TeamField
     me: Known
     mates: Sequence[Known]
     opponents: Sequence[Known]
@@ -156,7 +157,7 @@ class Situation:
 
 
 class Memory:
-    """Where others were last seen, for matches in which a team does not see everybody."""
+    """The last known places of others, for matches in which a team does not see everybody."""
 
     def __init__(self) -> None:
         self._last: tuple[float, Sequence[Known]] = (0.0, ())
@@ -181,7 +182,7 @@ class Memory:
         ]
 
 
-def situation_of(view: View, ground: Ground, memory: Memory, targets: Mapping[str, str]) -> Situation:
+def situation_of(view: View, ground: TeamField, memory: Memory, targets: Mapping[str, str]) -> Situation:
     """Sort what a player sees.
 
     Args:

@@ -10,20 +10,20 @@ from vrg.games.roboflag.situation import Situation
 from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Pair, Purge, ShieldCarrier, Tactic
 from vrg.hal.models import RobotModel
 
-ORDERS: Mapping[str, Tactic] = {
+PRIORITY_ORDERS: Mapping[str, Tactic] = {
     TEAM_FLAG: GuardFlag(),
     TAG_DEFENSE: Purge(),
     FLAGGED_SAFETY: ShieldCarrier(),
     HAIL_MARY: Everybody(),
 }
-"""What a team does for each priority of the person who commands it."""
+"""The tactic of a team for each priority of the person who commands it."""
 
 
 class TeamPlayer(RoboFlagPlayer):
     """A player that also follows the priorities of the person who commands its team."""
 
-    orders = ORDERS
-    priorities = tuple(ORDERS)
+    orders = PRIORITY_ORDERS
+    priorities = tuple(PRIORITY_ORDERS)
 
 
 class Conservative(TeamPlayer):
@@ -53,25 +53,25 @@ class Balanced(TeamPlayer):
 class TeamFlag(TeamPlayer):
     """All guard their flag, and tag only the one that carries it."""
 
-    tactic = ORDERS[TEAM_FLAG]
+    tactic = PRIORITY_ORDERS[TEAM_FLAG]
 
 
 class TagDefense(TeamPlayer):
     """All tag the opponents on their own half."""
 
-    tactic = ORDERS[TAG_DEFENSE]
+    tactic = PRIORITY_ORDERS[TAG_DEFENSE]
 
 
 class FlaggedSafety(TeamPlayer):
     """By numbers, and all shield the carrier."""
 
-    tactic = ORDERS[FLAGGED_SAFETY]
+    tactic = PRIORITY_ORDERS[FLAGGED_SAFETY]
 
 
 class HailMary(TeamPlayer):
     """All go for the flag: the same as aggressive, under the name of the priority."""
 
-    tactic = ORDERS[HAIL_MARY]
+    tactic = PRIORITY_ORDERS[HAIL_MARY]
 
 
 class Mixed(TeamPlayer):

@@ -1,4 +1,4 @@
-"""Who of a team attacks, who shields the carrier, and who defends (thesis 4.4.3 and 4.4.4).
+"""The jobs of a team's players: attackers, escorts of the carrier, and defenders (thesis 4.4.3 and 4.4.4).
 
 Every player of a team comes to the same result by itself, because all look at the same state of the referee.
 """
@@ -11,7 +11,7 @@ from vrg.games.roboflag.situation import Situation
 
 
 class Tactic(ABC):
-    """How a team shares the work.
+    """A way to share the work in a team.
 
     Attributes:
         flanks: the number of groups in which the attackers go.

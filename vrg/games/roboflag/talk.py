@@ -1,4 +1,4 @@
-"""What a player of RoboFlag tells others: its team whom it tags, the referee its bid, and those who watch its goal."""
+"""The messages of a player of RoboFlag: its target to its team, its bid to the referee, and its goal to spectators."""
 
 import math
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from vrg.types import Vector
 
 CLAIM = 1.0
 """The match time in s for which counts whom a team mate has said it tags."""
-REPEAT = 0.8
+REPEAT_PERIOD = 0.8
 """The match time in s after which a player says it again."""
 BID_AGAIN = 0.25
 """The match time in s after which a player bids again that does not find its bid in the referee's state."""
@@ -19,7 +19,7 @@ SKETCH = 0.5
 
 
 class Talk:
-    """What one player has said and heard.
+    """The messages that one player has sent and received.
 
     Args:
         name: the player's name.
@@ -40,9 +40,9 @@ class Talk:
         return {name: target for name, (time, target) in self._said.items() if 0.0 <= view.time - time <= CLAIM}
 
     def claim(self, view: View, target: str | None) -> dict[str, str] | None:
-        """What it says about whom it tags; None if there is nothing new to say."""
+        """The message about the player's target; None if there is nothing new."""
         time, before = self._said.get(self._name, (-math.inf, ""))
-        if target is None or (target == before and 0.0 <= view.time - time < REPEAT):
+        if target is None or (target == before and 0.0 <= view.time - time < REPEAT_PERIOD):
             return None
         self._said[self._name] = (view.time, target)
         return {"target": target}

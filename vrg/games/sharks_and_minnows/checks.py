@@ -1,11 +1,11 @@
-"""What keeps a match of Sharks and Minnows from being played, judged before it begins."""
+"""Problems that keep a match of Sharks and Minnows from being played, judged before it begins."""
 
 from collections.abc import Sequence
 
 from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
-from vrg.games.sharks_and_minnows.lineup import Extent, crowded
+from vrg.games.sharks_and_minnows.lineup import LargestBody, crowded
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.games.sharks_and_minnows.state import opposite
 
@@ -16,7 +16,7 @@ def passes(contestants: Sequence[Contestant]) -> int:
     return (minnows - sharks) // 2
 
 
-def problems_of(settings: Settings, contestants: Sequence[Contestant], extent: Extent) -> list[Problem]:
+def problems_of(settings: Settings, contestants: Sequence[Contestant], extent: LargestBody) -> list[Problem]:
     """Everything that is wrong: too few players for a pass, no room to line up, or a start at the wrong place."""
     minnows, sharks = (sum(c.role == role for c in contestants) for role in (MINNOW, SHARK))
     problems: list[Problem] = []

@@ -10,13 +10,13 @@ from vrg.geometry import circumradius, wrap
 from vrg.regions import Rectangle
 from vrg.types import Pose, Vector
 
-ROOM = 1.5
-"""How many times its largest extent a body has for itself in a row."""
+SPACING_FACTOR = 1.5
+"""The part of a row for one body, as a multiple of its largest extent."""
 
 
 @dataclass(frozen=True)
-class Extent:
-    """How large the largest body is.
+class LargestBody:
+    """The size of the largest body.
 
     Args:
         side: its longest side, m. across: its diagonal, m: at this distance two centres are never too near.
@@ -26,7 +26,7 @@ class Extent:
     across: float
 
     @classmethod
-    def of(cls, contestants: Sequence[Contestant]) -> "Extent":
+    def of(cls, contestants: Sequence[Contestant]) -> "LargestBody":
         """The extent of the largest of these; 0 without any."""
         sizes = [c.size for c in contestants] or [(0.0, 0.0)]
         return cls(max(map(max, sizes)), 2 * max(map(circumradius, sizes)))
@@ -36,7 +36,7 @@ def line_up(
     players: Mapping[str, Pose],
     zone: Rectangle,
     field: Rectangle,
-    extent: Extent,
+    extent: LargestBody,
     obstacles: Sequence[Vector] = (),
 ) -> dict[str, Pose]:
     """Return marks in a row across an end zone, facing the middle of the field.
@@ -62,27 +62,27 @@ def line_up(
     return assigned(players, free)
 
 
-def in_order(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, extent: Extent) -> dict[str, Pose]:
+def in_order(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, extent: LargestBody) -> dict[str, Pose]:
     """Marks across an end zone for players in their order across the field; arguments as for `line_up`."""
     along_y = _along_y(zone, field)
     order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
     return dict(zip(order, _rows(len(order), zone, field, extent), strict=True))
 
 
-def crowded(players: int, zone: Rectangle, field: Rectangle, extent: Extent) -> bool:
-    """Whether so many players, or fewer, do not all have a mark in an end zone at which they touch nobody."""
+def crowded(players: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> bool:
+    """True if so many players, or fewer, do not all have a mark in an end zone at which they touch no other."""
     return any(_collide(_rows(count, zone, field, extent), extent) for count in range(2, players + 1))
 
 
-def _collide(marks: Sequence[Pose], extent: Extent) -> bool:
+def _collide(marks: Sequence[Pose], extent: LargestBody) -> bool:
     places = [(mark.x, mark.y) for mark in marks]
     return any(math.dist(a, b) < extent.across for i, a in enumerate(places) for b in places[:i])
 
 
-def _rows(count: int, zone: Rectangle, field: Rectangle, extent: Extent) -> list[Pose]:
+def _rows(count: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> list[Pose]:
     """So many marks, in their order across the field, in as few rows as there is room for them."""
     across = zone.x_max - zone.x_min if _along_y(zone, field) else zone.y_max - zone.y_min
-    per_row = max(1, int(across / (ROOM * extent.side)) - 1)
+    per_row = max(1, int(across / (SPACING_FACTOR * extent.side)) - 1)
     fewest = -(-count // per_row) or 1
     for rows in (*range(fewest, count + 1), *range(fewest - 1, 0, -1)):
         marks = _marks(count, rows, zone, field)
@@ -109,5 +109,5 @@ def _marks(count: int, rows: int, zone: Rectangle, field: Rectangle) -> list[Pos
 
 
 def _along_y(zone: Rectangle, field: Rectangle) -> bool:
-    """Whether minnows cross along y: an end zone is then as wide as the field."""
+    """True if minnows cross along y: an end zone is then as wide as the field."""
     return zone.x_max - zone.x_min >= field.x_max - field.x_min

@@ -9,9 +9,9 @@ from vrg.agents.interception import intercept
 from vrg.agents.potential import descent, evade
 from vrg.agents.strategy import Strategy, View
 from vrg.games.sharks_and_minnows import INACTIVE, SHARK
-from vrg.games.sharks_and_minnows.scene import Scene, scene
+from vrg.games.sharks_and_minnows.scene import Surroundings, scene
 from vrg.hal.models import RobotModel
-from vrg.navigation.avoidance import Body, steer
+from vrg.navigation.avoidance import CrowdBody, steer
 from vrg.navigation.control import linearise, scaled
 from vrg.navigation.motion import TopSpeed
 from vrg.types import STILL, Twist, Vector
@@ -23,7 +23,7 @@ EVADE_DISTANCE, CALM_DISTANCE = 2.0, 2.3
 """The distances between centres in m at which a minnow begins and ends to evade one shark."""
 HORIZON = 2.5
 """The time in s ahead for which bodies in the way are avoided."""
-GAP = 0.15
+CLEARANCE = 0.15
 """The distance in m to keep between the circles around two bodies."""
 MARK_REACH = 0.2
 """The distance in m from its mark or berth at which a player stops; on marks the referee holds it at a longer one."""
@@ -153,7 +153,7 @@ class SharksAndMinnowsPlayer(Strategy):
         wanted = scaled(way, self._approach_speed(view, prey))
         return self._steer(view, wanted, ignore=tuple(m.name for m in seen.prey), offset=SHARK_OFFSET)
 
-    def _approach_speed(self, view: View, prey: Body) -> float:
+    def _approach_speed(self, view: View, prey: CrowdBody) -> float:
         """Full speed, but near its prey only so fast that the shark can still stop if the prey brakes now (m/s)."""
         between = math.dist(view.position, prey.position) - view.me.radius - prey.radius
         vx, vy = prey.velocity
@@ -171,16 +171,16 @@ class SharksAndMinnowsPlayer(Strategy):
         """The twist for a wanted velocity, which leads around bodies and stays inside the field."""
         seen = _seen(view)
         bodies = seen.crowd.around(
-            view.position, view.me.radius, math.hypot(*wanted), horizon, gap=GAP, without=(self.name, *ignore)
+            view.position, view.me.radius, math.hypot(*wanted), horizon, gap=CLEARANCE, without=(self.name, *ignore)
         )
         return linearise(steer(view.position, wanted, bodies, seen.bounds, horizon), view.pose.theta, offset)
 
 
-def _seen(view: View) -> Scene:
+def _seen(view: View) -> Surroundings:
     return scene(view.referee, view.velocities)
 
 
-def _nearest_shark(view: View) -> tuple[Body | None, float]:
+def _nearest_shark(view: View) -> tuple[CrowdBody | None, float]:
     sharks = [(math.dist(view.position, s.position), s) for s in _seen(view).sharks if s.name != view.me.name]
     distance, shark = min(sharks, key=itemgetter(0), default=(math.inf, None))
     return shark, distance

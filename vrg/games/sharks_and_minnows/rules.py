@@ -10,19 +10,19 @@ import numpy as np
 from msgspec import structs
 
 from vrg.bus.messages import Zone
-from vrg.coordinator.rulebook import Call, Contestant, Field, RuleBook, Verdict, called
+from vrg.coordinator.rulebook import Call, Contestant, Observation, RuleBook, Verdict, called
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
 from vrg.games.sharks_and_minnows.checks import passes, problems_of
-from vrg.games.sharks_and_minnows.lineup import Extent, line_up
+from vrg.games.sharks_and_minnows.lineup import LargestBody, line_up
 from vrg.games.sharks_and_minnows.settings import Settings
 from vrg.games.sharks_and_minnows.state import State, opposite
-from vrg.games.sharks_and_minnows.tagging import Hunters, Motion, first_tags
+from vrg.games.sharks_and_minnows.tagging import Hunters, SweptBody, first_tags
 from vrg.geometry import interpolate
 from vrg.regions import Region
 from vrg.types import Pose
 
-PATIENCE = 3.0
+PASS_TIME_FACTOR = 3.0
 """The default time limit of a pass, in terms of what the slowest player may need for the length of the field."""
 
 
@@ -48,14 +48,14 @@ class SharksAndMinnows(RuleBook[State]):
         self.settings = settings
         self._field = settings.field
         self._ends = {end: settings.end_zone(end) for end in ("low", "high")}
-        self._extent = Extent.of(contestants)
+        self._extent = LargestBody.of(contestants)
         if problems := problems_of(settings, contestants, self._extent):
             raise ConfigError(problems)
         self.rounds = settings.passes or passes(contestants)
         self.lineup_limit = settings.patience
         slowest = settings.slowest * min(c.v_max for c in contestants)
         limit = settings.pass_limit
-        self.pass_limit = PATIENCE * settings.length / slowest if limit is None else limit
+        self.pass_limit = PASS_TIME_FACTOR * settings.length / slowest if limit is None else limit
 
     def initial(self) -> State:
         """The state in which every player is active, with the role and the place that the match file says."""
@@ -68,10 +68,10 @@ class SharksAndMinnows(RuleBook[State]):
         )
 
     def marks(self, state: State) -> dict[str, Pose]:
-        """Where everybody lines up for this pass."""
+        """The mark of each player in this pass."""
         return state.marks
 
-    def judge(self, state: State, before: Field, now: Field, clock: float) -> Verdict[State]:
+    def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
         """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
         # Who is disqualified is out, like one that is tagged, but nobody scores by it.
         state = state.with_state(state.disqualified, INACTIVE)
@@ -93,8 +93,8 @@ class SharksAndMinnows(RuleBook[State]):
         state = state.with_state(hit, INACTIVE).with_points(SHARKS, state.points[SHARKS] + caught)
         return self._end_of_pass(state, now, calls)
 
-    def _exits(self, state: State, before: Field, now: Field) -> dict[str, float]:
-        """When each active player left the field, as a fraction of the way between the two instants."""
+    def _exits(self, state: State, before: Observation, now: Observation) -> dict[str, float]:
+        """The instants at which active players left the field, as fractions of the way between the two looks."""
         exits = {}
         for name, status in state.states.items():
             if status != ACTIVE or name not in now.poses:
@@ -105,7 +105,7 @@ class SharksAndMinnows(RuleBook[State]):
                 exits[name] = fraction
         return exits
 
-    def _motions(self, names: Sequence[str], before: Field, now: Field) -> dict[str, Motion]:
+    def _motions(self, names: Sequence[str], before: Observation, now: Observation) -> dict[str, SweptBody]:
         """The motions of those players that were there at both instants."""
         return {
             n: (before.poses[n], now.poses[n], self.contestants[n].size)
@@ -114,7 +114,7 @@ class SharksAndMinnows(RuleBook[State]):
         }
 
     def _first_tag(
-        self, state: State, name: str, minnow: Motion, sharks: Hunters, out: Mapping[str, float]
+        self, state: State, name: str, minnow: SweptBody, sharks: Hunters, out: Mapping[str, float]
     ) -> Call | None:
         """The first tag of a minnow, or None. Minnow and sharks must still be in bounds at that instant."""
         near = sharks.near(minnow)
@@ -129,7 +129,7 @@ class SharksAndMinnows(RuleBook[State]):
         text = f"{name} is tagged by {' and '.join(taggers)} and inactive"
         return called("tag", text, {n: interpolate(*motion[:2], fraction) for n, motion in motions.items()})
 
-    def _late(self, state: State, now: Field, clock: float, hit: set[str]) -> list[Call]:
+    def _late(self, state: State, now: Observation, clock: float, hit: set[str]) -> list[Call]:
         """The calls for minnows that are outside the end zone when the time of the pass is up (an extension)."""
         if not self.pass_limit or clock < self.pass_limit - 1e-9:
             return []
@@ -137,13 +137,13 @@ class SharksAndMinnows(RuleBook[State]):
         how = f"is not in the end zone after {self.pass_limit:.0f} s and inactive"
         return [called("pass_limit", f"{name} {how}", {name: now.poses[name]}) for name in late]
 
-    def _home(self, state: State, now: Field) -> dict[str, Pose]:
+    def _home(self, state: State, now: Observation) -> dict[str, Pose]:
         """The active minnows in the end zone, with their poses."""
         there = {name: now.poses[name] for name in sorted(state.active(MINNOW)) if name in now.poses}
         zone = self._ends[state.goal]
         return {name: pose for name, pose in there.items() if zone.contains(pose.x, pose.y)}
 
-    def _end_of_pass(self, state: State, now: Field, calls: list[Call]) -> Verdict[State]:
+    def _end_of_pass(self, state: State, now: Observation, calls: list[Call]) -> Verdict[State]:
         home = self._home(state, now)
         if len(home) < len(state.active(MINNOW)):
             return Verdict(state, calls)
@@ -157,7 +157,7 @@ class SharksAndMinnows(RuleBook[State]):
             return SHARKS
         return MINNOWS if state.round >= self.rounds else None
 
-    def next_round(self, state: State, now: Field) -> Verdict[State]:
+    def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or let inactive players become sharks and the teams swap ends."""
         winner = self._winner(state)
         if winner is not None:

@@ -1,4 +1,4 @@
-"""What the players see of each other at one tick. In a match in one process it is made once for all of them."""
+"""The players' view of each other at one tick. In a match in one process it is made once for all of them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,15 +8,15 @@ from typing import Final
 from vrg.agents.interception import intercept
 from vrg.bus.messages import PlayerStatus, RefereeState
 from vrg.games.sharks_and_minnows import ACTIVE, MINNOW, SHARK
-from vrg.games.sharks_and_minnows.lineup import Extent, in_order
-from vrg.navigation.avoidance import Body, Crowd
+from vrg.games.sharks_and_minnows.lineup import LargestBody, in_order
+from vrg.navigation.avoidance import Crowd, CrowdBody
 from vrg.regions import Rectangle, Region
 from vrg.shared import shared
 from vrg.types import Pose, Vector
 
-BORDER: Final = 0.7
+BORDER_CLEARANCE: Final = 0.7
 """The distance in m that a body's centre keeps from the border: a little more than it needs to stop."""
-PACE: Final = 0.7
+ASSUMED_SPEED: Final = 0.7
 """The speed in m/s that every shark is taken to have when the minnows are shared out, as nobody knows another's."""
 UNMET: Final = 1e3
 """The time in s, and more by the distance, at which a minnow that cannot be met counts as met."""
@@ -25,7 +25,7 @@ _EVERYWHERE: Final = Rectangle(-1e5, -1e5, 1e5, 1e5)
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class Surroundings:
     """Everybody whose pose is known, and the zones.
 
     Args:
@@ -42,16 +42,16 @@ class Scene:
     safe: Region | None
     start: Region | None
     bounds: Region
-    sharks: Sequence[Body]
-    prey: Sequence[Body]
-    prey_of: Mapping[str, Body]
+    sharks: Sequence[CrowdBody]
+    prey: Sequence[CrowdBody]
+    prey_of: Mapping[str, CrowdBody]
     berths: Mapping[str, Vector]
     crowd: Crowd
 
 
 @shared
-def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Scene:
-    """What follows from the referee's state and from how fast everybody moves, m/s."""
+def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Surroundings:
+    """The surroundings by the referee's state and the players' velocities, m/s."""
     zones = {zone.kind: zone.region for zone in reversed(state.zones)}
     field, safe, start = zones.get("field"), zones.get("safe"), zones.get("start")
     sharks, prey, bodies = [], [], []
@@ -60,20 +60,20 @@ def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Scene:
         if player.pose is None:
             continue
         place, velocity = (player.pose.x, player.pose.y), velocities.get(player.name, _STILL)
-        body = Body(player.name, place, velocity, player.radius)
-        bodies.append(body if player.may_move else Body(player.name, place, _STILL, player.radius))
+        body = CrowdBody(player.name, place, velocity, player.radius)
+        bodies.append(body if player.may_move else CrowdBody(player.name, place, _STILL, player.radius))
         if _is_active(player, SHARK):
             sharks.append(body)
         elif _is_active(player, MINNOW):
             minnows[player.name] = player.pose
             if safe is None or not safe.contains(*place):
                 prey.append(body)
-    bounds = field.shrunk(BORDER) if field else _EVERYWHERE
+    bounds = field.shrunk(BORDER_CLEARANCE) if field else _EVERYWHERE
     berths = _berths(minnows, field, safe, 2 * max((body.radius for body in bodies), default=0.0))
-    return Scene(field, safe, start, bounds, sharks, prey, _prey_of(sharks, prey), berths, Crowd(bodies))
+    return Surroundings(field, safe, start, bounds, sharks, prey, _prey_of(sharks, prey), berths, Crowd(bodies))
 
 
-def _prey_of(sharks: Sequence[Body], prey: Sequence[Body]) -> dict[str, Body]:
+def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody]) -> dict[str, CrowdBody]:
     """The minnow of each shark: the pairs that can meet first come first. Two share one only if too few are left."""
     pairs = sorted((_time(shark, minnow), shark.name, i) for shark in sharks for i, minnow in enumerate(prey))
     chased: dict[str, int] = {}
@@ -85,9 +85,10 @@ def _prey_of(sharks: Sequence[Body], prey: Sequence[Body]) -> dict[str, Body]:
     return {shark: prey[i] for shark, i in chased.items()}
 
 
-def _time(shark: Body, minnow: Body) -> float:
-    """When a shark can meet a minnow (s); later than any other, the farther it is, if the minnow drives away."""
-    met = intercept(shark.position, PACE, minnow.position, minnow.velocity, reach=shark.radius + minnow.radius)
+def _time(shark: CrowdBody, minnow: CrowdBody) -> float:
+    """The time in s at which a shark can meet a minnow; later than any other, the farther it is, if the minnow drives
+    away."""
+    met = intercept(shark.position, ASSUMED_SPEED, minnow.position, minnow.velocity, reach=shark.radius + minnow.radius)
     return UNMET + math.dist(shark.position, minnow.position) if met is None else met.time
 
 
@@ -95,7 +96,7 @@ def _berths(minnows: Mapping[str, Pose], field: Region | None, safe: Region | No
     """Places side by side in the safe zone, so that minnows cross on different lanes and leave room for one another."""
     if not (isinstance(field, Rectangle) and isinstance(safe, Rectangle)):
         return {}
-    marks = in_order(minnows, safe, field, Extent(width, width))
+    marks = in_order(minnows, safe, field, LargestBody(width, width))
     return {name: (mark.x, mark.y) for name, mark in marks.items()}
 
 

@@ -1,4 +1,4 @@
-"""When two moving bodies first come within a distance. No contact between two ticks is missed."""
+"""The instant at which two moving bodies first come within a distance. No contact between two ticks is missed."""
 
 import math
 from collections.abc import Mapping
@@ -10,7 +10,7 @@ from vrg.types import Pose, Vector
 RESOLUTION = 1e-3
 """The shortest relative motion in m between two instants that are looked at."""
 
-Motion = tuple[Pose, Pose, Vector]
+SweptBody = tuple[Pose, Pose, Vector]
 """The motion of a body: its pose before, its pose now, and its (length, width) in m."""
 
 
@@ -21,10 +21,10 @@ class Hunters:
         motions: the hunters. reach: as for `first_tag`.
     """
 
-    def __init__(self, motions: Mapping[str, Motion], reach: float) -> None:
+    def __init__(self, motions: Mapping[str, SweptBody], reach: float) -> None:
         self._swept = [(name, motion, swept(motion, reach + RESOLUTION)) for name, motion in motions.items()]
 
-    def near(self, prey: Motion) -> dict[str, Motion]:
+    def near(self, prey: SweptBody) -> dict[str, SweptBody]:
         """The hunters that might come within reach of a prey. All others surely do not."""
         x_min, y_min, x_max, y_max = swept(prey, 0.0)
         return {
@@ -34,7 +34,7 @@ class Hunters:
         }
 
 
-def swept(motion: Motion, margin: float) -> Bounds:
+def swept(motion: SweptBody, margin: float) -> Bounds:
     """The bounds of all that a body may cover on its way, and `margin` m more on each side."""
     before, now, size = motion
     far = circumradius(size) + margin
@@ -47,7 +47,7 @@ def swept(motion: Motion, margin: float) -> Bounds:
 
 
 def first_tags(
-    hunters: Mapping[str, Motion], prey: Motion, reach: float, refuge: Region, until: Mapping[str, float]
+    hunters: Mapping[str, SweptBody], prey: SweptBody, reach: float, refuge: Region, until: Mapping[str, float]
 ) -> tuple[float, list[str]] | None:
     """The first instant at which any hunter tags the prey, and all hunters that are within reach at that instant.
 
@@ -77,7 +77,7 @@ def first_tags(
     return at, sorted(taggers)
 
 
-def first_tag(hunter: Motion, prey: Motion, reach: float, refuge: Region) -> float | None:
+def first_tag(hunter: SweptBody, prey: SweptBody, reach: float, refuge: Region) -> float | None:
     """The first instant at which the outlines are within `reach` while the prey's centre is outside `refuge`.
 
     Both bodies are taken to move straight and to turn evenly between their two poses. The method is conservative

@@ -23,7 +23,7 @@ class ProtocolOptions(Table):
 
     @property
     def missing(self) -> str | None:
-        """What must be said and has not been, in words; None where nothing is missing."""
+        """The options that are required and missing, in words; None if nothing is missing."""
         return None
 
 
@@ -33,8 +33,8 @@ NEVER = -math.inf
 """The stamp of what has not been heard yet, s."""
 
 
-class State(enum.Enum):
-    """What a drive says of its axis, together with what it was asked for."""
+class MotorState(enum.Enum):
+    """The state of an axis: what its drive reports, together with what was asked of it."""
 
     SILENT = "silent"
     IDLE = "idle"
@@ -55,8 +55,8 @@ class Send(Protocol):
         """
 
 
-class Report:
-    """What one drive reports of its axis: plain data, which an `Axis` keeps up to date.
+class AxisReport:
+    """The report of one drive about its axis: plain data, which an `Axis` keeps up to date.
 
     Args:
         node: the drive's id on the bus.
@@ -84,7 +84,7 @@ class Report:
     def __init__(self, node: int) -> None:
         self.node = node
         self.heard = NEVER
-        self.state = State.SILENT
+        self.state = MotorState.SILENT
         self.on: bool | None = None
         self.told = NEVER
         self.fault: str | None = None
@@ -104,7 +104,7 @@ class Report:
 
     @property
     def identified(self) -> bool:
-        """Whether all is known that `problem` needs."""
+        """True if all is known that `problem` needs."""
         return True
 
     @property
@@ -117,7 +117,7 @@ class Report:
         self.odd = None
 
 
-class Axis(Report, ABC):
+class Axis(AxisReport, ABC):
     """One axis. `receive` is called by the bus' receive thread, and `start` and `command` by the robot's own.
 
     Any thread may switch it off. They do not call it at the same time (see vrg.hal.can.train).
@@ -148,12 +148,12 @@ class Axis(Report, ABC):
     @property
     @abstractmethod
     def filters(self) -> list[Filter]:
-        """What this axis must hear once its drive is prepared."""
+        """The filters for all that this axis must receive once its drive is prepared."""
 
     @property
     @abstractmethod
     def identified(self) -> bool:
-        """Whether all is known that `problem` needs."""
+        """True if all is known that `problem` needs."""
 
     @property
     @abstractmethod

@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from msgspec import Struct
 
 from vrg.geometry import along_arc, wrap
-from vrg.hal.can.plausibility import SLUGGISH, Bounds
+from vrg.hal.can.plausibility import SLUGGISH, MotorLimits
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist
 
 TURN = math.tau
 """One turn in rad."""
 _OVERSPEED = 1.5
-"""How many times faster than its top speed a motor may be before its speed is disbelieved."""
+"""The number of times its top speed above which the speed of a motor is disbelieved."""
 _JUMP_SLACK = 0.25
 """s that a frame may be late. What it says is then older than it looks, and the next one seems to come from far."""
 
 
 @dataclass(frozen=True, slots=True)
 class WheelAxis:
-    """How one motor turns one axis of the drivetrain.
+    """The way in which one motor turns one axis of the drivetrain.
 
     Args:
         node: the id of its drive. axis: the number of the axis, which others may turn with it.
@@ -36,7 +36,7 @@ class WheelAxis:
 
 
 class Estimate(Struct, frozen=True):
-    """What an encoder said: position and velocity of the motor, in turns and turn/s, at monotonic time `at`, s."""
+    """A position and a velocity of the motor from its encoder, in turns and turn/s, at monotonic time `at`, s."""
 
     position: float
     velocity: float
@@ -132,8 +132,8 @@ class DriveBase:
         return tuple(sum(of_nodes[a.node] for a in own) / len(own) if own else 0.0 for own in self._by_axis)
 
 
-def _bounds(axis: WheelAxis, model: RobotModel) -> Bounds:
-    """What the motor of an axis can do."""
+def _bounds(axis: WheelAxis, model: RobotModel) -> MotorLimits:
+    """The limits of the motor of an axis."""
     per_metre = abs(axis.ratio) / model.drivetrain.wheel_radius / TURN
     change = SLUGGISH * min(model.a_max, model.brake)
-    return Bounds(model.v_max * per_metre, change * per_metre)
+    return MotorLimits(model.v_max * per_metre, change * per_metre)

@@ -17,7 +17,7 @@ import can
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.link import QUIET, SEND_PATIENCE, Link
+from vrg.hal.can.link import IDLE_TIMEOUT, SEND_PATIENCE, Link
 from vrg.hal.can.opening import frame_time, open_bus, restart, takes_fd
 from vrg.hal.can.sending import Echoes, Pacer
 from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full
@@ -149,13 +149,13 @@ class CanBus:
 
     def _put(self, bus: can.BusABC, frame: Frame) -> None:
         if self._echoes is None:
-            bus.send(message_of(frame))
+            bus.send(can_message(frame))
             return
         # It may come back before `send` returns, and who receives it must not wait for that.
         with self._echo_lock:
             self._echoes.sent(frame, time.monotonic())
         try:
-            bus.send(message_of(frame))
+            bus.send(can_message(frame))
         except BaseException:
             self._is_echo(frame)  # it will not come back
             raise
@@ -179,13 +179,13 @@ class CanBus:
     def _receive(self, bus: can.BusABC, stopping: threading.Event) -> None:
         while not stopping.is_set():
             try:
-                message = bus.recv(QUIET)
+                message = bus.recv(IDLE_TIMEOUT)
             except Exception as error:
                 # Drivers of adapters raise what they like; a thread that died of it would be missed by nobody.
                 if stopping.is_set():
                     return
                 self._on_trouble(f"{self.link}: {describe_error(error)}")
-                if stopping.wait(QUIET) or errno_of(error) in (errno.ENODEV, errno.EBADF):
+                if stopping.wait(IDLE_TIMEOUT) or errno_of(error) in (errno.ENODEV, errno.EBADF):
                     return
                 continue
             try:
@@ -208,7 +208,7 @@ class CanBus:
         if not self._is_echo(frame) and (self._wanted is None or any(f.passes(frame) for f in self._wanted)):
             self._heard_until = frame.at
             self._on_frame(frame)
-        elif frame.at - self._heard_until >= QUIET:
+        elif frame.at - self._heard_until >= IDLE_TIMEOUT:
             self._heard_until = frame.at
             self._on_quiet(frame.at)
 
@@ -235,7 +235,7 @@ class RealMedium:
     bus = CanBus
 
 
-def message_of(frame: Frame) -> can.Message:
+def can_message(frame: Frame) -> can.Message:
     """A frame as python-can wants it."""
     return can.Message(
         arbitration_id=frame.id,

@@ -1,4 +1,4 @@
-"""What differs from robot to robot of one model, measured once and kept in a file that people can read.
+"""The differences between robots of one model, measured once and kept in a file that people can read.
 
 robot = "sue"
 track = 0.575

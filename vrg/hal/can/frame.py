@@ -44,7 +44,7 @@ class Filter(NamedTuple):
     extended: bool = False
 
     def passes(self, frame: Frame) -> bool:
-        """Whether it lets a frame through."""
+        """True if this filter accepts a frame."""
         return frame.extended == self.extended and frame.id & self.mask == self.id & self.mask
 
 

@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 
-from vrg.hal.can.axis import Report, State
+from vrg.hal.can.axis import AxisReport, MotorState
 
 HEARTBEAT_TIMEOUT = 0.5
 """s without a heartbeat after which a drive is taken for dead. It sends one every 0.1 s."""
@@ -16,7 +16,7 @@ START_TIMEOUT = 1.0
 """s from arming until every axis must be in closed loop."""
 OBEY_TIMEOUT = 0.5
 """s for which a drive may still say that it is on after it was told to be off."""
-REPEAT = 0.2
+OFF_PERIOD = 0.2
 """s from one order to be off to the next, until every drive has said that it is off."""
 PROOF_TIMEOUT = 0.33
 """s from the last setpoint within which every drive must report that its own watchdog has stopped its motor, when that
@@ -25,19 +25,19 @@ PROOFS = 2
 """Times that a watchdog is tried: on a busy computer the first setpoint may leave late, or a report may get lost."""
 DEAF = 3
 """Times in a row that a drive may report an expired watchdog although it was told to start: orders may get lost."""
-LATE = 0.2
+SETPOINT_TIMEOUT = 0.2
 """s between setpoints from which on it is this computer that is too busy."""
 LOW_SUPPLY = 0.8
 """The part of the voltage of an empty battery below which no battery of this kind can be."""
-LOW_PATIENCE = 1.0
+LOW_TIMEOUT = 1.0
 """s for which a supply may be that low, as when many motors start at once."""
 COAST_TIMEOUT = 1.0
 """s after the order to be off in which a motor must have become slower."""
 COASTS = 0.9
 """The part of its speed at the order below which a motor that is off has become slower."""
-TURNS = 0.5
+TURNING_SPEED = 0.5
 """The speed in turn/s of the motor's shaft above which it counts as turning."""
-GRACE = 0.5
+STATUS_GRACE = 0.5
 """s after an explicit act in which what the drives still say of before does not latch again."""
 
 
@@ -66,7 +66,7 @@ class Guard:
             has not become slower within COAST_TIMEOUT, whatever the drive says; None if there is none.
     """
 
-    def __init__(self, axes: Sequence[Report], empty: float = 0.0) -> None:
+    def __init__(self, axes: Sequence[AxisReport], empty: float = 0.0) -> None:
         self._axes = axes
         self._empty = empty
         self.fault: str | None = None
@@ -131,7 +131,7 @@ class Guard:
 
     def command(self, now: float) -> None:
         """A setpoint is sent to every motor."""
-        if now - self._commanded > LATE:
+        if now - self._commanded > SETPOINT_TIMEOUT:
             self._gap, self._late_at = now - self._commanded, now
         self._commanded = now
 
@@ -162,11 +162,11 @@ class Guard:
     @property
     def armed(self) -> bool:
         """True if every motor really obeys."""
-        return self.wanted and not self.proving and all(axis.state is State.CLOSED_LOOP for axis in self._axes)
+        return self.wanted and not self.proving and all(axis.state is MotorState.CLOSED_LOOP for axis in self._axes)
 
     def refusal(self, now: float) -> str | None:
         """Return why the robot cannot be armed now, or None."""
-        if self.estop or any(axis.state is State.ESTOP for axis in self._axes):
+        if self.estop or any(axis.state is MotorState.ESTOP for axis in self._axes):
             return "the emergency stop is engaged: release it, then arm"
         if self.fault:
             return self.fault
@@ -189,16 +189,16 @@ class Guard:
         if not self._ordered:
             self._ordered = True
             speeds = {axis.node: abs(axis.velocity) for axis in self._axes}
-            self._coasting = {node: (heard_until, speed) for node, speed in speeds.items() if speed > TURNS}
+            self._coasting = {node: (heard_until, speed) for node, speed in speeds.items() if speed > TURNING_SPEED}
 
     def look(self, heard_until: float) -> bool:
         """Judge what the axes have heard until then; True if the motors must be switched off, once more if need be."""
-        stopped = State.ESTOP in [axis.state for axis in self._axes]
+        stopped = MotorState.ESTOP in [axis.state for axis in self._axes]
         if stopped and not (self.estop or self._forgiven(heard_until)):
             # After the emergency stop of the match the drives say so too: nobody pressed anything there.
             self.estop = self.at_drive = True
         if self.wanted and heard_until > self.armed_at:
-            self._obeyed |= {axis.node for axis in self._axes if axis.state is State.CLOSED_LOOP}
+            self._obeyed |= {axis.node for axis in self._axes if axis.state is MotorState.CLOSED_LOOP}
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
@@ -217,7 +217,7 @@ class Guard:
             self.ordered_off(heard_until)
             return True
         self._find_stray(heard_until)
-        if not self.wanted and not self.off and heard_until - self._ordered_off >= REPEAT:
+        if not self.wanted and not self.off and heard_until - self._ordered_off >= OFF_PERIOD:
             # The order may have been lost on the bus.
             self.ordered_off(heard_until)
             return True
@@ -234,7 +234,7 @@ class Guard:
 
     def _starved(self, heard_until: float) -> int | None:
         """The node of a drive whose watchdog has met a commander that was late; None if there is none."""
-        if self.ready or heard_until - self.armed_at <= GRACE:
+        if self.ready or heard_until - self.armed_at <= STATUS_GRACE:
             return None
         return next((axis.node for axis in self._axes if axis.starved and axis.node not in self._proved), None)
 
@@ -288,7 +288,7 @@ class Guard:
 
     def _forgiven(self, heard_until: float) -> bool:
         """True if a drive may still say what it said before the explicit act; an armed one has nothing old to say."""
-        return not self.wanted and heard_until - self._since <= GRACE
+        return not self.wanted and heard_until - self._since <= STATUS_GRACE
 
     def _problem(self, heard_until: float) -> str | None:
         forgiven = self._forgiven(heard_until)
@@ -296,14 +296,14 @@ class Guard:
             problem = self._silence(axis, heard_until) or (axis.fault if not forgiven else None)
             problem = problem or self._lack(axis, heard_until)
             due = axis.node in self._obeyed or heard_until - self.armed_at > START_TIMEOUT
-            if self.wanted and due and not axis.starved and axis.state in (State.IDLE, State.STARTING):
+            if self.wanted and due and not axis.starved and axis.state in (MotorState.IDLE, MotorState.STARTING):
                 problem = problem or f"expected closed-loop control, but it is idle{self._reason(axis, heard_until)}"
             if problem:
                 return f"node {axis.node}: {problem}"
         return None
 
-    def _silence(self, axis: Report, heard_until: float) -> str | None:
-        """What is wrong with a drive that has fallen silent, or makes no sense."""
+    def _silence(self, axis: AxisReport, heard_until: float) -> str | None:
+        """The fault of a drive that has fallen silent, or makes no sense."""
         if axis.odd:
             return axis.odd
         excused = self._excused.get(axis.node, -math.inf)
@@ -315,22 +315,22 @@ class Guard:
             return f"it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
         return None
 
-    def _lack(self, axis: Report, heard_until: float) -> str | None:
-        """What is wrong with a drive that is alive: it sends no encoder messages, or its supply is too low."""
+    def _lack(self, axis: AxisReport, heard_until: float) -> str | None:
+        """The fault of a drive that is alive: it sends no encoder messages, or its supply is too low."""
         measured = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
         # Motors that are off draw nothing, and somebody may have cut their power on purpose.
         if not self.wanted or axis.voltage is None or axis.voltage >= LOW_SUPPLY * self._empty:
             self._low.pop(axis.node, None)
-        elif axis.supplied - self._low.setdefault(axis.node, axis.supplied) >= LOW_PATIENCE:
+        elif axis.supplied - self._low.setdefault(axis.node, axis.supplied) >= LOW_TIMEOUT:
             return (
                 f"its supply has {axis.voltage:.3g} V, where an empty battery has {self._empty:g} V: is the emergency "
                 "switch released? Charge the battery, or correct `supply` in the wiring of this robot"
             )
         return None
 
-    def _reason(self, axis: Report, heard_until: float) -> str:
+    def _reason(self, axis: AxisReport, heard_until: float) -> str:
         """Why a motor may be off that should be on, in words."""
         if axis.refusal:
             return f" and reports {axis.refusal}"

@@ -1,4 +1,4 @@
-"""How to reach a CAN bus, in python-can's words."""
+"""The description of a CAN bus, in python-can's words."""
 
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
@@ -9,19 +9,19 @@ from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.clock import Clock
 from vrg.registry import expected_one_of
 
-SERIAL = frozenset({"slcan", "serial", "robotell"})
+SERIAL_INTERFACES = frozenset({"slcan", "serial", "robotell"})
 """Interfaces on a serial port, which two processes cannot share: each would set it up anew and take frames away."""
 
 _OFTEN = frozenset({"socketcan", "udp_multicast", "virtual"})
 """Interfaces that are known without asking python-can, which takes time to load."""
 
 AdapterValue = bool | int | float | str | Mapping[str, int | float]
-"""What an option of an adapter may be; a table is a bit timing."""
+"""The types of an adapter's options; a table is a bit timing."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Link:
-    """How to reach a bus.
+    """The interface, the channel and the bit rates of a bus.
 
     Args:
         interface: python-can's name of it, such as `socketcan`, `udp_multicast`, `slcan` or `pcan`.
@@ -107,7 +107,7 @@ def _flat(adapter: Mapping[str, AdapterValue]) -> Iterable[tuple[str, AdapterVal
 SEND_PATIENCE: Final = 0.02
 """s that a frame may wait for those before it; one that would wait longer is refused. A queue of ten frames is emptied
 in half that time."""
-QUIET: Final = 0.05
+IDLE_TIMEOUT: Final = 0.05
 """s without a frame that is wanted after which a bus tells that nothing waits to be heard."""
 
 

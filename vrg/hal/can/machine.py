@@ -4,7 +4,7 @@
                          off -> proving -> on       its motors, while it has met its drives; see vrg.hal.can.guard
 
 Whoever owns it hands in what happens, with the monotonic time in s, and carries out the orders that it gets, in their
-order. What the drives report is in their `Report`s, which the machine reads. Setpoints follow from a call of the
+order. What the drives report is in their `AxisReport`s, which the machine reads. Setpoints follow from a call of the
 robot's own thread alone: if that freezes or dies, none is sent, and the drives' own watchdogs stop the motors.
 """
 
@@ -15,9 +15,9 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from vrg.errors import RobotError
-from vrg.hal.can.axis import NEVER, Report, State
+from vrg.hal.can.axis import NEVER, AxisReport, MotorState
 from vrg.hal.can.base import DriveBase, Estimate
-from vrg.hal.can.guard import REPEAT, START_TIMEOUT, Guard
+from vrg.hal.can.guard import OFF_PERIOD, START_TIMEOUT, Guard
 from vrg.hal.can.plausibility import Plausibility
 from vrg.hal.driver import COMMAND_TIMEOUT
 
@@ -36,7 +36,7 @@ OLD, OLD_PATIENCE = 0.2, 1.0
 
 
 class Phase(enum.Enum):
-    """Whether the drives can be spoken to."""
+    """The phases in which the drives can or cannot be commanded."""
 
     CLOSED = "closed"
     MEETING = "meeting its drives"
@@ -44,8 +44,8 @@ class Phase(enum.Enum):
     RECOVERING = "being recovered"
 
 
-class Act(enum.Enum):
-    """What an axis is ordered to do: the name of its method."""
+class AxisMethod(enum.Enum):
+    """An order to an axis: the name of its method."""
 
     IDLE = "idle"
     STOP_NOW = "stop_now"
@@ -58,12 +58,12 @@ class Act(enum.Enum):
 class Order(NamedTuple):
     """One order to the axis of a node; the argument of a COMMAND is a velocity in turn/s, that of a POLL the time."""
 
-    act: Act
+    act: AxisMethod
     node: int
     arguments: tuple[float, ...] = ()
 
 
-class Machine:
+class StateMachine:
     """The states of one drive train: events come in, and orders go out.
 
     Args:
@@ -84,7 +84,7 @@ class Machine:
         self.begin([])
         self.close()
 
-    def begin(self, reports: Sequence[Report]) -> None:
+    def begin(self, reports: Sequence[AxisReport]) -> None:
         """A meeting begins (see vrg.hal.can.meeting), with drives of which nothing has been heard."""
         self.phase = Phase.MEETING
         self.reports = {report.node: report for report in reports}
@@ -145,7 +145,7 @@ class Machine:
         starved = [report for report in self.reports.values() if report.starved]
         for report in starved:
             report.starved = False
-        return [*(Order(Act.CLEAR, report.node) for report in starved), *self._all(Act.START)]
+        return [*(Order(AxisMethod.CLEAR, report.node) for report in starved), *self._all(AxisMethod.START)]
 
     def drive(self, setpoints: Sequence[tuple[int, float]], now: float) -> list[Order]:
         """Setpoints by node, turn/s, are to be sent.
@@ -184,7 +184,7 @@ class Machine:
         self.guard.command(now)
         for node, velocity in setpoints:
             self._plausibility[node].ask(velocity, now)
-        return [Order(Act.COMMAND, node, (velocity,)) for node, velocity in [*setpoints] * TIMES]
+        return [Order(AxisMethod.COMMAND, node, (velocity,)) for node, velocity in [*setpoints] * TIMES]
 
     def disarm(self, now: float) -> list[Order]:
         """The motors are to be off until the robot is armed again."""
@@ -196,14 +196,14 @@ class Machine:
         if not self.connected:
             return []
         self.guard.engage()
-        return self._all(Act.STOP_NOW)
+        return self._all(AxisMethod.STOP_NOW)
 
     def release(self, now: float) -> list[Order]:
         """A person has released the emergency stop. The motors stay off."""
         if not self.connected or not self.guard.estop:
             return []
         self.guard.release(now)
-        return self._all(Act.CLEAR)
+        return self._all(AxisMethod.CLEAR)
 
     def recover(self, now: float) -> list[Order] | None:
         """A person wants what has latched to be cleared; None if that cannot be now."""
@@ -225,7 +225,7 @@ class Machine:
             self.guard.latch(problem)
             return self.look(now)
         log.info("%s: faults are cleared, the motors are off", self.name)
-        return [*self._idle(now), *([] if self.guard.estop else self._all(Act.CLEAR)), *self.look(now)]
+        return [*self._idle(now), *([] if self.guard.estop else self._all(AxisMethod.CLEAR)), *self.look(now)]
 
     def hear(self, nodes: Iterable[int], until: float, now: float, *, news: bool = True) -> list[Order]:
         """All that was on the bus until then has been heard.
@@ -268,7 +268,7 @@ class Machine:
             guard.latch(f"node {node}: its position jumped: was the drive started again?")
         # Without setpoints a motor stops, as it must.
         fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
-        driven = guard.wanted and report.state is State.CLOSED_LOOP and fresh
+        driven = guard.wanted and report.state is MotorState.CLOSED_LOOP and fresh
         problem = self._plausibility[node].judge(report.velocity, way, report.measured, driven=driven)
         if problem:
             guard.latch(f"node {node}: {problem}")
@@ -279,7 +279,7 @@ class Machine:
         if self.phase is Phase.RECOVERING or now - self._polled < period:
             return []
         self._polled = now
-        return self._all(Act.POLL, now)
+        return self._all(AxisMethod.POLL, now)
 
     def look(self, now: float) -> list[Order]:
         """Judge; what is wrong, and that the drives have reported that they are off, is logged once."""
@@ -293,7 +293,7 @@ class Machine:
             guard.ordered_off(self.heard_until)
         off |= guard.look(self.heard_until)
         # Where the bus is not heard any more, the order is repeated all the same.
-        again = self.deaf(now) > REPEAT and now - self._ordered >= REPEAT and self.phase is not Phase.RECOVERING
+        again = self.deaf(now) > OFF_PERIOD and now - self._ordered >= OFF_PERIOD and self.phase is not Phase.RECOVERING
         off |= again and not guard.wanted and not guard.off
         orders = self._idle(now) if off else []
         if guard.fault != self._fault_logged:
@@ -319,10 +319,10 @@ class Machine:
         self.guard.latch(words)
         return self.look(now)
 
-    def failed(self, act: Act, words: str) -> None:
+    def failed(self, act: AxisMethod, words: str) -> None:
         """An order could not be carried out."""
         told = f"{act.value.replace('_', ' ')}: {words}"
-        if act not in (Act.COMMAND, Act.POLL) and told != self._complained:
+        if act not in (AxisMethod.COMMAND, AxisMethod.POLL) and told != self._complained:
             self._complained = told  # a player that is stopped asks again at every tick
             log.warning("%s: %s", self.name, told)
         self.guard.latch(words)
@@ -331,7 +331,7 @@ class Machine:
         """Switch every motor off. The match's emergency stop has a shorter way to do so than the others."""
         self._ordered = now
         self.guard.ordered_off(self.heard_until)
-        return self._all(Act.STOP_NOW if self.guard.estop and not self.guard.at_drive else Act.IDLE)
+        return self._all(AxisMethod.STOP_NOW if self.guard.estop and not self.guard.at_drive else AxisMethod.IDLE)
 
-    def _all(self, act: Act, *arguments: float) -> list[Order]:
+    def _all(self, act: AxisMethod, *arguments: float) -> list[Order]:
         return [Order(act, node, arguments) for node in self.reports]

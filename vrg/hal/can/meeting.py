@@ -1,4 +1,4 @@
-"""How a robot meets its drives, step by step: every one must say who it is before it is set up. Numbers alone.
+"""Meets the drives of a robot, step by step: each must identify itself before it is set up. Numbers alone.
 
 Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
 """
@@ -7,13 +7,13 @@ import enum
 from collections.abc import Sequence
 
 from vrg.errors import RobotError
-from vrg.hal.can.axis import NEVER, Report
+from vrg.hal.can.axis import NEVER, AxisReport
 
 LISTEN = 0.4
 """s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
 HEAR_PATIENCE = 3.0
 """s in which nothing new has been heard of drives, after which one that has said nothing at all is given up."""
-ANSWER_PATIENCE = 10.0
+IDENTIFY_TIMEOUT = 10.0
 """s in which nothing new has been heard, after which a drive that is heard but does not say who it is is given up."""
 ANSWERS_SETTLE = 0.2
 """s more, for a second drive with the same id to answer too."""
@@ -21,8 +21,8 @@ ASK_PERIOD = 0.5
 """s from one question to a drive that has not answered to the next, and the most that is waited for an answer."""
 
 
-class Step(enum.Enum):
-    """What comes next in a meeting."""
+class MeetingStep(enum.Enum):
+    """The next step of a meeting."""
 
     WAIT = enum.auto()
     ASK = enum.auto()
@@ -40,7 +40,7 @@ class Meeting:
         protocol: the name of the drives' protocol, for messages. reports: what the drives report. now: it begins.
     """
 
-    def __init__(self, protocol: str, reports: Sequence[Report], now: float) -> None:
+    def __init__(self, protocol: str, reports: Sequence[AxisReport], now: float) -> None:
         self._protocol = protocol
         self._reports = reports
         self._began = self._news_at = now
@@ -48,7 +48,7 @@ class Meeting:
         self._known_at: float | None = None
         self._known = (0, 0)
 
-    def step(self, now: float) -> Step:
+    def step(self, now: float) -> MeetingStep:
         """The next step: listen, ask every drive who it is, and set it up.
 
         Raises:
@@ -56,7 +56,7 @@ class Meeting:
             MissingError: a drive has not been heard, or has not answered; its words say which.
         """
         if now - self._began < LISTEN:
-            return Step.WAIT
+            return MeetingStep.WAIT
         if self._asked == NEVER or self._known_at is not None:
             self._require([(report.node, report.odd) for report in self._reports])
         if self._known_at is None:
@@ -64,15 +64,15 @@ class Meeting:
                 return self._ask(now)
             self._known_at = now
         if now - self._known_at < ANSWERS_SETTLE:
-            return Step.WAIT
+            return MeetingStep.WAIT
         self._require([(report.node, report.problem) for report in self._reports])
-        return Step.SET_UP
+        return MeetingStep.SET_UP
 
     def _require(self, problems: list[tuple[int, str | None]]) -> None:
         if words := [f"node {node}: {problem}" for node, problem in problems if problem]:
             raise RobotError("; ".join(words))
 
-    def _ask(self, now: float) -> Step:
+    def _ask(self, now: float) -> MeetingStep:
         """Wait for what drives say of themselves, for as long as there is progress."""
         known = (sum(report.heard > 0 for report in self._reports), sum(report.identified for report in self._reports))
         if known != self._known:
@@ -80,17 +80,17 @@ class Meeting:
         if now - max(self._news_at, self._began + LISTEN) >= self.patience:
             raise MissingError(self._missing())
         if now - self._asked <= ASK_PERIOD:
-            return Step.WAIT
+            return MeetingStep.WAIT
         self._asked = now
-        return Step.ASK
+        return MeetingStep.ASK
 
     @property
     def patience(self) -> float:
-        """How many s without anything new the drives are waited for."""
-        return ANSWER_PATIENCE if all(report.heard > 0 for report in self._reports) else HEAR_PATIENCE
+        """The time in s without anything new for which the meeting waits for drives."""
+        return IDENTIFY_TIMEOUT if all(report.heard > 0 for report in self._reports) else HEAR_PATIENCE
 
     def _missing(self) -> str:
-        """What has not been heard, and of which drives."""
+        """The messages that have not been received, and the drives that they are missing from."""
         silent = [str(report.node) for report in self._reports if report.heard < 0]
         mute = [str(report.node) for report in self._reports if report.heard >= 0 and not report.identified]
         which = f"node{'s' if len(silent or mute) > 1 else ''} {', '.join(silent or mute)}"

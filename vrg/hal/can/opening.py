@@ -1,4 +1,4 @@
-"""How a bus is opened by python-can, whatever adapter it is, and what keeps it from being opened, in words."""
+"""Opens a bus by python-can, whatever adapter it is, and describes in words what keeps it from being opened."""
 
 import errno
 import fcntl
@@ -17,8 +17,8 @@ from typing import Any
 import can
 
 from vrg.errors import RobotError
-from vrg.hal.can.link import SERIAL, Link
-from vrg.hal.can.sending import FRAME_BITS, SLOWEST
+from vrg.hal.can.link import SERIAL_INTERFACES, Link
+from vrg.hal.can.sending import ASSUMED_BIT_RATE, FRAME_BITS
 from vrg.hal.can.troubles import errno_of
 from vrg.registry import expected_one_of
 
@@ -34,7 +34,8 @@ _PACKAGES = {
 _ALWAYS_FD = frozenset({"udp_multicast", "virtual"})
 """Interfaces that carry CAN FD frames without being told so."""
 _SIOCGIFMTU, _IFREQ, _FD_MTU = 0x8921, struct.Struct("16si20x"), 72
-"""How the kernel is asked for the size of an interface's frames, and that of a CAN FD frame (linux/can.h)."""
+"""The kernel's request for the size of an interface's frames, its structure, and the size of a CAN FD frame
+(linux/can.h)."""
 _IP_MULTICAST_ALL, _IPV6_MULTICAST_ALL = 49, 29
 """Options of sockets that Python has no names for (linux/in.h, linux/in6.h)."""
 _EVERYWHERE = frozenset({"fd", "receive_own_messages"})
@@ -49,7 +50,7 @@ def open_bus(link: Link) -> can.BusABC:
     Raises:
         RobotError: there is no such interface or channel, or another program has it; says what to do.
     """
-    claim = _claim_port(link) if link.interface in SERIAL else None
+    claim = _claim_port(link) if link.interface in SERIAL_INTERFACES else None
     try:
         bus = can.Bus(interface=link.interface, channel=link.channel, ignore_config=True, **_arguments(link))
     except Exception as error:
@@ -82,7 +83,7 @@ def _unknown_options(bus: can.BusABC, link: Link) -> list[str]:
 
 
 def takes_fd(link: Link) -> bool:
-    """Whether CAN FD frames may be sent on a bus."""
+    """True if CAN FD frames may be sent on a bus."""
     if link.interface != "socketcan":
         return bool(link.adapter.get("fd", link.interface in _ALWAYS_FD))
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
@@ -95,7 +96,7 @@ def takes_fd(link: Link) -> bool:
 
 
 def _arguments(link: Link) -> dict[str, Any]:
-    """What python-can's interface is told besides its name and channel."""
+    """The arguments of python-can's interface besides its name and channel."""
     arguments: dict[str, Any] = dict(link.adapter)
     if link.bitrate is not None:
         arguments["bitrate"] = link.bitrate
@@ -213,7 +214,7 @@ def frame_time(link: Link) -> float:
             return 0.0
     elif rate is None and link.interface in _WITHOUT_WIRES:
         return 0.0
-    return FRAME_BITS / (rate or SLOWEST)
+    return FRAME_BITS / (rate or ASSUMED_BIT_RATE)
 
 
 def restart(link: Link) -> str | None:
@@ -237,7 +238,7 @@ def restart(link: Link) -> str | None:
 
 
 def _details(channel: str) -> dict[str, Any]:
-    """What the kernel says of an interface: its kind, and of a controller its state and its bit timing."""
+    """The kernel's details of an interface: its kind, and for a controller its state and its bit timing."""
     said = _run(["ip", "-details", "-json", "link", "show", "dev", channel])
     try:
         data: dict[str, Any] = json.loads(said or "[]")[0]["linkinfo"]
@@ -247,7 +248,7 @@ def _details(channel: str) -> dict[str, Any]:
 
 
 def _run(command: list[str]) -> str | None:
-    """What a program has printed; None where it has failed."""
+    """The output of a program; None if it has failed."""
     try:
         return subprocess.run(command, capture_output=True, text=True, timeout=_TIMEOUT, check=True).stdout
     except (OSError, subprocess.SubprocessError):

@@ -1,4 +1,4 @@
-"""Whether a motor does what it was asked, and whether what its encoder says can be true: numbers alone.
+"""Checks that a motor does what was asked of it, and that its encoder's values are possible: numbers alone.
 
 A setpoint, the measured speed and the change of the measured position say the same thing three times. Where they
 differ for longer than a frame may be late, something is wrong that no drive tells: a wheel that is blocked, an encoder
@@ -12,24 +12,24 @@ import math
 from collections import deque
 from dataclasses import dataclass
 
-PATIENCE = 0.4
+FOLLOWING_TIMEOUT = 0.4
 """s for which a motor may not do what it was asked."""
 STALL_PATIENCE = 1.0
 """s for which a motor may stand although it was asked to turn: a robot may push something for a moment."""
 SLUGGISH = 1 / 3
 """A motor may be this much slower to change its speed than the model says, for drives that have gentle ramps."""
-STANDS = 0.25
+STANDSTILL_SHARE = 0.25
 """A motor that has turned by less than this part of what it was asked has not really turned."""
 _SPEED_SLACK, _SPEED_SHARE = 0.05, 0.2
-"""How far a speed may be off: this part of the top speed, and this part of the speed itself."""
+"""The tolerances of a speed: this part of the top speed, and this part of the speed itself."""
 _WAY_SLACK, _WAY_SHARE = 0.05, 0.05
-"""How far a way may be off: the way at top speed in so many seconds, and this part of the way itself."""
+"""The tolerances of a way: the way at top speed in so many seconds, and this part of the way itself."""
 _WAY_MEMORY = 1.0
 """The time constant in s with which the way by the position and the way by the speed are forgotten."""
 _JUMP_PATIENCE = 0.3
 """s within which a jump of the position is taken back if it was a frame that came late."""
 _UNBELIEVABLE = 10.0
-"""How many times faster than its top speed no motor turns, whoever pushes the robot."""
+"""The number of times its top speed that no motor turns at, not even if the robot is pushed."""
 _SETPOINTS = 256
 """The most setpoints that are kept until an estimate has come that is newer."""
 _GAP = 0.1
@@ -37,8 +37,8 @@ _GAP = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
-    """What a motor can do, by the model of its robot and the ratio of its gear.
+class MotorLimits:
+    """The limits of a motor, by the model of its robot and the ratio of its gear.
 
     Args:
         speed: its top speed, turn/s. change: the slowest change of its speed that is still believed, turn/s^2.
@@ -63,7 +63,7 @@ class Plausibility:
         bounds: what the motor can do.
     """
 
-    def __init__(self, bounds: Bounds) -> None:
+    def __init__(self, bounds: MotorLimits) -> None:
         self.bounds = bounds
         self._asked: deque[tuple[float, float]] = deque(maxlen=_SETPOINTS)
         self._setpoint = 0.0
@@ -137,7 +137,7 @@ class Plausibility:
             return None
         self._wrong += heard
         stands = abs(velocity) <= slack
-        if self._wrong <= (STALL_PATIENCE if stands else PATIENCE):
+        if self._wrong <= (STALL_PATIENCE if stands else FOLLOWING_TIMEOUT):
             return None
         what = f"turns at {velocity:.3g} turn/s, though it was asked for {asked:.3g}"
         if stands:
@@ -177,7 +177,7 @@ class Plausibility:
             self._slipped = 0.0
             return None
         self._slipped += heard
-        if self._slipped <= PATIENCE:
+        if self._slipped <= FOLLOWING_TIMEOUT:
             return None
         return (
             f"its position has changed by {self._off:+.3g} turns more than its speed says: the encoder slips, or its "

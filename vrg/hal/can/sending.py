@@ -1,4 +1,4 @@
-"""How quickly frames may be sent without filling the transmit queue of an interface: numbers alone.
+"""Paces frames so that they do not fill the transmit queue of an interface: numbers alone.
 
 Linux gives a CAN interface a queue of ten frames, and it should be no longer: what waits there is old when it goes out.
 A program that sends more at once gets an error. So ordinary frames leave room in the queue for those that switch motors
@@ -9,16 +9,18 @@ from collections import Counter, deque
 
 from vrg.hal.can.frame import Frame
 
-ROOM = 6
+MAX_IN_FLIGHT = 6
 """Ordinary frames that may be under way at once. Four places are left for frames that stop the motors of a robot."""
 FRAME_BITS = 150
 """Bits of a frame at most, and some to spare: 135 with the worst stuffing and the space between two (ISO 11898-1)."""
-SLOWEST = 250_000
+ASSUMED_BIT_RATE = 250_000
 """bit/s of a bus of which nobody knows the bit rate. Slower ones are rare, and on a faster one little is lost."""
 
 
 class Pacer:
-    """A bucket of ROOM tokens, one for each frame, which comes back as the frame is through. Times are monotonic, s.
+    """A bucket of MAX_IN_FLIGHT tokens, one for each frame. A token comes back once its frame is through.
+
+    Times are monotonic, s.
 
     Args:
         frame_time: s that a frame takes; 0 on a bus that has no bit rate, where nothing ever waits.
@@ -30,7 +32,7 @@ class Pacer:
 
     def delay(self, now: float) -> float:
         """s to wait before an ordinary frame may be sent."""
-        return max(0.0, self._busy_until - now - (ROOM - 1) * self.frame_time)
+        return max(0.0, self._busy_until - now - (MAX_IN_FLIGHT - 1) * self.frame_time)
 
     def sent(self, now: float) -> None:
         """A frame, of whatever kind, has been sent."""
@@ -60,7 +62,7 @@ class Echoes:
         self._sent.append((now, key))
 
     def returns(self, frame: Frame, now: float) -> bool:
-        """Whether a frame that was received is one of our own. Each comes back once."""
+        """True if a received frame is one that this process has sent. Each comes back once."""
         self._forget(now)
         key = _key(frame)
         if not self._expected[key]:

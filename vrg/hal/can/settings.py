@@ -1,4 +1,4 @@
-"""What a match file says of CAN robots: the table [backends.can]."""
+"""The settings of CAN robots in a match file: the table [backends.can]."""
 
 import random
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,7 @@ from vrg.errors import ConfigError
 from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
-from vrg.hal.can.link import SERIAL, AdapterValue, Link, known_interface
+from vrg.hal.can.link import SERIAL_INTERFACES, AdapterValue, Link, known_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
 from vrg.hal.settings import BackendSettings
@@ -28,7 +28,7 @@ InterfaceName = Annotated[str, AfterValidator(known_interface)]
 
 
 _INTERFACES = Path("/sys/class/net")
-"""Where the kernel lists its network interfaces."""
+"""The folder in which the kernel lists its network interfaces."""
 _UP = 1
 """The kernel's flag IFF_UP of an interface."""
 
@@ -121,7 +121,7 @@ class RobotWiring(Table):
         return self.axes or {"left": self.left, "right": self.right}
 
     def wheel_axes(self, names: Sequence[str], calibration: Calibration | None) -> list[WheelAxis]:
-        """How the motors turn the axes of a drivetrain, by the calibration where there is one.
+        """The assignment of motors to the axes of a drivetrain, by the calibration if there is one.
 
         Args:
             names: those of the axes.
@@ -212,7 +212,7 @@ class CanSettings(BackendSettings):
         return PROTOCOLS.get(self.protocol_name(robot))
 
     def options_of(self, robot: str) -> ProtocolOptions:
-        """What its protocol is told of a robot's drives.
+        """The options of the protocol of a robot's drives.
 
         Raises:
             ConfigError: the protocol cannot be imported. ValueError: the options have problems; names each.
@@ -229,7 +229,7 @@ class CanSettings(BackendSettings):
         found = []
         ports: dict[str, list[str]] = {}
         for name in robots:
-            if name in self.robots and (link := self.link(name)).interface in SERIAL:
+            if name in self.robots and (link := self.link(name)).interface in SERIAL_INTERFACES:
                 ports.setdefault(str(link), [] if not self.emulate else ["the emulated drives"]).append(name)
         found += [
             f"{' and '.join(users)} are processes of their own, and cannot share {port}: make a socketcan interface of "

@@ -18,8 +18,8 @@ from vrg.hal.can.axis import Axis, ProtocolOptions
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link, Medium
-from vrg.hal.can.machine import Act, Machine, Order, Phase
-from vrg.hal.can.meeting import ASK_PERIOD, Meeting, MissingError, Step
+from vrg.hal.can.machine import AxisMethod, Order, Phase, StateMachine
+from vrg.hal.can.meeting import ASK_PERIOD, Meeting, MeetingStep, MissingError
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.models import RobotModel
 from vrg.types import Pose, Twist
@@ -94,7 +94,7 @@ class DriveTrain:
         self.clock = medium.clock
         self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._lock = threading.RLock()
-        self._machine = Machine(name, DriveBase(wheel_axes, model), empty)
+        self._machine = StateMachine(name, DriveBase(wheel_axes, model), empty)
         self._axes: dict[int, Axis] = {}
         self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
         self._heard: deque[Frame] = deque(maxlen=_KEPT)
@@ -151,9 +151,9 @@ class DriveTrain:
                     step = meeting.step(self.clock.now())
                 except MissingError as error:
                     raise RobotError(self._who_is_there(error, meeting.patience)) from None
-            if step is Step.SET_UP:
+            if step is MeetingStep.SET_UP:
                 break
-            if step is Step.ASK:
+            if step is MeetingStep.ASK:
                 for axis in self._axes.values():
                     if not axis.identified:
                         axis.identify(ASK_PERIOD)
@@ -163,7 +163,7 @@ class DriveTrain:
         self._bus.listen_to([wanted for axis in self._axes.values() for wanted in axis.filters])
 
     def _who_is_there(self, missing: MissingError, patience: float) -> str:
-        """Which drives are missing, and who has been heard in their place."""
+        """The drives that are missing, and the senders that have been received in their place, in words."""
         from vrg.hal.can.workshop.survey import who_speaks  # noqa: PLC0415 - a match that plays never comes here
 
         trouble = self._machine.guard.fault
@@ -326,7 +326,7 @@ class DriveTrain:
         """
         done = True
         for order in orders:
-            if order.act is Act.COMMAND and not done:
+            if order.act is AxisMethod.COMMAND and not done:
                 break
             try:
                 getattr(self._axes[order.node], order.act.value)(*order.arguments)

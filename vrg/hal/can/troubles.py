@@ -1,4 +1,4 @@
-"""What goes wrong with a bus, in words for who uses it."""
+"""Errors of a bus, in words for people who use it."""
 
 import errno
 
@@ -18,7 +18,7 @@ _CONTROLLER = {
     0x10: "error-passive: too many receive errors",
     0x20: "error-passive: too many transmit errors",
 }
-"""What the second byte of a controller's error frame may say, by its bits."""
+"""The meanings of the second byte of a controller's error frame, by its bits."""
 
 
 class NoFdError(RobotError):
@@ -26,7 +26,7 @@ class NoFdError(RobotError):
 
 
 def describe_error(error: Exception) -> str:
-    """What an error of python-can means for who uses the bus."""
+    """Return the meaning of an error of python-can, for people who use the bus."""
     number = errno_of(error)
     if number == errno.ENETDOWN:
         return "the interface is down"
@@ -38,12 +38,12 @@ def describe_error(error: Exception) -> str:
 
 
 def is_full(error: Exception) -> bool:
-    """Whether a frame could not be sent because the transmit queue was full."""
+    """True if a frame could not be sent because the transmit queue was full."""
     return errno_of(error) == errno.ENOBUFS
 
 
 def describe_error_frame(error_class: int, data: bytes) -> str | None:
-    """What an error frame says, in words; None where it is no reason to stop."""
+    """Return the meaning of an error frame, in words; None if it is no reason to stop."""
     found = [words for bit, words in _FATAL_CLASSES.items() if error_class & bit]
     if error_class & _CONTROLLER_CLASS and len(data) > 1:
         found += [words for bit, words in _CONTROLLER.items() if data[1] & bit]

@@ -1,4 +1,4 @@
-"""How the motors of a robot move its body: the relation of a twist and the speeds of the axes."""
+"""Drivetrains, by which motors move the body of a robot: the relation of a twist and the speeds of the axes."""
 
 import math
 from collections.abc import Sequence

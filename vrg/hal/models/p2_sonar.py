@@ -15,7 +15,7 @@ P2_SONAR = (
 _QUARTER = ((0.147, 0.136, 90), (0.193, 0.119, 50), (0.227, 0.079, 30), (0.245, 0.027, 10))
 """x and y in m and the heading in degrees of the four transducers at the front left, from the side to the middle."""
 _REAR_SHIFT = 0.003
-"""How much nearer to the middle the rear ring is than the front ring, about, m."""
+"""The distance in m by which the rear ring is nearer to the middle than the front ring, about."""
 
 
 def p2_sonar() -> SonarSpec:

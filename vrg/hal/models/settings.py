@@ -24,7 +24,7 @@ _BOUNDS: Final = (("gt", "above"), ("ge", "of at least"), ("lt", "below"), ("le"
 
 
 def setting_problems(settings: Mapping[str, Mapping[str, Any]]) -> list[Problem]:
-    """What is wrong with settings, whatever robots they are for. The path of a problem is (kind, field)."""
+    """The problems of settings, for any robots. The path of a problem is (kind, field)."""
     problems = []
     for kind, table in settings.items():
         if kind not in SENSORS:
@@ -93,7 +93,7 @@ def _number_type(hint: Any) -> Any:
 
 
 def _wrong(value: object, hint: Any) -> str | None:
-    """What was expected of a value and what came, or None for a good one."""
+    """The expected value and the value that came, in words; None for a good one."""
     whole = _number_type(hint) is int
     expected = "a whole number" if whole else "a number"
     if isinstance(value, bool) or not isinstance(value, int if whole else int | float):

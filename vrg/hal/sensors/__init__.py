@@ -34,7 +34,7 @@ SENSORS: Registry[type[SensorSpec]] = Registry(
 """The spec's class of every kind of sensor, by the word that stands for the kind in keys."""
 
 
-def message_of(kind: str) -> type[SensorMessage] | None:
+def message_class(kind: str) -> type[SensorMessage] | None:
     """The message class of a kind of sensor, or None for a kind that is not installed on this machine."""
     spec = SENSORS.find(kind) if kind in SENSORS else None
     return None if spec is None else spec.message

@@ -8,7 +8,7 @@ from vrg.types import Fraction
 
 
 class Battery(SensorMessage, frozen=True, kw_only=True):
-    """How much charge is left.
+    """The charge that is left.
 
     Args:
         charge: the fraction of a full battery that is left: 1 is full, 0 is empty.

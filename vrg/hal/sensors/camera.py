@@ -22,7 +22,7 @@ BYTES_LIMIT = 8_000_000
 Angle = Annotated[float, Meta(gt=0.0, lt=math.pi)]
 """An angle of view, rad."""
 _USUAL_FOV = math.radians(60)
-Side = Annotated[int, Meta(ge=1, le=png.SIDE_LIMIT)]
+PixelCount = Annotated[int, Meta(ge=1, le=png.SIDE_LIMIT)]
 """A width or a height in pixels."""
 
 
@@ -92,8 +92,8 @@ class CameraSpec(SensorSpec):
     height: Metres
     tilt: Annotated[float, Meta(ge=-math.pi / 2, le=math.pi / 2)] = 0.0
     fov: Angle = _USUAL_FOV
-    columns: Side = 320
-    rows: Side = 240
+    columns: PixelCount = 320
+    rows: PixelCount = 240
     rate: Rate = 2.0
 
     def depict(self, reading: Camera) -> Picture:

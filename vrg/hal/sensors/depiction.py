@@ -88,4 +88,4 @@ class Fix:
 
 
 Depiction = Rays | Cones | Ticks | Picture | Fix
-"""What a sensor has measured, in one of the forms that windows and viewers draw."""
+"""A measurement of a sensor, in one of the forms that windows and viewers draw."""

@@ -20,7 +20,7 @@ _ECCENTRICITY_SQUARED: Final = 6.694_379_990_14e-3
 
 
 class Gps(SensorMessage, frozen=True, kw_only=True):
-    """Where the robot is on the earth.
+    """The position of the robot on the earth.
 
     Args:
         latitude, longitude: rad, WGS 84, north and east are positive; None without a fix.
@@ -35,7 +35,7 @@ class Gps(SensorMessage, frozen=True, kw_only=True):
 
     @property
     def fix(self) -> bool:
-        """Whether the position is known."""
+        """True if the position is known."""
         return self.latitude is not None and self.longitude is not None
 
     @property

@@ -8,7 +8,7 @@ from vrg.types import Deviation, Pose
 
 
 class Ins(SensorMessage, frozen=True, kw_only=True):
-    """Where the robot is on the map.
+    """The pose of the robot on the map.
 
     Args:
         pose: the robot's pose in the map's frame.

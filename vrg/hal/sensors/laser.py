@@ -59,7 +59,7 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
 
     @property
     def words(self) -> str:
-        """How many beams met something, and where the nearest of it is."""
+        """The number of beams that met something, and the nearest distance, in words."""
         ranges = memoryview(self.data).cast("f")
         met = [index for index, r in enumerate(ranges) if r < self.range_max]
         if not met:

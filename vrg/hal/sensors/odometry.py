@@ -8,7 +8,7 @@ from vrg.types import Deviation, Pose, Twist
 
 
 class Odometry(SensorMessage, frozen=True, kw_only=True):
-    """How far the robot has come according to its wheels. The error of this grows with the way.
+    """The way of the robot according to its wheels. Its error grows with the way.
 
     Args:
         pose: the robot's pose relative to where the odometry began: x was straight ahead there. theta grows beyond pi

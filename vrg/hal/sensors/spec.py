@@ -15,7 +15,7 @@ Rate = Annotated[float, Meta(gt=0.0, le=50.0)]
 
 
 class Recorded(Enum):
-    """Which readings of a sensor a recording holds.
+    """The readings of a sensor that a recording holds.
 
     Sonars, GPS receivers and bumpers add a fifth to a recording with lasers. Odometry, encoders and INS would each add
     a tenth or more, for what the poses tell too, so they are left out.
@@ -92,7 +92,7 @@ class SensorSpec:
         return None
 
     def depict(self, reading: Any) -> Depiction | None:
-        """What a reading of this sensor looks like; None where it does not fit to this spec.
+        """The depiction of a reading of this sensor; None if the reading does not fit this spec.
 
         Args:
             reading: of the class `message`.

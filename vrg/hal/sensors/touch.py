@@ -12,7 +12,7 @@ from vrg.hal.sensors.spec import Recorded, SensorSpec
 
 
 class Touch(SensorMessage, frozen=True, kw_only=True):
-    """Which bumpers are pressed.
+    """The bumpers that are pressed.
 
     Args:
         pressed: one value a bumper, True if it is in contact. The first bumper is straight ahead, the others follow
@@ -25,7 +25,7 @@ class Touch(SensorMessage, frozen=True, kw_only=True):
 
     @property
     def words(self) -> str:
-        """Where bumpers are pressed: degrees to the left of straight ahead."""
+        """The directions of the pressed bumpers, in degrees to the left of straight ahead."""
         step = 360.0 / max(1, len(self.pressed))
         places = [f"{math.remainder(n * step, 360.0):+.0f}°" for n, pressed in enumerate(self.pressed) if pressed]
         return f"pressed at {', '.join(places)}" if places else f"none of {len(self.pressed)} pressed"

@@ -151,7 +151,7 @@ def place_problems(map_: "Map", name: str, model: RobotModel, pose: Pose) -> str
 
 
 def overlap(model_a: RobotModel, a: Pose, model_b: RobotModel, b: Pose) -> bool:
-    """Whether two robots' footprints overlap."""
+    """True if two robots' footprints overlap."""
     from vrg.hal.sim.shapes import body_box, boxes_touch  # noqa: PLC0415 - as above
 
     return boxes_touch(body_box(a, model_a.length, model_a.width), body_box(b, model_b.length, model_b.width))

@@ -118,7 +118,7 @@ class SimDriver(Driver):
         self._connected = False
 
     def _stopped(self) -> bool:
-        """Whether the world reports the emergency stop. It disarms this side if the world has disarmed the robot."""
+        """True if the world reports the emergency stop. Disarms this side if the world has disarmed the robot."""
         received = self._states.latest
         if received is None:
             return False

@@ -1,4 +1,4 @@
-"""Where a physical robot is according to its measured poses, also between two measurements.
+"""The pose of a physical robot according to its measured poses, also between two measurements.
 
 Measurements come at about 10 Hz, and the world ticks at 50 Hz. Between two measurements the body goes on along its arc,
 but not for long. This module uses no bus and no clock.

@@ -75,7 +75,7 @@ class Map:
         return np.array([(c.x, c.y, c.radius) for c in self.circles], dtype=np.float64).reshape(-1, 3)
 
     def footprint_clear(self, pose: Pose, length: float, width: float) -> bool:
-        """Whether a body of this size (m) fits at this pose: inside the bounds, touching no wall or obstacle."""
+        """True if a body of this size (m) fits at this pose: inside the bounds, touching no wall or obstacle."""
         body = Box(pose.x, pose.y, pose.theta, length, width)
         # The bounds are convex, so a body is inside if its corners are.
         return (

@@ -1,4 +1,4 @@
-"""When the world brakes one robot, besides the robots that the referee holds (vrg.hal.gate).
+"""The reasons for which the world brakes one robot, besides the referee's holds (vrg.hal.gate).
 
 Nothing here drives a robot; each rule can only hold it. This module uses no bus and no clock.
 """
@@ -48,5 +48,5 @@ class Interlock:
         self.armed = False
 
     def silent(self, now: float) -> bool:
-        """Whether an armed robot's player has gone quiet for longer than COMMAND_TIMEOUT."""
+        """True if an armed robot's player has sent no command for longer than COMMAND_TIMEOUT."""
         return self.armed and now - self._heard > COMMAND_TIMEOUT + _EPS

@@ -105,12 +105,12 @@ def circle_gap(box: Box, circle: Circle) -> Gap:
 
 
 def boxes_touch(a: Box, b: Box) -> bool:
-    """Whether two boxes overlap."""
+    """True if two boxes overlap."""
     return box_gap(a, b).distance < 0.0
 
 
 def circle_touches(box: Box, circle: Circle) -> bool:
-    """Whether a box and a circle overlap."""
+    """True if a box and a circle overlap."""
     return circle_gap(box, circle).distance < 0.0
 
 

@@ -18,7 +18,7 @@ from vrg.hal.sim.fleet import Fleet, Member
 from vrg.hal.sim.ghost import EXTRAPOLATE, Ghost
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.rests import Rests
-from vrg.hal.sim.sensors.base import Instant, Said, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Measured, Surroundings
 from vrg.hal.sim.sensors.suite import SensorSuite
 from vrg.hal.sim.snapshot import GhostSnapshot, RobotSnapshot, WorldSnapshot
 from vrg.types import Pose, Twist
@@ -191,7 +191,7 @@ class World:
         if self.tick % _BATTERY_TICKS == 0:
             self._fleet.drain(_BATTERY_TICKS * self.config.tick)
 
-    def sense(self) -> list[Said]:
+    def sense(self) -> list[Measured]:
         """The readings of all sensors that are due at this tick. It must be called once per tick."""
         return self._sensors.sense(self._instant(), range_finders=self.config.lasers)
 

@@ -21,23 +21,23 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.launch.endpoints import free_endpoint
-from vrg.launch.events import What
+from vrg.launch.events import EventKind
 from vrg.launch.findings import examine
 from vrg.launch.folder_lock import folder_lock, keys_folder, keys_lock, sweep
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.managed import ProcessSpec
 from vrg.launch.remote import wire
 from vrg.launch.remote.channel import Channel
-from vrg.launch.remote.silence import LEASE, Silence
+from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
 from vrg.launch.remote.travel import LogReader, parts_of, take_in
 from vrg.launch.run_folder import RunFolder, delete
-from vrg.launch.seats import LAUNCHER
 from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
+from vrg.launch.vacancies import LAUNCHER
 
 log = logging.getLogger(__name__)
 
-PERIOD = 0.5
+REPORT_PERIOD = 0.5
 """The real time in s between two reports to the launcher."""
 _POLL = 0.02
 """The longest real time in s between two looks at the processes."""
@@ -47,7 +47,7 @@ _KEPT = 14 * 24 * 3600.0
 """The wall time in s for which a run that was not fetched, as its launcher was gone, is kept."""
 
 
-class Agent:
+class HostAgent:
     """See the module.
 
     Args:
@@ -103,10 +103,10 @@ class Agent:
             self._look_after()
             now = time.monotonic()
             beats = self._mailbox.inlets[0].take() if self._mailbox.inlets else []
-            if self._silence.look(now, heard=bool(messages or beats)) > LEASE:
+            if self._silence.look(now, heard=bool(messages or beats)) > LAUNCHER_TIMEOUT:
                 log.info("stopping: nothing is heard of the launcher")
                 return
-            if now - self._reported >= PERIOD:
+            if now - self._reported >= REPORT_PERIOD:
                 self._reported = now
                 self._report(now)
 
@@ -122,7 +122,7 @@ class Agent:
             log.warning("%s: %s", type(order).__name__, error)
             # A player that cannot be replaced does not end the match.
             aside = self._watches and isinstance(order, wire.Play | wire.FilePart)
-            self._channel.send(wire.Said(str(error)) if aside else wire.Failed(str(error)))
+            self._channel.send(wire.Notice(str(error)) if aside else wire.Failed(str(error)))
         else:
             return
         del self._jobs[number]
@@ -206,7 +206,7 @@ class Agent:
             message.endpoint,
             setup.keys,
             self._folder.logs,
-            lambda text: self._channel.send(wire.Said(text)),
+            lambda text: self._channel.send(wire.Notice(text)),
             self._server,
             disqualify=setup.on_fault == "disqualify",
             memory=setup.memory,
@@ -301,16 +301,16 @@ class Agent:
             self._channel.send(text)
         return bool(texts)
 
-    def note(self, what: What, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
+    def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
         """Tell the launcher what has happened to a process; see `vrg.launch.events.Notes`."""
         self._channel.send(wire.Noted(what, process or "", text, status))
 
-    def note_at_next_clock(self, what: What, process: str) -> None:
+    def note_at_next_clock(self, what: EventKind, process: str) -> None:
         """Tell the launcher what counts as soon as the world's clock is heard again."""
         self._channel.send(wire.Noted(what, process, at_next_clock=True))
 
     def _cannot_send(self, name: str, error: OSError) -> None:
-        self._channel.send(wire.Said(f"{name} cannot be sent: {error.strerror}"))
+        self._channel.send(wire.Notice(f"{name} cannot be sent: {error.strerror}"))
 
 
 def _addresses() -> tuple[str, str]:

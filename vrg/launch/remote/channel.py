@@ -13,7 +13,7 @@ from vrg.launch.remote.wire import Frames, frame
 M = TypeVar("M")
 
 _CHUNK = 1 << 16
-MOST = 64
+MAX_BATCH = 64
 """The number of messages and chunks that one call takes in at most: a machine that sends without end must not keep it
 from others."""
 
@@ -62,7 +62,7 @@ class Channel(Generic[M]):
             select.select([self._reader], [self._writer] if self._waiting else [], [], patience)
             self._write()
         found: list[M] = []
-        for _ in range(MOST):
+        for _ in range(MAX_BATCH):
             message = self.frames.next()
             if message is not None:
                 found.append(message)

@@ -19,29 +19,29 @@ from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.events import Notes, What
+from vrg.launch.events import EventKind, Notes
 from vrg.launch.findings import Finding
 from vrg.launch.host import GROUPS
 from vrg.launch.keeping import files_of_strategy
 from vrg.launch.managed import STOP_PATIENCE
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.remote import wire
-from vrg.launch.remote.silence import LEASE, Silence
+from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.travel import file_parts, files_in, take_in
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs
 
-QUIET = 3.0
+AGENT_TIMEOUT = 3.0
 """The time in s without a word from an agent, which speaks twice a second, after which play is halted. The referee
 takes players out after 5 s."""
-SILENT = LEASE + 2.0
+AWAY_TIMEOUT = LAUNCHER_TIMEOUT + 2.0
 """The time in s without a word from an agent after which its machine is away. Its lease has lapsed by then."""
 STARTING = 120.0
 """The time in s without a word from an agent after which it is given up while it starts something."""
-AGAIN = 2.0
+RECONNECT_PERIOD = 2.0
 """The real time in s after which a machine that is away is tried once more."""
-BEAT = 0.5
+HEARTBEAT_PERIOD = 0.5
 """The real time in s between two signs of life of the launcher."""
 TRIPS = 8
 """The number of newest words there and back of which the quickest counts: it has waited least on its way."""
@@ -57,12 +57,22 @@ _TEXT = 4000
 """The longest text of an agent that a person is shown, signs."""
 _REFUSED = 100
 """The number of files that are refused of which a person is told."""
-_OF_PROCESSES = frozenset((What.READY, What.DIED, What.KILLED, What.VACATED, What.STARTED, What.REPLACED, What.CLOSED))
-"""What an agent may note."""
+_OF_PROCESSES = frozenset(
+    (
+        EventKind.READY,
+        EventKind.DIED,
+        EventKind.KILLED,
+        EventKind.VACATED,
+        EventKind.STARTED,
+        EventKind.REPLACED,
+        EventKind.CLOSED,
+    )
+)
+"""The kinds of events that an agent may note."""
 
 
-class Step(enum.IntEnum):
-    """How far a machine has been brought up."""
+class StartupStep(enum.IntEnum):
+    """The steps by which a machine is brought up."""
 
     AWAY = enum.auto()
     LOADED = enum.auto()
@@ -144,7 +154,7 @@ class RemoteHost:
         self._kept: set[str] = set()
         self._refused: set[str] = set()
         # How far it is to be brought up, and how far it is.
-        self._aim, self._step = Step.LOADED, Step.AWAY
+        self._aim, self._step = StartupStep.LOADED, StartupStep.AWAY
         self._has_played = False
         self._failure: str | None = None
         self._script: Iterator[None] = iter(())
@@ -158,11 +168,11 @@ class RemoteHost:
         self._fetching: int | None = None
         self._fetched = 0
 
-    def aim(self, step: Step) -> None:
+    def aim(self, step: StartupStep) -> None:
         """Let it be brought up to a step, as far as it is not yet. Then call `is_at` again and again."""
         self._aim = step
 
-    def is_at(self, step: Step) -> bool:
+    def is_at(self, step: StartupStep) -> bool:
         """Look once whether it has come to a step.
 
         Raises:
@@ -188,18 +198,18 @@ class RemoteHost:
                 while self._backlog > _BACKLOG:
                     yield
         yield from self._ask(wire.Load())
-        yield from self._come_to(Step.LOADED, before=Step.SERVED)
+        yield from self._come_to(StartupStep.LOADED, before=StartupStep.SERVED)
         for there in [find_credentials(self.keys, [seat]) for seat in self._seats] if self.keys is not None else ():
             for path in (there.certificate, there.private_key, there.authority):
                 self._send(wire.KeyFile(there.common_name, path.name, path.read_bytes()))
         yield from self._ask(wire.Serve(self.router, self.upstream))
-        yield from self._come_to(Step.SERVED, before=Step.JOINED)
+        yield from self._come_to(StartupStep.SERVED, before=StartupStep.JOINED)
         yield from self._ask(wire.Join())
-        yield from self._come_to(Step.JOINED, before=Step.FIRST)
+        yield from self._come_to(StartupStep.JOINED, before=StartupStep.FIRST)
         yield from self._ask(wire.Begin(GROUPS[0], sorted(self._vacant)))
-        yield from self._come_to(Step.FIRST, before=Step.PLAYS)
+        yield from self._come_to(StartupStep.FIRST, before=StartupStep.PLAYS)
         yield from self._ask(wire.Begin(GROUPS[1], sorted(self._vacant)))
-        self._step = Step.PLAYS
+        self._step = StartupStep.PLAYS
         for message in (message for played in self._played.values() for message in played):
             self._send(message)
         if self._has_played:
@@ -207,7 +217,7 @@ class RemoteHost:
             self._tell(f" is back: {', '.join(self.names)} {run} again")
         self._has_played = True
 
-    def _come_to(self, step: Step, *, before: Step) -> Iterator[None]:
+    def _come_to(self, step: StartupStep, *, before: StartupStep) -> Iterator[None]:
         """It has come to a step. Wait until the next one is asked for."""
         self._step = step
         while self._aim < before:
@@ -240,7 +250,11 @@ class RemoteHost:
         now = self._clock()
         try:
             if self._connection is None:
-                if self._aim is not Step.AWAY and self._failure is None and now - self._tried >= AGAIN:
+                if (
+                    self._aim is not StartupStep.AWAY
+                    and self._failure is None
+                    and now - self._tried >= RECONNECT_PERIOD
+                ):
                     self._connect(now)
                 return
             channel = self._connection.channel
@@ -253,7 +267,7 @@ class RemoteHost:
         except OSError as error:
             self._lose(str(error))
         except LaunchError as error:
-            if self._has_played and self._step is not Step.PLAYS:
+            if self._has_played and self._step is not StartupStep.PLAYS:
                 self._lose(str(error))
             else:
                 self._failure = str(error)
@@ -264,9 +278,9 @@ class RemoteHost:
             if self._connection.ended:
                 # To find out why may take a while, and play goes on.
                 self._lose("" if self._has_played else self._connection.why_ended())
-            elif silence > (patient := SILENT if self._step is Step.PLAYS else STARTING):
+            elif silence > (patient := AWAY_TIMEOUT if self._step is StartupStep.PLAYS else STARTING):
                 self._lose(f"nothing was heard of {self._reached.host} for {patient:g} s")
-            elif self._home and now - self._beaten >= BEAT:
+            elif self._home and now - self._beaten >= HEARTBEAT_PERIOD:
                 self._beaten = now
                 self._send(wire.Beat(now))
 
@@ -287,12 +301,12 @@ class RemoteHost:
             self._connection.end()
             self._lost = [lost for lost in (*self._lost, self._connection) if not lost.gone]
         self._connection, self._tried = None, self._clock()
-        step, self._step = self._step, Step.AWAY
-        if self._aim is Step.AWAY:
+        step, self._step = self._step, StartupStep.AWAY
+        if self._aim is StartupStep.AWAY:
             return
         if not self._has_played:
             self._failure = self._failure or why
-        elif step is Step.PLAYS:
+        elif step is StartupStep.PLAYS:
             self._tell(
                 f" is away ({', '.join(self.names)}): its robots stand; it is tried again until it answers"
                 f"{why and f' ({why})'}"
@@ -319,7 +333,7 @@ class RemoteHost:
                 self._done = max(self._done, message.order)
             case wire.Failed():
                 raise LaunchError(message.text)
-            case wire.Said():
+            case wire.Notice():
                 self._tell(f": {message.text}")
             case wire.Noted():
                 self._take_note(message)
@@ -347,12 +361,12 @@ class RemoteHost:
 
     def _take_note(self, note: wire.Noted) -> None:
         self._check(note.process)
-        if note.what not in _OF_PROCESSES or (note.what is What.VACATED and not self._own[note.process].seat):
+        if note.what not in _OF_PROCESSES or (note.what is EventKind.VACATED and not self._own[note.process].seat):
             raise MessageError(f"expected what can happen to {note.process}, got {note.what!r}")
         text = note.text[:_TEXT]
-        if note.what is What.READY and not self._has_played:
+        if note.what is EventKind.READY and not self._has_played:
             self._ready.append(note.process)
-        if note.what is What.VACATED:
+        if note.what is EventKind.VACATED:
             self._failed[note.process] = text.removeprefix(f"{note.process}: ")
         if note.at_next_clock:
             self._notes.note_at_next_clock(note.what, note.process)
@@ -416,8 +430,8 @@ class RemoteHost:
         Raises:
             LaunchError: the router cannot serve there.
         """
-        self.aim(Step.SERVED)
-        while not self.is_at(Step.SERVED):
+        self.aim(StartupStep.SERVED)
+        while not self.is_at(StartupStep.SERVED):
             meanwhile()
             if stop.wait(_WAIT):
                 return False
@@ -425,11 +439,11 @@ class RemoteHost:
 
     def attach(self, session: Session) -> None:
         """Let the agent connect to the router."""
-        self.aim(Step.JOINED)
+        self.aim(StartupStep.JOINED)
 
     def begin(self, group: int) -> None:
         """Let the agent start all processes of a group."""
-        self.aim(Step.FIRST if group == GROUPS[0] else Step.PLAYS)
+        self.aim(StartupStep.FIRST if group == GROUPS[0] else StartupStep.PLAYS)
 
     @property
     def starting(self) -> Collection[str]:
@@ -457,7 +471,7 @@ class RemoteHost:
     @property
     def trouble(self) -> str | None:
         """Why the machine cannot be relied on now, in words; None if it can."""
-        away = self._has_played and (self._step is not Step.PLAYS or self._silence.seconds > QUIET)
+        away = self._has_played and (self._step is not StartupStep.PLAYS or self._silence.seconds > AGENT_TIMEOUT)
         return f"{self.machine} does not answer ({', '.join(self.names)})" if away else None
 
     def take_failed(self) -> dict[str, str]:
@@ -473,7 +487,7 @@ class RemoteHost:
         Raises:
             LaunchError: the machine is away, or a file cannot be read.
         """
-        if self._step is not Step.PLAYS:
+        if self._step is not StartupStep.PLAYS:
             raise LaunchError(f"{self.machine}, where {name} runs, does not answer: try again when it does")
         self._substitutes += 1
         self._vacant.discard(name)
@@ -492,15 +506,15 @@ class RemoteHost:
             self._send(message)
 
     def statuses(self) -> list[ProcessStatus]:
-        """How each of its processes is."""
-        if self._step is Step.PLAYS or not self._has_played:
+        """The state of each of its processes."""
+        if self._step is StartupStep.PLAYS or not self._has_played:
             return self._statuses
         away = ProcessState.AWAY
         return [structs.replace(s, state=away, pid=None, cpu=0.0, memory=0) for s in self._statuses]
 
     def stop(self, order: int) -> None:
         """Ask the processes of one number to stop. From now on it is not brought up again."""
-        self.aim(Step.AWAY)
+        self.aim(StartupStep.AWAY)
         self._stopping[order] = self._send(wire.StopOrder(order))
 
     def wait_stopped(self, order: int, meanwhile: Callable[[], None] = lambda: None) -> None:
@@ -512,13 +526,13 @@ class RemoteHost:
         deadline = self._clock() + 2 * STOP_PATIENCE
         number = self._stopping[order]
         self._wait(lambda: self._done >= number or self._clock() > deadline, meanwhile)
-        if self._step is not Step.AWAY and self._done < number:
-            self._tell(f" does not answer: its processes stop by themselves within {LEASE:g} s")
+        if self._step is not StartupStep.AWAY and self._done < number:
+            self._tell(f" does not answer: its processes stop by themselves within {LAUNCHER_TIMEOUT:g} s")
             self._lose("")
 
     def fetch(self) -> None:
         """Begin to bring what the processes there have written into the run folder."""
-        if self._connection is not None and self._step is not Step.AWAY:
+        if self._connection is not None and self._step is not StartupStep.AWAY:
             self._fetching = self._send(wire.Fetch())
 
     def close(self, meanwhile: Callable[[], None] = lambda: None) -> None:
@@ -527,7 +541,7 @@ class RemoteHost:
         Args:
             meanwhile: called again and again while it waits.
         """
-        self.aim(Step.AWAY)
+        self.aim(StartupStep.AWAY)
         fetching = self._fetching
         if fetching is not None:
             self._arrived = self._clock()

@@ -32,7 +32,7 @@ _ADVICE = (
     ("network is unreachable", "is this machine in the network of the other one?"),
     ("timed out", "is the machine switched on, and does a firewall let ssh through?"),
 )
-"""What to do about the most common things that OpenSSH says before it gives up."""
+"""Advice on the most common messages of OpenSSH before it gives up."""
 _NO_COMMAND = 127
 _SSH_FAILED = 255
 _END = 3.0
@@ -53,7 +53,7 @@ def _ssh() -> list[str]:
 
 
 def advice(said: str, name: str, host: str) -> str:
-    """What a person can do when ssh has failed.
+    """Advice for a person when ssh has failed.
 
     Args:
         said: the last line of ssh. name: the machine's name in the match file. host: what ssh was to connect to.
@@ -103,12 +103,12 @@ class Connection:
 
     @property
     def ended(self) -> bool:
-        """Whether ssh has ended, or the connection was closed."""
+        """True if ssh has ended, or the connection was closed."""
         return self.channel.closed or self.gone
 
     @property
     def gone(self) -> bool:
-        """Whether ssh has ended."""
+        """True if ssh has ended."""
         return self._process.poll() is not None
 
     def why_ended(self) -> str:

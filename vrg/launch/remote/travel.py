@@ -108,7 +108,7 @@ class LogReader:
         self._read = dict(read)
 
     def new_text(self) -> Iterator[LogText]:
-        """What was added to each log since the last call, at most PART bytes of each."""
+        """The text that was added to each log since the last call, at most PART bytes of each."""
         for path in sorted(self._folder.glob("*.log")):
             try:
                 size = path.stat().st_size

@@ -1,4 +1,4 @@
-"""What the launcher and the agent of another machine say to one another, and how it is written into a byte stream.
+"""The messages between the launcher and the agent of another machine, and their form in a byte stream.
 
 A frame is the length of what follows, four bytes, the most significant first, and one message as MessagePack.
 """
@@ -10,12 +10,12 @@ from msgspec import Struct
 
 from vrg.bus.messages import ProcessStatus
 from vrg.errors import MessageError
-from vrg.launch.events import What
+from vrg.launch.events import EventKind
 from vrg.launch.findings import Finding
 
 BANNER = b"vrg-host\n"
-"""What the agent writes before its first frame. What a login shell has printed before is skipped."""
-LONGEST = 1 << 20
+"""The text that the agent writes before its first frame. Anything that a login shell has printed before is skipped."""
+MAX_MESSAGE_SIZE = 1 << 20
 """The length of the longest message, bytes."""
 PART = 1 << 18
 """The length of the longest part of a file that one message carries, bytes."""
@@ -150,7 +150,7 @@ class Hello(Struct, frozen=True, tag=True):
 
 
 class Loaded(Struct, frozen=True, tag=True):
-    """What is known of that machine once `Load` is done.
+    """The facts about that machine once `Load` is done.
 
     Args:
         endpoint: a free endpoint for a router; empty if none runs there.
@@ -181,7 +181,7 @@ class Failed(Struct, frozen=True, tag=True):
     text: str
 
 
-class Said(Struct, frozen=True, tag=True):
+class Notice(Struct, frozen=True, tag=True):
     """An event that a person should know of."""
 
     text: str
@@ -190,7 +190,7 @@ class Said(Struct, frozen=True, tag=True):
 class Noted(Struct, frozen=True, tag=True):
     """Something has happened to a process; see `vrg.launch.events.Notes`."""
 
-    what: What
+    what: EventKind
     process: str
     text: str = ""
     status: int | None = None
@@ -198,7 +198,7 @@ class Noted(Struct, frozen=True, tag=True):
 
 
 class LogText(Struct, frozen=True, tag=True):
-    """What was added to the log of a process.
+    """The text that was added to the log of a process.
 
     Args:
         name: of the log, without its ending. text: what was added. end: the size of the log there with it, bytes.
@@ -210,7 +210,7 @@ class LogText(Struct, frozen=True, tag=True):
 
 
 class Status(Struct, frozen=True, tag=True):
-    """How the processes are, and that the agent lives; twice a second.
+    """The states of the processes, which also show that the agent lives; twice a second.
 
     Args:
         beat: `Beat.sent` of the newest beat. held: how long ago that has come, s.
@@ -223,7 +223,7 @@ class Status(Struct, frozen=True, tag=True):
     wall: float
 
 
-ToLauncher = FilePart | Hello | Loaded | Done | Failed | Said | Noted | LogText | Status
+ToLauncher = FilePart | Hello | Loaded | Done | Failed | Notice | Noted | LogText | Status
 
 
 M = TypeVar("M")
@@ -236,8 +236,8 @@ def frame(message: Struct) -> bytes:
         ValueError: it is too long.
     """
     data = msgspec.msgpack.encode(message)
-    if len(data) > LONGEST:
-        raise ValueError(f"expected a message of at most {LONGEST} bytes, got {len(data)}")
+    if len(data) > MAX_MESSAGE_SIZE:
+        raise ValueError(f"expected a message of at most {MAX_MESSAGE_SIZE} bytes, got {len(data)}")
     return len(data).to_bytes(4, "big") + data
 
 
@@ -277,8 +277,8 @@ class Frames(Generic[M]):
         if self._banner or len(self._data) < 4:
             return None
         end = 4 + int.from_bytes(self._data[:4], "big")
-        if end > 4 + LONGEST:
-            raise MessageError(f"expected a frame of at most {LONGEST} bytes, got one of {end - 4}")
+        if end > 4 + MAX_MESSAGE_SIZE:
+            raise MessageError(f"expected a frame of at most {MAX_MESSAGE_SIZE} bytes, got one of {end - 4}")
         if len(self._data) < end:
             return None
         data = bytes(self._data[4:end])

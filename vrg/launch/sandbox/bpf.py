@@ -11,13 +11,13 @@ from dataclasses import dataclass
 LOAD, AND, EQUAL, AT_LEAST, RETURN = 0x20, 0x54, 0x15, 0x35, 0x06
 """BPF_LD|BPF_W|BPF_ABS, BPF_ALU|BPF_AND|BPF_K, BPF_JMP|BPF_JEQ|BPF_K, BPF_JMP|BPF_JGE|BPF_K and BPF_RET|BPF_K."""
 NUMBER, ARCHITECTURE = 0, 4
-"""Where `struct seccomp_data` holds the number of the system call and the processor's."""
+"""The offsets in `struct seccomp_data` of the number of the system call and of the processor's."""
 LONGEST_JUMP = 255
 """The number of instructions that a conditional jump can pass over."""
 
 
 @dataclass(frozen=True)
-class Step:
+class ProgramLine:
     """One instruction, or a label if it has a name and no code.
 
     Args:
@@ -38,7 +38,7 @@ Instruction = tuple[int, int, int, int]
 
 
 def argument(number: int) -> int:
-    """Where `struct seccomp_data` holds the lower 32 bits of an argument, on a little-endian machine.
+    """The offset in `struct seccomp_data` of the lower 32 bits of an argument, on a little-endian machine.
 
     Args:
         number: from 0 to 5.
@@ -46,7 +46,7 @@ def argument(number: int) -> int:
     return 16 + 8 * number
 
 
-def assembled(steps: Sequence[Step]) -> list[Instruction]:
+def assembled(steps: Sequence[ProgramLine]) -> list[Instruction]:
     """The instructions of a program.
 
     Raises:
@@ -78,6 +78,6 @@ def _jump(label: str, here: int, places: dict[str, int]) -> int:
     return jump
 
 
-def packed(program: Sequence[Instruction]) -> bytes:
+def program_bytes(program: Sequence[Instruction]) -> bytes:
     """The program as the kernel reads it."""
     return b"".join(struct.pack("=HBBI", *instruction) for instruction in program)

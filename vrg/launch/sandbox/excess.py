@@ -1,4 +1,4 @@
-"""What bounds of the process itself cannot hold for a sealed player: threads, sockets, and all that it has written."""
+"""Limits of a sealed player that bounds of the process itself cannot hold: threads, sockets, and its files."""
 
 import contextlib
 import errno
@@ -15,11 +15,11 @@ THREADS = 300
 """The most threads of a sealed player. Zenoh and the Python interpreter have about twenty of them."""
 SOCKETS = 32
 """The most sockets. It needs a few for the router, and an event loop has two."""
-WRITTEN = 100_000_000
+MAX_FOLDER_SIZE = 100_000_000
 """The most bytes that it may keep in its folder."""
 ENTRIES = 10_000
 """The most files and folders there."""
-DEPTH = 50
+MAX_FOLDER_DEPTH = 50
 """The most folders within one another there."""
 
 
@@ -41,7 +41,7 @@ def excess(run: Path, name: str, pid: int) -> str | None:
         return f"it has {threads} threads" if threads > THREADS else f"it has {sockets} sockets"
     size, count, why = _kept(folder)
     size += unlinked + _mapped(pid)
-    if why is None and (size > WRITTEN or count > ENTRIES):
+    if why is None and (size > MAX_FOLDER_SIZE or count > ENTRIES):
         why = f"it keeps {size // 1_000_000} MB in {count} files in its folder"
     return why
 
@@ -65,8 +65,8 @@ def _kept(folder: Path) -> tuple[int, int, str | None]:
                     # Who is root can list what its owner has closed, and must still be able to delete it.
                     elif not found.st_mode & stat.S_IRUSR:
                         refused.append(PermissionError(errno.EACCES, "", name))
-            if place.count(os.sep) > folder.as_posix().count("/") + DEPTH:
-                return size, count, f"it nests more than {DEPTH} folders"
+            if place.count(os.sep) > folder.as_posix().count("/") + MAX_FOLDER_DEPTH:
+                return size, count, f"it nests more than {MAX_FOLDER_DEPTH} folders"
             if count > ENTRIES:
                 break
     except OSError as error:
@@ -85,7 +85,7 @@ def _room(found: os.stat_result) -> int:
 
 
 def _open(pid: int) -> tuple[int, int]:
-    """How many sockets a process has open, and the room of files that it has open and deleted, bytes."""
+    """The number of sockets that a process has open, and the size of files that it has open and deleted, bytes."""
     sockets = unlinked = 0
     for found in _descriptors(pid):
         if stat.S_ISSOCK(found.st_mode):
@@ -96,7 +96,7 @@ def _open(pid: int) -> tuple[int, int]:
 
 
 def _descriptors(pid: int) -> Iterator[os.stat_result]:
-    """What a process has open; nothing if it has ended."""
+    """The open files of a process; none if it has ended."""
     try:
         names = os.listdir(f"/proc/{pid}/fd")
     except OSError:

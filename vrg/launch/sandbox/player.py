@@ -1,4 +1,4 @@
-"""What the process of one player of a match needs, which is all that it is left."""
+"""The files and ports that the process of one player of a match needs, which is all that it may reach."""
 
 import os
 import sys
@@ -15,7 +15,7 @@ from vrg.launch.sandbox.policy import Access, Policy, files
 
 
 def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolder, seat: Path | None) -> Policy:
-    """What a player's process may reach.
+    """The policy of a player's process.
 
     Args:
         name: the player. run: the run folder.

@@ -1,4 +1,4 @@
-"""What a sealed process may reach, as data."""
+"""The policy of a sealed process: the files and ports that it may reach, as data."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 class Access(Flag):
-    """What may be done with a file, or with everything in a folder.
+    """The ways in which a file, or everything in a folder, may be used.
 
     LIST names the files of a folder, READ reads and runs code, WRITE changes files that are there, MAKE makes and
     removes files too, and DEVICE sets up a device.
@@ -22,7 +22,7 @@ class Access(Flag):
 
 @dataclass(frozen=True, kw_only=True)
 class Policy:
-    """What a sealed process may reach.
+    """The files and ports that a sealed process may reach.
 
     Args:
         files: files and folders, and what may be done there. Nothing else can be read or written.
@@ -53,13 +53,13 @@ SYSTEM = (
     *(Path("/etc", name) for name in ("passwd", "group", "mime.types", "alternatives", "fonts", "ssl/openssl.cnf")),
     *(Path("/sys/devices/system", name) for name in ("cpu", "node")),
 )
-"""What of the system a sealed process may read. `/proc/self` is its own."""
+"""The parts of the system that a sealed process may read. `/proc/self` is its own."""
 DEVICES = tuple(Path("/dev", name) for name in ("null", "full", "random", "urandom"))
 """The devices that it may read and write. Memory could be taken from `/dev/zero` that no bound counts."""
 
 
 def readable(root: Path, hidden: Collection[Path], entries: Callable[[Path], Iterable[Path]]) -> Iterator[Path]:
-    """What of a folder may be read if some of it is hidden: as few folders and files as possible.
+    """The parts of a folder that may be read if some of it is hidden: as few folders and files as possible.
 
     Args:
         root: the folder or file. hidden: what may not be read, as absolute paths without links.
@@ -84,7 +84,7 @@ def files(
     written: Sequence[Path],
     entries: Callable[[Path], Iterable[Path]],
 ) -> tuple[tuple[Path, Access], ...]:
-    """What a player may do with which files.
+    """The access of a player to files.
 
     Args:
         own: its strategy, and the files and packages that it needs. libraries: the folders of Python and its packages.

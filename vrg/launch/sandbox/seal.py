@@ -14,19 +14,19 @@ from pathlib import Path
 
 from vrg.errors import SandboxError
 from vrg.launch.sandbox import landlock
-from vrg.launch.sandbox.bpf import Instruction, packed
+from vrg.launch.sandbox.bpf import Instruction, program_bytes
 from vrg.launch.sandbox.policy import Policy
 from vrg.launch.sandbox.seccomp import program, rules
 from vrg.launch.sandbox.syscalls import ARCHITECTURES, Architecture
 
-REFUSED = "the sandbox refused it: see FILES and what a sandbox allows in docs/players.md"
-"""What is told of each failure of a sealed player's code by something that it may not do."""
+REFUSAL_ADVICE = "the sandbox refused it: see FILES and what a sandbox allows in docs/players.md"
+"""The advice after each failure of a sealed player's code at something that it may not do."""
 FILE_SIZE = 50_000_000
 """The longest file that a sealed process may write, bytes."""
 OPEN_FILES = 256
 """The number of files and sockets that it may have open."""
 NICENESS = 5
-"""How much it steps back behind the processes of the match itself, on a busy machine."""
+"""The niceness of a sealed process, which comes behind the processes of the match itself on a busy machine."""
 OWN_MEMORY = 500
 """The memory that VRG may use besides what the strategy may, MB."""
 _KEPT = ("PATH", "LANG", "LANGUAGE", "TZ", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV")
@@ -43,7 +43,7 @@ _WHAT_TO_DO = "`sandbox = false` in the match file, or `vrg play --no-sandbox`, 
 
 
 def missing() -> str | None:
-    """What this machine lacks to seal a process, in a sentence; None if it can."""
+    """The lack of this machine that keeps it from sealing a process, in a sentence; None if it can."""
     if sys.platform != "linux":
         return f"a sandbox needs Linux, and this is {sys.platform}: {_WHAT_TO_DO}"
     if platform.machine() not in ARCHITECTURES or sys.byteorder != "little" or sys.maxsize < 1 << 32:
@@ -166,7 +166,7 @@ class _Program(ctypes.Structure):
 
 def _filter(architecture: Architecture, instructions: list[Instruction]) -> None:
     """Let the kernel filter the system calls of this process."""
-    wanted = ctypes.byref(_Program(len(instructions), packed(instructions)))
+    wanted = ctypes.byref(_Program(len(instructions), program_bytes(instructions)))
     number, operation, flags = architecture.seccomp, ctypes.c_uint(_SET_FILTER), ctypes.c_uint(_ALL_THREADS)
     if thread := landlock.syscall(number, operation, flags, wanted):
         raise OSError(f"its thread {thread} cannot be sealed")

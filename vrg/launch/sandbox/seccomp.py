@@ -1,4 +1,4 @@
-"""Which system calls a sealed process is refused: rules as data, and the program that the kernel runs for them.
+"""The system calls that a sealed process is refused: rules as data, and the program that the kernel runs for them.
 
 What is not named here is allowed, because the libraries of students use many harmless calls. System calls that are
 newer than the list are refused as if the kernel did not have them.
@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vrg.launch.sandbox import bpf
-from vrg.launch.sandbox.bpf import Instruction, Step, argument, assembled
+from vrg.launch.sandbox.bpf import Instruction, ProgramLine, argument, assembled
 from vrg.launch.sandbox.syscalls import NEWEST, Architecture
 
 ALLOW, ERRNO = 0x7FFF0000, 0x00050000
@@ -29,7 +29,7 @@ _GROWS = 0x100
 _DEVICE_SIGNALS = (0x8901, 0x8902, 0x5412, 0x541C)
 """FIOSETOWN and SIOCSPGRP do so, too; TIOCSTI and TIOCLINUX type into a terminal."""
 
-REFUSED = (
+REFUSED_CALLS = (
     # other processes
     "fork", "vfork", "execve", "execveat", "unshare", "setns", "ptrace", "process_vm_readv", "process_vm_writev",
     "process_madvise", "process_mrelease", "pidfd_open", "pidfd_getfd", "pidfd_send_signal", "kcmp", "tkill",
@@ -60,7 +60,7 @@ REFUSED = (
 
 
 @dataclass(frozen=True)
-class Check:
+class ArgumentCheck:
     """A condition on an argument of a system call: its lower 32 bits, masked, are one of some values.
 
     Args:
@@ -75,8 +75,8 @@ class Check:
 
 
 @dataclass(frozen=True)
-class Rule:
-    """What a system call may be used for.
+class SyscallRule:
+    """The permitted uses of a system call.
 
     Args:
         call: its name. unless: it is allowed if all checks of one of these hold.
@@ -84,84 +84,92 @@ class Rule:
     """
 
     call: str
-    unless: tuple[tuple[Check, ...], ...] = ()
+    unless: tuple[tuple[ArgumentCheck, ...], ...] = ()
     error: int = errno.EPERM
 
 
-def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[Rule]:
-    """What a sealed process is refused.
+def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[SyscallRule]:
+    """The refused system calls of a sealed process.
 
     Args:
         pid: the process itself, which may send itself signals.
         udp: True allows UDP too, for a robot whose bus is made of it. can: True allows sockets of a CAN bus.
     """
-    own = Check(0, (pid,))
-    plain = Check(1, (_STREAM,), _KIND), Check(2, (0, _TCP))
-    sockets: list[tuple[Check, ...]] = [(Check(0, (_AF_INET, _AF_INET6)), *plain)]
+    own = ArgumentCheck(0, (pid,))
+    plain = ArgumentCheck(1, (_STREAM,), _KIND), ArgumentCheck(2, (0, _TCP))
+    sockets: list[tuple[ArgumentCheck, ...]] = [(ArgumentCheck(0, (_AF_INET, _AF_INET6)), *plain)]
     if udp:
-        sockets.append((Check(0, (_AF_INET, _AF_INET6)), Check(1, (_DATAGRAM,), _KIND), Check(2, (0, _UDP))))
+        sockets.append(
+            (
+                ArgumentCheck(0, (_AF_INET, _AF_INET6)),
+                ArgumentCheck(1, (_DATAGRAM,), _KIND),
+                ArgumentCheck(2, (0, _UDP)),
+            )
+        )
     if can:
-        sockets.append((Check(0, (_AF_CAN,)), Check(1, (_RAW,), _KIND)))
+        sockets.append((ArgumentCheck(0, (_AF_CAN,)), ArgumentCheck(1, (_RAW,), _KIND)))
     # A pair of connected sockets is what an event loop wakes itself with. Datagrams could be sent elsewhere over it.
-    pair = (Check(0, (_AF_UNIX,)), Check(1, (_STREAM,), _KIND))
-    found = [Rule(name) for name in REFUSED]
+    pair = (ArgumentCheck(0, (_AF_UNIX,)), ArgumentCheck(1, (_STREAM,), _KIND))
+    found = [SyscallRule(name) for name in REFUSED_CALLS]
     found += [
-        Rule("clone", ((Check(0, (_CLONE_THREAD,), _CLONE_THREAD),),)),
+        SyscallRule("clone", ((ArgumentCheck(0, (_CLONE_THREAD,), _CLONE_THREAD),),)),
         # The C library then uses `clone`, whose flags can be looked at.
-        Rule("clone3", error=errno.ENOSYS),
-        Rule("kill", ((own,),)),
-        Rule("tgkill", ((own,),)),
-        Rule("rt_sigqueueinfo", ((own,),)),
-        Rule("prlimit64", ((Check(0, (0, pid)),),)),
-        Rule("socket", tuple(sockets), errno.EACCES),
-        Rule("socketpair", (pair,), errno.EACCES),
-        Rule("sendto", ((Check(3, (0,), _FAST_OPEN),),), errno.EACCES),
-        Rule("sendmsg", ((Check(2, (0,), _FAST_OPEN),),), errno.EACCES),
-        Rule("sendmmsg", ((Check(3, (0,), _FAST_OPEN),),), errno.EACCES),
-        Rule("fcntl", ((Check(1, _OTHERS_NOTICE, not_in=True),),)),
-        Rule("mmap", (tuple(Check(3, (flags,), flags, not_in=True) for flags in (_SHARED_NOWHERE, _GROWS)),)),
-        Rule("ioctl", ((Check(1, _DEVICE_SIGNALS, not_in=True),),)),
+        SyscallRule("clone3", error=errno.ENOSYS),
+        SyscallRule("kill", ((own,),)),
+        SyscallRule("tgkill", ((own,),)),
+        SyscallRule("rt_sigqueueinfo", ((own,),)),
+        SyscallRule("prlimit64", ((ArgumentCheck(0, (0, pid)),),)),
+        SyscallRule("socket", tuple(sockets), errno.EACCES),
+        SyscallRule("socketpair", (pair,), errno.EACCES),
+        SyscallRule("sendto", ((ArgumentCheck(3, (0,), _FAST_OPEN),),), errno.EACCES),
+        SyscallRule("sendmsg", ((ArgumentCheck(2, (0,), _FAST_OPEN),),), errno.EACCES),
+        SyscallRule("sendmmsg", ((ArgumentCheck(3, (0,), _FAST_OPEN),),), errno.EACCES),
+        SyscallRule("fcntl", ((ArgumentCheck(1, _OTHERS_NOTICE, not_in=True),),)),
+        SyscallRule(
+            "mmap", (tuple(ArgumentCheck(3, (flags,), flags, not_in=True) for flags in (_SHARED_NOWHERE, _GROWS)),)
+        ),
+        SyscallRule("ioctl", ((ArgumentCheck(1, _DEVICE_SIGNALS, not_in=True),),)),
     ]
     if not (udp or can):
-        found.append(Rule("bind", error=errno.EACCES))
+        found.append(SyscallRule("bind", error=errno.EACCES))
     return found
 
 
-def program(architecture: Architecture, wanted: Sequence[Rule]) -> list[Instruction]:
+def program(architecture: Architecture, wanted: Sequence[SyscallRule]) -> list[Instruction]:
     """The program by which the kernel keeps these rules.
 
     Calls of another processor's (32-bit calls on a 64-bit machine) are refused, and so are those of x32.
     """
     steps = [
-        Step(bpf.LOAD, bpf.ARCHITECTURE),
-        Step(bpf.EQUAL, architecture.audit, yes="known"),
-        Step(bpf.RETURN, ERRNO | errno.EPERM),
-        Step(label="known"),
-        Step(bpf.LOAD, bpf.NUMBER),
-        Step(bpf.AT_LEAST, NEWEST + 1, no="old"),
-        Step(bpf.RETURN, ERRNO | errno.ENOSYS),
-        Step(label="old"),
+        ProgramLine(bpf.LOAD, bpf.ARCHITECTURE),
+        ProgramLine(bpf.EQUAL, architecture.audit, yes="known"),
+        ProgramLine(bpf.RETURN, ERRNO | errno.EPERM),
+        ProgramLine(label="known"),
+        ProgramLine(bpf.LOAD, bpf.NUMBER),
+        ProgramLine(bpf.AT_LEAST, NEWEST + 1, no="old"),
+        ProgramLine(bpf.RETURN, ERRNO | errno.ENOSYS),
+        ProgramLine(label="old"),
     ]
     for rule in wanted:
         number = architecture.numbers.get(rule.call)
         if number is not None:
             steps += _steps(rule, number)
-    steps.append(Step(bpf.RETURN, ALLOW))
+    steps.append(ProgramLine(bpf.RETURN, ALLOW))
     return assembled(steps)
 
 
-def _steps(rule: Rule, number: int) -> list[Step]:
+def _steps(rule: SyscallRule, number: int) -> list[ProgramLine]:
     after = f"{rule.call} after"
-    steps = [Step(bpf.EQUAL, number, no=after)]
+    steps = [ProgramLine(bpf.EQUAL, number, no=after)]
     for index, checks in enumerate(rule.unless):
         other = f"{rule.call} other {index}"
         for place, check in enumerate(checks):
             good = f"{rule.call} good {index} {place}"
-            steps += [Step(bpf.LOAD, argument(check.argument)), Step(bpf.AND, check.mask)]
-            steps += [Step(bpf.EQUAL, value, yes=other if check.not_in else good) for value in check.values]
+            steps += [ProgramLine(bpf.LOAD, argument(check.argument)), ProgramLine(bpf.AND, check.mask)]
+            steps += [ProgramLine(bpf.EQUAL, value, yes=other if check.not_in else good) for value in check.values]
             # A comparison that is never true and leads on either way is a jump.
-            steps += [] if check.not_in else [Step(bpf.AT_LEAST, 0, yes=other)]
-            steps.append(Step(label=good))
-        steps += [Step(bpf.RETURN, ALLOW), Step(label=other)]
-    steps += [Step(bpf.RETURN, ERRNO | rule.error), Step(label=after)]
+            steps += [] if check.not_in else [ProgramLine(bpf.AT_LEAST, 0, yes=other)]
+            steps.append(ProgramLine(label=good))
+        steps += [ProgramLine(bpf.RETURN, ALLOW), ProgramLine(label=other)]
+    steps += [ProgramLine(bpf.RETURN, ERRNO | rule.error), ProgramLine(label=after)]
     return steps

@@ -13,7 +13,7 @@ from multiprocessing import Pool
 from vrg.errors import ConfigError
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.testing import can_faults
-from vrg.testing.can_faults.life import EPISODES, Finding, Life, live
+from vrg.testing.can_faults.life import EPISODES, Counterexample, Life, live
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -61,14 +61,14 @@ def _positive(text: str) -> int:
     return number
 
 
-def _told(protocols: Sequence[str], seed: int) -> Iterator[Finding | None]:
+def _told(protocols: Sequence[str], seed: int) -> Iterator[Counterexample | None]:
     """One life of each protocol, told step by step."""
     for name in protocols:
         print(f"{name}, seed {seed}:")
         yield Life(name, seed, lambda words: print(f"    {words}")).run()
 
 
-def _many(protocols: Sequence[str], options: argparse.Namespace) -> Iterator[Finding | None]:
+def _many(protocols: Sequence[str], options: argparse.Namespace) -> Iterator[Counterexample | None]:
     """Many lives, and now and then how far it is."""
     lives = math.ceil(options.sequences / EPISODES / len(protocols))
     cases = [(name, seed) for seed in range(options.seed, options.seed + lives) for name in protocols]

@@ -11,7 +11,7 @@ from vrg.hal.can.frame import EXTENDED_MASK, STANDARD_MASK, Frame, fd_size
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest
 from vrg.hal.can.workshop.simulation import Simulation, Tamper
-from vrg.testing.can_faults.judge import STOP
+from vrg.testing.can_faults.judge import STOP_TIMEOUT
 from vrg.testing.can_faults.robot import LINK
 
 
@@ -161,7 +161,7 @@ class Faults:
                 self._later(period, speak)
             elif self.strangers:
                 # A drive may follow it until its watchdog ends that.
-                self._later(STOP, gone)
+                self._later(STOP_TIMEOUT, gone)
 
         def gone() -> None:
             self.strangers = max(0, self.strangers - 1)

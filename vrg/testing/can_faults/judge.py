@@ -15,9 +15,9 @@ from vrg.types import Pose, Twist
 
 REPORT = 0.9
 """s within which a motor that does something else than it was asked is reported."""
-STOP = 0.8
+STOP_TIMEOUT = 0.8
 """s within which the motors stand once they must: a watchdog of 0.25 s, an order repeated after 0.2 s, and brakes."""
-TURNS = 2.0
+TURNING_SPEED = 2.0
 """turn/s above which a motor turns."""
 _MEMORY = 1.0
 """s for which a command may still be the one that a motor follows, as frames may be late."""
@@ -93,16 +93,18 @@ class Judge:
         for index, drive in enumerate(self._drives):
             velocity = drive.motor.velocity
             asked = [0.0, *(wheels[index] for _, wheels in self._sent)]
-            slack = TURNS + 0.3 * max(map(abs, asked))
+            slack = TURNING_SPEED + 0.3 * max(map(abs, asked))
             obeys = min(asked) - slack <= velocity <= max(asked) + slack
             words = f"motor {drive.node} turns at {velocity:.1f} turn/s, asked for {asked[-1]:.1f}, and nobody says so"
             within = REPORT + (COAST_TIMEOUT if drive.motor.stuck else 0.0)
             self._must(f"obeys {index}", obeys or reported or strangers, within, words)
         # No order stops one that is stuck.
-        stands = strangers or all(drive.motor.stuck or abs(drive.motor.velocity) <= TURNS for drive in self._drives)
+        stands = strangers or all(
+            drive.motor.stuck or abs(drive.motor.velocity) <= TURNING_SPEED for drive in self._drives
+        )
         words = f"a motor still turns although this is reported: {self.fault or 'stop'}"
-        self._must("stops", not reported or stands or "it is on, though" in self.fault, STOP, words)
-        self._must("alone", awake or stands, STOP, "a motor turns although its player commands nothing")
+        self._must("stops", not reported or stands or "it is on, though" in self.fault, STOP_TIMEOUT, words)
+        self._must("alone", awake or stands, STOP_TIMEOUT, "a motor turns although its player commands nothing")
         silent = awake and self._readings is not None and self._readings.age > _FRESH
         self._must("says why", not silent or bool(self.fault), REPORT, "nothing is read any more, and no fault told")
         self._compare(reported or strangers)

@@ -13,8 +13,8 @@ from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.testing.can_faults.faults import Faults
-from vrg.testing.can_faults.judge import STOP, TURNS, Judge, WrongError
-from vrg.testing.can_faults.robot import KEYS, LINK, NODES, OPTIONS, OTHER, Robot
+from vrg.testing.can_faults.judge import STOP_TIMEOUT, TURNING_SPEED, Judge, WrongError
+from vrg.testing.can_faults.robot import KEYS, LINK, NODE_IDS, OPTIONS, OTHER, Robot
 from vrg.types import STILL, Twist
 
 EPISODES = 5
@@ -32,7 +32,7 @@ _TWISTS = (Twist(0.33, 0.0), Twist(-0.3, 0.0), Twist(0.0, 0.6), Twist(0.2, 0.3),
 
 
 @dataclass(frozen=True)
-class Finding:
+class Counterexample:
     """A sequence after which something is not as it must be, in one line.
 
     Args:
@@ -76,7 +76,7 @@ class Life:
             spoken.drive_type(
                 node, DriveOptions(serial=node, watchdog=0.25, protocol=told), 0.0, random.Random(f"{seed} {node}")
             )
-            for node in NODES
+            for node in NODE_IDS
         ]
         link = Link(interface=LINK.interface, channel=LINK.channel, bitrate=self._rng.choice(_BITRATES))
         # A drive of another robot speaks there, too.
@@ -89,7 +89,7 @@ class Life:
         self._frozen = self._dead = self._silent = False
         self._busy = 0
 
-    def run(self) -> Finding | None:
+    def run(self) -> Counterexample | None:
         """Live it; what is found, if anything."""
         episode = 0
         try:
@@ -112,8 +112,8 @@ class Life:
             self._clock.close()
         return None
 
-    def _finding(self, episode: int, words: str) -> Finding:
-        return Finding(self.protocol, self.seed, episode, self._clock.now(), words, tuple(self._told))
+    def _finding(self, episode: int, words: str) -> Counterexample:
+        return Counterexample(self.protocol, self.seed, episode, self._clock.now(), words, tuple(self._told))
 
     def _note(self, words: str) -> None:
         words = f"{words} at {self._clock.now():.2f} s"
@@ -203,11 +203,13 @@ class Life:
             WrongError: one does not.
         """
         self._silent = True
-        self._pass(STOP)
+        self._pass(STOP_TIMEOUT)
         for drive in self._drives:
             velocity = drive.motor.velocity
-            if abs(velocity) > TURNS:
-                raise WrongError(f"motor {drive.node} turns at {velocity:.1f} turn/s {STOP:g} s after the last command")
+            if abs(velocity) > TURNING_SPEED:
+                raise WrongError(
+                    f"motor {drive.node} turns at {velocity:.1f} turn/s {STOP_TIMEOUT:g} s after the last command"
+                )
         self._silent = False
 
     def _revive(self) -> None:
@@ -275,6 +277,6 @@ class Life:
         self._robot.hear(KEYS.estop, Estop(by="fuzzer"))
 
 
-def live(case: tuple[str, int]) -> Finding | None:
+def live(case: tuple[str, int]) -> Counterexample | None:
     """Live the life of a protocol and a seed; what is found, if anything."""
     return Life(*case).run()

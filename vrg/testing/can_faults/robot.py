@@ -17,7 +17,7 @@ from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
 from vrg.types import STILL, Pose, Twist
 
-NODES = (1, 2)
+NODE_IDS = (1, 2)
 """The ids of its left and its right drive."""
 OTHER = 3
 """The id of a drive of another robot on the same bus."""
@@ -54,7 +54,7 @@ class Robot:
     sequence: int = 0
 
     def __post_init__(self) -> None:
-        left, right = NODES
+        left, right = NODE_IDS
         wiring = {"left": [left], "right": [right], "ratio": RATIO, "options": OPTIONS.get(self.protocol, {})}
         table = {"interface": "virtual", "channel": LINK.channel, "protocol": self.protocol, "robots": {"r": wiring}}
         clock = self.simulation.clock

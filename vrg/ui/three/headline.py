@@ -5,7 +5,7 @@ from typing import Final
 
 from vrg.colours import Rgb
 from vrg.games import game_of
-from vrg.games.game import sentence, title
+from vrg.games.game import capitalised, title
 from vrg.ui import palette
 from vrg.ui.banner import banners
 from vrg.ui.scene import Scene, clock_text
@@ -20,7 +20,7 @@ def headline(scene: Scene) -> str:
         for team, points in scene.score
     ]
     half = (len(teams) + 1) // 2
-    stage = f"{sentence(game.round_word)} {scene.round}" if scene.round else title(scene.game)
+    stage = f"{capitalised(game.round_word)} {scene.round}" if scene.round else title(scene.game)
     told = "".join(
         f'<div class="banner" style="background:{_css(banner.colour)};color:{_css(palette.ink_on(banner.colour))}">'
         f"<b>{escape(banner.heading)}</b> {escape(banner.text)}</div>"
@@ -37,7 +37,7 @@ def last_call(scene: Scene) -> str:
         return ""
     call = scene.calls[-1]
     marked = " marked" if call.rule in game_of(scene.game).marked else ""
-    return f'<div class="vrg-call{marked}">{escape(sentence(call.text))}</div>'
+    return f'<div class="vrg-call{marked}">{escape(capitalised(call.text))}</div>'
 
 
 def _css(colour: Rgb) -> str:

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.cia402.codec import CONTROL_PDO, STATUS_PDO, Control, DriveState, Function
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT
 from vrg.hal.can.cia402.set_up import DEADLINE
@@ -18,7 +18,7 @@ class TestDriving:
         wire = Wire().prepare()
         wire.sent.clear()
         wire.axis.start()
-        wire.until(lambda: wire.axis.state is State.CLOSED_LOOP)
+        wire.until(lambda: wire.axis.state is MotorState.CLOSED_LOOP)
         steps = [word for word, _ in itertools.groupby(wire.words)]
         assert steps == [Control.SHUTDOWN, Control.SWITCH_ON, Control.ENABLE_OPERATION]
         assert wire.sent[0].id == Function.RPDO2 | NODE, "a setpoint of zero comes before all"
@@ -34,7 +34,7 @@ class TestDriving:
         assert wire.axis.velocity == pytest.approx(-4.0, abs=0.3)
         wire.drive_on(0.0, 0.5)
         assert wire.axis.velocity == pytest.approx(0.0, abs=0.1)
-        assert wire.axis.state is State.CLOSED_LOOP
+        assert wire.axis.state is MotorState.CLOSED_LOOP
 
     def test_the_position_begins_anew_after_32_bits(self) -> None:
         wire = Wire().prepare()
@@ -55,7 +55,7 @@ class TestDriving:
         assert wire.words[0] == Control.DISABLE_VOLTAGE
         assert not wire.drive._energised
         wire.advance(2.0)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert abs(wire.axis.velocity) < 0.1
         assert not wire.setpoints
 
@@ -74,7 +74,7 @@ class TestDriving:
         wire.drive_on(10.0, 2.0)
         assert not wire.drive._energised
         assert abs(wire.axis.velocity) < 0.1
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         wire.axis.idle()
         wire.axis.start()
         wire.gets_going()
@@ -103,7 +103,7 @@ class TestWatchdog:
         wire.until(lambda: wire.axis.starved)
         wire.until(lambda: abs(wire.drive.motor.velocity) < 0.1)
         assert wire.axis.fault is None
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert not wire.setpoints, "who only listens sends none"
         assert wire.drive.state is DriveState.FAULT
         wire.advance(5.0)
@@ -149,7 +149,7 @@ class TestWatchdog:
         wire.drive._fail(RPDO_TIMEOUT)
         wire.advance(0.2)
         assert wire.axis.starved
-        assert (wire.axis.state, wire.axis.fault) == (State.IDLE, None)
+        assert (wire.axis.state, wire.axis.fault) == (MotorState.IDLE, None)
         wire.axis.clear()
         wire.axis.start()
         wire.gets_going()

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.cia402.codec import CONTROL_PDO, SETPOINT_PDO, Control, Function, Nmt, NmtCommand, Object, nmt
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.faults import FaultKind
@@ -16,16 +16,16 @@ class TestFaults:
         wire = Wire().running()
         wire.fault(FaultKind.ERROR, value=0x3220)
         wire.advance(0.1)
-        assert wire.axis.state is State.FAULT
+        assert wire.axis.state is MotorState.FAULT
         assert wire.axis.fault == "DC link undervoltage (0x3220)"
         assert not wire.axis.starved
         wire.drive_on(10.0, 1.0)
         assert abs(wire.drive.motor.velocity) < 0.1
         wire.axis.clear()
         wire.advance(0.2)
-        assert (wire.axis.state, wire.axis.fault) == (State.IDLE, None)
+        assert (wire.axis.state, wire.axis.fault) == (MotorState.IDLE, None)
         wire.drive_on(10.0, 1.0)
-        assert wire.axis.state is State.IDLE, "cleared is not started"
+        assert wire.axis.state is MotorState.IDLE, "cleared is not started"
 
     def test_every_clear_is_an_edge(self) -> None:
         wire = Wire().running()
@@ -50,16 +50,16 @@ class TestFaults:
     def test_a_button_at_the_drive_is_an_emergency_stop_until_it_is_cleared(self) -> None:
         wire = Wire().running()
         wire.fault(FaultKind.ESTOP)
-        assert wire.axis.state is State.ESTOP
+        assert wire.axis.state is MotorState.ESTOP
         wire.advance(1.0)
-        assert (wire.axis.state, wire.axis.fault) == (State.ESTOP, None)
+        assert (wire.axis.state, wire.axis.fault) == (MotorState.ESTOP, None)
         assert abs(wire.drive.motor.velocity) < 0.1
         wire.axis.idle()
         wire.advance(0.2)
-        assert wire.axis.state is State.ESTOP
+        assert wire.axis.state is MotorState.ESTOP
         wire.axis.clear()
         wire.advance(0.2)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
 
     def test_a_drive_that_was_started_again_is_odd_and_must_be_set_up(self) -> None:
         wire = Wire().running()
@@ -70,7 +70,7 @@ class TestFaults:
         wire.until(lambda: wire.axis.fault)
         wire.axis.clear()
         wire.advance(1.0)
-        assert wire.axis.state is State.FAULT
+        assert wire.axis.state is MotorState.FAULT
         assert wire.axis.fault is not None
         assert "set up anew" in wire.axis.fault
         wire.axis.prepare()
@@ -90,7 +90,7 @@ class TestFaults:
 
         wire = Late().running()
         assert faults == [None]
-        assert wire.axis.state is State.CLOSED_LOOP
+        assert wire.axis.state is MotorState.CLOSED_LOOP
 
     @pytest.mark.parametrize("command", [NmtCommand.STOP, NmtCommand.PRE_OPERATIONAL])
     def test_a_drive_that_is_taken_off_the_network_stops_and_is_a_fault(self, command: NmtCommand) -> None:
@@ -99,7 +99,7 @@ class TestFaults:
         wire.until(lambda: wire.axis.fault)
         wire.advance(0.5)
         assert abs(wire.drive.motor.velocity) < 0.1
-        assert wire.axis.state is State.FAULT
+        assert wire.axis.state is MotorState.FAULT
 
     @pytest.mark.parametrize(
         "frame",

@@ -10,7 +10,7 @@ from canopen.profiles.p402 import BaseNode402
 
 from tests.hal.can.live import PATIENCE, LiveDrives
 from tests.vcan import INTERFACE, VCAN
-from vrg.hal.can.cia402.codec import DEVICE_TYPE, SERIAL, Object
+from vrg.hal.can.cia402.codec import DEVICE_TYPE, SERIAL_NUMBER, Object
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT
 from vrg.hal.can.cia402.sdo import ENCODER_COUNTS, object_dictionary
 
@@ -95,7 +95,7 @@ def speed(master: Any) -> float:
 def test_it_reads_who_the_drive_is(master: Any) -> None:
     assert master.sdo[Object.DEVICE_TYPE].raw == DEVICE_TYPE
     assert master.sdo[Object.NAME].raw == "VRG emulated drive"
-    assert master.sdo[Object.IDENTITY][SERIAL].raw == 0x1000
+    assert master.sdo[Object.IDENTITY][SERIAL_NUMBER].raw == 0x1000
     assert master.sdo[Object.VOLTAGE].raw == 24_000
     with pytest.raises(canopen.SdoAbortedError, match="read only"):
         master.sdo[Object.STATUSWORD].raw = 0

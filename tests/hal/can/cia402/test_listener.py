@@ -6,10 +6,10 @@ from tests.hal.can.cia402.wire import NODE, Wire
 from vrg.hal.can.cia402.codec import Function, NmtCommand, Object, nmt
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Found
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Found
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
-from vrg.testing.wire import SERIAL
+from vrg.testing.wire import SERIAL_NUMBER
 
 
 def asked(wire: Wire) -> Found:
@@ -24,7 +24,7 @@ def test_a_drive_is_known_by_its_answers() -> None:
     wire = Wire().running(10.0)
     wire.advance(0.12)
     found = asked(wire)
-    assert (found.protocol, found.node, found.serials) == ("canopen", NODE, (f"{SERIAL:X}",))
+    assert (found.protocol, found.node, found.serials) == ("canopen", NODE, (f"{SERIAL_NUMBER:X}",))
     assert found.state == "operational, operation enabled"
     assert found.errors == ""
     assert found.firmware == "1.0.0"
@@ -66,7 +66,7 @@ def test_a_node_that_does_not_answer_is_not_waited_for_long() -> None:
     survey = Survey(all_listeners(sent.append, clock))  # type: ignore[arg-type]
     survey.hear(Frame(Function.HEARTBEAT | NODE, b"\x05"))
     survey.ask(survey.nodes[0])
-    assert clock.now() == pytest.approx(ANSWER_PATIENCE)
+    assert clock.now() == pytest.approx(ANSWER_TIMEOUT)
     assert [frame.id for frame in sent if frame.data[0] != 0x80] == [Function.SDO_REQUEST | NODE], "one question alone"
 
 

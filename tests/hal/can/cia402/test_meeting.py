@@ -7,17 +7,17 @@ import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
 from vrg.errors import RobotError
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.cia402 import set_up
 from vrg.hal.can.cia402.axis import Cia402Axis
-from vrg.hal.can.cia402.codec import EVENT_TIMER, NODES, Function, NmtCommand, Object
+from vrg.hal.can.cia402.codec import EVENT_TIMER, NODE_IDS, Function, NmtCommand, Object
 from vrg.hal.can.cia402.set_up import DEADLINE, master_of
 from vrg.hal.can.cia402.units import Cia402Options
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402.drive import Cia402Drive
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.testing.wire import SERIAL, WireClock
+from vrg.testing.wire import SERIAL_NUMBER, WireClock
 
 
 def without_deadline(wire: Wire) -> Wire:
@@ -32,7 +32,7 @@ def without_deadline(wire: Wire) -> Wire:
 class TestMeeting:
     def test_a_drive_says_who_it_is(self) -> None:
         wire = Wire().prepare()
-        assert wire.axis.serial == f"{SERIAL:X}"
+        assert wire.axis.serial == f"{SERIAL_NUMBER:X}"
         assert wire.axis.firmware == "1.0.0"
         wire.until(lambda: wire.axis.voltage is not None)
         assert wire.axis.voltage == 24.0
@@ -90,13 +90,13 @@ class TestMeeting:
         wire.axis = second
         wire.advance(0.2)
         wire.prepare()
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         wire.until(lambda: abs(wire.drive.motor.velocity) < 0.1)
 
     def test_it_energises_nothing(self) -> None:
         wire = Wire().prepare()
         wire.advance(1.0)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
         assert not wire.drive._energised
         assert not wire.setpoints
 
@@ -116,9 +116,9 @@ class TestMeeting:
         wire.axis.unwatched = True
         wire.running()
         wire.advance(1.0)
-        assert wire.axis.state is State.CLOSED_LOOP, "nothing stops it"
+        assert wire.axis.state is MotorState.CLOSED_LOOP, "nothing stops it"
         wire.axis.idle()
-        wire.until(lambda: wire.axis.state is State.IDLE)
+        wire.until(lambda: wire.axis.state is MotorState.IDLE)
 
     def test_a_drive_that_forgets_its_deadline_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         wire = Wire().meet()
@@ -143,14 +143,14 @@ class TestMeeting:
         assert wire.axis.starved
         assert wire.axis.expired
         assert not [frame for frame in wire.sent if frame.id in (0x77A, 0x305)], "who is silent feeds nothing"
-        assert (wire.axis.state, wire.axis.fault) == (State.IDLE, None)
+        assert (wire.axis.state, wire.axis.fault) == (MotorState.IDLE, None)
         wire.axis.clear()
         wire.axis.start()
         wire.gets_going()
 
     def test_the_masters_of_two_drives_are_two(self) -> None:
-        assert len({master_of(node) for node in NODES}) == len(NODES)
-        assert all(master_of(node) != node for node in NODES)
+        assert len({master_of(node) for node in NODE_IDS}) == len(NODE_IDS)
+        assert all(master_of(node) != node for node in NODE_IDS)
 
     def test_what_the_drive_refuses_is_named(self) -> None:
         wire = Wire().meet()

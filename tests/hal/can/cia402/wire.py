@@ -3,13 +3,13 @@
 import struct
 from typing import NamedTuple
 
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.cia402.axis import Cia402Axis
 from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.cia402.drive import Cia402Drive
-from vrg.testing.wire import SERIAL, ProtocolWire
+from vrg.testing.wire import SERIAL_NUMBER, ProtocolWire
 
 NODE = 5
 
@@ -45,7 +45,7 @@ class Wire(ProtocolWire):
     drives: list[Cia402Drive]
 
     def __init__(self, *serials: int, node: int = NODE) -> None:
-        super().__init__(PROTOCOLS.get("cia402"), node, serials or (SERIAL,))
+        super().__init__(PROTOCOLS.get("cia402"), node, serials or (SERIAL_NUMBER,))
 
     @property
     def drive(self) -> Cia402Drive:
@@ -55,7 +55,7 @@ class Wire(ProtocolWire):
     def gets_going(self) -> None:
         """Setpoints, until the motor is under control and turns by them."""
         self.until(
-            lambda: self.drive._energised and self.axis.state is State.CLOSED_LOOP and 7 < self.axis.velocity < 9,
+            lambda: self.drive._energised and self.axis.state is MotorState.CLOSED_LOOP and 7 < self.axis.velocity < 9,
             lambda: self.axis.command(8.0),
         )
 

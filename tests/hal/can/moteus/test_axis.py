@@ -10,11 +10,11 @@ from collections import deque
 import pytest
 from msgspec.structs import replace
 
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import MoteusAxis
-from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.codec import Resolution, Subframe, SubframeKind
 from vrg.hal.can.moteus.registers import Register
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.moteus import MoteusDrive
@@ -53,7 +53,7 @@ def wire() -> LateWire:
     wire.axis.start()
     wire.axis.command(1.0)
     wire.deliver_all()
-    assert wire.axis.state is State.CLOSED_LOOP
+    assert wire.axis.state is MotorState.CLOSED_LOOP
     return wire
 
 
@@ -62,11 +62,11 @@ def test_what_was_said_before_a_stop_does_not_make_it_run_again(wire: LateWire) 
     wire.axis.idle()
     wire.deliver_all()
     assert wire.axis.on, "that was so when it was asked"
-    assert wire.axis.state is State.IDLE
+    assert wire.axis.state is MotorState.IDLE
     wire.axis.poll(NOW + 0.05)
     wire.deliver_all()
     assert wire.axis.on is False
-    assert wire.axis.state is State.IDLE
+    assert wire.axis.state is MotorState.IDLE
 
 
 def test_a_start_waits_until_the_stop_before_has_been_answered(wire: LateWire) -> None:
@@ -75,12 +75,14 @@ def test_a_start_waits_until_the_stop_before_has_been_answered(wire: LateWire) -
     wire.axis.start()
     for _ in range(3):
         wire.deliver()
-        assert wire.axis.state is State.STARTING, "it said what it did before the stop, and then that it has stopped"
+        assert wire.axis.state is MotorState.STARTING, (
+            "it said what it did before the stop, and then that it has stopped"
+        )
     assert not wire.answers
     wire.axis.command(0.0)
     wire.axis.command(0.0)
     wire.deliver_all()
-    assert wire.axis.state is State.CLOSED_LOOP
+    assert wire.axis.state is MotorState.CLOSED_LOOP
 
 
 def test_a_stop_that_was_lost_is_sent_again_by_the_next_start(wire: LateWire) -> None:
@@ -91,11 +93,11 @@ def test_a_stop_that_was_lost_is_sent_again_by_the_next_start(wire: LateWire) ->
     wire.drive.node = drive
     wire.axis.start()
     wire.deliver_all()
-    assert wire.axis.state is State.STARTING
+    assert wire.axis.state is MotorState.STARTING
     for _ in range(3):
         wire.axis.command(0.0)
         wire.deliver_all()
-    assert wire.axis.state is State.CLOSED_LOOP
+    assert wire.axis.state is MotorState.CLOSED_LOOP
 
 
 def test_a_watchdog_of_before_a_stop_proves_nothing(wire: LateWire) -> None:
@@ -107,11 +109,11 @@ def test_a_watchdog_of_before_a_stop_proves_nothing(wire: LateWire) -> None:
     assert not wire.axis.expired
     assert not wire.axis.starved
     wire.deliver_all()
-    assert wire.axis.state is State.STARTING
+    assert wire.axis.state is MotorState.STARTING
 
 
 @pytest.mark.parametrize("register", [Register.MODE, Register.FAULT, Register.MILLISECONDS])
 def test_a_register_that_is_no_whole_number_is_odd(wire: LateWire, register: Register) -> None:
-    told = Subframe(Kind.REPLY, register, Resolution.F32, (math.nan,))
+    told = Subframe(SubframeKind.REPLY, register, Resolution.F32, (math.nan,))
     wire.axis.receive(replace(codec.encode(NODE, 0, [told]), at=NOW))
     assert wire.axis.odd == f"register 0x{register:03X}: expected a whole number, it says nan"

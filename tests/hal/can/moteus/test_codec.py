@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import setpoint
-from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.codec import Resolution, Subframe, SubframeKind
 from vrg.hal.can.moteus.registers import Mode, Register, describe_fault, scale_of
 
 resolutions = st.sampled_from(Resolution)
@@ -20,10 +20,10 @@ resolutions = st.sampled_from(Resolution)
 
 @st.composite
 def subframes(draw: st.DrawFn) -> Subframe:
-    kind, resolution = draw(st.sampled_from(Kind)), draw(resolutions)
+    kind, resolution = draw(st.sampled_from(SubframeKind)), draw(resolutions)
     count = draw(st.integers(1, 5))
     value = st.floats(width=32, allow_nan=False) if resolution is Resolution.F32 else st.integers(-128, 127).map(float)
-    values = [0.0] * count if kind is Kind.READ else draw(st.lists(value, min_size=count, max_size=count))
+    values = [0.0] * count if kind is SubframeKind.READ else draw(st.lists(value, min_size=count, max_size=count))
     return Subframe(kind, draw(st.integers(0, 0x7FFF)), resolution, tuple(values))
 
 

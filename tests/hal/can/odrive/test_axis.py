@@ -6,7 +6,7 @@ import pytest
 
 from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.errors import RobotError
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.axis import OdriveAxis
@@ -23,10 +23,10 @@ def wire() -> Wire:
 
 class TestAxis:
     def test_it_is_silent_until_it_has_been_heard(self, wire: Wire) -> None:
-        assert wire.axis.state is State.SILENT
+        assert wire.axis.state is MotorState.SILENT
         assert wire.axis.heard == -math.inf
         wire.beat(at=3.5)
-        assert (wire.axis.state, wire.axis.heard) == (State.IDLE, 3.5)
+        assert (wire.axis.state, wire.axis.heard) == (MotorState.IDLE, 3.5)
 
     def test_a_start_sends_mode_zero_and_closed_loop_in_this_order(self, wire: Wire) -> None:
         wire.beat()
@@ -36,18 +36,18 @@ class TestAxis:
             messages.SetInputVel(0.0),
             messages.SetAxisState(CLOSED),
         ]
-        assert wire.axis.state is State.STARTING
+        assert wire.axis.state is MotorState.STARTING
         wire.beat(IDLE)  # sent before the drive had started
-        assert wire.axis.state is State.STARTING
+        assert wire.axis.state is MotorState.STARTING
         wire.beat(CLOSED)
-        assert wire.axis.state is State.CLOSED_LOOP
+        assert wire.axis.state is MotorState.CLOSED_LOOP
 
     def test_closed_loop_that_ends_is_idle(self, wire: Wire) -> None:
         wire.beat()
         wire.axis.start()
         wire.beat(CLOSED)
         wire.beat(IDLE)
-        assert wire.axis.state is State.IDLE
+        assert wire.axis.state is MotorState.IDLE
 
     def test_a_position_far_from_zero_is_set_back_before_a_start(self, wire: Wire) -> None:
         wire.hear(messages.EncoderEstimates(1e6, 0.0))
@@ -57,20 +57,20 @@ class TestAxis:
     @pytest.mark.parametrize(
         ("error", "state", "fault", "starved"),
         [
-            (AxisError.WATCHDOG_TIMER_EXPIRED, State.IDLE, None, True),
-            (AxisError.ESTOP_REQUESTED, State.ESTOP, None, False),
-            (AxisError.DRV_FAULT, State.FAULT, "DRV_FAULT", False),
-            (AxisError.DRV_FAULT | AxisError.ESTOP_REQUESTED, State.ESTOP, "DRV_FAULT", False),
-            (AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.MISSING_ESTIMATE, State.FAULT, "MISSING_ESTIMATE", True),
+            (AxisError.WATCHDOG_TIMER_EXPIRED, MotorState.IDLE, None, True),
+            (AxisError.ESTOP_REQUESTED, MotorState.ESTOP, None, False),
+            (AxisError.DRV_FAULT, MotorState.FAULT, "DRV_FAULT", False),
+            (AxisError.DRV_FAULT | AxisError.ESTOP_REQUESTED, MotorState.ESTOP, "DRV_FAULT", False),
+            (AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.MISSING_ESTIMATE, MotorState.FAULT, "MISSING_ESTIMATE", True),
         ],
     )
-    def test_errors(self, wire: Wire, error: int, state: State, fault: str | None, starved: bool) -> None:
+    def test_errors(self, wire: Wire, error: int, state: MotorState, fault: str | None, starved: bool) -> None:
         wire.beat(IDLE, error)
         assert (wire.axis.state, wire.axis.fault, wire.axis.starved) == (state, fault, starved)
 
     def test_a_drive_that_calibrates_is_no_idle_one(self, wire: Wire) -> None:
         wire.beat(AxisState.MOTOR_CALIBRATION)
-        assert wire.axis.state is State.FAULT
+        assert wire.axis.state is MotorState.FAULT
         assert wire.axis.fault is not None
         assert "MOTOR_CALIBRATION" in wire.axis.fault
 
@@ -147,18 +147,18 @@ class TestAxis:
     def test_somebody_elses_estop_to_all_counts_at_once(self, wire: Wire) -> None:
         wire.beat(CLOSED)
         wire.hear(messages.Estop(), node=codec.BROADCAST)
-        assert wire.axis.state is State.ESTOP
+        assert wire.axis.state is MotorState.ESTOP
 
     def test_somebody_elses_estop_frame_counts_at_once(self, wire: Wire) -> None:
         wire.beat(CLOSED)
         wire.hear(messages.Estop())
-        assert wire.axis.state is State.ESTOP
+        assert wire.axis.state is MotorState.ESTOP
 
     def test_other_nodes_and_extended_and_remote_frames_are_not_its_business(self, wire: Wire) -> None:
         wire.hear(messages.Heartbeat(0xFF, 1), node=5)
         wire.axis.receive(Frame(codec.frame_id(4, 1), bytes(8), extended=True))
         wire.axis.receive(Frame(codec.frame_id(4, 1), remote=True))
-        assert wire.axis.state is State.SILENT
+        assert wire.axis.state is MotorState.SILENT
         assert wire.axis.odd is None
 
     def test_two_serial_numbers_are_a_problem(self, wire: Wire) -> None:

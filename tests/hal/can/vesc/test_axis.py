@@ -2,7 +2,7 @@
 
 import pytest
 
-from vrg.hal.can.axis import State
+from vrg.hal.can.axis import MotorState
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.vesc.axis import VescOptions
@@ -25,7 +25,7 @@ def test_a_motor_that_is_pushed_is_not_on(wire: ProtocolWire) -> None:
         wire.drive.motor.velocity = 12.0
         wire.advance(0.05)
     assert wire.axis.on is False
-    assert wire.axis.state is State.IDLE
+    assert wire.axis.state is MotorState.IDLE
     assert wire.axis.velocity > 1.0
 
 
@@ -51,7 +51,7 @@ def test_it_stands_where_it_is_asked_for_less_than_it_regulates(wire: ProtocolWi
     assert wire.motor_speed == pytest.approx(1.05 * slowest, rel=0.1)
     wire.drive_on(0.95 * slowest, 1.0)
     assert abs(wire.motor_speed) < 0.01
-    assert wire.axis.state is State.CLOSED_LOOP
+    assert wire.axis.state is MotorState.CLOSED_LOOP
 
 
 def test_a_fault_that_the_drive_forgets_is_kept_here(wire: ProtocolWire) -> None:
@@ -59,17 +59,17 @@ def test_a_fault_that_the_drive_forgets_is_kept_here(wire: ProtocolWire) -> None
     wire.fault(FaultKind.ERROR, value=5)
     wire.until(lambda: wire.axis.fault)
     wire.drive_on(8.0, 2.0)
-    assert wire.says() == (State.FAULT, "OVER_TEMP_FET")
+    assert wire.says() == (MotorState.FAULT, "OVER_TEMP_FET")
     assert abs(wire.motor_speed) < 0.1
 
 
 def test_the_kill_switch_is_an_emergency_stop_as_long_as_it_is_pressed(wire: ProtocolWire) -> None:
     wire.running()
     wire.fault(FaultKind.ESTOP)
-    wire.until(lambda: wire.axis.state is State.ESTOP)
+    wire.until(lambda: wire.axis.state is MotorState.ESTOP)
     wire.axis.clear()
     wire.advance(1.0)
-    assert wire.axis.state is State.ESTOP
+    assert wire.axis.state is MotorState.ESTOP
 
 
 def test_without_pole_pairs_it_is_refused() -> None:
@@ -151,5 +151,5 @@ def test_answers_to_another_robot_on_the_bus_are_no_fault_even_if_it_has_the_sam
     assert wire.axis.odd is None
     assert wire.axis.host != host  # type: ignore[attr-defined]
     wire.advance(0.5)
-    assert wire.says() == (State.IDLE, None)
+    assert wire.says() == (MotorState.IDLE, None)
     wire.get_going()

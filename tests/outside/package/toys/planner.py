@@ -5,7 +5,7 @@ import math
 from vrg.agents import View
 from vrg.agents.planner import Planner
 from vrg.hal.models import RobotModel
-from vrg.navigation.pilot import GAP, Pilot
+from vrg.navigation.pilot import CLEARANCE, Pilot
 from vrg.regions import Circle
 from vrg.types import Twist
 
@@ -18,7 +18,7 @@ class Around(Planner):
         self._pilot = Pilot()
 
     def plan(self, view: View, twist: Twist) -> Twist:
-        here, margin = view.position, view.me.radius + GAP
+        here, margin = view.position, view.me.radius + CLEARANCE
         near = [(wall, margin) for wall in view.obstacles if wall.distance(*here) < margin + twist.v]
         if not near:
             return twist

@@ -5,7 +5,7 @@ A drive of the id n sends whether it is on, its position and its speed as 0x300 
 
 import struct
 
-from vrg.hal.can.axis import Axis, State
+from vrg.hal.can.axis import Axis, MotorState
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.protocols import Protocol
 
@@ -27,7 +27,7 @@ class PulseAxis(Axis):
 
     @property
     def identified(self) -> bool:
-        return self.state is not State.SILENT
+        return self.state is not MotorState.SILENT
 
     @property
     def problem(self) -> str | None:
@@ -36,7 +36,7 @@ class PulseAxis(Axis):
     def receive(self, frame: Frame) -> None:
         if frame.id == REPORT + self.node and len(frame.data) == _REPORT.size:
             on, position, velocity = _REPORT.unpack(frame.data)
-            self.heard, self.state = frame.at, State.CLOSED_LOOP if on else State.IDLE
+            self.heard, self.state = frame.at, MotorState.CLOSED_LOOP if on else MotorState.IDLE
             self._says(bool(on), frame.at)
             self._estimate(position, velocity, frame.at)
 

@@ -12,15 +12,15 @@ the newest setpoint is older than the deadline: a player that freezes in the mid
 on without a watchdog.
 """
 
-from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
+from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.cia402.codec import (
     CONTROL_PDO,
     LSS,
     LSS_ORDERS,
     MOTION_PDO,
     NMT_WORDS,
+    NODE_IDS,
     NODE_MASK,
-    NODES,
     POWERED,
     SDO_DOWNLOADS,
     SETPOINT_PDO,
@@ -85,7 +85,7 @@ class Cia402Axis(Axis):
     @classmethod
     def check_node(cls, node: int) -> str | None:
         """A drive has an id from 1 to 127."""
-        return None if node in NODES else f"expected 1 to {NODES[-1]}, got {node}"
+        return None if node in NODE_IDS else f"expected 1 to {NODE_IDS[-1]}, got {node}"
 
     @property
     def filters(self) -> list[Filter]:
@@ -94,7 +94,7 @@ class Cia402Axis(Axis):
 
     @property
     def identified(self) -> bool:
-        """Whether all questions are answered, or one of the answers is a problem."""
+        """True if all questions are answered, or if one of the answers is a problem."""
         return self._interview.complete or self.problem is not None
 
     @property
@@ -150,7 +150,7 @@ class Cia402Axis(Axis):
         self._asks_supply = not set_up.tells_supply
         self._master = set_up.master
         self._prepared = True
-        self.fault, self.state = None, State.IDLE
+        self.fault, self.state = None, MotorState.IDLE
         set_up.begin()
         self._nmt = Nmt.OPERATIONAL
         set_up.wait_for_mode()
@@ -170,8 +170,8 @@ class Cia402Axis(Axis):
         self._wanted, self._starting, self._late = True, True, False
         self.expired = False
         self.command(0.0)
-        if self.state is State.IDLE:
-            self.state = State.STARTING
+        if self.state is MotorState.IDLE:
+            self.state = MotorState.STARTING
         self._step()
 
     def command(self, velocity: float) -> None:
@@ -184,8 +184,8 @@ class Cia402Axis(Axis):
     def idle(self) -> None:
         """Switch the motor off."""
         self._wanted = self._late = False
-        if self.state in (State.STARTING, State.CLOSED_LOOP):
-            self.state = State.IDLE
+        if self.state in (MotorState.STARTING, MotorState.CLOSED_LOOP):
+            self.state = MotorState.IDLE
         self._control(Control.DISABLE_VOLTAGE)
         if self._cut_off and not self._sdo.asking:
             # It hears no PDO, and its watchdog is one of a PDO.
@@ -193,7 +193,7 @@ class Cia402Axis(Axis):
 
     @property
     def _cut_off(self) -> bool:
-        """Whether the drive was set up wholly, and is in a network state in which its PDOs are off.
+        """True if the drive was set up wholly, and is in a network state in which its PDOs are off.
 
         While it is set up its PDOs are off too, and a question of this axis would meet the answers to those of the
         set-up.
@@ -238,7 +238,7 @@ class Cia402Axis(Axis):
                 raise FrameError(f"EMCY: expected 8 bytes, got {len(frame.data)}")
             if int.from_bytes(frame.data[:2], "little") in STO_CODES:
                 # A button at the drive: it is off from this moment, before its statusword says so.
-                self.state, self._wanted = State.ESTOP, False
+                self.state, self._wanted = MotorState.ESTOP, False
         elif function == Function.TPDO1:
             status, error, _mode = STATUS_PDO.values(frame.data)
             self._take_status(status, frame.at)
@@ -251,7 +251,7 @@ class Cia402Axis(Axis):
             self._supply(millivolts / 1000, frame.at)
 
     def _take_status(self, statusword: int, at: float) -> None:
-        """What a statusword says of the motor."""
+        """Take in the state of the motor from a statusword."""
         self._status = drive_state(statusword)
         self._says(self._status in POWERED or self._status is DriveState.FAULT_REACTION_ACTIVE, at)
 
@@ -274,14 +274,14 @@ class Cia402Axis(Axis):
         if self._settled and self._nmt != Nmt.OPERATIONAL:
             # It hears no setpoint now, and after a start it has forgotten its set-up. At the end of the set-up a
             # heartbeat of before may still be under way.
-            self.state, self._wanted = State.FAULT, False
+            self.state, self._wanted = MotorState.FAULT, False
             words = NMT_WORDS[self._nmt]
             self.fault = f"expected the network state operational, it is {words}: it must be set up anew"
-        elif self.state is State.SILENT:
-            self.state = State.IDLE
+        elif self.state is MotorState.SILENT:
+            self.state = MotorState.IDLE
 
     def _judge(self, statusword: int, error: int) -> None:
-        """What a statusword means here, and the next step of a start."""
+        """Judge a statusword, and take the next step of a start."""
         state = self._status
         faulty = state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
         # Some drives take the end of the setpoints for an error even when they hold still; it is no fault there either.
@@ -292,18 +292,18 @@ class Cia402Axis(Axis):
         elif faulty and not timed_out and error not in STO_CODES:
             self.fault = describe_error(error) or "a fault that it gives no reason for"
         if self.fault or (faulty and not timed_out):
-            self.state, self._wanted = State.FAULT if self.fault else State.ESTOP, False
+            self.state, self._wanted = MotorState.FAULT if self.fault else MotorState.ESTOP, False
         else:
             enabled = state is DriveState.OPERATION_ENABLED
             if enabled and self._word == Control.ENABLE_OPERATION:
                 # A drive that leaves this state by itself later on is not brought back: nobody has asked for that.
                 self._starting = False
             if enabled:
-                self.state = State.CLOSED_LOOP
+                self.state = MotorState.CLOSED_LOOP
             if not faulty:
                 self._step()
             starting = self._wanted and self._starting and not (timed_out or self._late)
-            self.state = State.CLOSED_LOOP if enabled else State.STARTING if starting else State.IDLE
+            self.state = MotorState.CLOSED_LOOP if enabled else MotorState.STARTING if starting else MotorState.IDLE
         self.starved = timed_out or self._late
         self.expired |= timed_out
 

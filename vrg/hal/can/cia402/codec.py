@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from vrg.hal.can.frame import Frame, FrameError
 
-NODES = range(1, 128)
+NODE_IDS = range(1, 128)
 """The ids that a node can have."""
 
 
@@ -14,7 +14,7 @@ Function = enum.IntEnum("Function", {
     "NMT": 0x000, "EMCY": 0x080, "TPDO1": 0x180, "RPDO1": 0x200, "TPDO2": 0x280, "RPDO2": 0x300, "TPDO3": 0x380,
     "RPDO3": 0x400, "TPDO4": 0x480, "RPDO4": 0x500, "SDO_ANSWER": 0x580, "SDO_REQUEST": 0x600, "HEARTBEAT": 0x700,
 })  # fmt: skip
-"""What an identifier is for: all its bits but the low seven, which are the node (pre-defined connection set)."""
+"""The function of an identifier: all its bits but the low seven, which are the node (pre-defined connection set)."""
 
 
 SDO_DOWNLOADS = (0x00, 0x20, 0xC0)
@@ -81,12 +81,12 @@ Object = enum.IntEnum("Object", {
 """The index of each object."""
 
 
-SERIAL = 4
+SERIAL_NUMBER = 4
 """The sub-index of the serial number in 0x1018."""
 COB_ID, TRANSMISSION, INHIBIT, EVENT_TIMER = 1, 2, 3, 5
 """Sub-indices of 0x1400 and 0x1800. The inhibit time is in 0.1 ms, the event timer in ms."""
 SAVE = int.from_bytes(b"save", "little")
-"""What must be written to 0x1010:01."""
+"""The signature that must be written to 0x1010:01."""
 PDOS = 4
 """The number of PDOs in each direction."""
 NOT_VALID = 1 << 31
@@ -94,7 +94,7 @@ NOT_VALID = 1 << 31
 
 
 def mapping_entry(index: int, bits: int, sub: int = 0) -> int:
-    """How a PDO's mapping (0x1600, 0x1A00) names an object of so many bits."""
+    """The entry by which a PDO's mapping (0x1600, 0x1A00) names an object of so many bits."""
     return index << 16 | sub << 8 | bits
 
 
@@ -143,7 +143,7 @@ def download(node: int, index: int, value: int, size: int, sub: int = 0) -> Fram
 
 
 def concerns(data: bytes, index: int, sub: int = 0) -> bool:
-    """Whether an SDO answer tells an object, or refuses it."""
+    """True if an SDO answer carries an object, or refuses it."""
     return len(data) == 8 and data[0] & 0xE0 in (0x40, 0x80) and data[1:4] == struct.pack("<HB", index, sub)
 
 

@@ -1,6 +1,6 @@
-"""What a drive says of itself before it is set up: whether it can do what is wanted, and in which units it speaks."""
+"""Questions to a drive before it is set up: can it do what is wanted, and in which units does it report?"""
 
-from vrg.hal.can.cia402.codec import PROFILE, SERIAL, SUPPORTS_PROFILE_VELOCITY, Object
+from vrg.hal.can.cia402.codec import PROFILE, SERIAL_NUMBER, SUPPORTS_PROFILE_VELOCITY, Object
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
 from vrg.hal.can.cia402.units import Cia402Options, Units, units
 from vrg.hal.clock import Clock
@@ -12,12 +12,12 @@ _QUESTIONS = (
     (Object.ENCODER_RESOLUTION, 1),
     (Object.ENCODER_RESOLUTION, 2),
     (Object.VELOCITY_UNIT, 0),
-    (Object.IDENTITY, SERIAL),
+    (Object.IDENTITY, SERIAL_NUMBER),
 )
 """The serial number is last: a second drive's answer to it may come a little later."""
 _TRIES = 3
-"""How often one question is put in one go. Of two drives that share an id, the late answer of the one to the question
-before may be taken for an answer to this one, which it does not fit."""
+"""The number of times that one question is sent in one go. Of two drives that share an id, the late answer of the one
+to the question before may be taken for an answer to this one, which it does not fit."""
 
 
 class Interview:
@@ -56,13 +56,13 @@ class Interview:
 
     @property
     def complete(self) -> bool:
-        """Whether every question has its answer."""
+        """True if every question has its answer."""
         return all(question in self._answers for question in _QUESTIONS)
 
     @property
     def serial(self) -> str:
         """The serial number in words; empty where the drive has none."""
-        number = self._number(Object.IDENTITY, SERIAL)
+        number = self._number(Object.IDENTITY, SERIAL_NUMBER)
         return f"{number:X}" if number else ""
 
     @property

@@ -1,4 +1,4 @@
-"""How a drive is asked for its objects: canopen's SDO client, on frames that somebody else receives."""
+"""Reads and writes the objects of a drive: canopen's SDO client, on frames that another object receives."""
 
 import contextlib
 import logging
@@ -19,7 +19,7 @@ from vrg.hal.can.cia402.codec import (
     INHIBIT,
     NOT_VALID,
     PDOS,
-    SERIAL,
+    SERIAL_NUMBER,
     SUPPORTS_PROFILE_VELOCITY,
     TRANSMISSION,
     Function,
@@ -62,7 +62,11 @@ def object_dictionary(node: int) -> ObjectDictionary:
     for index, kind, access, default, mappable in variables:
         objects.add_object(_variable(index.name, index, 0, kind, access, default, mappable))
     counts, one = ENCODER_COUNTS, 1
-    _record(objects, Object.IDENTITY, [(1, u32, "ro", 0), (2, u32, "ro", 1), (3, u32, "ro", 1), (SERIAL, u32, "ro", 0)])
+    _record(
+        objects,
+        Object.IDENTITY,
+        [(1, u32, "ro", 0), (2, u32, "ro", 1), (3, u32, "ro", 1), (SERIAL_NUMBER, u32, "ro", 0)],
+    )
     _record(objects, Object.STORE, [(1, u32, "rw", 1)])
     _record(objects, Object.CONSUMER_HEARTBEAT, [(1, u32, "rw", 0)])
     _record(objects, Object.ERROR_BEHAVIOUR, [(1, u8, "rw", 0)])
@@ -109,10 +113,10 @@ def _record(
 # canopen logs the errors that it raises as well.
 logging.getLogger("canopen").setLevel(logging.CRITICAL)
 
-_SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL)
+_SERIAL_ANSWER = struct.pack("<BHB", 0x43, Object.IDENTITY, SERIAL_NUMBER)
 """The first four bytes of the answer to the question for the serial number; the number itself follows."""
 _BEGINS = (0x20, 0x40)
-"""What the first byte of a request begins with that names an object: a download and an upload."""
+"""The first bytes of requests that name an object: a download and an upload."""
 
 
 class NoAnswerError(RobotError):
@@ -225,7 +229,7 @@ def _wait_by(clock: Clock, remote: canopen.RemoteNode, timeout: Callable[[], flo
 
 
 class _Sender:
-    """What canopen takes for python-can's bus: it calls one method of it."""
+    """The object that canopen uses in place of python-can's bus: canopen calls one method of it."""
 
     def __init__(self, send: Callable[[Frame], None]) -> None:
         self._send = send

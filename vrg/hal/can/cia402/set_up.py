@@ -1,4 +1,4 @@
-"""How a drive is set up before it may be started: its PDOs, its watchdog, its mode of operation."""
+"""Sets a drive up before it may be started: its PDOs, its watchdog, its mode of operation."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -10,8 +10,8 @@ from vrg.hal.can.cia402.codec import (
     CONTROL_PDO,
     EVENT_TIMER,
     MOTION_PDO,
+    NODE_IDS,
     NODE_MASK,
-    NODES,
     PROFILE_VELOCITY,
     SETPOINT_PDO,
     STATUS_PDO,
@@ -35,11 +35,11 @@ HEARTBEAT = 0.1
 SDO_TIMEOUT = 3.0
 """s to wait for each answer. A drive answers within milliseconds; on a busy computer it is heard later."""
 _MODE_TRIES, _MODE_PAUSE = 50, 0.01
-"""How often the drive is asked whether it has taken the mode of operation, and s between."""
+"""The number of questions whether the drive has taken the mode of operation, and the time in s between two of them."""
 _MISSING = range(0x0602_0000, 0x060A_0000)
 """SDO abort codes which mean that a drive does not have an object."""
 _GO_ON, _HAVE_A_FAULT = 0, 1
-"""What a drive may do when it is cut off from the network (0x6007)."""
+"""The reactions of a drive to a lost network connection (0x6007)."""
 _STAY = 1
 """The network state does not change when the master falls silent (0x1029)."""
 _COMMANDS = (Function.RPDO1, Function.RPDO2)
@@ -152,7 +152,7 @@ class SetUp:
                 drive.sdo[Object.ERROR_BEHAVIOUR][1].raw = _STAY
         except canopen.SdoAbortedError:
             return False
-        return kept and master_of(self._node) in NODES
+        return kept and master_of(self._node) in NODE_IDS
 
     def begin(self) -> None:
         """Let the drive's PDOs begin."""

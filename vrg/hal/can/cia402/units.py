@@ -8,7 +8,7 @@ from vrg.hal.can.axis import ProtocolOptions
 
 
 class Units(NamedTuple):
-    """What a drive's numbers mean.
+    """The units of a drive's numbers.
 
     Args:
         counts: counts of the encoder for one turn of the shaft (0x608F).

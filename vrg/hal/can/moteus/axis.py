@@ -8,10 +8,10 @@ import math
 
 from pydantic import Field
 
-from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
+from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import EXTENDED_MASK, Filter, Frame, FrameError
 from vrg.hal.can.moteus import codec
-from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.codec import Resolution, Subframe, SubframeKind
 from vrg.hal.can.moteus.registers import (
     LIMITS,
     MAP_VERSION,
@@ -61,7 +61,7 @@ _WHOLE = frozenset(
 """The registers whose numbers are whole, also where a drive tells them as floats."""
 _COUNTER_END = 0x7FFF0000
 """ms near which the counter of a drive that has run for 24 days begins anew."""
-STOP = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
+STOP_SUBFRAMES = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
 """The subframes that switch a motor off."""
 
 
@@ -104,18 +104,19 @@ class MoteusAxis(Axis):
     @classmethod
     def check_node(cls, node: int) -> str | None:
         """A drive has an id from 1 to 126; 127 means everybody."""
-        return None if node in codec.NODES else f"expected 1 to {codec.NODES[-1]}, got {node}"
+        return None if node in codec.NODE_IDS else f"expected 1 to {codec.NODE_IDS[-1]}, got {node}"
 
     @property
     def filters(self) -> list[Filter]:
-        """What the drive says, whoever has asked it, and what anybody says to it or to all."""
+        """The frames that the drive sends, whichever host has asked it, and those that any host sends to it or to
+        all."""
         heads = [(self.node << 8, 0xFF00), (self.node, 0x7F), (codec.BROADCAST, 0x7F)]
         standard = [Filter(id_, mask & 0x7FF) for id_, mask in heads if id_ <= 0x7FF]
         return [*standard, *(Filter(id_, mask & EXTENDED_MASK, extended=True) for id_, mask in heads)]
 
     @property
     def identified(self) -> bool:
-        """Whether version and serial number have come."""
+        """True if version and serial number have been received."""
         return self._map is not None and bool(self._serials)
 
     @property
@@ -151,7 +152,7 @@ class MoteusAxis(Axis):
             return
         if mine and source != self.node:
             for subframe in subframes:
-                if subframe.kind is Kind.WRITE:
+                if subframe.kind is SubframeKind.WRITE:
                     self._complain(f"another program commands it too: it writes register 0x{subframe.register:03X}")
         elif source == self.node:
             self._answer(subframes, frame.at)
@@ -173,8 +174,8 @@ class MoteusAxis(Axis):
     def start(self) -> None:
         """Ask for position mode at velocity zero."""
         self._wanted, self.expired = True, False
-        if self.state in (State.IDLE, State.CLOSED_LOOP):
-            self.state = State.STARTING
+        if self.state in (MotorState.IDLE, MotorState.CLOSED_LOOP):
+            self.state = MotorState.STARTING
         self.command(0.0)
 
     def command(self, velocity: float) -> None:
@@ -189,8 +190,8 @@ class MoteusAxis(Axis):
     def idle(self) -> None:
         """Switch the motor off."""
         self._wanted = False
-        if self.state in (State.STARTING, State.CLOSED_LOOP):
-            self.state = State.IDLE
+        if self.state in (MotorState.STARTING, MotorState.CLOSED_LOOP):
+            self.state = MotorState.IDLE
         self._order_stop(urgent=True)
 
     def stop_now(self) -> None:
@@ -203,13 +204,13 @@ class MoteusAxis(Axis):
 
     def _order_stop(self, *, urgent: bool) -> None:
         self._stopping = True
-        self._send(codec.encode(HOST, self.node, (*STOP, *_STATUS), reply=True), urgent=urgent)
+        self._send(codec.encode(HOST, self.node, (*STOP_SUBFRAMES, *_STATUS), reply=True), urgent=urgent)
 
     def _answer(self, subframes: list[Subframe], at: float) -> None:
         """Take in the registers that the drive has told."""
         told: dict[int, float] = {}
         for subframe in subframes:
-            if subframe.kind is Kind.REPLY:
+            if subframe.kind is SubframeKind.REPLY:
                 for offset, raw in enumerate(subframe.values):
                     number = subframe.register + offset
                     told[number] = scale_of(number).value(raw, subframe.resolution)
@@ -246,7 +247,7 @@ class MoteusAxis(Axis):
         self._uptime = milliseconds
 
     def _judge(self, mode: int, fault: int) -> None:
-        """What a mode means here."""
+        """Set the state by the mode and the fault that the drive reports."""
         self.words = describe_mode(mode)
         if mode in (Mode.STOPPED, Mode.FAULT):
             self._stopping = False
@@ -256,15 +257,15 @@ class MoteusAxis(Axis):
         self.starved = mode == Mode.TIMEOUT
         self.expired |= self.starved
         if mode == Mode.FAULT:
-            self.state, self._wanted = State.FAULT, False
+            self.state, self._wanted = MotorState.FAULT, False
             self.fault = describe_fault(fault if fault < LIMITS else 0) or "a fault that it gives no reason for"
         elif mode == Mode.POSITION:
-            self.state = State.CLOSED_LOOP
+            self.state = MotorState.CLOSED_LOOP
         elif mode in (Mode.STOPPED, Mode.TIMEOUT):
-            starting = self._wanted and not self.starved and self.state is State.STARTING
-            self.state = State.STARTING if starting else State.IDLE
+            starting = self._wanted and not self.starved and self.state is MotorState.STARTING
+            self.state = MotorState.STARTING if starting else MotorState.IDLE
         elif mode in (Mode.ENABLING, Mode.CALIBRATING, Mode.CALIBRATION_COMPLETE) and self._wanted:
-            self.state = State.STARTING
+            self.state = MotorState.STARTING
         else:
-            self.state = State.FAULT
+            self.state = MotorState.FAULT
             self.fault = f"expected to be stopped or in position mode, it is in {describe_mode(mode)}"

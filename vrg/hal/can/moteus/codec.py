@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from vrg.hal.can.frame import STANDARD_MASK, Frame, FrameError, fd_size
 
-NODES = range(1, 0x7F)
+NODE_IDS = range(1, 0x7F)
 """The ids that a drive can have."""
 BROADCAST = 0x7F
 """The destination that means every drive."""
@@ -27,7 +27,7 @@ _MOST_BYTES = 5
 
 
 class Resolution(enum.IntEnum):
-    """How a value is written."""
+    """The format of a value."""
 
     INT8 = 0
     INT16 = 1
@@ -40,8 +40,8 @@ _LEAST = [-(1 << 7), -(1 << 15), -(1 << 31)]
 """The integers that stand for NaN."""
 
 
-class Kind(enum.IntEnum):
-    """What a subframe does: the high bits of its first byte."""
+class SubframeKind(enum.IntEnum):
+    """The kind of a subframe: the high bits of its first byte."""
 
     WRITE = 0x00
     READ = 0x10
@@ -57,14 +57,14 @@ class Subframe(NamedTuple):
         values: one raw value for each register; integers unless the resolution is F32. Of a READ they mean nothing.
     """
 
-    kind: Kind
+    kind: SubframeKind
     register: int
     resolution: Resolution
     values: tuple[float, ...]
 
 
-class Address(NamedTuple):
-    """What an identifier means.
+class ArbitrationId(NamedTuple):
+    """The parts of an identifier.
 
     Args:
         source, destination: who sends it to whom. reply: an answer is wanted.
@@ -81,16 +81,16 @@ def frame_id(source: int, destination: int, *, reply: bool = False) -> int:
 
 
 def is_plain(frame: Frame) -> bool:
-    """Whether a frame may be of this protocol: moteus hears no frame whose identifier has more than 16 bits.
+    """True if a frame may be of this protocol: moteus receives no frame whose identifier has more than 16 bits.
 
     Those are its "CAN prefix", which is 0 unless somebody has set it.
     """
     return not frame.remote and frame.id <= _LARGEST
 
 
-def address_of(identifier: int) -> Address:
+def address_of(identifier: int) -> ArbitrationId:
     """The meaning of an identifier that `is_plain`."""
-    return Address(identifier >> 8 & 0x7F, identifier & 0x7F, bool(identifier & _REPLY))
+    return ArbitrationId(identifier >> 8 & 0x7F, identifier & 0x7F, bool(identifier & _REPLY))
 
 
 def encode(source: int, destination: int, subframes: Iterable[Subframe], *, reply: bool = False) -> Frame:
@@ -107,16 +107,16 @@ def encode(source: int, destination: int, subframes: Iterable[Subframe], *, repl
 
 def write(register: int, values: Sequence[float], resolution: Resolution = Resolution.F32) -> Subframe:
     """The subframe that writes registers."""
-    return Subframe(Kind.WRITE, register, resolution, tuple(values))
+    return Subframe(SubframeKind.WRITE, register, resolution, tuple(values))
 
 
 def read(register: int, count: int = 1, resolution: Resolution = Resolution.F32) -> Subframe:
     """The subframe that asks for registers."""
-    return Subframe(Kind.READ, register, resolution, (0.0,) * count)
+    return Subframe(SubframeKind.READ, register, resolution, (0.0,) * count)
 
 
 def orders_by_text(frame: Frame) -> bool:
-    """Whether a frame carries text to the diagnostic channel, by which a tool sets a drive up and commands it."""
+    """True if a frame carries text to the diagnostic channel, by which a tool sets a drive up and commands it."""
     return len(frame.data) > 2 and frame.data[0] == _TO_DIAGNOSTICS and frame.data[2] > 0
 
 
@@ -138,16 +138,16 @@ def decode(frame: Frame) -> list[Subframe]:
             continue
         if first >= 0x30:
             raise FrameError(f"subframe 0x{first:02X}: expected one that writes, asks for or tells registers")
-        kind, resolution = Kind(first & 0x30), Resolution(first >> 2 & 3)
+        kind, resolution = SubframeKind(first & 0x30), Resolution(first >> 2 & 3)
         count = first & 3 or reader.number()
         register = reader.number()
-        values = tuple([0.0] * min(count, 64) if kind is Kind.READ else reader.values(resolution, count))
+        values = tuple([0.0] * min(count, 64) if kind is SubframeKind.READ else reader.values(resolution, count))
         found.append(Subframe(kind, register, resolution, values))
     return found
 
 
 class Scale(NamedTuple):
-    """How much one step of an integer register is, in the unit of the value."""
+    """One step of an integer register, in the unit of the value."""
 
     int8: float
     int16: float
@@ -216,7 +216,7 @@ def _packed(subframe: Subframe) -> bytes:
     first = subframe.kind | subframe.resolution << 2
     head = bytes([first | count]) if count <= 3 else bytes([first]) + _number(count)
     head += _number(subframe.register)
-    if subframe.kind is Kind.READ:
+    if subframe.kind is SubframeKind.READ:
         return head
     packing = _PACKINGS[subframe.resolution]
     whole = subframe.resolution is not Resolution.F32

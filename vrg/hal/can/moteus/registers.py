@@ -48,7 +48,7 @@ Mode = enum.IntEnum("Mode", {
     "VOLTAGE_FOC": 7, "VOLTAGE_DQ": 8, "CURRENT": 9, "POSITION": 10, "TIMEOUT": 11, "ZERO_VELOCITY": 12,
     "STAY_WITHIN": 13, "MEASURE_INDUCTANCE": 14, "BRAKE": 15,
 })  # fmt: skip
-"""What a drive is doing: the register MODE."""
+"""The mode of a drive: the register MODE."""
 
 
 _FAULTS = {

@@ -2,7 +2,7 @@
 
 from pydantic import Field, model_validator
 
-from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
+from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.messages import AxisError, Command, describe_result
@@ -30,15 +30,15 @@ class OdriveOptions(ProtocolOptions):
 _NODE_MASK = 0x7E0
 """The bits of an identifier that all commands of one node have in common."""
 _TOLD = (Command.ERROR, Command.IQ, Command.TEMPERATURE, Command.TORQUES, Command.POWERS)
-"""What a drive tells and this axis has no use for."""
+"""The messages of a drive that this axis does not use."""
 _SUPPLY_PERIOD = 1.5
 """s without the supply's voltage after which it is asked for."""
 _UNCOMMANDED = 0.1
 """s without a setpoint from which on the watchdog may expire at any time."""
 _NMT_BYTES = 2
 """The size of a network command of CANopen, which has the identifier of the version of node 0."""
-_PATIENCE = 6
-"""How often a drive is asked for its version, each 0.5 s, until the lack of an answer is a problem."""
+_VERSION_REQUESTS = 6
+"""The number of requests for its version, one each 0.5 s, after which the lack of an answer is a problem."""
 _REZERO = float(1 << 18)
 """turns beyond which a float32 steps by more than 1/64 turn; the position is then set back to zero before a start."""
 
@@ -61,7 +61,7 @@ class OdriveAxis(Axis):
     @classmethod
     def check_node(cls, node: int) -> str | None:
         """A drive has an id from 0 to 62; 63 means everybody."""
-        return None if node in codec.NODES else f"expected 0 to {codec.NODES[-1]}, got {node}"
+        return None if node in codec.NODE_IDS else f"expected 0 to {codec.NODE_IDS[-1]}, got {node}"
 
     @property
     def filters(self) -> list[Filter]:
@@ -70,13 +70,13 @@ class OdriveAxis(Axis):
 
     @property
     def identified(self) -> bool:
-        """Whether the version has come; serial numbers follow within the same moment, if the firmware has them."""
+        """True if the version has been received; serial numbers follow at once, if the firmware has them."""
         return self._version is not None or self.problem is not None
 
     @property
     def problem(self) -> str | None:
         """Firmware 0.5, which tells no version; a protocol that is not CANSimple 2; or two drives with this id."""
-        if self._version is None and self._asked > _PATIENCE and self.heard != NEVER:
+        if self._version is None and self._asked > _VERSION_REQUESTS and self.heard != NEVER:
             return "it tells no version: expected firmware 0.6 or newer, as 0.5 and older speak another CANSimple"
         if len(self._serials) > 1:
             both = " and ".join(f"{serial:X}" for serial in sorted(self._serials))
@@ -114,7 +114,7 @@ class OdriveAxis(Axis):
                     self.serial = f"{serial:X}"
             case messages.Estop():
                 # Somebody else's button: the drive is off from this moment, before its heartbeat says so.
-                self.state = State.ESTOP
+                self.state = MotorState.ESTOP
                 self._wanted = False
             case _ if not _asks_or_tells(message):
                 # Everything else is an order, and nobody but this axis may give its drive one.
@@ -138,14 +138,14 @@ class OdriveAxis(Axis):
             self._send(codec.encode(self.node, messages.SetAbsolutePosition(0.0)))
         self._order_start()
         self._wanted, self.expired, self.refusal = True, False, None
-        if self.state is State.IDLE:
-            self.state = State.STARTING
+        if self.state is MotorState.IDLE:
+            self.state = MotorState.STARTING
         # Its next heartbeat may be 0.1 s away.
         self._send(codec.request(self.node, Command.HEARTBEAT))
 
     def command(self, velocity: float) -> None:
         """Send a setpoint in turn/s; before it, as long as the axis starts, the order to start, which may get lost."""
-        if self._wanted and self.state is State.STARTING:
+        if self._wanted and self.state is MotorState.STARTING:
             self._order_start()
         self._commanded = self._clock.now()
         self._send(codec.encode(self.node, messages.SetInputVel(velocity)))
@@ -160,8 +160,8 @@ class OdriveAxis(Axis):
         """Switch the motor off."""
         self._wanted = False
         self._send(codec.encode(self.node, messages.SetAxisState(messages.AxisState.IDLE)), urgent=True)
-        if self.state in (State.STARTING, State.CLOSED_LOOP):
-            self.state = State.IDLE
+        if self.state in (MotorState.STARTING, MotorState.CLOSED_LOOP):
+            self.state = MotorState.IDLE
 
     def stop_now(self) -> None:
         """Send the Estop frame."""
@@ -178,7 +178,7 @@ class OdriveAxis(Axis):
 
         Its heartbeats are 0.1 s apart, which is too coarse to measure its watchdog by.
         """
-        if self.state is State.CLOSED_LOOP and now - self._commanded > _UNCOMMANDED:
+        if self.state is MotorState.CLOSED_LOOP and now - self._commanded > _UNCOMMANDED:
             self._send(codec.request(self.node, Command.HEARTBEAT))
         if now - max(self.supplied, self._asked_supply) > _SUPPLY_PERIOD:
             self._asked_supply = now
@@ -204,22 +204,22 @@ class OdriveAxis(Axis):
         serious = errors & ~(AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.ESTOP_REQUESTED)
         self.fault = messages.describe_errors(serious) or None if serious else None
         if errors & AxisError.ESTOP_REQUESTED:
-            self.state = State.ESTOP
+            self.state = MotorState.ESTOP
         elif serious:
-            self.state = State.FAULT
+            self.state = MotorState.FAULT
         elif heartbeat.state == messages.AxisState.CLOSED_LOOP_CONTROL:
-            self.state = State.CLOSED_LOOP
+            self.state = MotorState.CLOSED_LOOP
         elif heartbeat.state == messages.AxisState.IDLE:
             # Until its first heartbeat in closed loop an axis that was asked to start still says that it idles.
-            starting = self._wanted and not self.starved and self.state is State.STARTING
-            self.state = State.STARTING if starting else State.IDLE
+            starting = self._wanted and not self.starved and self.state is MotorState.STARTING
+            self.state = MotorState.STARTING if starting else MotorState.IDLE
         else:
-            self.state = State.FAULT
+            self.state = MotorState.FAULT
             self.fault = f"expected IDLE or CLOSED_LOOP_CONTROL, it is in {messages.describe_state(heartbeat.state)}"
 
 
 def _asks_or_tells(message: messages.Message) -> bool:
-    """Whether a message only asks a drive for a value, or tells one."""
+    """True if a message only asks a drive for a value, or reports one."""
     match message:
         case messages.Other(command):
             return command in _TOLD

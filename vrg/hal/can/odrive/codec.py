@@ -12,12 +12,12 @@ from vrg.hal.can.odrive.messages import Command, Message
 
 BROADCAST = 0x3F
 """The node id of frames that are meant for everybody, and of drives that have no id yet."""
-NODES = range(BROADCAST)
+NODE_IDS = range(BROADCAST)
 """The ids that a drive can have."""
 
 
 class _Layout(NamedTuple):
-    """How a message is packed.
+    """The layout of a message.
 
     `shortest` is the least number of bytes that a drive accepts: masters in the wild leave off trailing fields, which
     are zero then.

@@ -29,7 +29,7 @@ AxisState = enum.IntEnum("AxisState", {
     "ENCODER_HALL_PHASE_CALIBRATION": 13, "ANTICOGGING_CALIBRATION": 14, "HARMONIC_CALIBRATION": 15,
     "HARMONIC_CALIBRATION_COMMUTATION": 16,
 })  # fmt: skip
-"""What an axis is doing."""
+"""The state of an axis."""
 
 
 AxisError = enum.IntFlag("AxisError", {
@@ -67,7 +67,7 @@ class Version(NamedTuple):
 
 
 class Heartbeat(NamedTuple):
-    """What a drive says ten times a second.
+    """The message that a drive sends ten times a second.
 
     `error` has the active errors or, while it is disarmed, the reason for that; `done` is 1 at the end of a trajectory.
     """
@@ -119,7 +119,7 @@ class EncoderEstimates(NamedTuple):
 
 
 class SetControllerMode(NamedTuple):
-    """How the drive is to take setpoints."""
+    """The way in which the drive is to take setpoints."""
 
     control_mode: int
     input_mode: int

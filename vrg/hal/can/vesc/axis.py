@@ -9,7 +9,7 @@ from contextlib import suppress
 
 from pydantic import Field
 
-from vrg.hal.can.axis import NEVER, Axis, ProtocolOptions, Send, State
+from vrg.hal.can.axis import NEVER, Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import Filter, Frame, FrameError
 from vrg.hal.can.vesc import codec
 from vrg.hal.can.vesc.codec import Comm, Packet, describe_fault
@@ -42,9 +42,9 @@ _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
-_WORDS = {State.IDLE: "off", State.CLOSED_LOOP: "driving", State.ESTOP: "kill switch"}
-_PATIENCE = 2
-"""How often a drive is asked who it is until the lack of status messages is a problem."""
+_WORDS = {MotorState.IDLE: "off", MotorState.CLOSED_LOOP: "driving", MotorState.ESTOP: "kill switch"}
+_ID_REQUESTS = 2
+"""The number of requests for its id after which the lack of status messages is a problem."""
 
 
 class VescAxis(Axis):
@@ -74,21 +74,22 @@ class VescAxis(Axis):
     @classmethod
     def check_node(cls, node: int) -> str | None:
         """A drive has an id from 0 to 223; 255 means everybody, and the others are those who ask."""
-        return None if node in codec.NODES else f"expected 0 to {codec.NODES[-1]}, got {node}"
+        return None if node in codec.NODE_IDS else f"expected 0 to {codec.NODE_IDS[-1]}, got {node}"
 
     @property
     def filters(self) -> list[Filter]:
-        """What is sent to this drive or by it, to all, and to those who ask: theirs are the highest ids."""
+        """The frames to this drive or from it, those to all, and those to processes that ask, which have the highest
+        ids."""
         return [Filter(self.node, 0xFF, extended=True), Filter(codec.HOSTS[0], codec.HOSTS[0], extended=True)]
 
     @property
     def identified(self) -> bool:
-        """Whether the version has come, and the encoder's first word."""
+        """True if the version has been received, and the encoder's first value."""
         return bool(self._versions) and (self.measured != NEVER or self.problem is not None)
 
     @property
     def words(self) -> str:
-        """What the drive is doing, in words; empty before it is known."""
+        """The activity of the drive, in words; empty before it is known."""
         return _WORDS.get(self.state, "")
 
     @property
@@ -108,7 +109,7 @@ class VescAxis(Axis):
                 return (
                     f"expected firmware {OLDEST[0]}.{OLDEST[1]:02d} or newer, got {version.major}.{version.minor:02d}"
                 )
-        if self._asked > _PATIENCE and self.heard != NEVER and self.measured == NEVER:
+        if self._asked > _ID_REQUESTS and self.heard != NEVER and self.measured == NEVER:
             return "expected its status message 5: switch messages 1 and 5 on, at 50 Hz (VESC Tool, App Settings)"
         return None
 
@@ -121,7 +122,7 @@ class VescAxis(Axis):
             if node == self.host:
                 self._answer(frame)
             elif node in (self.node, codec.BROADCAST):
-                if packet in codec.COMMANDS:
+                if packet in codec.MOTOR_COMMANDS:
                     self._complain(f"another program commands it too: {Packet(packet).name}")
                 elif packet in codec.PAYLOADS:
                     self._overhear(frame)
@@ -147,11 +148,11 @@ class VescAxis(Axis):
 
     def start(self) -> None:
         """Send a setpoint of zero; the drive obeys once it says that its time-out has ended."""
-        if self.fault or self.state is State.ESTOP:
+        if self.fault or self.state is MotorState.ESTOP:
             return
         self._wanted, self._confirmed, self.expired, self.starved = True, False, False, False
-        if self.state is State.IDLE:
-            self.state = State.STARTING
+        if self.state is MotorState.IDLE:
+            self.state = MotorState.STARTING
         self.command(0.0)
         self._send(codec.ask_values(self.host, self.node, codec.FLAGS_BIT))
 
@@ -164,8 +165,8 @@ class VescAxis(Axis):
     def idle(self) -> None:
         """Let go of the motor."""
         self._wanted = False
-        if self.state in (State.STARTING, State.CLOSED_LOOP):
-            self.state = State.IDLE
+        if self.state in (MotorState.STARTING, MotorState.CLOSED_LOOP):
+            self.state = MotorState.IDLE
         self._send(codec.setpoint(Packet.SET_CURRENT, self.node, 0), urgent=True)
 
     def stop_now(self) -> None:
@@ -237,12 +238,12 @@ class VescAxis(Axis):
         self._settle()
 
     def _settle(self) -> None:
-        """What all that was told means."""
+        """Set the state by all that the drive has reported."""
         if self._flags is not None and self._flags & codec.KILL_SWITCH:
-            self.state, self._wanted = State.ESTOP, False
+            self.state, self._wanted = MotorState.ESTOP, False
         elif self.fault:
-            self.state = State.FAULT
+            self.state = MotorState.FAULT
         elif self._wanted:
-            self.state = State.CLOSED_LOOP if self._confirmed else State.STARTING
+            self.state = MotorState.CLOSED_LOOP if self._confirmed else MotorState.STARTING
         elif self.heard != NEVER:
-            self.state = State.CLOSED_LOOP if self.on else State.IDLE
+            self.state = MotorState.CLOSED_LOOP if self.on else MotorState.IDLE

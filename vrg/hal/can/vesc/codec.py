@@ -16,7 +16,7 @@ BROADCAST = 0xFF
 """The id that means every drive."""
 HOSTS = range(0xE0, BROADCAST)
 """The ids of those who ask: answers are sent to them. No drive may have one: it would take an answer for an order."""
-NODES = range(HOSTS[0])
+NODE_IDS = range(HOSTS[0])
 """The ids that a drive can have."""
 TACHO_STEPS = 6
 """Steps of the tachometer for one electrical revolution."""
@@ -35,7 +35,7 @@ Packet = enum.IntEnum("Packet", {
     "CONF_FOC_ERPMS": 25, "CONF_STORE_FOC_ERPMS": 26, "STATUS_5": 27, "CONF_BATTERY_CUT": 29,
     "CONF_STORE_BATTERY_CUT": 30, "SHUTDOWN": 31, "UPDATE_PID_POS_OFFSET": 55, "STATUS_6": 58, "UPDATE_BAUD": 63,
 })  # fmt: skip
-"""What a frame is for."""
+"""The purpose of a frame."""
 
 
 SETPOINTS = frozenset(
@@ -45,18 +45,18 @@ SETPOINTS = frozenset(
         Packet.SET_CURRENT_HANDBRAKE_REL,
     }
 )  # fmt: skip
-"""What makes a motor do something."""
-COMMANDS = SETPOINTS | {
+"""The packets that make a motor turn."""
+MOTOR_COMMANDS = SETPOINTS | {
     Packet.DETECT_APPLY_ALL_FOC, Packet.CONF_CURRENT_LIMITS, Packet.CONF_STORE_CURRENT_LIMITS,
     Packet.CONF_CURRENT_LIMITS_IN, Packet.CONF_STORE_CURRENT_LIMITS_IN, Packet.CONF_FOC_ERPMS,
     Packet.CONF_STORE_FOC_ERPMS, Packet.CONF_BATTERY_CUT, Packet.CONF_STORE_BATTERY_CUT, Packet.SHUTDOWN,
     Packet.UPDATE_PID_POS_OFFSET, Packet.UPDATE_BAUD,
 }  # fmt: skip
-"""What changes what a motor does, now or later."""
+"""The packets that change what a motor does, now or later."""
 PAYLOADS = frozenset(
     {Packet.FILL_RX_BUFFER, Packet.FILL_RX_BUFFER_LONG, Packet.PROCESS_RX_BUFFER, Packet.PROCESS_SHORT_BUFFER}
 )
-"""What carries a payload for the command interpreter, or a part of one."""
+"""The packets that carry a payload for the command interpreter, or a part of one."""
 
 
 class Comm(enum.IntEnum):
@@ -116,7 +116,7 @@ def frame_id(packet: int, node: int) -> int:
 
 
 def packet_of(frame: Frame) -> int:
-    """What a frame is for."""
+    """The purpose of a frame."""
     return frame.id >> 8
 
 
@@ -278,7 +278,7 @@ def values_payload(bits: int, value: int) -> bytes:
 
 
 def decode_values(payload: bytes) -> tuple[int, int | None]:
-    """What was asked for by `ask_values`, and its value; None from a firmware that does not have it.
+    """Return the bits that `ask_values` asked for, and their value; None from a firmware that does not have it.
 
     Raises:
         FrameError: it is cut short.

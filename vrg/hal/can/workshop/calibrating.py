@@ -8,7 +8,7 @@ from typing import Protocol
 from vrg.errors import RobotError
 from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import AxisCalibration, Calibration, corrected_ratio, corrected_track
-from vrg.hal.can.plausibility import STANDS
+from vrg.hal.can.plausibility import STANDSTILL_SHARE
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.models import RobotModel
 from vrg.types import Twist
@@ -22,12 +22,12 @@ _SETTLE = 0.5
 _LONGEST = 120.0
 """s after which a run is given up."""
 LARGEST_CORRECTION = 2.0
-"""How many times more or less than the odometry says a person may measure. The ratio of the gear is in its data sheet,
-and only the wheel's radius is unsure."""
+"""The largest factor between a person's measurement and the odometry. The ratio of the gear is in its data sheet, and
+only the wheel's radius is unsure."""
 _SHOWN = 0.75
 """Turns of a wheel after which everybody has seen which way it turns."""
 _ALLOWANCE = 1.5
-"""How many times as far as it should a wheel may turn before a run is given up."""
+"""The factor by which a wheel may turn farther than it should before a run is given up."""
 
 
 class Person(Protocol):
@@ -48,7 +48,7 @@ class Person(Protocol):
 
 @dataclass(frozen=True)
 class Plan:
-    """How far and how fast.
+    """The distance and the speed of a run.
 
     Args:
         speed: of the wheels over the ground, m/s. way: straight ahead, m. turn: on the spot, rad.
@@ -191,7 +191,7 @@ class _Runner:
             self._clock.sleep(_PERIOD)
         turned = max(map(abs, self._rest().angles))
         asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * share)
-        if turned < STANDS * asked:
+        if turned < STANDSTILL_SHARE * asked:
             raise RobotError(
                 f"{self._train.name}: motor {axis.node} was asked for {velocity:.3g} turn/s and has hardly turned its "
                 "wheel: is it blocked, or does its drive not turn so slowly? Try a higher --speed"

@@ -104,7 +104,7 @@ def decode_answer(frame: Frame, node: int, kind: FaultKind) -> bool | None:
     return done if answered == kind else None
 
 
-PATIENCE = 2.0
+ANSWER_TIMEOUT = 2.0
 """s for a drive to answer."""
 
 
@@ -112,7 +112,7 @@ def ask_for(medium: Medium, link: Link, node: int, request: FaultRequest) -> boo
     """Ask a drive for a fault.
 
     Returns:
-        whether it can have this fault; None if nobody answers within PATIENCE.
+        whether it can have this fault; None if nobody answers within ANSWER_TIMEOUT.
 
     Raises:
         RobotError: the bus cannot be opened, or the request cannot be sent.
@@ -130,7 +130,7 @@ def ask_for(medium: Medium, link: Link, node: int, request: FaultRequest) -> boo
     bus.start()
     try:
         bus.send(question)
-        medium.clock.wait(lambda: answers, PATIENCE)
+        medium.clock.wait(lambda: answers, ANSWER_TIMEOUT)
     finally:
         bus.stop()
     return answers[0] if answers else None

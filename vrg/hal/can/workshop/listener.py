@@ -1,4 +1,4 @@
-"""What one protocol makes of the frames on a bus, for people who want to know who is there."""
+"""The contract by which one protocol recognises the frames and nodes on a bus, for people who want to see them."""
 
 import enum
 from abc import ABC, abstractmethod
@@ -12,7 +12,7 @@ from vrg.hal.clock import Clock
 
 
 class Claim(enum.IntEnum):
-    """How sure a protocol is that a frame is one of its own."""
+    """The certainty of a protocol that a frame is one of its own."""
 
     NONE = 0
     LIKELY = 1
@@ -76,7 +76,7 @@ class Listener(ABC):
 
     @abstractmethod
     def claim(self, frame: Frame) -> Claim:
-        """How sure this protocol is that a frame is its own, by all that was heard before."""
+        """The certainty of this protocol that a frame is its own, by all frames before."""
 
     @abstractmethod
     def hear(self, frame: Frame) -> None:
@@ -89,7 +89,7 @@ class Listener(ABC):
     def ask(self, node: Found) -> None:
         """Ask a node of this protocol for all that `Found` tells of it.
 
-        It may wait for answers, but for one that does not come only ANSWER_PATIENCE s in all.
+        It may wait for answers, but for one that does not come only ANSWER_TIMEOUT s in all.
 
         Raises:
             RobotError: a question could not be sent.
@@ -120,7 +120,7 @@ class Listener(ABC):
         raise RobotError(f"{self.title} drives get their id by their maker's own tool, not over the bus")
 
     def read(self, node: Found, setting: str) -> str:
-        """What a node says of one of its settings, in words. It may wait ANSWER_PATIENCE s.
+        """Return the value of one of a node's settings, in words. It may wait ANSWER_TIMEOUT s.
 
         Args:
             setting: as people write it; see the protocol's own listener.
@@ -191,5 +191,5 @@ class AxisListener(Listener):
         return node
 
 
-ANSWER_PATIENCE = 0.1
+ANSWER_TIMEOUT = 0.1
 """s that `Listener.ask` may wait for a node that does not answer."""

@@ -10,8 +10,8 @@ from collections.abc import Callable, Sequence
 from vrg.hal.can.axis import NEVER
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.moteus import codec
-from vrg.hal.can.moteus.axis import HOST, STOP, MoteusAxis
-from vrg.hal.can.moteus.codec import Kind, Resolution, Subframe
+from vrg.hal.can.moteus.axis import HOST, STOP_SUBFRAMES, MoteusAxis
+from vrg.hal.can.moteus.codec import Resolution, Subframe, SubframeKind
 from vrg.hal.can.moteus.registers import MAP_VERSION, WRAP, Mode, Register, scale_of
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
@@ -93,9 +93,9 @@ class MoteusDrive(EmulatedDrive):
         commanded = False
         answers = []
         for subframe in subframes:
-            if subframe.kind is Kind.WRITE:
+            if subframe.kind is SubframeKind.WRITE:
                 commanded |= self._write(subframe)
-            elif subframe.kind is Kind.READ:
+            elif subframe.kind is SubframeKind.READ:
                 answers.append(self._read(subframe))
         if commanded:
             self._obey(now)
@@ -158,7 +158,7 @@ class MoteusDrive(EmulatedDrive):
             number = subframe.register + offset
             value = self._measures[number]() if number in self._measures else self._command.get(number, 0.0)
             values.append(scale_of(number).raw(value, subframe.resolution))
-        return Subframe(Kind.REPLY, subframe.register, Resolution(subframe.resolution), tuple(values))
+        return Subframe(SubframeKind.REPLY, subframe.register, Resolution(subframe.resolution), tuple(values))
 
     def _starve(self) -> list[Frame]:
         self._mode, self._watchdog = Mode.TIMEOUT, 0.0
@@ -192,10 +192,10 @@ class MoteusListener(AxisListener):
     def claim(self, frame: Frame) -> Claim:
         """An answer of a drive is certainly one: no other protocol here has CAN FD frames."""
         source, destination, _ = codec.address_of(frame.id)
-        if not codec.is_plain(frame) or not frame.fd or source not in codec.NODES or destination in codec.NODES:
+        if not codec.is_plain(frame) or not frame.fd or source not in codec.NODE_IDS or destination in codec.NODE_IDS:
             return Claim.NONE
         try:
-            told = any(subframe.kind is Kind.REPLY for subframe in codec.decode(frame))
+            told = any(subframe.kind is SubframeKind.REPLY for subframe in codec.decode(frame))
         except FrameError:
             told = False
         return Claim.CERTAIN if told or source in self.found else Claim.NONE
@@ -219,7 +219,7 @@ class MoteusListener(AxisListener):
     def stop(self) -> None:
         """Stop every drive: all at once, and each that is known by its id as well."""
         for number in (codec.BROADCAST, *self.found):
-            self._send(codec.encode(HOST, number, STOP), urgent=True)
+            self._send(codec.encode(HOST, number, STOP_SUBFRAMES), urgent=True)
 
     def rename(self, node: Found, serial: str, to: int) -> None:
         """Give a drive another id, which it keeps until it is switched off, unless it is saved.

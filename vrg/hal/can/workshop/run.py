@@ -9,7 +9,7 @@ import can
 
 from vrg.bus.stopping import StopSignal
 from vrg.errors import RobotError
-from vrg.hal.can.bus import frame_of, message_of
+from vrg.hal.can.bus import can_message, frame_of
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.opening import open_bus
@@ -74,7 +74,7 @@ def _serve(bus: can.BusABC, drives: Sequence[EmulatedDrive], stop: StopSignal) -
 def _send(bus: can.BusABC, frames: Sequence[Frame]) -> None:
     for frame in frames:
         try:
-            bus.send(message_of(frame))
+            bus.send(can_message(frame))
         except can.CanOperationError as error:
             # A drive whose bus is full loses its frame, and goes on.
             if errno_of(error) != errno.ENOBUFS:

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.link import QUIET, SEND_PATIENCE, Link
+from vrg.hal.can.link import IDLE_TIMEOUT, SEND_PATIENCE, Link
 from vrg.hal.can.sending import FRAME_BITS
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultRequest, encode_fault
@@ -260,7 +260,9 @@ class Port:
                 self._on_trouble(f"{self.link}: {argument!r} could not be handled: {error!r}")
 
     def _look_later(self, opened: int) -> None:
-        self._wire.clock.at(max(self._heard, self._wire.clock.now() - QUIET / 2) + QUIET, lambda: self._look(opened))
+        self._wire.clock.at(
+            max(self._heard, self._wire.clock.now() - IDLE_TIMEOUT / 2) + IDLE_TIMEOUT, lambda: self._look(opened)
+        )
 
     def _look(self, opened: int) -> None:
         """Tell of trouble once, and that nothing has come for a while."""
@@ -271,7 +273,7 @@ class Port:
             if trouble is not None and trouble != self._fault_logged:
                 self._call(self._on_trouble, f"{self.link}: {trouble}")
             self._fault_logged = trouble
-            if now - self._heard >= 0.99 * QUIET:
+            if now - self._heard >= 0.99 * IDLE_TIMEOUT:
                 self._heard = now
                 self._call(self._on_quiet, now)
         self._look_later(opened)

@@ -1,4 +1,4 @@
-"""Who speaks on a bus, by what is heard there: every protocol listens, and the one that is surest of a frame has it."""
+"""Lists the nodes on a bus: every protocol listens, and the one that is surest of a frame takes it."""
 
 import logging
 from collections.abc import Callable, Iterable, Sequence
@@ -28,7 +28,7 @@ def all_listeners(send: Send, clock: Clock) -> list[Listener]:
 
 
 def who_speaks(frames: Iterable[Frame], clock: Clock) -> str:
-    """Who has sent these frames, in one line; asks nobody."""
+    """Describe the senders of these frames, in one line, without asking any of them."""
     survey = Survey(all_listeners(_be_silent, clock))
     for frame in frames:
         survey.hear(frame)
@@ -96,7 +96,7 @@ class Survey:
         return next(listener for listener in self._listeners if listener.found.get(node.node) is node)
 
     def __str__(self) -> str:
-        """Who is there, in one line."""
+        """The nodes, in one line."""
         words = []
         for listener in self._listeners:
             nodes = [str(node) for node in sorted(listener.found)]
@@ -105,7 +105,7 @@ class Survey:
         return " and ".join(words) or "nobody"
 
     def _owner(self, frame: Frame) -> Listener | None:
-        """Whose frame this is, or None where nobody claims it."""
+        """The listener that takes this frame, or None if none does."""
         surest, claim = None, Claim.NONE
         for listener in self._listeners:
             mine = listener.claim(frame)

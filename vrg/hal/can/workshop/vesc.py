@@ -17,7 +17,7 @@ from vrg.hal.can.vesc.axis import OLDEST, VescAxis, VescOptions
 from vrg.hal.can.vesc.codec import DRV, Comm, Firmware, Packet, Status, Status5
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, AxisListener, Claim, Found
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, AxisListener, Claim, Found
 from vrg.hal.clock import Clock
 
 POLE_PAIRS = 7
@@ -29,7 +29,7 @@ _FAULT_STOP = 0.5
 
 
 class _Control(enum.Enum):
-    """What the motor is asked for."""
+    """The quantity that the motor is asked for."""
 
     NOTHING = enum.auto()
     SPEED = enum.auto()
@@ -43,7 +43,7 @@ _CONTROLS = {
     Packet.SET_CURRENT_BRAKE: (_Control.BRAKE, 1e-3),
     Packet.SET_CURRENT_HANDBRAKE: (_Control.BRAKE, 1e-3),
 }
-"""What each setpoint asks for, and the unit of its number."""
+"""The control mode of each setpoint, and the unit of its number."""
 
 
 class VescDrive(EmulatedDrive):
@@ -72,7 +72,7 @@ class VescDrive(EmulatedDrive):
 
     @property
     def _killed(self) -> bool:
-        """Whether the kill switch is pressed."""
+        """True if the kill switch is pressed."""
         return self._has(FaultKind.ESTOP)
 
     def _cyclic(self, now: float) -> list[Frame]:
@@ -186,7 +186,7 @@ class VescListener(AxisListener):
         if codec.node_of(frame) != self._host:
             self._tell(codec.node_of(frame), frame)
         elif codec.packet_of(frame) == Packet.PONG:
-            if frame.data and frame.data[0] in codec.NODES:
+            if frame.data and frame.data[0] in codec.NODE_IDS:
                 self._tell(frame.data[0], frame)
         else:
             for number in list(self.found):
@@ -204,7 +204,7 @@ class VescListener(AxisListener):
         self._send(codec.ask_values(axis.host, node.node, codec.FLAGS_BIT))
         axis.serial = ""
         self._send(codec.ask(axis.host, node.node, bytes([Comm.FW_VERSION])))
-        self._clock.wait(lambda: axis.serial, ANSWER_PATIENCE)
+        self._clock.wait(lambda: axis.serial, ANSWER_TIMEOUT)
 
     def stop(self) -> None:
         """Let every drive go of its motor: all at once, and each that is known by its id as well."""

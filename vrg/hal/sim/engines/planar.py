@@ -46,7 +46,7 @@ class PlanarEngine(Engine):
         self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
         self._box_cos, self._box_sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
         self._motions: Floats = np.zeros((2, 0, 3))
-        """How much each axis (first index) of each robot adds to its v, to its w and to its speed to the left."""
+        """The effect of each axis (first index) of each robot on its v, its w and its speed to the left."""
         self._reach: Floats = np.zeros(0)
         self._budgets: Floats = np.zeros((2, 0))
         """The way in m that each robot can go before it could touch a wall (first row) or a robot (second row)."""

@@ -38,12 +38,13 @@ from vrg.modules import silent_errors
 with silent_errors():
     import pybullet
 
-STEP = 0.01
+MAX_PHYSICS_STEP = 0.01
 """The longest physics step, s."""
 ITERATIONS = 10
 """The number of iterations of the constraint solver."""
 DAMPING = 1.25
-"""How much of a wheel's slip the damping of the tyres undoes in one physics step. From nearly 2 on it swings up."""
+"""The part of a wheel's slip that the damping of the tyres undoes in one physics step. From nearly 2 on it swings
+up."""
 GIVE = 0.005
 """The stretch in m at which the spring of a tyre alone is its full friction."""
 BODY_FRICTION = 0.2
@@ -60,9 +61,9 @@ _TALL = 10.0
 _SQUEEZED = 0.02
 """The depth in m that a body may be pressed into a wall. Beyond it the kinematic body lets the other body through."""
 
-Motion = tuple[tuple[float, float, float], float, float, float, float]
-"""How a body moves in the map's frame: its place in m, its heading in rad, its speeds along x and y in m/s, and its yaw
-rate in rad/s."""
+BodyState = tuple[tuple[float, float, float], float, float, float, float]
+"""The motion of a body in the map's frame: its place in m, its heading in rad, its speeds along x and y in m/s, and its
+yaw rate in rad/s."""
 
 
 class Tyre(NamedTuple):
@@ -91,20 +92,20 @@ class BulletEngine(Engine):
         self._passing: set[tuple[int, int]] = set()
         """The pairs of a kinematic body and a body that it lets through until the two are apart."""
         self._radii: Floats = np.zeros((0, 1))
-        self._motions: list[Motion] = []
+        self._motions: list[BodyState] = []
         self._tyres: list[list[Tyre]] = []
         self._damped: list[float] = []
         """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
         self._stretches: list[list[tuple[float, float]]] = []
-        """How far the tyres of each robot are stretched: for each wheel ahead and aside, m."""
+        """The stretch of the tyres of each robot: for each wheel ahead and aside, m."""
         self._open = True
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
         self._build_map()
 
     def step(self, dt: float) -> None:
-        """Advance by dt seconds, in physics steps of at most STEP."""
+        """Advance by dt seconds, in physics steps of at most MAX_PHYSICS_STEP."""
         client = self._client
-        steps = max(1, math.ceil(dt / STEP - 1e-9))
+        steps = max(1, math.ceil(dt / MAX_PHYSICS_STEP - 1e-9))
         pybullet.setPhysicsEngineParameter(
             fixedTimeStep=dt / steps,
             numSolverIterations=ITERATIONS,
@@ -308,7 +309,7 @@ class BulletEngine(Engine):
             self.velocities[row] = vx * c + vy * s, w, vy * c - vx * s
             self.touch[row] = self._pressed(self._bodies[row], self.models[row], x, y, theta)
 
-    def _motion(self, body: int) -> Motion:
+    def _motion(self, body: int) -> BodyState:
         place, turn = pybullet.getBasePositionAndOrientation(body, physicsClientId=self._client)
         (vx, vy, _), (_, _, w) = pybullet.getBaseVelocity(body, physicsClientId=self._client)
         return place, _yaw(turn), vx, vy, w
@@ -415,7 +416,7 @@ def _damped(model: RobotModel) -> float:
     inertia = (model.length**2 + model.width**2) / 12
     wheels = [wheel for wheel in model.drivetrain.wheels if wheel.axis is not None]
     turning = sum(wheel.x**2 + wheel.y**2 for wheel in wheels) / len(wheels) / inertia
-    return model.brake * STEP * max(1.0, turning) / DAMPING
+    return model.brake * MAX_PHYSICS_STEP * max(1.0, turning) / DAMPING
 
 
 def _yaw(quaternion: tuple[float, float, float, float]) -> float:

@@ -13,13 +13,13 @@ from vrg.hal.sim.sensors.noise import Floats, generator
 
 P = TypeVar("P", bound=SensorSpec)
 
-Said = tuple[str, str, SensorMessage]
+Measured = tuple[str, str, SensorMessage]
 """One reading: the robot's name, the sensor's name on that robot, and the sensor's message."""
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What does not change while a world exists.
+    """The data that does not change while a world exists.
 
     Args:
         map_: the walls and obstacles. seed: the seed of all noise.
@@ -88,12 +88,13 @@ class SensorSimulation(Generic[P]):
         self._schedule = [(m.spec.due_every(now.dt), m) for m in mounted]
         self._beat = math.gcd(*(every for every, _ in self._schedule)) or 1
 
-    def sense(self, now: Instant) -> list[Said]:
+    def sense(self, now: Instant) -> list[Measured]:
         """The readings of the sensors that are due at this tick, one after the other. It is called once per tick."""
         return [(m.robot, m.spec.name, self.measure(m, now)) for m in self.due(now)]
 
     def measure(self, mounted: Mounted[P], now: Instant) -> SensorMessage:
-        """What one sensor measures. A subclass overrides this, or `sense` if it computes all sensors at once."""
+        """Return the measurement of one sensor. A subclass overrides this, or `sense` if it computes all sensors at
+        once."""
         raise NotImplementedError
 
     def close(self) -> None:
@@ -103,7 +104,7 @@ class SensorSimulation(Generic[P]):
         """Take note that a robot was put somewhere else, at rest."""
 
     def remember(self, robot: str) -> Any:
-        """What a restarted world must know of this robot's sensor, as plain data; None if there is nothing."""
+        """The state of this robot's sensor that a restarted world needs, as plain data; None if there is none."""
         return None
 
     def recall(self, robot: str, remembered: Any) -> None:

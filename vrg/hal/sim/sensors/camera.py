@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from vrg.hal.sensors import png
 from vrg.hal.sensors.camera import Camera, CameraSpec
-from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 
 if TYPE_CHECKING:
     from vrg.hal.sim.sensors.renderer import Renderer
@@ -43,14 +43,14 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
         due = [m for every, turn, m in self._plan if now.tick % every == turn and m.robot in now.cameras]
         return [m for m in due if self._comes(m, now)]
 
-    def sense(self, now: Instant) -> list[Said]:
+    def sense(self, now: Instant) -> list[Measured]:
         """The pictures of the cameras that are due."""
         due = self.due(now)
         if not due:
             return []
         renderer = self._load()
         renderer.look(now.models, now.poses)
-        said: list[Said] = []
+        said: list[Measured] = []
         for m in due:
             x, y, heading = now.poses[m.row].tolist()
             picture = renderer.picture(m.spec, m.row, (x, y, heading))

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from vrg.hal.sensors.gps import SATELLITES_FOR_A_FIX, Gps, GpsSpec, to_wgs84
 from vrg.hal.sim.map import WALL_HEIGHT
-from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.cones import nearest_in_cones
 from vrg.hal.sim.sensors.noise import Floats, generator
 from vrg.hal.sim.sensors.rays import Edges
@@ -32,10 +32,10 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
         self._elevations = np.arcsin(rng.uniform(0.0, 1.0, SATELLITES))
         self._edges = Edges(surroundings.map_.edges)
 
-    def sense(self, now: Instant) -> list[Said]:
+    def sense(self, now: Instant) -> list[Measured]:
         """The positions of the receivers that are due."""
         due = self.due(now)
-        said: list[Said] = []
+        said: list[Measured] = []
         # All receivers of one kind at once: that takes a quarter of the time of one after the other.
         for mask, height in {(m.spec.mask, m.spec.height): None for m in due}:
             alike = [m for m in due if (m.spec.mask, m.spec.height) == (mask, height)]
@@ -76,7 +76,7 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
         return counts
 
     def _near_walls(self, places: Floats, far: float) -> npt.NDArray[np.bool_]:
-        """Whether a place may be within `far` m of a wall or an obstacle: shape (places,)."""
+        """True where a place may be within `far` m of a wall or an obstacle: shape (places,)."""
         x, y = places[:, :1], places[:, 1:]
         edges, discs = self._edges, self.surroundings.map_.discs
         x0, y0, x1, y1 = edges.ends

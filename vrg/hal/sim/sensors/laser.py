@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.laser import Laser, LaserSpec
-from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.noise import Floats, generator
 from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast_all
 
@@ -26,7 +26,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         self._discs = surroundings.map_.discs
         self._blocks: dict[tuple[str, str], tuple[int, Floats]] = {}
 
-    def sense(self, now: Instant) -> list[Said]:
+    def sense(self, now: Instant) -> list[Measured]:
         """The scans of the laser range finders that are due."""
         due = self.due(now)
         if not due:
@@ -42,7 +42,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
             poses = now.poses[[m.row for m in group]]
             ranges = self.scans([m.robot for m in group], [m.spec for m in group], poses, numbers)
             scans |= {(m.robot, m.spec.name): own for m, own in zip(group, ranges, strict=True)}
-        said: list[Said] = []
+        said: list[Measured] = []
         for m in due:
             fan, data = Fan.of(m.spec.beams, m.spec.fov), scans[m.robot, m.spec.name].tobytes()
             scan = Laser(angle_min=fan.first, angle_step=fan.step, range_max=m.spec.range_max, data=data)

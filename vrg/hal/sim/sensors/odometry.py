@@ -14,7 +14,7 @@ import numpy as np
 from vrg.geometry import wrap
 from vrg.hal.sensors.encoders import EncodersSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
-from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.noise import Floats, Noise, generator
 from vrg.types import Pose, Twist
 
@@ -45,7 +45,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         """The angle of one count, rad, with the calibration error of the axis."""
         self._slip: Floats = np.zeros(0)
         self._motions: Floats = np.zeros((0, 3))
-        """How much each column adds to the way ahead, the turn, and the way to the left of its robot."""
+        """The effect of each column on the way ahead, the turn, and the way to the left of its robot."""
         self._starts: list[int] = []
         """The first column of each robot."""
 
@@ -82,7 +82,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         self._turned = scale / self._per_rad
         self._angles = [now.angles.copy()]
 
-    def sense(self, now: Instant) -> list[Said]:
+    def sense(self, now: Instant) -> list[Measured]:
         """Take in the way of this tick, and return the odometry of the robots whose reading is due."""
         if not self._index:
             return []
@@ -92,7 +92,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         if not due and len(self._ticks) < _LONGEST:
             return []
         twists, poses = (self._integrate() / now.dt).tolist(), self.poses.tolist()
-        said: list[Said] = []
+        said: list[Measured] = []
         for m in due:
             index = self._index[m.robot, m.spec.name]
             x, y, theta = poses[index]

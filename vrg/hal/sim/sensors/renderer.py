@@ -26,9 +26,9 @@ with silent_errors():
 if TYPE_CHECKING:
     from vrg.hal.sensors.png import Picture
 
-NEAR: Final = 0.02
+NEAR_PLANE: Final = 0.02
 """The distance in m below which nothing is drawn."""
-FAR: Final = 300.0
+FAR_PLANE: Final = 300.0
 """The distance in m beyond which nothing is drawn."""
 
 _Rgba = tuple[float, float, float, float]
@@ -54,8 +54,8 @@ _LASER_SIDE: Final = 0.15
 _LASER_TOP: Final = 0.05
 """The height of a laser range finder above its beams, m."""
 _FLAT: Final[_Quaternion] = (0.0, 0.0, 0.0, 1.0)
-_AWAY: Final[_Vector3] = (0.0, 0.0, -10 * FAR)
-"""Where the robot is put that carries the camera, as it is not in its own picture."""
+_AWAY: Final[_Vector3] = (0.0, 0.0, -10 * FAR_PLANE)
+"""The place of the robot that carries the camera, as it is not in its own picture."""
 _LIGHT: Final = {
     "shadow": 0,
     "lightDirection": (3.0, 5.0, 10.0),
@@ -111,7 +111,9 @@ class Renderer:
         target = (eye[0] + ahead * c, eye[1] + ahead * s, eye[2] + up)
         view = pybullet.computeViewMatrix(eye, target, (-up * c, -up * s, ahead))
         vertical = 2 * math.atan(math.tan(spec.fov / 2) * spec.rows / spec.columns)
-        projection = pybullet.computeProjectionMatrixFOV(math.degrees(vertical), spec.columns / spec.rows, NEAR, FAR)
+        projection = pybullet.computeProjectionMatrixFOV(
+            math.degrees(vertical), spec.columns / spec.rows, NEAR_PLANE, FAR_PLANE
+        )
         _, _, rgba, _, segments = pybullet.getCameraImage(
             spec.columns,
             spec.rows,

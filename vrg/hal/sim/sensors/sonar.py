@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
-from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.cones import nearest_in_cones
 from vrg.hal.sim.sensors.noise import Floats, generator
 from vrg.hal.sim.sensors.rays import Edges, among_robots
@@ -24,13 +24,13 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         super().resize(mounted, now)
         self._places = {(m.robot, m.spec.name): np.array([(p.x, p.y, p.theta) for p in m.spec.places]) for m in mounted}
 
-    def sense(self, now: Instant) -> list[Said]:
+    def sense(self, now: Instant) -> list[Measured]:
         """The ranges of the rings that are due."""
         due = self.due(now)
         if not due:
             return []
         edges = among_robots(self._static, now.models, now.poses)
-        said: list[Said] = []
+        said: list[Measured] = []
         # All rings of one kind at once: that takes a quarter of the time of one after the other.
         for cone, range_max in {(m.spec.cone, m.spec.range_max): None for m in due}:
             alike = [m for m in due if (m.spec.cone, m.spec.range_max) == (cone, range_max)]

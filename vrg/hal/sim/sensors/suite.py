@@ -6,7 +6,7 @@ from typing import Any
 from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.hal.sim.sensors.base import Instant, Mounted, Said, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.registry import load_object
 
 
@@ -44,13 +44,13 @@ class SensorSuite:
             self._simulations[target].resize(sensors, now)
         self._used = {target: sensors[0].spec for target, sensors in mounted.items() if sensors}
 
-    def sense(self, now: Instant, *, range_finders: bool = True) -> list[Said]:
+    def sense(self, now: Instant, *, range_finders: bool = True) -> list[Measured]:
         """The readings of all sensors that are due at this tick. It must be called once per tick.
 
         Args:
             range_finders: False leaves the range finders out.
         """
-        said: list[Said] = []
+        said: list[Measured] = []
         for target, spec in self._used.items():
             if range_finders or not spec.range_finder:
                 said += self._simulations[target].sense(now)
@@ -67,7 +67,7 @@ class SensorSuite:
             simulation.close()
 
     def remember(self, robot: str) -> dict[str, Any]:
-        """What a restarted world must know of this robot's sensors, as plain data by simulation."""
+        """The state of this robot's sensors that a restarted world needs, as plain data by simulation."""
         remembered = {target: simulation.remember(robot) for target, simulation in self._simulations.items()}
         return {target: data for target, data in remembered.items() if data is not None}
 

@@ -5,7 +5,7 @@ from typing import Any
 
 from toys.race import GAME, GREEN, RED
 from vrg.bus.messages import Zone
-from vrg.coordinator.rulebook import Call, Contestant, Field, GameState, RuleBook, Verdict
+from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError, Problem
 from vrg.regions import Circle
 from vrg.tables import Table
@@ -38,7 +38,7 @@ class Race(RuleBook[GameState]):
     def initial(self) -> GameState:
         return GameState(points=dict.fromkeys(TEAMS, 0))
 
-    def judge(self, state: GameState, before: Field, now: Field, clock: float) -> Verdict[GameState]:
+    def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
         home = [n for n in sorted(self.contestants) if n in now.poses and self.finish.contains(*_place(now.poses, n))]
         if not home:
             return Verdict(state)

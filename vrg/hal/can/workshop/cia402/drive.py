@@ -16,7 +16,7 @@ from vrg.hal.can.cia402.codec import (
     EVENT_TIMER,
     PROFILE_VELOCITY,
     SAVE,
-    SERIAL,
+    SERIAL_NUMBER,
     DriveState,
     Function,
     Nmt,
@@ -72,7 +72,7 @@ class Cia402Drive(EmulatedDrive):
                 self.objects.remove(Object.ENCODER_RESOLUTION)
             if said.velocity_unit is not None:
                 self.objects.remove(Object.VELOCITY_UNIT)
-        self.objects[Object.IDENTITY, SERIAL] = self.options.serial & 0xFFFFFFFF
+        self.objects[Object.IDENTITY, SERIAL_NUMBER] = self.options.serial & 0xFFFFFFFF
         self.objects[Object.HEARTBEAT_TIME, 0] = round(self.options.heartbeat * 1000)
         self.objects[Object.RPDO + 1, EVENT_TIMER] = round(self.options.watchdog * 1000)
         self.objects.restore(self._stored)
@@ -218,7 +218,7 @@ class Cia402Drive(EmulatedDrive):
         return sent
 
     def _due(self, now: float) -> list[Frame]:
-        """What is said of deadlines that have passed while the motor was off, and TPDOs whose time or news has come."""
+        """The frames about deadlines that have passed while the motor was off, and the TPDOs that are due."""
         sent = [self._emergency(RPDO_TIMEOUT) for _ in range(self._pdos.expire(now))]
         if self._consumer.expired(now):
             sent += self._lose_master()

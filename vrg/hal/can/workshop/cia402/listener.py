@@ -9,7 +9,7 @@ from vrg.hal.can.cia402.codec import (
     NODE_MASK,
     POWERED,
     SAVE,
-    SERIAL,
+    SERIAL_NUMBER,
     Control,
     Function,
     Nmt,
@@ -22,7 +22,7 @@ from vrg.hal.can.cia402.codec import (
 from vrg.hal.can.cia402.errors import describe_error
 from vrg.hal.can.cia402.units import units
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Claim, Found, Listener
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Found, Listener
 from vrg.hal.clock import Clock
 
 if TYPE_CHECKING:
@@ -41,16 +41,17 @@ _LASTING = (
     (Object.FIRMWARE, 0),
     (Object.NAME, 0),
 )
-"""What is asked only once."""
+"""The objects that are read only once."""
 _CHANGING = (
-    (Object.IDENTITY, SERIAL),
+    (Object.IDENTITY, SERIAL_NUMBER),
     (Object.STATUSWORD, 0),
     (Object.ERROR_CODE, 0),
     (Object.POSITION, 0),
     (Object.VELOCITY, 0),
     (Object.VOLTAGE, 0),
 )
-"""What is asked each time. The serial number does not change, but a second drive of the same id may have joined."""
+"""The objects that are read each time. The serial number does not change, but a second drive of the same id may have
+joined."""
 
 
 class CanopenListener(Listener):
@@ -96,7 +97,7 @@ class CanopenListener(Listener):
         try:
             for question in (*_CHANGING, *_LASTING):
                 if question in _CHANGING or question not in answers:
-                    answers[question] = client.read(*question, ANSWER_PATIENCE)
+                    answers[question] = client.read(*question, ANSWER_TIMEOUT)
         except NoAnswerError:
             pass
         self._tell(node)
@@ -117,7 +118,7 @@ class CanopenListener(Listener):
             self._send(download(node.node, Object.CONTROLWORD, word, 2))
 
     def read(self, node: Found, setting: str) -> str:
-        """What a drive reports of an object, such as 0x6083 or 0x1401:05: a text, or an unsigned number.
+        """Return the value of an object of a drive, such as 0x6083 or 0x1401:05: a text, or an unsigned number.
 
         Raises:
             RobotError: there is no answer, or it refuses. ValueError: that is no object.
@@ -150,7 +151,7 @@ class CanopenListener(Listener):
         self._write(node, Object.STORE, 1, SAVE.to_bytes(4, "little"))
 
     def _object(self, node: Found, setting: str) -> bytes:
-        data = self._client(node).read(*_object_of(setting), ANSWER_PATIENCE)
+        data = self._client(node).read(*_object_of(setting), ANSWER_TIMEOUT)
         if data is None:
             raise RobotError(f"canopen {node.node}: it has no object {setting}, or does not tell it")
         return data

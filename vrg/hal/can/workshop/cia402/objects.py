@@ -146,7 +146,7 @@ class ObjectServer:
 
 
 class _Outbox:
-    """What the SDO server takes for a network: it collects the answers."""
+    """The object that the SDO server uses in place of a network: it collects the answers."""
 
     def __init__(self) -> None:
         self._frames: list[Frame] = []

@@ -45,7 +45,7 @@ class DrivePdo:
 
     @property
     def on(self) -> bool:
-        """Whether it is used."""
+        """True if it is used."""
         return not self.setting(COB_ID) & NOT_VALID
 
     @property

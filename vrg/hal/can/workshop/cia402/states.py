@@ -26,11 +26,11 @@ class StateMachine:
 
     @property
     def powered(self) -> bool:
-        """Whether the motor is under control."""
+        """True if the motor is under control."""
         return self.state in _POWERED
 
     def statusword(self, reached: bool) -> int:
-        """What the drive says of its state; `reached`: the motor turns as it is wanted."""
+        """The statusword of the drive; `reached`: the motor turns at the target velocity."""
         word = self.state.value[1] | _REMOTE | _VOLTAGE_ENABLED
         if self.state is DriveState.SWITCH_ON_DISABLED:
             word |= _NO_QUICK_STOP
@@ -81,7 +81,7 @@ class StateMachine:
 
 
 class AbortOption(enum.IntEnum):
-    """What a drive does when it is no longer commanded (0x6007)."""
+    """The reaction of a drive that is no longer commanded (0x6007)."""
 
     NOTHING = 0
     FAULT = 1
@@ -120,7 +120,7 @@ class HeartbeatConsumer:
         self.due = math.inf
 
     def expired(self, now: float) -> bool:
-        """Whether the master has fallen silent; told once."""
+        """True if the master has fallen silent; reported once."""
         late = now >= self.due
         if late:
             self.due = math.inf

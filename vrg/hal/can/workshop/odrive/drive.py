@@ -20,17 +20,17 @@ from vrg.hal.can.workshop.emulated import Cycle, DriveOptions, EmulatedDrive
 _VERSION = messages.Version(messages.PROTOCOL_VERSION, 4, 4, 58, 0, 6, 11, 0)
 _SAVE, _ERASE = 1, 2
 _REBOOTS = (0, _SAVE, _ERASE)
-"""What can be done before it starts again."""
+"""The requests that end in a reboot."""
 _LARGEST = 1e6
 """turn/s or A; a limit beyond it is no limit, and would not fit into the numbers that a drive sends."""
 _TELLABLE = (
     Command.VERSION, Command.HEARTBEAT, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT, Command.ADDRESS,
 )  # fmt: skip
-"""What an empty frame asks for, as a remote one does."""
+"""The messages that an empty frame asks for, as a remote one does."""
 
 
 class _Settings(NamedTuple):
-    """What a drive can save."""
+    """The settings that a drive can save."""
 
     node: int
     watchdog: float
@@ -96,7 +96,7 @@ class OdriveDrive(EmulatedDrive):
             return []
         if not isinstance(address, messages.Address) or self._energised:
             return []
-        if address.serial == self.options.serial and address.node in codec.NODES:
+        if address.serial == self.options.serial and address.node in codec.NODE_IDS:
             self.node = address.node
         elif address.serial != self.options.serial and address.node == self.node:
             # Another drive has been given this one's id: it waits for a new one.

@@ -11,7 +11,7 @@ from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
 from vrg.hal.can.odrive.messages import Command
-from vrg.hal.can.workshop.listener import ANSWER_PATIENCE, Claim, Found, Listener
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Found, Listener
 from vrg.hal.clock import Clock
 
 _PACKINGS = {
@@ -179,7 +179,7 @@ class OdriveListener(Listener):
         self._send(codec.encode(codec.BROADCAST, messages.Address(to, int(serial, 16))))
 
     def read(self, node: Found, setting: str) -> str:
-        """What a drive says of an endpoint, which is named by its path.
+        """Return the value of an endpoint of a drive, which is named by its path.
 
         Raises:
             RobotError: there is no answer. ValueError: there is no such endpoint, or its firmware has other numbers.
@@ -187,7 +187,7 @@ class OdriveListener(Listener):
         endpoint = self._endpoint(node, setting)
         self._fault_logged.pop((node.node, endpoint.number), None)
         self._send(codec.encode(node.node, messages.RxSdo(_READ, endpoint.number)))
-        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._fault_logged, ANSWER_PATIENCE):
+        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._fault_logged, ANSWER_TIMEOUT):
             raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
         return endpoint.words(self._fault_logged[node.node, endpoint.number])
 
@@ -230,12 +230,12 @@ class OdriveListener(Listener):
             return  # it answers nothing but who it is
         for command in _VALUES:
             self._send(codec.request(node.node, command))
-        if self._clock.wait(lambda: node.firmware, ANSWER_PATIENCE):
+        if self._clock.wait(lambda: node.firmware, ANSWER_TIMEOUT):
             self._send(codec.request(node.node, Command.ADDRESS))
 
 
 def _is_nameless(frame: Frame) -> bool:
-    """Whether a drive without an id says its serial number."""
+    """True if a drive without an id reports its serial number."""
     if codec.command_of(frame.id) != Command.ADDRESS:
         return False
     try:

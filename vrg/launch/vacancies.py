@@ -20,7 +20,7 @@ from vrg.errors import LaunchError
 from vrg.registry import expected_one_of
 
 LAUNCHER = "launcher"
-"""Who decides that a player has failed, for the journal."""
+"""The official by whom a player has failed, for the journal."""
 _LATE = 2.0
 """The real time in s for which a process that has ended may still be heard."""
 _AGAIN = 1.0
@@ -28,12 +28,12 @@ _AGAIN = 1.0
 
 
 def disqualification(name: str, why: str) -> Official:
-    """What tells the referee that a player has failed for good."""
+    """The message by which the referee disqualifies a player that has failed for good."""
     reason = shortened(why, REASON_LENGTH)
     return Official(action=OfficialAction.DISQUALIFY, by=LAUNCHER, reason=reason, subject=name, value=FAILED)
 
 
-class Seats:
+class Vacancies:
     """See the module.
 
     Args:

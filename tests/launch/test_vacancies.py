@@ -21,7 +21,7 @@ from vrg.bus.messages import (
 )
 from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
-from vrg.launch.seats import Seats
+from vrg.launch.vacancies import Vacancies
 
 KEYS = Keys("seats")
 
@@ -34,7 +34,7 @@ class Bench:
         self.announced: list[str] = []
         self.played: list[tuple[str, str]] = []
         self.refusal: str | None = None
-        self.seats = Seats(
+        self.seats = Vacancies(
             self.mailbox, KEYS, ["ann"], self.replace, self.announced.append, folder, disqualify=disqualify
         )
         self.now = 100.0
