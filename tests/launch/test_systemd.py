@@ -86,7 +86,7 @@ def test_systemd_accepts_them(tmp_path: Path) -> None:
         router="tcp/127.0.0.1:7447",
         keys=PurePosixPath("/tmp/keys"),
     )
-    folder = tmp_path / "unit_files"
+    folder = tmp_path / "units"
     folder.mkdir()
     found = texts(load(tmp_path), at)["here"]
     for name, text in found.items():
@@ -107,7 +107,7 @@ def deployed(folder: Path, *arguments: str, head: str = "") -> Result:
     """The result of `vrg deploy systemd` on a match file of one machine, with its units in folder/units."""
     file = folder / "alone.toml"
     file.write_text(head + (GAMES.get("sharks-and-minnows").default_match()).read_text())
-    command = ["deploy", "systemd", str(file), "--output", str(folder / "unit_files"), "--user", "vrg", *arguments]
+    command = ["deploy", "systemd", str(file), "--output", str(folder / "units"), "--user", "vrg", *arguments]
     return CliRunner().invoke(make_app(), command)
 
 
@@ -116,9 +116,9 @@ def test_a_match_with_seats_is_not_deployed_without_keys(tmp_path: Path) -> None
     assert isinstance(done.exception, ConfigError)
     assert "has seats" in str(done.exception)
     assert "--keys" in str(done.exception)
-    assert not (tmp_path / "unit_files").exists()
+    assert not (tmp_path / "units").exists()
     assert deployed(tmp_path, "--keys", "/etc/vrg/keys", head="seats = true\n").exit_code == 0
-    (unit,) = (tmp_path / "unit_files").rglob("*-router.service")
+    (unit,) = (tmp_path / "units").rglob("*-router.service")
     (command,) = lines(unit.read_text(), "ExecStart")
     assert "--keys /etc/vrg/keys --router tls/127.0.0.1:7447" in command
 
@@ -144,7 +144,7 @@ def test_nothing_that_somebody_else_could_have_put_there_becomes_a_unit(tmp_path
     """No folder that everybody can write, no names that the shell completes, and each path is one word."""
     folder, keys = "/opt/our match", "/etc/our keys"
     done = deployed(tmp_path, "--folder", folder, "--keys", keys, head="seats = true\n")
-    (unit_files,) = (tmp_path / "unit_files").iterdir()
+    (unit_files,) = (tmp_path / "units").iterdir()
     commands = [shlex.split(line, comments=True) for line in done.output.splitlines()[1:]]
     (made,) = (words for words in commands if words[:3] == ["sudo", "install", "-d"])
     assert made[-3:] == [folder, f"{folder}/units", keys]
@@ -164,6 +164,6 @@ def test_a_folder_of_keys_that_systemd_could_not_find_is_told(tmp_path: Path, ke
 
 def test_a_match_without_seats_is_deployed_without_keys(tmp_path: Path) -> None:
     assert deployed(tmp_path).exit_code == 0
-    (unit,) = (tmp_path / "unit_files").rglob("*-router.service")
+    (unit,) = (tmp_path / "units").rglob("*-router.service")
     (command,) = lines(unit.read_text(), "ExecStart")
     assert command.endswith("router --router tcp/127.0.0.1:7447")

@@ -28,7 +28,7 @@ def systemd(
     match: GameArgument,
     output: Annotated[
         Path, typer.Option("--output", "-o", help="Folder for the units; one folder for each machine is made in it.")
-    ] = Path("unit_files"),
+    ] = Path("units"),
     vrg: Annotated[str, typer.Option(help="Path of the command `vrg` on the machines.")] = "/opt/vrg/.venv/bin/vrg",
     folder: Annotated[str, typer.Option(help="Folder of the match file on the machines.")] = "/opt/vrg/match",
     user: Annotated[str | None, typer.Option(help="Who runs the processes there; you, if missing.")] = None,

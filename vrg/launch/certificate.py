@@ -238,7 +238,7 @@ def data_of(certificate: Certificate) -> dict[str, Any]:
             for number, incident in enumerate(certificate.incidents)
         ],
         "worst": None if stop is None else {"robot": stop.robot, "incident": stop.incident, **_stop_data(stop)},
-        "summary_line": summary_line(certificate),
+        "sentence": summary_line(certificate),
         "resolution": round(certificate.resolution, 3),
         "rate": certificate.rate,
         "notes": list(certificate.notes),

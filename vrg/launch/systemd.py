@@ -189,7 +189,7 @@ def install_commands(
         by_place.setdefault((PurePosixPath(folder) / place.parent).as_posix(), []).append(os.path.relpath(source))
     # The units lie in a folder that only the user can write, and are named one by one: whatever somebody else had put
     # among them would be root's.
-    staged = (PurePosixPath(folder) / "unit_files").as_posix()
+    staged = (PurePosixPath(folder) / "units").as_posix()
     made = shlex.join([*by_place, staged, *([keys] if keys else [])])
     lines = [there(f"sudo install -d -m 755 -o $USER {made}")]
     lines += [bring(shlex.join(sources), f"{to}/") for to, sources in by_place.items()]

@@ -15,7 +15,7 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.clock import RealClock
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
-from vrg.hal.can.meeting import Meeting, Step
+from vrg.hal.can.meeting import Meeting, MeetingStep
 from vrg.hal.can.protocols import PROTOCOLS
 
 class Medium:
@@ -35,7 +35,7 @@ class Bus:
 wiring = {{"left": {left}, "right": {right}, "options": {options}}}
 table = {{"interface": "virtual", "channel": "x", "protocol": "{protocol}", "robots": {{"r": wiring}}}}
 context = DriverContext(name="r", model=robot_model("P2AT"), options=table, now=lambda: 0.0, medium=Medium())
-Meeting.step = lambda self, now: Step.SET_UP
+Meeting.step = lambda self, now: MeetingStep.SET_UP
 PROTOCOLS.get("{protocol}").axis_type.prepare = lambda self: None
 driver = BACKENDS.get("can")(context)
 driver.connect()

@@ -77,7 +77,7 @@ class Pursuer(Strategy):
 
     def act(self, view: View) -> Action:
         """Look, drive as the automaton says, and tell the team and the referee."""
-        at_post = self._automaton.submode in (None, "IntruderDetector") and not _driving(view)
+        at_post = self._automaton.submode in (None, "Watch") and not _driving(view)
         self._watch.look(view, standing=at_post)
         if view.speed is not None:
             self._top_speed.update(view.time, view.speed)
@@ -100,16 +100,16 @@ class Pursuer(Strategy):
         pursuer = Mode(
             "Pursuer",
             [
-                Submode("IntruderDetector", lambda _: STILL),
+                Submode("Watch", lambda _: STILL),
                 Submode("Intercept", self._intercept),
                 Submode("Return", self._return),
             ],
             [
-                Transition[View]("IntruderDetector", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
+                Transition[View]("Watch", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
                 Transition("Return", "Intercept", "Dispatch", lambda v: v.me.state == DISPATCHED),
                 Transition("Intercept", "Return", "Reset", lambda v: v.me.state != DISPATCHED),
-                Transition("IntruderDetector", "Return", "OffPost", _away),
-                Transition("Return", "IntruderDetector", "AtPost", lambda v: not _away(v)),
+                Transition("Watch", "Return", "OffPost", _away),
+                Transition("Return", "Watch", "AtPost", lambda v: not _away(v)),
             ],
         )
         return Agent(
