@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from vrg.cli import main
 from vrg.commands import welcome
 from vrg.config.loading import load_match
-from vrg.ui.welcome.draft import Draft
+from vrg.ui.edit.draft import Draft
 
 Answer = Callable[..., tuple[int, str, list[list[str]]]]
 

@@ -10,8 +10,8 @@ from vrg.commands.checking import DraftCheck
 from vrg.config.loading import check_match
 from vrg.games import GAMES
 from vrg.types import Pose
-from vrg.ui.welcome.draft import Draft
-from vrg.ui.welcome.placing import fewer, more, with_count
+from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.placing import fewer, more, with_count
 
 CHECK = DraftCheck()
 

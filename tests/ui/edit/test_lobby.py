@@ -9,10 +9,10 @@ import pytest
 from vrg.commands.checking import DraftCheck
 from vrg.commands.drafts import choices_in, recent_matches
 from vrg.launch.run_folder import RunFolder
-from vrg.ui.welcome.acts import Act
-from vrg.ui.welcome.choices import Choices
-from vrg.ui.welcome.draft import Draft
-from vrg.ui.welcome.lobby import List, Lobby, Wish
+from vrg.ui.edit.acts import Act
+from vrg.ui.edit.choices import Choices
+from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.lobby import List, Lobby, Wish
 
 RESULT = {
     "match": "courtyard", "game": "sharks-and-minnows", "ended": "game over", "winner": "sharks",
