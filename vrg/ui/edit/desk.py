@@ -29,6 +29,7 @@ from vrg.ui.edit.requests import (
     Undo,
     Watch,
 )
+from vrg.ui.edit.rules import rules_of
 from vrg.ui.edit.telling import games_told, match_told
 from vrg.ui.web.parts import colours
 
@@ -220,7 +221,7 @@ class Desk:
                 draft = Draft.of_game(game, draft.base)
                 notice = f"This is the default match of {game_of(game).title} now. Undo brings the other one back."
             case Set(key=key, typed=typed):
-                draft, last = draft.set(path_of(key), typed), key
+                draft, last = self._with_rules_beside(path_of(key)).set(path_of(key), typed), key
             case Place(player=player, x=x, y=y, heading=heading):
                 draft, last = draft.place(player, Pose(x, y, heading)), str(player)
             case Count(players=count):
@@ -239,6 +240,15 @@ class Desk:
             self._last = last
             self._show(draft)
         return notice
+
+    def _with_rules_beside(self, path: Path) -> Draft:
+        """The draft with the defaults of the rules beside one in a table of its own, if it has no such table yet."""
+        draft = self.draft
+        if len(path) > 2 and path[0] == "rules" and self.draft.value(path[:-1]) is None:
+            for rule in rules_of(draft.game):
+                if rule.path[:-1] == path[:-1]:
+                    draft = draft.set(rule.path, rule.default)
+        return draft
 
     def _travel(self, *, undo: bool) -> None:
         source, target = (self._past, self._future) if undo else (self._future, self._past)

@@ -81,22 +81,20 @@ def _place(draft: Draft, role: str, model: str, ground: Verdict) -> Pose | None:
     near = [pose for pose in near if _inside(ground, (pose.x, pose.y), 0.0)] or [Pose(*_middle(ground), 0.0)]
     zones = {_zones(ground, (pose.x, pose.y)) for pose in near}
     radius = math.hypot(*size_of(model)) / 2
-    tried = [place for place in _lattice(ground, near) if _zones(ground, place) in zones]
-    tried = [place for place in tried if _inside(ground, place, radius)]
-    for wide in (True, False):
-        for place in tried:
-            if all(
-                math.dist(place, (pose.x, pose.y))
-                >= (APART if wide else radius + math.hypot(*size_of(entry.model)) / 2 + GAP)
-                for entry, pose in placed
-            ):
-                return Pose(*place, near[0].theta)
+    others = [(pose.x, pose.y, radius + math.hypot(*size_of(entry.model)) / 2 + GAP) for entry, pose in placed]
+    lattice = _lattice(ground, near)
+    for least in (APART, 0.0):
+        for place in lattice:
+            apart = all(math.dist(place, (x, y)) >= max(least, room) for x, y, room in others)
+            # What takes longest comes last.
+            if apart and _zones(ground, place) in zones and _inside(ground, place, radius):
+                return Pose(*place, _heading(ground, place, near))
     return None
 
 
 def _lattice(ground: Verdict, near: list[Pose]) -> list[Vector]:
     """Places all over the ground, those first that are nearest to the middle of `near`."""
-    boxes = [zone.region.bounds for zone in ground.zones] + [(p.x - 5, p.y - 5, p.x + 5, p.y + 5) for p in near]
+    boxes = [zone.region.bounds for zone in ground.zones] + [(p.x - 8, p.y - 8, p.x + 8, p.y + 8) for p in near]
     x_min, y_min, x_max, y_max = surrounding(boxes)
     step = max(STEP, (x_max - x_min) / 100, (y_max - y_min) / 100)
 
@@ -107,6 +105,14 @@ def _lattice(ground: Verdict, near: list[Pose]) -> list[Vector]:
     centre = (sum(p.x for p in near) / len(near), sum(p.y for p in near) / len(near))
     ys = list(along(y_min, near[0].y, y_max))
     return sorted(((x, y) for x in along(x_min, near[0].x, x_max) for y in ys), key=lambda p: math.dist(p, centre))
+
+
+def _heading(ground: Verdict, at: Vector, near: list[Pose]) -> float:
+    """That of the nearest of `near`; outside all zones, the direction to their middle."""
+    if ground.zones and not _zones(ground, at):
+        x_min, y_min, x_max, y_max = surrounding(zone.region.bounds for zone in ground.zones)
+        return math.atan2((y_min + y_max) / 2 - at[1], (x_min + x_max) / 2 - at[0])
+    return min(near, key=lambda pose: math.dist(at, (pose.x, pose.y))).theta
 
 
 def _zones(ground: Verdict, at: Vector) -> frozenset[str]:

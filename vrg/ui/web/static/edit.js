@@ -233,7 +233,7 @@ function players() {
     const names = columns.find(({ name }) => name === "strategy").choices.filter(Boolean);
     const list = make("datalist", "", "", ...names.map((name) => new Option(name, name)));
     list.id = "strategies";
-    byId("lists").replaceChildren(list);
+    byId("offers").replaceChildren(list);
   }
   while (body.children.length > 2 * told.players.length) body.lastChild.remove();
   while (body.children.length < 2 * told.players.length) body.append(...playerRows(body.children.length / 2));

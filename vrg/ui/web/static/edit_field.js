@@ -28,7 +28,9 @@ export class Plan {
     new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
   }
 
+  /** Show what the server tells; a robot that is held stays where the hand is. */
   show(told) {
+    if (this.held) return;
     for (const part of told.picture) {
       if (part.t === "frame") this.match.motion.reset();
       this.match.take(part, 0);
@@ -36,7 +38,6 @@ export class Plan {
     this.match.motion.trails = [];
     this.numbers = told.numbers;
     this.bad = new Set(told.problems.flatMap(({ fields }) => fields).map((key) => /^players\.(\d+)/.exec(key)?.[1]).filter(Boolean).map(Number));
-    this.held = null;
     this.draw();
   }
 
