@@ -269,7 +269,7 @@ function choose(player) {
   const lines = byId("table").tBodies[0].children;
   for (let number = 0; number < lines.length / 2; number++) lines[2 * number].classList.toggle("own", number === player);
   const { pose } = plan, name = told.players[player]?.[0].value;
-  byId("pose").textContent = pose ? `${name}: x ${pose[0].toFixed(2)} m, y ${pose[1].toFixed(2)} m, ${Math.round((pose[2] * 180) / Math.PI)}°` : "";
+  byId("pose").textContent = pose && plan.movable ? `${name}: x ${pose[0].toFixed(2)} m, y ${pose[1].toFixed(2)} m, ${Math.round((pose[2] * 180) / Math.PI)}°` : "";
 }
 
 function problems() {
