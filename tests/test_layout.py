@@ -24,7 +24,7 @@ ONLY_IN = {
     "openskill": ("evaluation",),
     "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
-    "aiohttp": ("ui/web/server.py",),
+    "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/edit/server.py"),
     "viser": ("ui/three/theatre.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
 }

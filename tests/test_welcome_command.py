@@ -1,4 +1,4 @@
-"""Plain `vrg` and `vrg edit` without a display: questions in the terminal, and what is printed where nobody answers."""
+"""Plain `vrg` and `vrg edit` with --terminal: questions, and what is printed where nobody answers."""
 
 import sys
 from collections.abc import Callable
@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from vrg.cli import main
 from vrg.commands import welcome
 from vrg.config.loading import load_match
-from vrg.ui.welcome.draft import Draft
+from vrg.ui.edit.draft import Draft
 
 Answer = Callable[..., tuple[int, str, list[list[str]]]]
 
@@ -20,7 +20,6 @@ Answer = Callable[..., tuple[int, str, list[list[str]]]]
 def answer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Answer:
     """Answer the questions in an empty folder: returns the status, what was printed, and what would go on."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(welcome, "has_display", lambda: False)
     went_on: list[list[str]] = []
     monkeypatch.setattr(welcome, "run", lambda words, runs: went_on.append(list(words)))
 
@@ -31,7 +30,7 @@ def answer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Answer:
         def begin() -> None:
             from vrg.commands.drafts import open_draft  # noqa: PLC0415 - as the command does
 
-            welcome.begin(draft=None if file is None else open_draft(file))
+            welcome.begin(draft=None if file is None else open_draft(file), terminal=True)
 
         done = CliRunner().invoke(app, input="\n".join(answers) + "\n")
         assert done.exception is None or isinstance(done.exception, SystemExit), done.exception
@@ -49,7 +48,7 @@ def test_enter_alone_saves_and_plays_the_default_match(answer: Answer, tmp_path:
 def test_questions_change_the_match_and_refuse_nonsense(answer: Answer, tmp_path: Path) -> None:
     status, told, went_on = answer(
         "chess", "roboflag", "mars", "?", "open", "warp", "planar", "-1", "5", "many", "2",
-        "7", "1", "ann", "", "", "", "balanced", "near", "-2", "", "90", "", "a b", "final", "n",
+        "7", "1", "ann", "", "balanced", "", "", "near", "-2", "", "90", "", "a b", "final", "n",
     )  # fmt: skip
     assert (status, went_on) == (0, [])
     for words in (

@@ -67,7 +67,7 @@ COMMANDS: Table = {
         "play": ("vrg.commands.play:play", "Play a match, show it, and print who won"),
         "practice": ("vrg.commands.practice:practice", "Try a player on a map, without rules"),
         "new": ("vrg.commands.new:app", "Write a player, a match, a map or a driver to begin with"),
-        "edit": ("vrg.commands.welcome:edit", "Change a match file in a window"),
+        "edit": ("vrg.commands.welcome:edit", "Change a match file in a browser"),
         "check": ("vrg.commands.play:check", "Find out whether a match file can be played"),
     },
     "Watch and decide": {
@@ -184,7 +184,7 @@ def make_app() -> typer.Typer:
 
 
 def welcome_app() -> typer.Typer:
-    """Make the command line of plain `vrg` at a terminal, where a person chooses a match. Elsewhere it prints help."""
+    """Make the command line of `vrg` without a command at a terminal, where a person chooses a match."""
     app = typer.Typer(pretty_exceptions_enable=False, add_completion=False)
     app.command()(load_object("vrg.commands.welcome:welcome"))
     return app
@@ -193,7 +193,7 @@ def welcome_app() -> typer.Typer:
 def main() -> None:
     """Run the command line. An expected error becomes a message and status 1, never a traceback."""
     try:
-        if len(sys.argv) == 1 and sys.stdin.isatty() and sys.stdout.isatty():
+        if sys.argv[1:] in ([], ["--terminal"]) and sys.stdin.isatty() and sys.stdout.isatty():
             welcome_app()()
         make_app()()
     except VrgError as error:

@@ -10,7 +10,7 @@ import tomlkit
 from vrg.errors import Path
 from vrg.tables import statements_of
 
-TomlValue = str | int | float | bool
+TomlValue = str | int | float | bool | Sequence["TomlValue"] | Mapping[str, "TomlValue"]
 """A value that is written into a file."""
 
 
@@ -22,6 +22,10 @@ def with_value(text: str, path: Path, value: TomlValue) -> str:
     """
     document: Any = tomlkit.parse(text)
     *above, key = path
+    if isinstance(value, Mapping):
+        inline = tomlkit.inline_table()
+        inline.update(value)
+        value = inline
     table = reduce(getitem, above, document)
     if not isinstance(table, MutableMapping):
         raise ValueError(f"expected a table {'.'.join(map(str, above))}, got {table!r}")

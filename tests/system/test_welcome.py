@@ -1,20 +1,22 @@
-"""Plain `vrg` on a screen: a person changes a match by keys, saves it, and it is played in the same terminal."""
+"""Plain `vrg` in a terminal without a display: the page that it serves, and the questions that it asks instead."""
 
 import contextlib
+import json
 import os
 import pty
+import re
 import select
-import shutil
 import signal
 import subprocess
 import sys
 import time
+import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from tests.requirements import missing
 from tests.system.harness import DEADLINE
 from vrg.config.loading import load_match
 
@@ -24,11 +26,10 @@ pytestmark = pytest.mark.system
 class Terminal:
     """A terminal in which plain `vrg` was typed, and what it has said."""
 
-    def __init__(self, folder: Path, display: str) -> None:
-        root = str(Path(__file__).parents[2])
-        gone = ("WAYLAND_DISPLAY", "SDL_VIDEODRIVER")
+    def __init__(self, folder: Path) -> None:
+        gone = ("DISPLAY", "WAYLAND_DISPLAY")
         environment = {name: value for name, value in os.environ.items() if name not in gone}
-        environment |= {"DISPLAY": display, "SDL_AUDIODRIVER": "dummy", "PYTHONPATH": root}
+        environment |= {"PYTHONPATH": str(Path(__file__).parents[2]), "COLUMNS": "300"}
         self._fd, inner = pty.openpty()
         command = [sys.executable, "-P", "-m", "vrg"]
         self.process = subprocess.Popen(
@@ -37,7 +38,19 @@ class Terminal:
         os.close(inner)
         self.said = ""
 
-    def read(self) -> None:
+    def until(self, pattern: str) -> str:
+        """Wait until something was said, and return the group of the pattern."""
+        deadline = time.monotonic() + DEADLINE
+        while (found := re.search(pattern, self.said)) is None:
+            assert time.monotonic() < deadline, self.said
+            self._read()
+        return found[1]
+
+    def type(self, text: str) -> None:
+        """Press keys."""
+        os.write(self._fd, text.encode())
+
+    def _read(self) -> None:
         """Take in what was said since."""
         if select.select([self._fd], [], [], 0.1)[0]:
             # It is an error to read once nobody holds the other end any more.
@@ -56,40 +69,46 @@ class Terminal:
 
 
 @pytest.fixture
-def terminal(tmp_path: Path, display: str) -> Iterator[Terminal]:
-    made = Terminal(tmp_path, display)
+def terminal(tmp_path: Path) -> Iterator[Terminal]:
+    made = Terminal(tmp_path)
     yield made
     made.close()
 
 
-def test_a_match_is_changed_in_the_window_and_played_in_the_terminal(
-    terminal: Terminal, tmp_path: Path, display: str
-) -> None:
-    if shutil.which("xdotool") is None:
-        missing("xdotool is not installed: nobody presses keys on the screen")
+class Page:
+    """Asks the page's server as the page does."""
 
-    def do(*words: str) -> str:
-        done = subprocess.run(
-            ["xdotool", *words], env={**os.environ, "DISPLAY": display}, capture_output=True, text=True, check=False
-        )
-        return done.stdout.strip()
+    def __init__(self, link: str) -> None:
+        self._address, _, self._token = link.partition("#")
+        self.told = self.ask(do="look")
 
-    file, deadline = tmp_path / "final.toml", time.monotonic() + DEADLINE
-    # Without a window manager the only window has the focus; until it is there, nothing has it.
-    while do("getwindowfocus") in ("", "1"):
-        terminal.read()
-        assert time.monotonic() < deadline, terminal.said
-    do("key", "c")
-    do("type", "20.5")
-    do("key", "Return", "ctrl+s")
-    do("type", "final")
-    do("key", "Return")
-    while not file.exists():
-        terminal.read()
-        assert time.monotonic() < deadline, terminal.said
-    assert load_match(file).players[0].pose.x == 20.5
-    while "; run in runs/final-" not in terminal.said:
-        do("key", "ctrl+p")
-        terminal.read()
-        assert time.monotonic() < deadline, terminal.said
-    assert f"vrg play {file}" in terminal.said
+    def ask(self, **request: object) -> dict[str, Any]:
+        headers = {"Authorization": f"Bearer {self._token}"}
+        asked = urllib.request.Request(f"{self._address}edit", json.dumps(request).encode(), headers)
+        with urllib.request.urlopen(asked, timeout=DEADLINE) as answer:
+            self.told = json.loads(answer.read())
+        return self.told
+
+
+def test_a_match_is_changed_on_the_page_and_played_in_the_terminal(terminal: Terminal, tmp_path: Path) -> None:
+    page = Page(terminal.until(r"open this page in a browser: (\S+)"))
+    page.ask(do="set", key="players.0.x", typed="20.5", seen=page.told["number"])
+    page.ask(do="save", name="final", play=True, seen=page.told["number"])
+    assert page.told["ended"], page.told["notice"]
+    assert load_match(tmp_path / "final.toml").players[0].pose.x == 20.5
+    terminal.until(f"vrg play {re.escape(str(tmp_path / 'final.toml'))}()")
+    terminal.until("(; run in runs/final-)")
+
+
+def test_what_is_not_saved_is_kept_when_the_terminal_ends_the_page(terminal: Terminal, tmp_path: Path) -> None:
+    page = Page(terminal.until(r"open this page in a browser: (\S+)"))
+    page.ask(do="set", key="seed", typed="77", seen=page.told["number"])
+    terminal.process.send_signal(signal.SIGHUP)
+    terminal.until("what was not saved is in (.*match-unsaved.toml) now")
+    assert load_match(tmp_path / "match-unsaved.toml").seed == 77
+
+
+def test_enter_asks_in_the_terminal_where_no_browser_opens(terminal: Terminal) -> None:
+    terminal.until("press (ENTER) to answer questions here")
+    terminal.type("\n")
+    terminal.until(r"game \[(sharks-and-minnows)\]")

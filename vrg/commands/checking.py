@@ -13,8 +13,8 @@ from vrg.errors import ConfigError, Problem
 from vrg.hal.sim.map import load_map
 from vrg.launch.trial import trial
 from vrg.toml_text import without
-from vrg.ui.welcome.checking import Verdict
-from vrg.ui.welcome.draft import Draft
+from vrg.ui.edit.checking import Verdict
+from vrg.ui.edit.draft import Draft
 
 UNSAVED: Final = "match.toml"
 """What a file is called in messages that has no name yet."""
@@ -42,7 +42,7 @@ class DraftCheck:
         return self._with_ground(draft, self._import_problems(setup, draft), setup)
 
     def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: MatchSetup | None) -> Verdict:
-        key = (draft.game, draft.shown("map"), draft.data.get("rules"))
+        key = (draft.game, draft.shown(("map",)), draft.data.get("rules"))
         if setup is None and self._ground[0] != key:
             setup = _good_part(draft, problems)
         if setup is not None or self._ground[0] != key:
@@ -86,7 +86,7 @@ def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None
 
 def _ground(draft: Draft, setup: MatchSetup | None) -> Verdict:
     """The zones, the obstacles and the bounds, as far as they are known."""
-    name = draft.shown("map")
+    name = draft.shown(("map",))
     try:
         map_ = load_map(draft.base / name if "/" in name or name.endswith(".toml") else name)
     except ConfigError:

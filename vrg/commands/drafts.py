@@ -12,9 +12,9 @@ from vrg.errors import ConfigError
 from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder, write_whole
 from vrg.modules import classes_in
-from vrg.ui.welcome.choices import Choices
-from vrg.ui.welcome.draft import Draft
-from vrg.ui.welcome.lobby import Recent
+from vrg.ui.edit.choices import Choices
+from vrg.ui.edit.desk import Recent
+from vrg.ui.edit.draft import Draft
 
 MOST_RECENT: Final = 12
 """How many recent matches are listed."""
@@ -39,7 +39,7 @@ def open_draft(file: Path) -> Draft:
 
 
 def save_draft(draft: Draft, known: str | None) -> None:
-    """Write a match file; see `vrg.ui.welcome.editor.Save`."""
+    """Write a match file; see `vrg.ui.edit.desk.Tools`."""
     assert draft.file is not None
     if known is not None and draft.file.exists() and draft.file.read_text(encoding="utf-8", errors="replace") != known:
         raise FileExistsError(draft.file)

@@ -1,4 +1,4 @@
-"""The configurator without a display: questions in the terminal, with the same draft and the same check behind them."""
+"""The configurator without a browser: questions in the terminal, with the same draft and the same check behind them."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -10,13 +10,14 @@ from vrg.bus.names import NAME_RULE, is_name
 from vrg.commands.checking import DraftCheck
 from vrg.commands.drafts import choices_in, save_draft
 from vrg.errors import ConfigError, Problem
+from vrg.errors import Path as Place
 from vrg.games import GAMES, game_of
-from vrg.ui.welcome.draft import COLUMNS, Draft
-from vrg.ui.welcome.placing import MOST, with_count
-from vrg.ui.welcome.telling import said
+from vrg.ui.edit.checking import told
+from vrg.ui.edit.draft import COLUMNS, Draft
+from vrg.ui.edit.placing import MOST, with_count
 
 INTRODUCTION: Final = (
-    "There is no display, so a few questions here make the match. ENTER takes what stands in brackets, ? lists what "
+    "A few questions here make the match. ENTER takes what stands in brackets, ? lists what "
     "can be chosen, and Ctrl-C ends this."
 )
 ASKED: Final = ("map", "engine", "seed")
@@ -45,7 +46,7 @@ def ask(draft: Draft | None, folder: Path) -> Path | None:
     if not draft.data:
         raise ConfigError(check(draft).problems)
     for field in ASKED:
-        draft = _field(draft, field, choices.of(draft, field), check)
+        draft = _field(draft, (field,), choices.of(draft, field), check)
     draft = _count(draft, check)
     while True:
         draft = _players(draft, choices.of, check)
@@ -55,7 +56,7 @@ def ask(draft: Draft | None, folder: Path) -> Path | None:
         _tell(draft, problems)
         typer.echo("It cannot be played like this. Change the players that it names, or one of these fields:")
         for field in ASKED:
-            draft = _field(draft, field, choices.of(draft, field), check)
+            draft = _field(draft, (field,), choices.of(draft, field), check)
     draft = _save(draft)
     typer.echo(f"wrote {draft.file}")
     return draft.file if typer.confirm("Play it now?", default=True) else None
@@ -71,25 +72,23 @@ def _one_of(what: str, names: Sequence[str], default: str) -> str:
         typer.echo(f"  {listed}" if typed.strip() == "?" else f"  expected one of {listed}, got {typed!r}")
 
 
-def _field(
-    draft: Draft, field: str, names: Sequence[str], check: DraftCheck, player: int | None = None, label: str = ""
-) -> Draft:
+def _field(draft: Draft, path: Place, names: Sequence[str], check: DraftCheck, label: str = "") -> Draft:
     """Ask for a field until it has no problem of its own, or is left as it was."""
     while True:
-        now = draft.shown(field, player) or draft.default(field, player)
-        typed: str = typer.prompt(label or field, default=now, show_default=bool(now))
+        now = draft.shown(path) or draft.default(path)
+        typed: str = typer.prompt(label or str(path[-1]), default=now, show_default=bool(now))
         if typed.strip() == "?":
             typer.echo(f"  {', '.join(name or '(default)' for name in names) or 'anything can be typed here'}")
             continue
         if typed == now:
             return draft
         try:
-            changed = draft.set(field, typed, player)
+            changed = draft.set(path, typed)
         except ValueError as error:
             typer.echo(f"  only a text editor can change this: {error}")
             return draft
-        before = set(check(draft).of(player, field))
-        new = [problem for problem in check(changed).of(player, field) if problem not in before]
+        before = set(check(draft).of(path))
+        new = [problem for problem in check(changed).of(path) if problem not in before]
         if not new:
             return changed
         _tell(changed, new)
@@ -99,7 +98,7 @@ def _count(draft: Draft, check: DraftCheck) -> Draft:
     while True:
         typed: str = typer.prompt("number of players", default=str(len(draft.players)))
         if typed.isascii() and typed.isdigit() and 1 <= int(typed) <= MOST:
-            return with_count(draft, int(typed), check)
+            return with_count(draft, int(typed), check(draft))
         typer.echo(f"  expected a whole number from 1 to {MOST}, got {typed!r}")
 
 
@@ -116,14 +115,15 @@ def _players(draft: Draft, choices: Callable[[Draft, str], Sequence[str]], check
         player = int(typed) - 1
         for field in COLUMNS:
             label = {"x": "x in m", "y": "y in m", "heading": "heading in degrees"}.get(field, field)
-            draft = _field(draft, field, choices(draft, field), check, player, f"  {label}")
+            draft = _field(draft, ("players", player, field), choices(draft, field), check, f"  {label}")
 
 
 def _list(draft: Draft) -> None:
     """Show the players as a table."""
     rows: list[tuple[str, ...]] = [("", *COLUMNS)]
     for number, _ in enumerate(draft.players):
-        fields = (draft.shown(f, number) or draft.default(f, number) or "(default)" for f in COLUMNS)
+        paths: list[Place] = [("players", number, field) for field in COLUMNS]
+        fields = (draft.shown(path) or draft.default(path) or "(default)" for path in paths)
         rows.append((str(number + 1), *fields))
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
     for row in rows:
@@ -132,7 +132,7 @@ def _list(draft: Draft) -> None:
 
 def _tell(draft: Draft, problems: Sequence[Problem]) -> None:
     for problem in problems:
-        typer.echo(f"  {said(problem, draft)}")
+        typer.echo(f"  {told(problem, draft)}")
 
 
 def _save(draft: Draft) -> Draft:
@@ -140,7 +140,7 @@ def _save(draft: Draft) -> Draft:
     known = draft.text if draft.file is None else draft.file.read_text(encoding="utf-8", errors="replace")
     file = draft.file
     while True:
-        name = typer.prompt("save as", default=file.stem if file is not None else draft.shown("name"))
+        name = typer.prompt("save as", default=file.stem if file is not None else draft.shown(("name",)))
         name = name.strip().removesuffix(".toml")
         if not is_name(name):
             typer.echo(f"  {NAME_RULE}, got {name!r}")

@@ -1,55 +1,67 @@
-"""Plain `vrg`, which opens the welcome window or asks in the terminal, and `vrg edit`, which changes a match file."""
+"""Plain `vrg` and `vrg edit`, which let a person choose and change a match in a browser or in the terminal."""
 
 import os
+import select
+import signal
 import sys
+import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vrg.commands.options import RunsOption, has_display
+from vrg.commands.options import RunsOption
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
-    from vrg.ui.welcome.draft import Draft
-    from vrg.ui.welcome.window import Outcome, Tools
+    from vrg.ui.edit.desk import Outcome
+    from vrg.ui.edit.draft import Draft
+
+TerminalOption = Annotated[bool, typer.Option("--terminal", help="Ask in this terminal; open no browser.")]
+WebOption = Annotated[bool, typer.Option("--web", help="Show the match that is played in the same page, too.")]
+PORT: Final = 8079
+"""The port of the page, below that of a match; if another program has it, the next one that is free."""
+_LOOKS: Final = 0.2
+"""The real time in s between two looks at what the page and the terminal want."""
 
 
 def edit(
     match: Annotated[Path, typer.Argument(metavar="match.toml", help="The match file to change.")],
     runs: RunsOption = Path("runs"),
+    terminal: TerminalOption = False,
+    web: WebOption = False,
 ) -> None:
-    """Change a match file in a window, with its problems beside its fields; save it, and play it.
+    """Change a match file in a browser, with its problems beside its fields; save it, and play it.
 
-    Without a display, the terminal asks for the same.
+    Where no browser can be opened, the terminal asks for the same.
     """
     from vrg.commands.drafts import open_draft
 
     draft = open_draft(match)
-    if not has_display() and not sys.stdin.isatty():
-        raise ConfigError([f"{match}: expected a display or a terminal to change it at, found neither"])
-    begin(runs, draft)
+    if not has_browser() and not sys.stdin.isatty():
+        raise ConfigError([f"{match}: expected a browser or a terminal to change it in, found neither"])
+    begin(runs, draft, terminal=terminal, web=web)
 
 
-def welcome() -> None:
+def welcome(terminal: TerminalOption = False) -> None:
     """Choose a game or a recent match, change it, and play it."""
-    begin()
+    begin(terminal=terminal)
 
 
-def begin(runs: Path = Path("runs"), draft: "Draft | None" = None) -> None:
-    """Let a person choose and change a match, at a window or else in the terminal, and do what the person wants.
+def begin(
+    runs: Path = Path("runs"), draft: "Draft | None" = None, *, terminal: bool = False, web: bool = False
+) -> None:
+    """Let a person choose and change a match, in a browser or else in the terminal, and do what the person wants.
 
     Args:
         runs: the folder of run folders. draft: the match file to change; None offers games and recent matches first.
+        terminal: True asks in the terminal at once. web: True shows the match in the page once it is played.
 
     Raises:
         typer.Exit: with status 130, if the person has ended the questions by Ctrl-C.
     """
-    if has_display():
-        from vrg.ui.welcome.window import WelcomeWindow, show
-
-        follow(show(WelcomeWindow(tools(runs), Path.cwd(), draft)), runs)
+    if not terminal and _page(runs, draft, web=web) is not None:
         return
     from vrg.commands.prompt import ask
 
@@ -62,27 +74,54 @@ def begin(runs: Path = Path("runs"), draft: "Draft | None" = None) -> None:
         run(["play", str(played)], runs)
 
 
-def tools(runs: Path) -> "Tools":
-    """What the window needs of the rest of VRG."""
+def has_browser() -> bool:
+    """Whether a browser can be opened that shows the page."""
+    # A browser of the terminal runs no scripts.
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return False
+    try:
+        webbrowser.get()
+    except webbrowser.Error:
+        return False
+    return True
+
+
+def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "Outcome | None":
+    """Serve the page until the person has decided, and do that; return None if the person wants questions here."""
     from vrg.commands.checking import DraftCheck
     from vrg.commands.drafts import choices_in, recent_matches, save_draft
-    from vrg.ui.welcome.window import Tools
+    from vrg.launch.endpoints import free_port
+    from vrg.ui.edit.desk import Desk, Tools
+    from vrg.ui.edit.server import HOST, EditServer
 
-    return Tools(
-        check=DraftCheck(),
-        places=DraftCheck(imports=False),
-        save=save_draft,
-        choices=choices_in(Path.cwd()),
-        recent=lambda: recent_matches(runs, Path.cwd()),
-    )
-
-
-def follow(outcome: "Outcome", runs: Path) -> None:
-    """Do what the person wants, now that the window is closed."""
-    if outcome.play is not None:
-        run(["play", outcome.play], runs)
-    elif outcome.watch is not None:
+    tools = Tools(DraftCheck(), save_draft, choices_in, lambda: recent_matches(runs, Path.cwd()))
+    port = free_port(HOST, PORT)
+    server = EditServer(Desk(tools, Path.cwd(), draft), port)
+    server.start()
+    # The end of the terminal or of the session is an end like Ctrl-C: what is not saved is kept.
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        signal.signal(number, signal.default_int_handler)
+    try:
+        opened = has_browser() and webbrowser.open(server.ticket)
+        typer.echo(f"{'the page is open in your browser' if opened else 'open this page in a browser'}: {server.link}")
+        typer.echo("Ctrl-C ends it" if opened else "or press ENTER to answer questions here; Ctrl-C ends both")
+        outcome = None
+        while outcome is None and not (not opened and _pressed()):
+            outcome = server.wait(_LOOKS)
+    finally:
+        server.stop()
+        if told := server.rescue():
+            typer.echo(told, err=True)
+    if outcome is not None and outcome.play is not None:
+        run(["play", outcome.play, *(["--listen", f"{HOST}:{port}"] if web else [])], runs)
+    elif outcome is not None and outcome.watch is not None:
         run(["run", "replay", str(outcome.watch)], runs)
+    return outcome
+
+
+def _pressed() -> bool:
+    """Whether a line was typed in the terminal, which is then taken."""
+    return bool(select.select([sys.stdin], [], [], 0)[0]) and bool(sys.stdin.readline())
 
 
 def run(words: Sequence[str], runs: Path) -> None:

@@ -46,7 +46,6 @@ class FieldPainter:
         driving: str | None,
         *,
         below: Callable[[View], None] = lambda _view: None,
-        around: float = 0.0,
         names: bool = True,
         box: Bounds | None = None,
         turned: bool | None = None,
@@ -57,7 +56,6 @@ class FieldPainter:
         Args:
             ui: scales letters. driving: the player with a ring.
             below: draws what more there is below the robots and their names.
-            around: the distance in pixels from the player with a ring that its name stays away, at least.
             names: whether names are written. box: the part that is shown, m; None shows all.
             turned: whether it is shown a quarter turn clockwise; None chooses what shows all of it larger.
             strip: whether there is a strip with scale and legend below the field.
@@ -86,7 +84,7 @@ class FieldPainter:
         for thing in scene.objects:
             self._object(surface, thing, view)
         if names:
-            named = [self._named(body, view, driving, around) for body in scene.bodies]
+            named = [self._named(body, view, driving) for body in scene.bodies]
             self._names.draw(surface, rect, named, ui)
         for flash in scene.flashes:
             self._flash(surface, rect, flash, view, ui)
@@ -125,10 +123,10 @@ class FieldPainter:
         surface.blit(turned, turned.get_rect(center=(round(centre[0]), round(centre[1]))))
 
     @staticmethod
-    def _named(body: SceneBody, view: View, driving: str | None, around: float) -> tuple[str, Rgb, Circle]:
+    def _named(body: SceneBody, view: View, driving: str | None) -> tuple[str, Rgb, Circle]:
         colour, radius = palette.MUTED if body.out_of_play else palette.TEXT, _radius(body, view)
         if body.name == driving:
-            colour, radius = palette.CAUTION, max(radius, around)
+            colour = palette.CAUTION
         return body.name, colour, (view.point(body.pose.x, body.pose.y), radius)
 
     def _object(self, surface: pygame.Surface, thing: SceneObject, view: View) -> None:

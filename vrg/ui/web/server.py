@@ -1,4 +1,4 @@
-"""The page's server: static files and WebSockets, by aiohttp, in a thread of its own.
+"""The server of a match's page: WebSockets beside the files of a site.
 
 The node of the match never waits for it: it hands over what there is to see, and takes what people have asked for. Each
 viewer has a task that sends it the newest state; one that does not keep up gets fewer frames, and holds up nobody.
@@ -6,24 +6,17 @@ viewer has a task that sends it the newest state; one that does not keep up gets
 
 import asyncio
 import logging
-import socket
 import threading
-from collections.abc import Awaitable, Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.resources import files
 from typing import Final
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
-from aiohttp.http import HttpProcessingError
-from aiohttp.web import RequestPayloadError
 
 from vrg.bus.mailbox import is_power_of_ten
-from vrg.bus.waiting_room import WaitingRoom
-from vrg.errors import LaunchError
 from vrg.ui.driving import DEAD_ZONE, SLOW
 from vrg.ui.web.admission import Admission, Role, RoleKind
 from vrg.ui.web.gallery import Gallery, Seen
-from vrg.ui.web.headers import PAGE_HEADERS, foreign
 from vrg.ui.web.lobby import Allowance, Lobby, Refused
 from vrg.ui.web.parts import colours, encode
 from vrg.ui.web.requests import (
@@ -40,32 +33,20 @@ from vrg.ui.web.requests import (
     read_request,
     refusal,
 )
+from vrg.ui.web.site import PATIENCE, Site
 
 log = logging.getLogger(__name__)
-_http_log = log.getChild("http")
-"""Of aiohttp's. Who sends what is no request is answered so, and cannot fill the log."""
-_http_log.setLevel(logging.WARNING)
-_http_log.addFilter(
-    lambda record: not (record.exc_info and isinstance(record.exc_info[1], (HttpProcessingError, RequestPayloadError)))
-)
 
 IN_FLIGHT: Final = 10
 """How many batches a viewer may have that it has not shown yet. One that is slower gets no more until it has."""
-PATIENCE: Final = 10.0
-"""The real time in s that a browser has to say who it is, or to take what it is sent."""
 PING: Final = 10.0
 """The real time in s between two signs of life that are asked of a browser."""
 WRONG_TOKEN_DELAY: Final = 0.5
 """The real time in s that a wrong token's answer takes."""
 DECISIONS_LIMIT: Final = 50
 """How many decisions may wait for the match."""
-_TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4}
 """The rules of driving for the page; its buttons are those of the browsers' standard gamepad, as in `vrg.ui.acts`."""
-WAITING: Final = 512
-"""How many connections may be open before it is known who is there. A browser opens some for the page itself."""
-VISIT: Final = 30.0
-"""The real time in s that such a connection stays."""
 
 
 @dataclass(eq=False)
@@ -90,57 +71,25 @@ class _Guest:
         self.news.set()
 
 
-class WebServer:
-    """Serves the page from `start` to `stop`. All other methods are for the thread of the node, and none of them waits.
+class WebServer(Site):
+    """Serves the page of a match. Its methods are for the thread of the node, and none of them waits.
 
     Args:
         admission: where it is served, and who may do what. match: the name of the match.
     """
 
     def __init__(self, admission: Admission, match: str) -> None:
+        super().__init__(admission.host, admission.port, "index.html")
         self._admission, self._match = admission, match
         self._lobby = Lobby(admission)
         self._gallery = Gallery()
         self._guests: dict[int, _Guest] = {}
         self._numbers = 0
-        self._waiting = WaitingRoom(WAITING, VISIT)
-        self._foreign = 0
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._stopping = asyncio.Event()
-        self._ready = threading.Event()
-        self._failure: BaseException | None = None
-        self._thread = threading.Thread(target=self._run, name="web server", daemon=True)
         self._lock = threading.Lock()
         self._commands: dict[str, Command] = {}
         self._given_back: dict[str, None] = {}
         self._decisions: list[Decision] = []
         self._refused = 0
-
-    def start(self) -> None:
-        """Open the port.
-
-        Raises:
-            LaunchError: it cannot be opened.
-        """
-        self._thread.start()
-        self._ready.wait(PATIENCE)
-        self.check()
-
-    def check(self) -> None:
-        """Make sure that the page is served.
-
-        Raises:
-            LaunchError: it is not.
-        """
-        if self._failure is not None:
-            where = f"{self._admission.host}, port {self._admission.port}"
-            raise LaunchError(f"the page cannot be served at {where}: {self._failure}") from self._failure
-
-    def stop(self) -> None:
-        """Tell all pages that this is the end, and close the port. Idempotent."""
-        if self._loop is not None and self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._stopping.set)
-            self._thread.join(PATIENCE / 4)
 
     @property
     def watched(self) -> bool:
@@ -174,49 +123,13 @@ class WebServer:
         if guest is not None:
             guest.tell({"t": "notice", "text": text})
 
-    def _run(self) -> None:
-        try:
-            asyncio.run(self._serve())
-        except Exception as error:  # whatever it is, the node must learn that nobody is served any more
-            log.exception("the page's server has failed")
-            self._failure = error
-        finally:
-            self._ready.set()
+    def add_routes(self, router: web.UrlDispatcher) -> None:
+        """Add what pages talk to."""
+        router.add_get("/socket", self._talk)
 
-    async def _serve(self) -> None:
-        self._loop = asyncio.get_running_loop()
-        app = web.Application()
-        app.on_response_prepare.append(_add_headers)
-        app.router.add_get("/socket", self._talk)
-        static = files("vrg.ui.web") / "static"
-        for file in static.iterdir():
-            kind = _TYPES.get(file.name.rpartition(".")[2])
-            if kind is not None:
-                path = "/" if file.name == "index.html" else f"/{file.name}"
-                app.router.add_get(path, _page(file.read_bytes(), kind))
-        runner = web.AppRunner(app, handle_signals=False, shutdown_timeout=1.0)
-        await runner.setup()
-        try:
-            handlers = runner.server
-            assert handlers is not None
-            try:
-                site = await self._loop.create_server(
-                    lambda: _Connection(self._waiting, handlers),
-                    self._admission.host,
-                    self._admission.port,
-                    backlog=2 * WAITING,
-                )
-            except OSError as error:
-                self._failure = error
-                return
-            log.info("serving the page at %s, port %d", self._admission.host, self._admission.port)
-            self._ready.set()
-            await self._stopping.wait()
-            site.close()
-            guests = list(self._guests.values())
-            await asyncio.gather(*(self._dismiss(guest) for guest in guests), return_exceptions=True)
-        finally:
-            await runner.cleanup()
+    async def dismiss(self) -> None:
+        """Send everybody the last picture, and that it is the last."""
+        await asyncio.gather(*(self._dismiss(guest) for guest in self._guests.values()), return_exceptions=True)
 
     async def _dismiss(self, guest: _Guest) -> None:
         """Send a guest the last picture, say that it is the last, and close the connection."""
@@ -226,16 +139,8 @@ class WebServer:
             await guest.socket.close(code=WSCloseCode.GOING_AWAY)
 
     async def _talk(self, request: web.Request) -> web.StreamResponse:
-        try:
-            origin, machine = request.headers.get("Origin"), socket.gethostname()
-            why, status = foreign(origin, request.host, self._admission.host, machine), 403
-        except ValueError as error:
-            why, status = f"expected an address in Host and Origin: {error}", 400
-        if why:
-            self._foreign += 1
-            if is_power_of_ten(self._foreign):
-                log.warning("refused a connection (number %d): %s", self._foreign, why)
-            return web.Response(status=status, text=why)
+        if (refused := self.turned_away(request)) is not None:
+            return refused
         talk = web.WebSocketResponse(
             heartbeat=PING, max_msg_size=REQUEST_LIMIT, compress=False, timeout=1.0, autoping=False
         )
@@ -243,8 +148,7 @@ class WebServer:
             await talk.prepare(request)
             guest = await self._admit(talk, request.remote or "")
             if guest is not None:
-                if request.transport is not None:
-                    self._waiting.leave(request.transport)
+                self.let_in(request)
                 await self._serve_guest(guest)
         except (ConnectionError, TimeoutError):
             pass  # the browser is gone, and forgotten already
@@ -389,35 +293,3 @@ class WebServer:
             with self._lock:
                 self._commands.pop(role.player, None)
                 self._given_back[role.player] = None
-
-
-class _Connection(web.RequestHandler):
-    """A connection of aiohttp's that waits in a room until it is known who is there."""
-
-    __slots__ = ("_room",)
-
-    def __init__(self, room: WaitingRoom, server: web.Server) -> None:
-        loop = asyncio.get_running_loop()
-        super().__init__(server, loop=loop, logger=_http_log, access_log=_http_log, auto_decompress=False)
-        self._room = room
-
-    def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        super().connection_made(transport)
-        if isinstance(transport, asyncio.Transport):
-            self._room.come(transport)
-
-    def connection_lost(self, exc: BaseException | None) -> None:
-        if self.transport is not None:
-            self._room.leave(self.transport)
-        super().connection_lost(exc)
-
-
-def _page(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Response]]:
-    async def handler(_request: web.Request) -> web.Response:
-        return web.Response(body=body, content_type=kind, charset="utf-8")
-
-    return handler
-
-
-async def _add_headers(_request: web.Request, response: web.StreamResponse) -> None:
-    response.headers.update(PAGE_HEADERS)

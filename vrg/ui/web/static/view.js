@@ -23,3 +23,9 @@ export function point(view, x, y) {
 export function angle(view, theta) {
   return view.turned ? theta - Math.PI / 2 : theta;
 }
+
+/** The point of the field, m, at pixels from the left and from the top: what `point` undoes. */
+export function place(view, px, py) {
+  const dx = (px - view.left) / view.scale, dy = (py - view.top) / view.scale;
+  return view.turned ? [view.x + dy, view.y + dx] : [view.x + dx, view.y - dy];
+}

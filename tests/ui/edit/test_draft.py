@@ -10,8 +10,8 @@ from vrg.commands.checking import DraftCheck
 from vrg.config.loading import check_match
 from vrg.games import GAMES
 from vrg.types import Pose
-from vrg.ui.welcome.draft import Draft
-from vrg.ui.welcome.placing import fewer, more, with_count
+from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.placing import fewer, more, with_count
 
 CHECK = DraftCheck()
 
@@ -31,28 +31,28 @@ def test_the_default_match_of_every_game_is_a_good_draft(game: str) -> None:
 
 
 def test_a_typed_number_becomes_a_number_and_nonsense_is_told_by_the_check() -> None:
-    draft = draft_of().set("x", "17.5", 1)
+    draft = draft_of().set(("players", 1, "x"), "17.5")
     assert tomllib.loads(draft.text)["players"][1]["x"] == 17.5
     assert CHECK(draft).problems == ()
-    wrong = draft.set("x", "seventeen", 1)
-    assert wrong.shown("x", 1) == "seventeen"
+    wrong = draft.set(("players", 1, "x"), "seventeen")
+    assert wrong.shown(("players", 1, "x")) == "seventeen"
     assert wrong.players[1].pose is None
-    assert [p.text for p in CHECK(wrong).of(1, "x")] == ["expected a number, got 'seventeen'"]
+    assert [p.text for p in CHECK(wrong).of(("players", 1, "x"))] == ["expected a number, got 'seventeen'"]
 
 
 def test_the_same_value_typed_again_changes_nothing() -> None:
     draft = draft_of()
-    assert draft.set("x", "21", 0) is draft
-    assert draft.set("role", "shark", 0) is draft
+    assert draft.set(("players", 0, "x"), "21") is draft
+    assert draft.set(("players", 0, "role"), "shark") is draft
 
 
 def test_an_empty_field_falls_back_to_its_default_where_there_is_one() -> None:
-    draft = draft_of().set("model", "ATRV-Jr", 0)
+    draft = draft_of().set(("players", 0, "model"), "ATRV-Jr")
     assert draft.players[0].model == "ATRV-Jr"
-    draft = draft.set("model", "", 0).set("heading", "", 0)
+    draft = draft.set(("players", 0, "model"), "").set(("players", 0, "heading"), "")
     assert draft.players[0].model == ""
     assert draft.players[0].pose == Pose(21.0, -30.0, 0.0)
-    assert [p.path for p in CHECK(draft.set("name", "", 0)).problems] == [("players", 0, "name")]
+    assert [p.path for p in CHECK(draft.set(("players", 0, "name"), "")).problems] == [("players", 0, "name")]
 
 
 def test_a_position_outside_of_the_map_is_a_problem_of_its_fields_and_the_zones_stay() -> None:
@@ -61,20 +61,26 @@ def test_a_position_outside_of_the_map_is_a_problem_of_its_fields_and_the_zones_
     verdict = DraftCheck()(draft.place(6, Pose(500.0, 0.0, 0.0)))
     assert len(zones) == 3
     assert verdict.zones == zones
-    assert [p.path for p in verdict.of(6, "x")] == [("players", 6)]
-    assert verdict.of(6, "x") == verdict.of(6, "y") == verdict.of_player(6)
-    assert verdict.of(6, "name") == verdict.of(5, "x") == ()
+    assert [p.path for p in verdict.of(("players", 6, "x"))] == [("players", 6)]
+    assert verdict.of(("players", 6, "x")) == verdict.of(("players", 6, "y"))
+    assert verdict.of(("players", 6, "name")) == verdict.of(("players", 5, "x")) == ()
 
 
 def test_a_dragged_pose_is_kept_to_the_centimetre() -> None:
     draft = draft_of().place(0, Pose(20.123456, -30.98765, math.radians(400.04)))
-    assert [draft.shown(name, 0) for name in ("x", "y", "heading")] == ["20.12", "-30.99", "40"]
+    assert [draft.shown(("players", 0, name)) for name in ("x", "y", "heading")] == ["20.12", "-30.99", "40"]
     assert draft.place(0, Pose(20.12, -30.99, math.radians(40.0))).text == draft.text
 
 
 def test_what_no_window_shows_is_kept() -> None:
     text = draft_of().text.replace("[rules]", "# mine\nrate = 2.0   # twice\n\n[rules]\n# about the rules")
-    draft = Draft(text, Path.cwd()).set("seed", "7").set("x", "20", 0).set("strategy", "a.py:A", 3).remove(2)
+    draft = (
+        Draft(text, Path.cwd())
+        .set(("seed",), "7")
+        .set(("players", 0, "x"), "20")
+        .set(("players", 3, "strategy"), "a.py:A")
+        .remove([2])
+    )
     assert "# mine\nrate = 2.0   # twice\n" in draft.text
     assert "[rules]\n# about the rules" in draft.text
     assert [p.name for p in draft.players] == ["player1", "player2", "player4", "player5", "player6", "player7"]
@@ -88,17 +94,19 @@ def test_a_file_that_is_no_toml_is_one_problem_with_its_line() -> None:
 
 def test_players_in_one_line_can_be_changed_too() -> None:
     draft = Draft('players = [{name = "a", x = 1.0}]  # all', Path.cwd())
-    changed = draft.set("x", "2", 0).add(draft.players[0])
-    assert [(player.name, changed.shown("x", number)) for number, player in enumerate(changed.players)] == [
+    changed = draft.set(("players", 0, "x"), "2").add(draft.players[0])
+    assert [
+        (player.name, changed.shown(("players", number, "x"))) for number, player in enumerate(changed.players)
+    ] == [
         ("a", "2"),
         ("a", "0"),
     ]
-    assert changed.remove(0).text.endswith("# all")
+    assert changed.remove([0]).text.endswith("# all")
 
 
 def test_a_player_that_is_no_table_is_left_to_a_text_editor() -> None:
     with pytest.raises(ValueError, match=r"expected a table players\.0, got 'a'"):
-        Draft('players = ["a", {name = "b"}]', Path.cwd()).set("x", "2", 0)
+        Draft('players = ["a", {name = "b"}]', Path.cwd()).set(("players", 0, "x"), "2")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +122,7 @@ def test_new_players_stand_where_the_rules_allow_it_and_roles_are_balanced(
     game: str, counts: dict[int, dict[str, int] | None]
 ) -> None:
     for count, roles in counts.items():
-        draft = with_count(draft_of(game), count, CHECK)
+        draft = with_count(draft_of(game), count, CHECK(draft_of(game)))
         assert len({player.name for player in draft.players}) == count
         found = {role: sum(p.role == role for p in draft.players) for role in {p.role for p in draft.players}}
         if roles is not None:
@@ -125,8 +133,8 @@ def test_new_players_stand_where_the_rules_allow_it_and_roles_are_balanced(
 
 def test_one_more_and_one_fewer_are_each_others_opposite() -> None:
     draft = draft_of("roboflag")
-    assert [p.name for p in fewer(more(draft, CHECK)).players] == [p.name for p in draft.players]
-    alone = with_count(draft, 0, CHECK)
+    assert [p.name for p in fewer(more(draft, CHECK(draft))).players] == [p.name for p in draft.players]
+    alone = with_count(draft, 0, CHECK(draft))
     assert len(alone.players) == 1
     assert CHECK(alone).problems
 
@@ -140,10 +148,10 @@ def test_a_strategy_that_cannot_be_imported_is_told_and_harms_nobody(tmp_path: P
     (tmp_path / "deadly.py").write_text("import os\nos._exit(9)\n", encoding="utf-8")
     (tmp_path / "wrong.py").write_text("class Other:\n    pass\n", encoding="utf-8")
     draft = Draft(draft_of().text, tmp_path)
-    [deadly] = CHECK(draft.set("strategy", "deadly.py:A", 1)).problems
+    [deadly] = CHECK(draft.set(("players", 1, "strategy"), "deadly.py:A")).problems
     assert "ends its program" in deadly.text
-    [wrong] = CHECK(draft.set("strategy", "wrong.py:Mine", 1)).problems
+    [wrong] = CHECK(draft.set(("players", 1, "strategy"), "wrong.py:Mine")).problems
     assert wrong.path == ("players", 1, "strategy")
     assert "expected the name of a class in wrong.py (Other), got 'Mine'" in wrong.text
-    [missing] = CHECK(draft.set("strategy", "none.py:Mine", 1)).problems
+    [missing] = CHECK(draft.set(("players", 1, "strategy"), "none.py:Mine")).problems
     assert "no such file" in missing.text

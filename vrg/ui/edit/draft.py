@@ -6,24 +6,48 @@ The text is all there is, so comments and fields that no window shows are kept, 
 import math
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
+from pathlib import Path as FilePath
 from typing import Any, Final
 
+from vrg.errors import Path
 from vrg.games import game_of
-from vrg.toml_text import TomlValue, with_item, with_value, without
+from vrg.toml_text import TomlValue, quoted, with_item, with_value, without
 from vrg.types import Pose
 
-SETTINGS: Final = ("name", "game", "map", "engine", "seed")
-"""The fields of a match that can be changed."""
-COLUMNS: Final = ("name", "role", "model", "backend", "strategy", "x", "y", "heading")
-"""The fields of a player that can be changed."""
-NUMBERS: Final = ("x", "y", "heading")
-"""Those of them that are numbers: m, m and degrees."""
-DEFAULTS: Final[Mapping[str, str]] = {"engine": "pybullet", "seed": "0", "model": "P2AT", "backend": "sim"}
-"""What a field that is missing stands for, as far as that is the same in every match."""
+SETTINGS: Final[Mapping[str, str]] = {
+    "name": "",
+    "game": "",
+    "map": "",
+    "engine": "pybullet",
+    "rate": "1",
+    "seed": "0",
+    "noise": "true",
+    "lasers": "true",
+    "on_fault": "disqualify",
+    "memory": "2000",
+    "sight": "",
+}
+"""The fields of a match that can be changed, with what holds where one is missing."""
+COLUMNS: Final[Mapping[str, str]] = {
+    "name": "",
+    "role": "",
+    "strategy": "",
+    "model": "P2AT",
+    "backend": "sim",
+    "x": "",
+    "y": "",
+    "heading": "0",
+}
+"""The same of a player."""
+POSE: Final = ("x", "y", "heading")
+"""Those of a player that are numbers: m, m and degrees."""
+_NEEDED: Final = ("name", "game", "map", "role", "x", "y")
+"""The fields that may not be missing."""
+_WORDS: Final = ("name", "game", "map", "engine", "on_fault", "role", "strategy", "model", "backend")
+"""The fields whose values are texts."""
 HEADER: Final = (
     "# A match of {game}.\n"
     "# Lengths are in metres, headings in degrees counter-clockwise from +x, times in seconds.\n"
@@ -59,11 +83,11 @@ class Draft:
     """
 
     text: str
-    base: Path
-    file: Path | None = None
+    base: FilePath
+    file: FilePath | None = None
 
     @classmethod
-    def of_game(cls, game: str, base: Path) -> "Draft":
+    def of_game(cls, game: str, base: FilePath) -> "Draft":
         """The default match of a game as a new match.
 
         Raises:
@@ -86,7 +110,7 @@ class Draft:
     @property
     def game(self) -> str:
         """The name of the game; empty if there is none."""
-        return self.shown("game")
+        return self.shown(("game",))
 
     @cached_property
     def players(self) -> tuple[Entry, ...]:
@@ -98,27 +122,31 @@ class Draft:
         tables = self.data.get("players")
         return [table for table in tables if isinstance(table, dict)] if isinstance(tables, list) else []
 
-    def shown(self, name: str, player: int | None = None) -> str:
-        """What stands in a field, as a person types it; empty where the file says nothing.
+    def value(self, path: Path) -> Any:
+        """The value of a field; None where the file has none."""
+        found: Any = self.data
+        for part in path:
+            try:
+                found = found[part]
+            except (LookupError, TypeError):
+                return None
+        return found
 
-        Args:
-            player: the number of the player whose field it is; None for a field of the match.
-        """
-        return _shown((self.data if player is None else self._tables[player]).get(name))
+    def shown(self, path: Path) -> str:
+        """The text of a field, as a person types it; empty where the file has none."""
+        return shown(self.value(path))
 
-    def default(self, name: str, player: int | None = None) -> str:
-        """What holds where the file says nothing of a field; empty if that is for the game to say.
+    def default(self, path: Path) -> str:
+        """What holds where the file has no such field; empty if that is for the game to decide."""
+        match path:
+            case ("players", int(player), "strategy"):
+                role = game_of(self.game).role(self.shown(("players", player, "role")))
+                return "" if role is None else self.shown(("teams", role.team, "strategy"))
+            case ("players", _, str(name)):
+                return COLUMNS.get(name, "")
+        return SETTINGS.get(str(path[0]), "") if len(path) == 1 else ""
 
-        Args:
-            player: the number of the player whose field it is; None for a field of the match.
-        """
-        if name == "strategy" and player is not None:
-            role, teams = game_of(self.game).role(self.players[player].role), self.data.get("teams")
-            team = teams.get(role.team) if isinstance(teams, dict) and role is not None else None
-            return _shown(team.get("strategy")) if isinstance(team, dict) else ""
-        return "0" if name == "heading" else DEFAULTS.get(name, "")
-
-    def set(self, name: str, typed: str, player: int | None = None) -> "Draft":
+    def set(self, path: Path, typed: str) -> "Draft":
         """Return the draft with what was typed in a field. An empty text takes a field out that may be missing.
 
         What should be a number and is none is kept as it was typed, so that the check of the file can tell of it.
@@ -127,19 +155,23 @@ class Draft:
             ValueError: the field belongs to a player that is no table, or the file is no TOML.
         """
         typed = typed.strip()
-        if typed == self.shown(name, player):
+        if typed == self.shown(path):
             return self
-        where = () if player is None else ("players", player)
-        if not typed and (name in DEFAULTS or name in ("strategy", "heading")):
-            return replace(self, text=without(self.text, (*where, name)))
-        return replace(self, text=with_value(self.text, (*where, name), _value(name, typed)))
+        if not typed and (path[0] == "rules" or path[-1] not in _NEEDED):
+            return replace(self, text=without(self.text, path))
+        value = _value(path, typed)
+        if path[0] == "rules":
+            while len(path) > 1 and not isinstance(self.value(path[:-1]), dict):
+                path, value = path[:-1], {str(path[-1]): value}
+        return replace(self, text=with_value(self.text, path, value))
 
     def place(self, player: int, pose: Pose) -> "Draft":
         """Return the draft with a player's robot at a pose, to the centimetre and a tenth of a degree."""
         draft = self
         for name, value in _numbers(pose).items():
-            if draft.shown(name, player) != _shown(value):
-                draft = replace(draft, text=with_value(draft.text, ("players", player, name), value))
+            path = ("players", player, name)
+            if draft.shown(path) != shown(value):
+                draft = replace(draft, text=with_value(draft.text, path, value))
         return draft
 
     def add(self, entry: Entry) -> "Draft":
@@ -147,15 +179,18 @@ class Draft:
         item: dict[str, TomlValue] = {"name": entry.name, "role": entry.role}
         for name in ("model", "backend", "strategy"):
             value = getattr(entry, name)
-            if value and value != DEFAULTS.get(name):
+            if value and value != COLUMNS[name]:
                 item[name] = value
         return replace(self, text=with_item(self.text, "players", item | _numbers(entry.pose or Pose(0.0, 0.0, 0.0))))
 
-    def remove(self, player: int) -> "Draft":
-        """Return the draft without a player."""
-        return replace(self, text=without(self.text, ("players", player)))
+    def remove(self, players: Collection[int]) -> "Draft":
+        """Return the draft without some players."""
+        text = self.text
+        for player in sorted(players, reverse=True):
+            text = without(text, ("players", player))
+        return replace(self, text=text)
 
-    def named(self, name: str, file: Path) -> "Draft":
+    def named(self, name: str, file: FilePath) -> "Draft":
         """Return the draft as it is saved under another name."""
         return replace(self, text=with_value(self.text, ("name",), name), file=file)
 
@@ -172,24 +207,39 @@ class Draft:
 def _entry(table: Mapping[str, Any]) -> Entry:
     x, y, heading = (table.get("x"), table.get("y"), table.get("heading", 0.0))
     known = all(isinstance(v, int | float) and math.isfinite(v) for v in (x, y, heading))
-    words = {name: _shown(table.get(name)) for name in ("name", "role", "model", "backend", "strategy")}
+    words = {name: shown(table.get(name)) for name in ("name", "role", "model", "backend", "strategy")}
     return Entry(**words, pose=Pose(float(x), float(y), math.radians(heading)) if known else None)  # type: ignore[arg-type]
 
 
-def _shown(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value:.10g}"
-    return "" if value is None else str(value)
+def shown(value: Any, *, inner: bool = False) -> str:
+    """A value as a person types it: a text of its own without quotes, anything else as in TOML.
+
+    Args:
+        inner: the value is a part of another one.
+    """
+    match value:
+        case None:
+            return ""
+        case bool():
+            return str(value).lower()
+        case float():
+            return f"{value:.10g}"
+        case list() | tuple():
+            return f"[{', '.join(shown(one, inner=True) for one in value)}]"
+        case dict():
+            return f"{{ {', '.join(f'{key} = {shown(one, inner=True)}' for key, one in value.items())} }}"
+    return quoted(value) if inner and isinstance(value, str) else str(value)
 
 
-def _value(name: str, typed: str) -> TomlValue:
-    """What was typed as a value of TOML: a number where one is wanted and it is one."""
-    try:
-        if name == "seed":
-            return int(typed)
-        return float(typed) if name in NUMBERS else typed
-    except ValueError:
+def _value(path: Path, typed: str) -> TomlValue:
+    """What was typed as a value of TOML: a text where one is wanted, and where it is nothing else."""
+    if path[0] != "rules" and path[-1] in _WORDS:
         return typed
+    try:
+        value: TomlValue = tomllib.loads(f"value = {typed}")["value"]
+    except (tomllib.TOMLDecodeError, KeyError):
+        return typed
+    return float(value) if path[-1] in POSE and isinstance(value, int) else value
 
 
 def _numbers(pose: Pose) -> dict[str, TomlValue]:

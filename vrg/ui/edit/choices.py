@@ -8,7 +8,7 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.maps import MAPS
-from vrg.ui.welcome.draft import Draft
+from vrg.ui.edit.draft import Draft
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,9 @@ class Choices:
             "role": game_of(draft.game).start_roles,
             "model": tuple(MODELS.names()),
             "backend": tuple(BACKENDS.names()),
+            "noise": ("true", "false"),
+            "lasers": ("true", "false"),
+            "on_fault": ("disqualify", "halt"),
         }
         if field == "strategy":
             used = tuple(entry.strategy for entry in draft.players)

@@ -1,0 +1,96 @@
+"""The server of the configurator's page: one that holds its token asks, and a desk answers."""
+
+import asyncio
+import hmac
+import secrets
+import threading
+from typing import Any, Final
+
+from aiohttp import web
+
+from vrg.ui.edit.desk import Desk, Outcome
+from vrg.ui.edit.requests import Check, read_request
+from vrg.ui.web.admission import TOKEN_BYTES
+from vrg.ui.web.parts import encode
+from vrg.ui.web.site import Site
+
+HOST: Final = "127.0.0.1"
+"""The page writes files and plays matches as the user who has begun it, so only this machine is served."""
+
+
+class EditServer(Site):
+    """Serves the page from `start` to `stop`.
+
+    Whoever asks must hold a token. `link` carries one for as long as the page is served. `ticket` carries one that the
+    first page uses up, because everybody on this machine can read the command that opens a browser.
+
+    Args:
+        desk: answers. port: of the page.
+    """
+
+    def __init__(self, desk: Desk, port: int) -> None:
+        super().__init__(HOST, port, "edit.html")
+        self._desk = desk
+        self._token, self._ticket = secrets.token_urlsafe(TOKEN_BYTES), secrets.token_urlsafe(TOKEN_BYTES)
+        self._turn, self._checking = threading.Lock(), threading.Lock()
+        self._over = threading.Event()
+        self.link, self.ticket = (f"http://{HOST}:{port}/#{token}" for token in (self._token, self._ticket))
+
+    def wait(self, patience: float) -> Outcome | None:
+        """What the person wants, once that has been answered; None if nothing has come within `patience`, s.
+
+        Raises:
+            LaunchError: the page is not served any more.
+        """
+        self.check()
+        return self._desk.outcome if self._over.wait(patience) else None
+
+    def rescue(self) -> str:
+        """Keep what is not saved; return what to tell, which is empty if all is saved."""
+        with self._turn:
+            return self._desk.rescue()
+
+    def add_routes(self, router: web.UrlDispatcher) -> None:
+        """Add the desk, and what gives the lasting token for a ticket."""
+        router.add_post("/edit", self._answer)
+        router.add_post("/ticket", self._exchange)
+
+    def _refused(self, request: web.Request, own: str) -> web.Response | None:
+        refused = self.turned_away(request)
+        offered = request.headers.get("Authorization", "").removeprefix("Bearer ")
+        if refused is None and not (
+            own and hmac.compare_digest(offered.encode(errors="surrogateescape"), own.encode())
+        ):
+            refused = web.Response(status=401, text="expected the token of the link that the terminal shows")
+        return refused
+
+    async def _exchange(self, request: web.Request) -> web.Response:
+        if self._refused(request, self._token) is not None:
+            if (refused := self._refused(request, self._ticket)) is not None:
+                return refused
+            self._ticket = ""
+        return web.Response(text=self._token)
+
+    async def _answer(self, request: web.Request) -> web.StreamResponse:
+        if (refused := self._refused(request, self._token)) is not None:
+            return refused
+        self.let_in(request)
+        try:
+            told = await asyncio.to_thread(self._work, await request.read())
+        except ValueError as error:
+            return web.Response(status=400, text=str(error))
+        response = web.Response(text=encode(told), content_type="application/json")
+        await response.prepare(request)
+        await response.write_eof()
+        if self._desk.outcome is not None:
+            self._over.set()
+        return response
+
+    def _work(self, text: bytes) -> dict[str, Any]:
+        wanted = read_request(text)
+        if isinstance(wanted, Check):
+            # A check imports strategies, which may take long; nobody waits for it to go on.
+            with self._checking:
+                self._desk.check()
+        with self._turn:
+            return self._desk.answer(wanted)

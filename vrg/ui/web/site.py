@@ -1,0 +1,174 @@
+"""Serves pages by aiohttp, in a thread of its own: static files, and what a kind of page adds to them."""
+
+import asyncio
+import logging
+import socket
+import threading
+from collections.abc import Awaitable, Callable
+from importlib.resources import files
+from typing import Final
+
+from aiohttp import web
+from aiohttp.http import HttpProcessingError
+from aiohttp.web import RequestPayloadError
+
+from vrg.bus.mailbox import is_power_of_ten
+from vrg.bus.waiting_room import WaitingRoom
+from vrg.errors import LaunchError
+from vrg.ui.web.headers import PAGE_HEADERS, foreign
+
+log = logging.getLogger(__name__)
+_http_log = log.getChild("http")
+"""Of aiohttp's. Who sends what is no request is answered so, and cannot fill the log."""
+_http_log.setLevel(logging.WARNING)
+_http_log.addFilter(
+    lambda record: not (record.exc_info and isinstance(record.exc_info[1], (HttpProcessingError, RequestPayloadError)))
+)
+
+PATIENCE: Final = 10.0
+"""The real time in s that a browser has to say who it is, or to take what it is sent."""
+_TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
+WAITING: Final = 512
+"""How many connections may be open before it is known who is there. A browser opens some for the page itself."""
+VISIT: Final = 30.0
+"""The real time in s that such a connection stays."""
+
+
+class Site:
+    """Serves the files of a page from `start` to `stop`. All methods are for another thread, and none of them waits.
+
+    Args:
+        host: the address that is listened on. port: its port. page: the file that is served at the top.
+    """
+
+    def __init__(self, host: str, port: int, page: str) -> None:
+        self._host, self._port, self._page = host, port, page
+        self._waiting = WaitingRoom(WAITING, VISIT)
+        self._foreign = 0
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._stopping = asyncio.Event()
+        self._ready = threading.Event()
+        self._failure: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="web server", daemon=True)
+
+    def start(self) -> None:
+        """Open the port.
+
+        Raises:
+            LaunchError: it cannot be opened.
+        """
+        self._thread.start()
+        self._ready.wait(PATIENCE)
+        self.check()
+
+    def check(self) -> None:
+        """Make sure that the page is served.
+
+        Raises:
+            LaunchError: it is not.
+        """
+        if self._failure is not None:
+            where = f"{self._host}, port {self._port}"
+            raise LaunchError(f"the page cannot be served at {where}: {self._failure}") from self._failure
+
+    def stop(self) -> None:
+        """Tell all pages that this is the end, and close the port. Idempotent."""
+        if self._loop is not None and self._thread.is_alive():
+            self._loop.call_soon_threadsafe(self._stopping.set)
+            self._thread.join(PATIENCE / 4)
+
+    def add_routes(self, router: web.UrlDispatcher) -> None:
+        """Add what there is besides files."""
+
+    async def dismiss(self) -> None:
+        """Tell the pages that this is the end."""
+
+    def turned_away(self, request: web.Request) -> web.Response | None:
+        """The answer to a request that may be another site's doing; None to one of the page."""
+        try:
+            origin, machine = request.headers.get("Origin"), socket.gethostname()
+            why, status = foreign(origin, request.host, self._host, machine), 403
+        except ValueError as error:
+            why, status = f"expected an address in Host and Origin: {error}", 400
+        if not why:
+            return None
+        self._foreign += 1
+        if is_power_of_ten(self._foreign):
+            log.warning("refused a connection (number %d): %s", self._foreign, why)
+        return web.Response(status=status, text=why)
+
+    def let_in(self, request: web.Request) -> None:
+        """Take in that it is known who is there: the connection may stay."""
+        if request.transport is not None:
+            self._waiting.leave(request.transport)
+
+    def _run(self) -> None:
+        try:
+            asyncio.run(self._serve())
+        except Exception as error:  # whatever it is, the owner must learn that nobody is served any more
+            log.exception("the page's server has failed")
+            self._failure = error
+        finally:
+            self._ready.set()
+
+    async def _serve(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        app = web.Application()
+        app.on_response_prepare.append(_add_headers)
+        self.add_routes(app.router)
+        for file in (files("vrg.ui.web") / "static").iterdir():
+            kind = _TYPES.get(file.name.rpartition(".")[2])
+            if kind is not None:
+                path = "/" if file.name == self._page else f"/{file.name}"
+                app.router.add_get(path, _file(file.read_bytes(), kind))
+        runner = web.AppRunner(app, handle_signals=False, shutdown_timeout=1.0)
+        await runner.setup()
+        try:
+            handlers = runner.server
+            assert handlers is not None
+            try:
+                site = await self._loop.create_server(
+                    lambda: _Connection(self._waiting, handlers), self._host, self._port, backlog=2 * WAITING
+                )
+            except OSError as error:
+                self._failure = error
+                return
+            log.info("serving the page at %s, port %d", self._host, self._port)
+            self._ready.set()
+            await self._stopping.wait()
+            site.close()
+            await self.dismiss()
+        finally:
+            await runner.cleanup()
+
+
+class _Connection(web.RequestHandler):
+    """A connection of aiohttp's that waits in a room until it is known who is there."""
+
+    __slots__ = ("_room",)
+
+    def __init__(self, room: WaitingRoom, server: web.Server) -> None:
+        loop = asyncio.get_running_loop()
+        super().__init__(server, loop=loop, logger=_http_log, access_log=_http_log, auto_decompress=False)
+        self._room = room
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        super().connection_made(transport)
+        if isinstance(transport, asyncio.Transport):
+            self._room.come(transport)
+
+    def connection_lost(self, exc: BaseException | None) -> None:
+        if self.transport is not None:
+            self._room.leave(self.transport)
+        super().connection_lost(exc)
+
+
+def _file(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Response]]:
+    async def handler(_request: web.Request) -> web.Response:
+        return web.Response(body=body, content_type=kind, charset="utf-8")
+
+    return handler
+
+
+async def _add_headers(_request: web.Request, response: web.StreamResponse) -> None:
+    response.headers.update(PAGE_HEADERS)
