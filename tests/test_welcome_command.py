@@ -1,5 +1,7 @@
 """Plain `vrg` and `vrg edit` with --terminal: questions, and what is printed where nobody answers."""
 
+import os
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -129,3 +131,13 @@ def test_plain_vrg_prints_help_where_nobody_sits_at_a_terminal(
         main()
     assert end.value.code == 2
     assert "COMMAND ..." in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("display", "browser", "found"), [(":9", "cat %s &", True), (":9", "cat %s", False), ("", "cat %s &", False)]
+)
+def test_only_a_browser_that_runs_beside_the_terminal_is_opened(display: str, browser: str, found: bool) -> None:
+    environment = {**os.environ, "DISPLAY": display, "WAYLAND_DISPLAY": "", "BROWSER": browser, "PATH": "/bin"}
+    code = "from vrg.commands.welcome import has_browser; print(has_browser())"
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == str(found)

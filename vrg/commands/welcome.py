@@ -76,14 +76,13 @@ def begin(
 
 def has_browser() -> bool:
     """Whether a browser can be opened that shows the page."""
-    # A browser of the terminal runs no scripts.
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return False
     try:
-        webbrowser.get()
+        # One of the plain kind is waited for, such as those of the terminal, which run no scripts.
+        return type(webbrowser.get()) is not webbrowser.GenericBrowser
     except webbrowser.Error:
         return False
-    return True
 
 
 def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "Outcome | None":
