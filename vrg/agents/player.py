@@ -146,7 +146,7 @@ class Player(Node):
     def drive(self, view: View, action: Action) -> None:
         """Carry out an action. Its twist does not count while the referee or a human leases the robot.
 
-        What it says that cannot be sent is left out, with a warning in the log.
+        Messages that cannot be sent are left out, with a warning in the log.
 
         Raises:
             StrategyError: it has been no finite motion for long.
