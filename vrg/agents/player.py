@@ -154,7 +154,7 @@ class Player(Node):
         for problem in self._telling.tell(action, view.position):
             if self._warn_once(problem):
                 log.warning("%s", self._strategy.complaint(problem))
-        lease, manual = view.me.lease, self._device.lease(view.time)
+        lease, manual = view.me.lease, self._device.manual_twist(view.time)
         sensible = self._makes_sense(action.twist)
         self._manual = manual is not None and lease is None
         if lease is not None:

@@ -167,7 +167,7 @@ class Device:
         if self._location is not None and measured is not None:
             self._mailbox.publish(self._location.topic, measured[0], stamp=measured[1])
 
-    def lease(self, now: float) -> Twist | None:
+    def manual_twist(self, now: float) -> Twist | None:
         """The motion of the person who holds the lease at match time `now`; None if no person does."""
         manual: Received[Manual] | None = self._manual.latest
         if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
