@@ -83,7 +83,7 @@ def place_of_method(owner: object, name: str) -> str:
 
 
 def place_text(file: str, line: object, name: str) -> str:
-    """A place in a program as it is told, such as `ann.py, line 7, in act`."""
+    """A place in a program, in words such as `ann.py, line 7, in act`."""
     return printable(f"{Path(file).name}, line {line}, in {name}")
 
 

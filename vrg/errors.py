@@ -1,4 +1,4 @@
-"""Every error that VRG raises on purpose. Each message says what was expected, what came, where, and what to do."""
+"""Every error that VRG raises on purpose. Each message names what was expected, what came, where, and what to do."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -116,4 +116,4 @@ class LaunchError(VrgError, RuntimeError):
 
 
 class SandboxError(LaunchError):
-    """A player's process cannot be sealed, as its match wants it. The message tells what is missing and what to do."""
+    """A player's process cannot be sealed, as its match wants it. The message names what is missing and what to do."""

@@ -280,12 +280,12 @@ class TestRecovery:
 
 class TestLease:
     def test_a_human_holds_it_for_its_time(self, bench: Bench) -> None:
-        assert bench.device.lease(bench.time) is None
+        assert bench.device.manual_twist(bench.time) is None
         bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=-1.0, lease=0.3))
         bench.tick()
-        assert bench.device.lease(bench.time) == Twist(0.5 * MODEL.v_max, -MODEL.w_max)
+        assert bench.device.manual_twist(bench.time) == Twist(0.5 * MODEL.v_max, -MODEL.w_max)
         bench.tick(0.3)
-        assert bench.device.lease(bench.time) is None
+        assert bench.device.manual_twist(bench.time) is None
 
 
 class TestPhysicalRobots:

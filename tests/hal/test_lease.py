@@ -128,7 +128,7 @@ class TestDevice:
     def test_the_lease_beats_a_human_who_drives_by_hand(self, bench: Bench) -> None:
         bench.say(KEYS.manual("a"), m.Manual(forward=1.0, turn=0.0, lease=1.0))
         bench.tick(state())
-        by_hand = bench.device.lease(bench.time / 10)
+        by_hand = bench.device.manual_twist(bench.time / 10)
         assert by_hand is not None
         assert bench.device.drive(by_hand) == HOMEWARDS
 
@@ -136,7 +136,7 @@ class TestDevice:
         bench.tick(state())
         bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=0.0, lease=1.0))
         bench.tick(state(None))
-        by_hand = bench.device.lease(bench.time / 10)
+        by_hand = bench.device.manual_twist(bench.time / 10)
         assert by_hand == Twist(0.5 * MODEL.v_max, 0.0)
         assert bench.device.drive(by_hand) == by_hand
 

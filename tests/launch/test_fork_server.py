@@ -196,7 +196,7 @@ def test_a_process_that_is_stuck_is_ended_although_an_answer_was_waiting(tmp_pat
     """A connection that is closed with something unread is reset, which is another end than a closed one."""
     ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
     log = tmp_path / "log"
-    code = "from vrg.launch import forking; import socket; forking.serve(socket.socket(fileno=0), patience=0.1)"
+    code = "from vrg.launch import forking; import socket; forking.serve_forks(socket.socket(fileno=0), patience=0.1)"
     with theirs, log.open("wb") as output:
         server = subprocess.Popen([sys.executable, "-c", code], stdin=theirs.fileno())
         for what in (["sleeps"], ["ends", "0"]):

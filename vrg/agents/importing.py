@@ -17,7 +17,7 @@ def import_object(target: str, base: Path) -> object:
     A module may also be a file in `base`. Installed modules are found first.
 
     Raises:
-        ConfigError: there is no such object, or its import fails; the message says why.
+        ConfigError: there is no such object, or its import fails; the message has the reason.
     """
     module_name, _, name = target.rpartition(":")
     if not module_name or not name:

@@ -146,7 +146,7 @@ class Player(Node):
     def drive(self, view: View, action: Action) -> None:
         """Carry out an action. Its twist does not count while the referee or a human leases the robot.
 
-        What it says that cannot be sent is left out, with a warning in the log.
+        Messages that cannot be sent are left out, with a warning in the log.
 
         Raises:
             StrategyError: it has been no finite motion for long.
@@ -154,7 +154,7 @@ class Player(Node):
         for problem in self._telling.tell(action, view.position):
             if self._warn_once(problem):
                 log.warning("%s", self._strategy.complaint(problem))
-        lease, manual = view.me.lease, self._device.lease(view.time)
+        lease, manual = view.me.lease, self._device.manual_twist(view.time)
         sensible = self._makes_sense(action.twist)
         self._manual = manual is not None and lease is None
         if lease is not None:

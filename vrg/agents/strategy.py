@@ -25,8 +25,8 @@ class Action:
 
     Args:
         twist: the motion to drive with until the next tick.
-        say: what it says to its team: numbers, texts, lists and tables of these. None says nothing.
-        sightings: the unknown robots that it tells the referee it has seen.
+        say: its message to its team: numbers, texts, lists and tables of these; None without one.
+        sightings: the unknown robots that it reports to the referee.
         bids: its bids in the referee's auctions: the cost by lot. None withdraws a bid, or gives back what was won.
         sketch: dots and lines that windows show, for example what it has seen and where it wants to go. None leaves
             what was last sketched.
@@ -47,12 +47,12 @@ class View:
         time: the match time, s.
         me: this player as the referee sees it.
         readings: the readings of its own robot.
-        referee: the referee's state, which everybody is told.
-        velocities: the velocity (x, y) of every player whose pose this player is told, by its name, m/s in the map's
+        referee: the referee's state, which all players receive.
+        velocities: the velocity (x, y) of every player whose pose this player receives, by its name, m/s in the map's
             frame. It is estimated from those poses.
         robot: the description of its own robot.
         pose: where this player is according to its robot's own measurement, in the map's frame.
-        heard: what others of its team have said since the last tick.
+        heard: the messages of its team mates since the last tick.
         priority: what the person who commands the team wants, one of the strategy's `priorities`; None if nobody
             commands it.
         obstacles: the ground that walls and obstacles of the map cover, m in the map's frame.
@@ -118,7 +118,7 @@ class Strategy(ABC):
 
     @abstractmethod
     def act(self, view: View) -> Twist | Action:
-        """Return the twist to drive with until the next tick, or an action that also says something to the team.
+        """Return the twist to drive with until the next tick, or an action that also has a message to the team.
 
         It is called at each tick while the match is not halted and the robot has no fault. While the player may not
         move, the twist is ignored. Numbers may be Python's or numpy's.

@@ -31,7 +31,7 @@ class TeamChannel:
         self._unknown: str | None = None
 
     def seen(self, state: RefereeState, stamp: float) -> RefereeState:
-        """The referee's state of match time `stamp`, with the poses that only this team is told.
+        """The referee's state of match time `stamp`, with the poses that only this team receives.
 
         In a match without a limited view there are none. Poses that are older than the state do not count.
         """

@@ -18,7 +18,7 @@ T = TypeVar("T")
 BIDS_LIMIT = 20
 """The number of bids that a player may make at one tick. The referee looks at no more of them."""
 WARNINGS_LIMIT = 50
-"""The number of different warnings about what a strategy says that are logged."""
+"""The number of different warnings about a strategy's messages that are logged."""
 COUNT_PERIOD = 1.0
 """The match time in s between two messages about what came over the radio."""
 
@@ -41,7 +41,7 @@ class Payload(Struct, frozen=True):
     """The messages of an action, as they can be sent.
 
     Args:
-        say: the MessagePack of what it says to its team. sightings, bids, sketch: the messages.
+        say: the MessagePack of its message to its team. sightings, bids, sketch: the messages.
     """
 
     say: bytes | None = None
@@ -97,7 +97,7 @@ class Telling:
         self._count_at = 0.0
 
     def tell(self, action: Action, place: Vector) -> list[str]:
-        """Send what an action says, and return what cannot be sent, and why, in words.
+        """Send the messages of an action, and return what cannot be sent, and why, in words.
 
         That is what has numbers out of range, is of another type or too long. It is left out; the rest is sent.
 

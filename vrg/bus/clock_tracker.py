@@ -50,7 +50,7 @@ class ClockTracker:
         """Take in a clock message.
 
         Args:
-            match_time: what it says, s. rate: match seconds per real second; 0 if there is no such pace.
+            match_time: the time in the message, s. rate: match seconds per real second; 0 if there is no such pace.
             now: the process' monotonic time at which it has arrived, s.
         """
         if rate != self._rate or match_time < self._match_time:

@@ -10,7 +10,7 @@ from vrg.errors import BusError
 LEASE_MS = 1000
 """The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
 PENDING = 5000
-"""The number of connections that a router takes, and of those whose other end has not said yet who it is."""
+"""The number of connections that a router takes, and of those whose other end has not identified itself yet."""
 MAX_MESSAGE_SIZE = 16_000_000
 """The number of bytes of the longest message that is taken in. A picture of a camera has at most half as many. By
 default a process that is let in could fill the memory of all others with messages of a gigabyte."""
@@ -47,7 +47,7 @@ def router_settings(
     """
     others = [] if upstream is None else [upstream]
     settings = _settings("router", {"listen": {"endpoints": [*endpoints]}, "connect": _connect(others)}, credentials)
-    # One process that opens many connections and never says who it is must not keep the others out.
+    # One process that opens many connections and never identifies itself must not keep the others out.
     settings["transport"]["unicast"] = {"accept_pending": PENDING, "max_sessions": PENDING}
     if access is not None:
         settings["access_control"] = access

@@ -39,7 +39,7 @@ class Credentials:
         return self.folder / AUTHORITY
 
     def check(self) -> None:
-        """Make sure that the files are there, and that nobody else can read the private key.
+        """Check that the files are there, and that no other user can read the private key.
 
         Raises:
             CredentialsError: they are not, or others can.
@@ -56,7 +56,7 @@ class Credentials:
         if mode & 0o077:
             raise CredentialsError(
                 f"{self.private_key}: others on this machine can read this private key (mode {mode & 0o777:o}): "
-                f"run `chmod 600 {self.private_key}`, and renew it if somebody may have read it"
+                f"run `chmod 600 {self.private_key}`, and renew it if another user may have read it"
             )
 
 
@@ -122,8 +122,8 @@ def _missing(keys: Path, wanted: str) -> CredentialsError:
         return CredentialsError(f"{keys}: expected the folder of the keys, found none")
     there = ", ".join(_folders(keys)) or "none"
     return CredentialsError(
-        f"{keys}: expected the keys of {wanted}, found those of {there}: ask whoever has made the keys for the folder "
-        "of this seat"
+        f"{keys}: expected the keys of {wanted}, found those of {there}: ask the person who made the keys "
+        "for the folder of this seat"
     )
 
 

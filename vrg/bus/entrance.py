@@ -110,7 +110,7 @@ class _Hall:
         self._doors = cycle(doors)
 
     def serve(self, listening: socket.socket) -> None:
-        """Run until the loop is stopped. Without it nobody reaches the router, so the process then ends, too."""
+        """Run until the loop is stopped. Without it no client reaches the router, so the process then ends, too."""
         try:
             server = self.loop.run_until_complete(
                 self.loop.create_server(lambda: _Outside(self), sock=listening, backlog=_BACKLOG)
@@ -126,7 +126,7 @@ class _Hall:
                 os.kill(os.getpid(), signal.SIGTERM)
 
     async def open_door(self, guest: "_Outside") -> None:
-        """Connect somebody to the next listener."""
+        """Connect a client to the next listener."""
         try:
             await self.loop.create_connection(lambda: _Inside(guest), *next(self._doors))
         except OSError as error:

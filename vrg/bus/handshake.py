@@ -1,4 +1,4 @@
-"""Why a router does not let a process in. Zenoh itself only says that it could not connect."""
+"""Why a router does not let a process in. Zenoh itself only reports that it could not connect."""
 
 import socket
 import ssl
@@ -13,7 +13,7 @@ _REASONS = (
         "the router's certificate has expired, or the clock of this machine is wrong: renew the keys by "
         "`vrg keys renew`, or set the clock",
     ),
-    # A router says the same of a certificate that is not valid yet.
+    # A router reports the same of a certificate that is not valid yet.
     (
         "CERTIFICATE_EXPIRED",
         "the certificate of this seat has expired, or the clock of the router's machine is wrong: renew the keys by "
@@ -36,7 +36,7 @@ _REASONS = (
 
 
 def refusal(endpoint: str, credentials: Credentials) -> str | None:
-    """The reason why no handshake with the router at `endpoint` succeeds; None if one does, or nobody answers there.
+    """The reason why no handshake with the router at `endpoint` succeeds; None if one does, or if there is no answer.
 
     A router without keys, and one that hangs, does not answer a handshake. It blocks for some seconds at most.
     """

@@ -25,13 +25,13 @@ class ModelledLink:
         self._settings = settings
         self._seed = seed
         self._free_at: dict[tuple[str, str], float] = {}
-        """The match time at which the link from one player to another has sent what was said before, s."""
+        """The match time at which the link from one player to another has sent all earlier messages, s."""
 
     def delay(self, message: Transmission) -> float | None:
         """The match time in s until the message arrives; None if it is lost.
 
         A message that is lost on its way takes its time on the link all the same. One beyond the range takes it too,
-        because the speaker does not know that nobody hears it. Where the distance is not known, it counts as near.
+        because the speaker does not know that it is not received. An unknown distance counts as near.
         """
         link = self._settings.between(message.speaker, message.listener)
         waits = self._turn(message, link)

@@ -23,7 +23,7 @@ QUEUE_LIMIT = 10_000
 LOUD_DROPS = 5
 """The number of bad messages of a subscription that are logged one by one; then only the 10th, the 100th and so on."""
 KEYS_LIMIT: Final = 1_000
-"""The number of keys of a subscription that messages are taken from, so that nobody can invent more and more."""
+"""The number of keys of a subscription that messages are taken from, so that a sender cannot invent more and more."""
 SENDERS_LIMIT: Final = 10_000
 """The number of senders of events whose newest numbers are remembered."""
 

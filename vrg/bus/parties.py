@@ -31,7 +31,7 @@ LAUNCHER, HOST, OFFICIAL = Party(SeatKind.LAUNCHER), Party(SeatKind.HOST), Party
 WINDOW, TRACKER = Party(SeatKind.WINDOW), Party(SeatKind.TRACKER)
 PLAYER, COMMANDER = Party(SeatKind.PLAYER), Party(SeatKind.COMMANDER)
 HUD = Party(SeatKind.HUD, node="player's display")
-# Where a robot is, one party alone may say: nobody may overrule the tracker, and the tracker no odometry.
+# One party alone may publish where a robot is: no other may overrule the tracker, and the tracker no odometry.
 LOCATING, TRACKING = Party(SeatKind.PLAYER, node="player's device", fed=False), Party(SeatKind.TRACKER, fed=True)
 DEVICE, MATES = Party(SeatKind.PLAYER, node="player's device"), Party(SeatKind.PLAYER, others=True)
 PLAYING = (WORLD, REFEREE, RECORDER, LAUNCHER, OFFICIAL, WINDOW, TRACKER, PLAYER, COMMANDER, HUD)

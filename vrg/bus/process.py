@@ -19,7 +19,7 @@ from vrg.errors import BusError, DuplicateNodeError
 log = logging.getLogger(__name__)
 
 STALL = 0.5
-"""The real time in s without the world's clock after which a node is told that time has stopped."""
+"""The real time in s without the world's clock after which a node learns that time has stopped."""
 STALLED_PERIOD = 0.1
 """The real time in s between a node's ticks while match time has stopped."""
 TAKEOVER_PATIENCE = 3.0

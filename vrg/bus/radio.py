@@ -1,4 +1,4 @@
-"""The radio between the players of a team. What one says reaches the others over a link that can be modelled.
+"""The radio between the players of a team. A player's message reaches the others over a link that can be modelled.
 
 A link decides for each message and each receiver whether it arrives, and when. It decides by the seed, the link, the
 key and the sequence number alone, never by the order of arrival, so that a match in one process and a match over
@@ -22,11 +22,11 @@ from vrg.types import Vector
 
 @dataclass(frozen=True, slots=True)
 class TeamMessage:
-    """Something that a player of the team has said.
+    """A message of a player of the team.
 
     Args:
-        speaker: the name of the player who said it. stamp: the match time at which it was said, s.
-        words: what was said: numbers, texts, lists and tables of these.
+        speaker: the name of the player that sent it. stamp: the match time at which it was sent, s.
+        words: its content: numbers, texts, lists and tables of these.
     """
 
     speaker: str
@@ -41,7 +41,7 @@ class Transmission:
     Args:
         speaker, listener: the names of the two players.
         key, sequence: the key and the number of the message. No other message of the match has both the same.
-        size: the size of the message in bytes. stamp: the match time at which it was said, s.
+        size: the size of the message in bytes. stamp: the match time at which it was sent, s.
         distance: the distance from where the speaker was then to where the listener is when it takes the message in, m;
             None where it is not known. Both are as the two measure themselves.
     """
@@ -182,7 +182,7 @@ def _distance(a: Vector | None, b: Vector | None) -> float | None:
 
 
 def _decode(words: bytes) -> Any:
-    """Decode what was said. Bytes that are no MessagePack, which another program may send, stay bytes."""
+    """Decode a message. Bytes that are no MessagePack, which another program may send, stay bytes."""
     try:
         return msgspec.msgpack.decode(words)
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):

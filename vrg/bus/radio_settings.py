@@ -33,7 +33,7 @@ class RadioSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     """The radio of a match.
 
     Args:
-        every: how each link is, unless `links` says otherwise. links: how the link from one player to another is, by
+        every: the quality of each link that `links` does not hold. links: the quality of one link, by
             the names of the two joined by `>`, such as `ann>bob`.
     """
 

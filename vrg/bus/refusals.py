@@ -166,7 +166,7 @@ def refusals_logged() -> Iterator[None]:
     reader = threading.Thread(target=_pump, args=(incoming, log.warning), daemon=True)
     reader.start()
     try:
-        # Zenoh takes the variable of whoever has started this process, which may switch off what is read here.
+        # Zenoh takes the variable of the environment of this process, which may switch off what is read here.
         os.environ["RUST_LOG"] = FILTER
         zenoh.init_log_from_env_or(FILTER)
         yield

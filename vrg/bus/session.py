@@ -122,7 +122,7 @@ class Session:
         seats: True if every sender must be one that may publish on its key.
 
     Attributes:
-        instance: tells the senders of this process apart from those of the same names in other processes.
+        instance: distinguishes the senders of this process from those of the same names in other processes.
         dropped: the number of events that were lost because `receive` was not called for too long, the oldest first, or
             that came in a flood.
         refused: how many messages came under a wrong key, or from a sender that may not publish there, by key. A
@@ -223,7 +223,7 @@ class Session:
         """The keys of the liveliness tokens that are held now.
 
         Raises:
-            BusError: the router has not answered, or the link to it is lost: nobody knows who is alive.
+            BusError: the router has not answered, or the link to it is lost: it is not known which nodes are alive.
         """
         found = set()
         try:

@@ -1,4 +1,4 @@
-"""The signal that tells a process to stop."""
+"""The signal by which a process must stop."""
 
 import contextlib
 import logging

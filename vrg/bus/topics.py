@@ -78,7 +78,7 @@ class TopicLine(Generic[M]):
     Args:
         path: the key below `vrg/<match>/`. message: the class of the messages on it. qos: how they are delivered.
         speakers: who publishes. listeners: who listens; officials may hear everything besides.
-        meaning: what the message tells.
+        meaning: the content of the message.
         perishable: True for events that count at once or never, such as a person's decision that lets robots move. They
             are not published again or asked for after a lost link.
     """
@@ -239,7 +239,7 @@ class Keys:
         """The key expression of a node's liveliness token.
 
         Args:
-            instance: an id that tells two processes of one name apart, so that the second can be refused.
+            instance: an id that distinguishes two processes of one name, so that the second can be refused.
         """
         return f"{self.root}/{ALIVE.format(kind=kind, name=chunk_of(name), instance=instance)}"
 

@@ -22,7 +22,7 @@ SPAN: Final = 2.0
 MIN_COUNT_PERIOD: Final = 0.25
 """The least real time in s between two counts."""
 QUEUE_SIZE: Final = 20_000
-"""The number of messages that wait for `take`. If there were more, nobody knows what was lost on the way."""
+"""The number of messages that wait for `take`. If there were more, it is not known which were lost on the way."""
 
 
 @dataclass

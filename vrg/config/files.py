@@ -208,7 +208,7 @@ class LinkTable(FileTable, frozen=True, kw_only=True):
 
 
 class PairTable(LinkTable, frozen=True, kw_only=True):
-    """One [[radio.links]] table. What it leaves out is as the [radio] table says.
+    """One [[radio.links]] table. Fields that it leaves out are as in the [radio] table.
 
     Args:
         between: the names of the two players. It holds for both directions.
@@ -244,10 +244,10 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
         name: the name of the match, which is a part of every key on the bus.
         game: the name of the game. map: a map's name, or the path of its file. engine: the physics engine's name.
         seed: the seed of all random numbers in the match.
-        secret: makes the random numbers others than those of the seed alone, so that nobody can work them out from it.
+        secret: makes the random numbers others than those of the seed alone, so that they cannot be worked out from it.
         rate: match seconds per real second.
         lasers: False omits all range finders, to save time where no player looks at them. noise: False means perfect
-            sensors: no noise and no drop-outs, whatever `sensors` says.
+            sensors: no noise and no drop-outs, for any value of `sensors`.
         planner: the name of a planner that an installed package has registered. It may change how all players drive.
         on_fault: what follows if a player fails for good, as its program fails too often, hangs, prints without end or
             uses too much memory: `disqualify` takes it out and plays on, `halt` halts the match.
@@ -258,8 +258,8 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
             docs/players.md. The default is True for the strategies that are files (`file.py:Class`) of a match with
             seats, and False for others. It holds only where players have processes of their own.
         radio: how well players hear one another; without it, every message arrives at once.
-        sight: how far a team sees, m: its players are told the poses only of those opponents that are so near to one of
-            them. Without it, they are told all poses that the game publishes.
+        sight: how far a team sees, m: its players receive the poses only of those opponents that are so near to one of
+            them. Without it, they receive all poses that the game publishes.
         teams: what holds for all players of a team, by the team's name, such as `[teams.red]`.
         rules: the game's own settings.
         sensors: numbers of the robots' sensors, in place of those of the robots' models. Each kind of sensor has a

@@ -161,7 +161,7 @@ class _Checker:
             self._numbers = range(len(file.players))
         except ValidationError as error:
             self.problems += problems_of(error)
-            # All that is left is checked too, so that a person is told everything at once.
+            # All that is left is checked too, so that a person sees all mistakes at once.
             try:
                 file = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
             except ValidationError:
@@ -215,7 +215,7 @@ class _Checker:
         """
         wrong, bad = {place[0] for place in mistakes}, {place[:2] for place in mistakes}
         tables = data.get("players")
-        # What can be said of players depends on their backends.
+        # The checks of players depend on their backends.
         tables = tables if isinstance(tables, list) and "backends" not in wrong else []
         self._numbers = [number for number in range(len(tables)) if ("players", number) not in bad]
         rest = {key: value for key, value in data.items() if key not in wrong}

@@ -77,8 +77,8 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         text: the text of the match file, with the overrides. origin: the path of the file, for messages.
         base: the folder that its relative paths start from.
         map: a map's name, or the path of its file. obstacles: the ground that its walls and obstacles cover, m.
-        rate: match seconds per real second; 1 with any physical robot, whatever the file says.
-        wanted_rate: the rate that the file says.
+        rate: match seconds per real second; 1 with any physical robot, for any rate in the file.
+        wanted_rate: the rate in the file.
         companions: the processes that the players' robots need besides those of the players.
         machines: the machines that the match uses, by name. place: the machine of each process, by the process' name;
             what is missing runs where the match is launched.
@@ -103,7 +103,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     def draw(self, purpose: str) -> int:
         """The seed of what is random for a purpose, from 0 to 2**63 - 1: a keyed hash of the seed and the purpose.
 
-        Nobody can tell the secret or the number of another purpose from it.
+        The secret, or the number of another purpose, cannot be worked out from it.
 
         Raises:
             KeyError: this is the set-up of one player's process, and the purpose is not one of that player's.

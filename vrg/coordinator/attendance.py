@@ -20,7 +20,7 @@ ABSENCE_TIMEOUT = 5.0
 At a higher rate it is so many times longer in match time, because it takes real time to start a process again.
 """
 _STEP = 0.2
-"""The longest match time in s that one tick adds to a player's silence: where the bus stalled, nobody was heard."""
+"""The longest match time in s that one tick adds to a player's silence: while the bus stalls, no report arrives."""
 POSE_TIMEOUT = 0.5
 """The age in s of a physical robot's pose above which a match in play is halted."""
 _ENDED = 0.3
@@ -30,7 +30,7 @@ _AGAIN = 0.5
 
 
 class Attendance:
-    """See the module. `lost` is set by whoever looks at the field.
+    """See the module. `lost` is set by the caller, who looks at the field.
 
     Args:
         mailbox: the coordinator's mailbox. keys: the keys of the match. names: the players.
@@ -59,7 +59,7 @@ class Attendance:
 
     def estop_holders(self, tick: Tick) -> list[str]:
         """The players whose robots have latched the emergency stop."""
-        # Without a clock, after a restart, nobody can tell how old a report is: it may be true.
+        # Without a clock, after a restart, the age of a report is not known: it may be true.
         return [
             name
             for name in self._names
@@ -69,15 +69,15 @@ class Attendance:
         ]
 
     def absent(self, tick: Tick, out: Container[str]) -> tuple[list[str], list[str]]:
-        """The reasons why play cannot go on: those that somebody must do something about, and those that may pass.
+        """The reasons why play cannot go on: those that a person must do something about, and those that may pass.
 
         Args:
-            out: the players that are disqualified, for whom nobody waits.
+            out: the players that are disqualified, which are not waited for.
         """
         reasons, passing, starting = [], [], list[str]()
         for name in self._names:
             report = self.report(name)
-            # A robot whose player is out, but still runs, may yet have a fault that somebody must look at.
+            # A robot whose player is out, but still runs, may yet have a fault that a person must look at.
             if name in out and not (report is not None and report.body.latched and self.reports_now(name, tick)):
                 continue
             if report is None:

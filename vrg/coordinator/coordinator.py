@@ -60,7 +60,7 @@ OFFERS_LIMIT = 20
 DISK_PATIENCE = 1.0
 """The match time in s for which play goes on while a disk stalls, and what was called is not announced."""
 RECORD_PERIOD = 1.0
-"""The match time in s between two records of changes that no call tells of, such as that an intruder is seen."""
+"""The match time in s between two records of changes without a call, such as that an intruder is seen."""
 
 
 class Coordinator(Node):
@@ -126,7 +126,7 @@ class Coordinator(Node):
 
     def start(self) -> None:
         """Load what the first line-up needs: 0.3 s in a tick would stop every robot."""
-        import scipy.optimize  # noqa: F401, PLC0415 - nobody else who imports this module needs it
+        import scipy.optimize  # noqa: F401, PLC0415 - no other importer of this module needs it
 
     def tick(self, tick: Tick) -> None:
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
@@ -256,7 +256,7 @@ class Coordinator(Node):
         if self._estop:
             reasons.append("the emergency stop is engaged: an official releases it")
         needed, passing = self._attendance.absent(tick, self.match.disqualified)
-        # What somebody must do something about comes first, because short messages name the first reason only.
+        # Reasons that need a person come first, because short messages name the first reason only.
         return [*reasons, *needed, *passing]
 
     def _stale(self, tick: Tick) -> str | None:

@@ -19,12 +19,12 @@ from vrg.types import Pose
 def decide(
     match: Match, official: Official, now: Observation, absent: Sequence[str], silent: Collection[str] = ()
 ) -> Effects:
-    """Apply an official's decision. An impossible one is answered by a call `refused` that says why.
+    """Apply an official's decision. An impossible one is answered by a call `refused` with the reason.
 
     Args:
         now: the field.
         absent: the reasons outside the rules why play cannot be resumed.
-        silent: the players that do not report, so that nothing can be told to their robots.
+        silent: the players that do not report, so that their robots cannot be commanded.
     """
     refusal = _refusal(match, official.action, absent)
     if refusal:

@@ -37,12 +37,12 @@ def reinstate(state: S, name: str, now: Observation, *, later: str) -> tuple[S, 
 
 
 def readmitted(state: S) -> S:
-    """The state for the next round: whoever has been reinstated is not out any more."""
+    """The state for the next round, in which reinstated players are not out any more."""
     return structs.replace(state, disqualified={n: d for n, d in state.disqualified.items() if not d.returns})
 
 
 def kept_out(state: GameState, players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
-    """The same players; whoever is out may not move and lines up nowhere."""
+    """The same players; those that are out may not move and have no mark."""
     return [
         structs.replace(player, state=DISQUALIFIED, may_move=False, mark=None)
         if player.name in state.disqualified

@@ -69,7 +69,7 @@ class Decided(Struct, frozen=True, tag=True, array_like=True):
     """An official decided.
 
     Args:
-        official: what the official said.
+        official: the official's message.
         absent: the reasons outside the rules why play could not be resumed. silent: the players that did not report.
     """
 
@@ -104,7 +104,7 @@ class TickEvidence(Struct, frozen=True, array_like=True):
 
     Args:
         after: the number of the last record of the journal before this tick; 0 before the first.
-        time: the match time, s. field: where everybody was, and what players have told the referee.
+        time: the match time, s. field: all poses, and the players' reports to the referee.
         entries: what it did to the match, in order.
     """
 
@@ -121,7 +121,7 @@ class TickEvidence(Struct, frozen=True, array_like=True):
 
 
 def enact(match: Match, entry: Entry, field: Observation) -> Effects:
-    """Do to a match what an entry tells, and return what follows from it. The result depends on the arguments alone.
+    """Apply an entry to a match, and return the effects. The result depends on the arguments alone.
 
     Args:
         field: the field at that tick.

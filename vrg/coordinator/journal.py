@@ -40,7 +40,7 @@ EVIDENCE_FILE = "evidence.bin"
 
 
 class JournalHeader(Struct, frozen=True, kw_only=True):
-    """The first line of a journal, which tells what match it is of.
+    """The first line of a journal, which identifies its match.
 
     Args:
         journal: the version of the format. match: the name of the match. game: the game. seed: the match's seed.
@@ -148,7 +148,7 @@ class Journal:
         return _at_mark(self.last, os.pread(self._clock, CLOCK_WIDTH, 0))
 
     def append(self, time: float, stages: list[Stage], calls: list[Call], standing: Checkpoint) -> None:
-        """Begin to write a change; `settled` tells when it is on disk. One is written at a time.
+        """Begin to write a change; `settled` is True when it is on disk. One is written at a time.
 
         From now on it is the last record: what the referee decides by belongs to the next one.
 
@@ -211,7 +211,7 @@ class Journal:
         try:
             written = 0
             while written < len(data):
-                # If only a part fits on the disk, writing the rest raises the error that says why.
+                # If only a part fits on the disk, writing the rest raises the error with the reason.
                 written += os.pwrite(self._file, data[written:], at + written)
             os.fsync(self._file)
         except OSError as error:

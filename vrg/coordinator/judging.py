@@ -1,4 +1,4 @@
-"""Judges a recorded match again, by the evidence, and says where the journal tells something else. Pure."""
+"""Judges a recorded match again, by the evidence, and lists where the journal differs. Pure."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from vrg.coordinator.rulebook import RuleBook
 
 @dataclass(frozen=True)
 class Disagreement:
-    """Something that the journal tells otherwise than the rule book.
+    """A difference between the journal and the rule book.
 
     Args:
         time: the match time, s. what: what differs, in words.
@@ -35,7 +35,7 @@ class Judgement:
     """The result of judging a match again.
 
     Args:
-        disagreements: where the journal tells something else, in the order of time.
+        disagreements: the differences from the journal, in the order of time.
         ticks: how many ticks were judged. calls: how many calls of the journal were compared.
         unjudged: how many calls of the journal the evidence does not reach.
     """
@@ -49,7 +49,7 @@ class Judgement:
 def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record]) -> Judgement:
     """Judge a match again.
 
-    After a disagreement it goes on from what the journal says, so that each mistake is told once.
+    After a disagreement it goes on from the journal, so that each mistake is reported once.
 
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
@@ -96,7 +96,7 @@ def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Seque
 
 
 def unproved(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case]) -> list[Disagreement]:
-    """Calls whose deciding numbers, which the game tells in another way than it judges, are not as the rules want them.
+    """Calls whose deciding numbers, computed in another way than the judgement, are not as the rules want them.
 
     Args:
         prover: the game's; None for a game that has none. book: the rule book of the match. cases: of its calls.

@@ -44,7 +44,7 @@ class Checkpoint(Struct, frozen=True, kw_only=True):
         clock: the time of play in this round, s. total: the time of play in the match, s.
         in_stage: the time in this stage without halts, s.
         calls: the number of calls so far.
-        winner: the winner when the game is over. ended: who ended it before its end, and why; None if nobody did.
+        winner: the winner when the game is over. ended: who ended it before its end, and why; None if it was not ended.
         pushed: the players that were pushed away, each with where it stood and the time of play up to which it is
             judged there.
         game: the rule book's own state, as plain data.
@@ -274,7 +274,7 @@ class Match:
         how = "An official continues play"
         if not self.waiting:
             return how
-        others = [why for why in self.waiting if why not in self._reasons]  # those are told as the halt's reasons
+        others = [why for why in self.waiting if why not in self._reasons]  # those are reported as the halt's reasons
         if not others:
             return f"{how} as soon as this is solved"
         # What to do comes first: a window may cut the end.
@@ -336,7 +336,7 @@ class Match:
         return Effects(verdict.calls, stages, place=place)
 
     def _judge(self, game: Any, before: Observation, now: Observation) -> Verdict[Any]:
-        """The verdict, where whoever was pushed away stands where the push began."""
+        """The verdict, with pushed players at the place where the push began."""
 
         def called(name: str, fields: tuple[Observation, Observation]) -> bool:
             return any(name in call.players for call in self._book.judge(game, *fields, self.clock).calls)

@@ -18,7 +18,7 @@ class Effects:
         calls: the calls to announce, in order.
         stages: the stages that were entered, in order.
         place: where the world must put virtual robots, by player.
-        once_placed: the call that is announced when the world has done so; None if nobody waits for it.
+        once_placed: the call that is announced when the world has done so; None if there is none.
         placed: where a person has put physical robots, by player.
         recover: the players whose robots must clear the faults that they have latched.
         by: the official who has decided it, or `referee`.

@@ -1,4 +1,4 @@
-"""Why a call was made: the numbers that decided it, as a rule book tells them after the match. Pure."""
+"""Why a call was made: the numbers that decided it, as a rule book computes them after the match. Pure."""
 
 import enum
 from collections.abc import Callable, Sequence
@@ -46,7 +46,7 @@ class Measure:
 
     @property
     def holds(self) -> bool:
-        """True if the number is as the rules want it, as far as numbers can be told apart."""
+        """True if the number is as the rules want it, as far as numbers can be distinguished."""
         if self.relation is Relation.AT_MOST:
             return self.value <= self.limit + ROUNDING
         return self.value >= self.limit - ROUNDING
@@ -82,7 +82,7 @@ class Case:
 
 
 Prover = Callable[[Any, Case], Sequence[Measure]]
-"""A function of a rule book and a case that tells the numbers that decided it; none where no number did."""
+"""A function of a rule book and a case that returns the numbers that decided it; none where no number did."""
 
 
 def _number(value: float) -> str:

@@ -48,7 +48,7 @@ def judged_at(
     """The players that are judged where they stood when they were pushed, and the two observations by which play is
     judged.
 
-    That ends as soon as nobody pushes it and the rules say nothing against where it is, or after PUSH_GRACE.
+    That ends as soon as no opponent pushes it and the rules have nothing against where it is, or after PUSH_GRACE.
 
     Args:
         before, now: the fields as they are. last: the field at the look before. clock: the time of play, s.

@@ -24,7 +24,7 @@ MARK_TOLERANCE = 0.4
 NOBODY = "nobody"
 """The winner of a match that an official has ended."""
 DRAW = "draw"
-"""The winner of a match that nobody has won."""
+"""The winner of a match without a winner."""
 
 
 class Disqualification(Struct, frozen=True, kw_only=True):
@@ -52,7 +52,7 @@ class GameState(Struct, frozen=True, kw_only=True):
             neither score nor are scored on, and no round waits for them. `Match` keeps them from moving.
         auctions: the auctions, by lot. A rule book opens and closes them; `Match` takes in bids and decides who wins.
         objects: the things of the game that are no robots, such as flags.
-        numbers: numbers of the rules that everybody is told, by name, such as a distance in m.
+        numbers: numbers of the rules that all players receive, by name, such as a distance in m.
         driven: the players that the coordinator drives itself, and the region into which it drives each. It goes on
             until the rule book takes the player out of this table.
     """
@@ -120,9 +120,9 @@ class Observation:
         moving: the players that are not at rest.
         physical: the players whose robots are physical ones, which only people can put somewhere.
         time: the match time of the poses, s.
-        pushed: the players that an opponent pushes: their robots move although their wheels are held or told to stand.
+        pushed: the players that an opponent pushes: their robots move although their wheels do not.
         offers: the bids since the tick before, in order.
-        sightings: what players have seen, and who has told it, since the tick before, in order.
+        sightings: the sightings with the players that reported them, since the tick before, in order.
     """
 
     poses: Mapping[str, Pose]
@@ -177,7 +177,7 @@ class Verdict(Generic[S]):
 
 
 ACTIVE = "active"
-"""The state of a player of which the game tells no other."""
+"""The state of a player for which the game has no other."""
 
 
 class RuleBook(Generic[S]):

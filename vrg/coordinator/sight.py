@@ -40,7 +40,7 @@ def views(state: RefereeState, reach: float) -> tuple[RefereeState, dict[str, Si
 
 
 def hidden(state: RefereeState) -> RefereeState:
-    """The state without what tells where players are: their poses, and what they bid."""
+    """The state without the players' poses, and without their bids, which would betray them."""
     players = [structs.replace(player, pose=None) for player in state.players]
     auctions = [structs.replace(auction, bids={}) for auction in state.auctions]
     return structs.replace(state, players=players, auctions=auctions)

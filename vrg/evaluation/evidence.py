@@ -2,9 +2,9 @@
 
 Each pair of games gives one number from 0 to 1, the mean of the strategy's points in both games. The pairs are taken to
 be independent draws with one unknown mean, the share. A usual interval is right only if the number of games was decided
-before the first one. Whoever looks again and again, and stops as soon as the interval leaves one half out, is wrong far
-more often than the interval says. So this module computes a confidence sequence: with the probability `confidence`,
-*all* intervals, after every number of pairs, hold the share. One may stop at any of them, for any reason.
+before the first one. An experimenter who looks again and again, and stops as soon as the interval leaves one half out,
+is wrong far more often than the interval says. So this module computes a confidence sequence: with the probability
+`confidence`, *all* intervals, after every number of pairs, hold the share. One may stop at any of them, for any reason.
 
 The method is betting (I. Waudby-Smith, A. Ramdas, "Estimating means of bounded random variables by betting", Journal of
 the Royal Statistical Society B 86, 2024). To test whether the share could be m, somebody begins with a capital of 1
@@ -29,7 +29,7 @@ from collections.abc import Mapping
 import numpy as np
 
 STAKES = (np.arange(20) + 0.5) / 20
-"""The parts g of the capital that are staked. The mean over them is a bet, too, so nobody has to choose one."""
+"""The parts g of the capital that are staked. The mean over them is a bet, too, so none has to be chosen."""
 _HALVINGS = 50
 
 

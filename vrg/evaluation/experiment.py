@@ -107,7 +107,7 @@ def define(setup: MatchSetup, found: Sequence[Contender], *, seed: int, limit: f
 
 
 def written(setup: MatchSetup, strategies: dict[str, str], secret: str = "") -> MatchSetup:
-    """Return the match in which each team plays by its strategy, with a text that says so.
+    """Return the match in which each team plays by its strategy, with its text.
 
     Args:
         strategies: the strategy of each team, with the whole path if it is that of a file.
@@ -118,7 +118,7 @@ def written(setup: MatchSetup, strategies: dict[str, str], secret: str = "") -> 
     if secret and not setup.secret:
         text = with_value(text, ("secret",), secret)
     chosen: dict[Place, str] = {("players", player.number): player.strategy for player in playing.players}
-    # What the file says of a team may be a file that is not where the written match is.
+    # The strategy of a team in the file may be a file that is not where the written match is.
     teams = tomllib.loads(text).get("teams", {})
     chosen |= {("teams", player.team): player.strategy for player in playing.players if player.team in teams}
     for table, strategy in chosen.items():

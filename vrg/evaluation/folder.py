@@ -80,7 +80,7 @@ class ExperimentFolder:
         return f"vrg play {self.match_file(game)} --in-process --seed {game.seed}"
 
     def write_match(self, setup: MatchSetup, game: ScheduledGame) -> MatchSetup:
-        """Write the match file of a game, with all files that it names, and return the match as this file says it.
+        """Write the match file of a game, with all files that it names, and return the match of this file.
 
         Args:
             setup: the match as its user has written it.

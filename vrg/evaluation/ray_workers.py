@@ -210,7 +210,7 @@ def _connected(address: str, cores: int) -> Any:
         ) from None
     finally:
         if before is not None:
-            # Ray's own handler would end this process before it has said what is known.
+            # Ray's own handler would end this process before it has printed the results so far.
             signal.signal(signal.SIGTERM, before)
     return ray
 
@@ -232,7 +232,7 @@ def _check_reachable(address: str) -> None:
 
 
 def _brief(error: BaseException) -> str:
-    """The first line of what an error says."""
+    """The first line of an error's text."""
     return (str(error).strip().splitlines() or [type(error).__name__])[0]
 
 

@@ -60,7 +60,7 @@ def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[lis
 
 
 def cells(standings: Sequence[Sequence[SeriesResult | None]]) -> TextTable:
-    """The shares of the points as texts. A star says that a difference was found."""
+    """The shares of the points as texts. A star marks a difference that is proved."""
     return [
         ["" if now is None else percent(now.share) + (" *" if now.decided else "") for now in line]
         for line in standings

@@ -47,7 +47,7 @@ class Workers:
         """Start a game.
 
         Args:
-            setup: its match, as its match file in the folder of the experiment says; the seed is replaced.
+            setup: its match, as in its match file in the folder of the experiment; the seed is replaced.
             limit: the match time in s after which it is broken off.
         """
         folder = self._folder.playing / self._folder.name_of(game)

@@ -1,4 +1,4 @@
-"""The description of a game, which tells every other part of VRG what it must know about the game.
+"""The description of a game: all that the other parts of VRG need to know about it.
 
 Importing it is cheap. The rules, the settings and the player are named by `module:attribute`, and only a process that
 needs them imports them. A window needs none of the three.
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class Marker(enum.Enum):
-    """The sign that is drawn on a robot. Roles should differ in sign too, so that nobody has to rely on colours."""
+    """The sign that is drawn on a robot. Roles should differ in sign too, so that spectators need no colours."""
 
     TRIANGLE = "triangle"
     CIRCLE = "circle"
@@ -94,7 +94,7 @@ class RuleText:
     """A rule as people read it.
 
     Args:
-        words: what it says. source: where it is written, such as `thesis 4.3`; empty for a rule of VRG's own.
+        words: its text. source: where it is written, such as `thesis 4.3`; empty for a rule of VRG's own.
     """
 
     words: str
@@ -139,11 +139,11 @@ class Game:
         moments: how calls are marked in plots and windows, by rule.
         label: the game's name as people write it; made from `name` if it is empty.
         priorities: what a person who commands a team can order, at most four: one for each face button of a gamepad.
-        competitive: False if nobody can win, so that its end is just told as the end.
+        competitive: False if there is no winner, so that its end is only announced as the end.
         rule_texts: the rules as people read them, by the names of their calls.
         opens_hud: True if `vrg play` opens the head-up display of the first player in place of the spectator's window.
-        about: what happens in the game, in a sentence for whoever chooses one.
-        prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game tells no numbers.
+        about: what happens in the game, in a sentence for a person who chooses one.
+        prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game computes no numbers.
     """
 
     name: str
@@ -220,7 +220,7 @@ class Game:
         return found
 
     def load_prover(self) -> "Prover | None":
-        """Import and return what tells why calls were made; None if the game has no such function."""
+        """Import and return the function that explains calls; None if the game has no such function."""
         found: Prover | None = load_object(self.prover) if self.prover else None
         return found
 

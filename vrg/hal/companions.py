@@ -9,7 +9,7 @@ class Companion:
 
     Args:
         name: the name of the process and of its log file. arguments: the arguments of the `vrg` command that starts it.
-        says: a word that the process prints as soon as it is ready.
+        says: the text that the process prints as soon as it is ready.
     """
 
     name: str

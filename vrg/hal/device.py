@@ -42,7 +42,7 @@ class Device:
         keys: the keys of the match. mailbox: the mailbox of the player's node.
         start: the pose of the robot when the match begins, in the map's frame.
         clock: the time by which a recovery is waited for, and its threads.
-        localisation: `odometry` if the robot's own measurement tells where it is; `feed` if another program publishes
+        localisation: `odometry` if the robot measures its pose itself; `feed` if another program publishes
             its pose on the bus.
     """
 
@@ -104,7 +104,7 @@ class Device:
         self._driver.disarm()
 
     def hear(self) -> None:
-        """Take in what the match has said since the last call. It must be called at the start of each tick."""
+        """Take in the messages of the match since the last call. It must be called at the start of each tick."""
         with self._lock:
             self._obey()
         if self._location is not None:
@@ -134,7 +134,7 @@ class Device:
         """Return the newest readings, with the sensors that the world simulates for a physical robot.
 
         Raises:
-            StaleDataError: the robot has said nothing yet, or its pose is not known yet.
+            StaleDataError: the robot has not reported yet, or its pose is not known yet.
         """
         readings = self._driver.read()
         if self._location is None:
@@ -167,15 +167,15 @@ class Device:
         if self._location is not None and measured is not None:
             self._mailbox.publish(self._location.topic, measured[0], stamp=measured[1])
 
-    def lease(self, now: float) -> Twist | None:
-        """The motion that a human asks for who holds the lease at match time `now`, or None where nobody holds it."""
+    def manual_twist(self, now: float) -> Twist | None:
+        """The motion of the person who holds the lease at match time `now`; None if no person does."""
         manual: Received[Manual] | None = self._manual.latest
         if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
             return None
         return Twist(manual.body.forward * self.features.v_max, manual.body.turn * self.features.w_max)
 
     def arm(self) -> None:
-        """Let the motors accept commands; `read().armed` tells when they accept them.
+        """Let the motors accept commands; `read().armed` is True when they accept them.
 
         Raises:
             RobotError: not connected, a fault has latched, the emergency stop is engaged, or the robot is being
@@ -229,7 +229,7 @@ class Device:
     def _alarm(self, _order: Received[Estop]) -> None:
         """Stop the robot at once, on whatever thread the order arrives, also while the strategy decides.
 
-        The lock is held by whoever commands the driver: no command that began before the order comes after it.
+        The lock is held while the driver is commanded: no command that began before the order comes after it.
         """
         with self._lock:
             stopped = self._latch.engaged

@@ -78,7 +78,7 @@ class Driver(ABC):
 
     @abstractmethod
     def arm(self) -> None:
-        """Let the motors accept commands. It is called again until `read().armed` tells that they do.
+        """Let the motors accept commands. It is called again until `read().armed` is True.
 
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
@@ -100,7 +100,7 @@ class Driver(ABC):
         """Return the newest readings, each with its stamp and its age.
 
         Raises:
-            StaleDataError: the robot has said nothing yet.
+            StaleDataError: the robot has not reported yet.
         """
 
     @abstractmethod

@@ -15,7 +15,7 @@ class EstopOrders:
     """The orders about the emergency stop that a node hears.
 
     Engaging and releasing are two keys, which only the router's rules tell apart. No order is kept between them on the
-    bus, so whoever hears both in one tick stays stopped.
+    bus, so a robot that receives both in one tick stays stopped.
 
     Args:
         mailbox: the mailbox of the node. keys: the keys of the match.

@@ -34,7 +34,7 @@ class Location:
 
     With odometry it begins at the pose in the match file. A player that was restarted does not know how far its robot
     has come, so it goes on from the pose where the world last saw the robot. If a person has put the robot somewhere
-    else, and an official has told so, it goes on from there.
+    else, and an official has reported it, it goes on from there.
 
     Args:
         start: the pose of the robot when the match begins, in the map's frame.
@@ -67,7 +67,7 @@ class Location:
         """The pose of the robot according to the feed, or to its odometry if there is no feed.
 
         Raises:
-            StaleDataError: the one that is used has told nothing yet.
+            StaleDataError: the one that is used has not reported yet.
         """
         now = self._mailbox.now
         if self._feed is not None:

@@ -29,7 +29,7 @@ def samples_of(inlets: Sequence[tuple[str, Inlet[SensorMessage]]], now: float) -
 
 
 class Readings(Struct, frozen=True, gc=False):
-    """The state of a robot and its newest samples. A sensor that it lacks, or that has said nothing yet, has no sample.
+    """The state of a robot and its newest samples. A sensor that it lacks, or that has not reported yet, has no sample.
 
     Args:
         stamp: the match time at which the robot was last heard, s. age: the match time since then, s.
@@ -56,7 +56,7 @@ class Readings(Struct, frozen=True, gc=False):
             name: the sensor's name on its robot, if it has several of this kind; the default is the first one.
 
         Returns:
-            the sample, or None if the robot has no such sensor or the sensor has said nothing yet.
+            the sample, or None if the robot has no such sensor or the sensor has not reported yet.
         """
         for sample in self.samples:
             if isinstance(sample.value, kind) and name in (None, sample.name):

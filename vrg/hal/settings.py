@@ -1,4 +1,4 @@
-"""A backend's own table in a match file, `[backends.<name>]`, and what such a table tells the rest of VRG."""
+"""A backend's own table in a match file, `[backends.<name>]`, and its contract with the rest of VRG."""
 
 from collections.abc import Sequence
 from pathlib import Path

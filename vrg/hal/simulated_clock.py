@@ -1,4 +1,4 @@
-"""Simulated time: whoever waits lets everything happen that is due until then, and returns at once.
+"""Simulated time: a wait runs everything that is due until its end, and returns at once.
 
 Everything runs on one thread at a time, in an order that depends on nothing but simulated time and the order of the
 calls, so that the same calls have the same outcome on every machine, however busy.

@@ -58,7 +58,7 @@ class _Job(Struct, frozen=True):
 
 
 class _Ready(Struct, frozen=True, tag=True):
-    """The strategy has been made; what is wrong with its answers is said in these words, `{}` being what."""
+    """The strategy has been made; errors of its answers have this text, with what is wrong in place of `{}`."""
 
     priorities: tuple[str, ...]
     complaint: str

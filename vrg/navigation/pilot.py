@@ -155,7 +155,7 @@ class Pilot:
 
 def _solid(walls: Sequence[tuple[Region, float]], here: Vector) -> list[Region]:
     """The ground that the centre of the body may not enter."""
-    # Whoever is nearer to a wall than it should be must be able to leave it, but not to drive into it.
+    # A robot that is nearer to a wall than it should be must be able to leave it, but not to drive into it.
     margins = [(wall, min(margin, wall.distance(*here) - WAYPOINT_CLEARANCE)) for wall, margin in walls]
     return [grown(wall, margin) for wall, margin in margins if margin > 0.0]
 

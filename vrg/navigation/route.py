@@ -24,7 +24,7 @@ _EPS = 1e-9
 
 
 class Effort:
-    """A bound on the work of searches, so that one where there is no way does not hold up whoever asks.
+    """A bound on the work of searches, so that one where there is no way does not hold up the caller.
 
     Args:
         tests: how many times a piece of a way may be tested against an obstacle, in all searches together.
@@ -104,7 +104,7 @@ def _normal(a: Vector, b: Vector) -> Vector:
 
 
 def _outside(obstacle: Region, start: Vector) -> Region | None:
-    """The obstacle as it is for whoever begins at `start`: a disc so much smaller that the start is outside it."""
+    """The obstacle as it is for a way that begins at `start`: a disc so much smaller that the start is outside it."""
     if not _contains(obstacle, start):
         return obstacle
     if not isinstance(obstacle, Circle):

@@ -150,7 +150,7 @@ class TriangleListPrimitive(Struct, frozen=True, gc=False):
 
 
 class TextPrimitive(Struct, frozen=True, gc=False):
-    """Words in the scene, font size in m. A billboard turns towards whoever looks at it."""
+    """Words in the scene, font size in m. A billboard turns towards the viewer."""
 
     pose: Pose
     billboard: bool

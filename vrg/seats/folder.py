@@ -1,6 +1,6 @@
 """The folder in which the keys of a match are kept, and how they get there and on to other machines.
 
-keys/authority/   ca.crt, ca.key               stays with whoever makes the keys
+keys/authority/   ca.crt, ca.key               stays with the person who makes the keys
 keys/<seat>/      seat.crt, seat.key, ca.crt   is all that the machine of this seat needs
 """
 

@@ -192,7 +192,7 @@ class DriverContract:
         bench.run(FORWARD, 1.0)
         bench.estop(True)
         bench.advance(0.3)
-        # Whoever plays sees it at its next tick.
+        # The player sees it at its next tick.
         bench.driver.read()
         bench.advance(0.1)
         bench.estop(False)

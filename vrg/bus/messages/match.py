@@ -84,9 +84,9 @@ class FieldObject(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True)
 
     Args:
         name: its name, unique in the match. kind: what it is, such as `flag`.
-        x, y: its place in the map's frame, m, while nobody carries it.
+        x, y: its place in the map's frame, m, while it is not carried.
         team: the team that it belongs to; None if it belongs to none.
-        carrier: the player that carries it; None if nobody does.
+        carrier: the player that carries it; None if none does.
     """
 
     name: Name
@@ -144,7 +144,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
         objects: the things of the game that are no robots, such as flags.
         numbers: numbers of the rules that players need to know, by name, such as a distance in m.
         winner: the winning team when the game is over; `draw` is possible.
-        ended: who ended the game before its end, and why, in words; None if nobody did.
+        ended: who ended the game before its end, and why, in words; None if it was not ended.
         estop: True while the emergency stop is engaged.
     """
 

@@ -15,7 +15,7 @@ SAY_LIMIT = 1024
 CORRELATION = 0.999
 """The greatest correlation of the two coordinates of a sighting."""
 LINKS_LIMIT = 100
-"""The number of team mates of which a player tells what the radio brought."""
+"""The largest number of team mates in a player's report on the radio."""
 SIGHTINGS_LIMIT = 20
 """The number of sightings that a player may tell the referee at one tick."""
 STROKE_LIMIT = 200
@@ -35,7 +35,7 @@ class Report(Message, frozen=True, kw_only=True):
         latched: True if its robot has latched a fault that only an official's `recover` clears.
         pressed: True if what has latched is an emergency stop that was pressed at the robot: a release clears it.
         estop: True if its device has latched the emergency stop.
-        command: the motion that its robot was last told to make, after all limits; None while it is not driven.
+        command: the motion that its robot was last commanded to make, after all limits; None while it is not driven.
         battery: the charge of its robot's battery, from 1 (full) to 0 (empty); None where that is not measured.
     """
 
@@ -71,7 +71,7 @@ class TeamOrder(Message, frozen=True, kw_only=True):
 
     Args:
         priority: the name of one of the game's priorities; None lets every player follow its own strategy.
-        lease: the match time for which the order holds, s, 0 to 2. Whoever commands repeats it.
+        lease: the match time for which the order holds, s, 0 to 2. The commander repeats it.
     """
 
     priority: Name | None
@@ -82,7 +82,7 @@ class Say(Message, frozen=True, kw_only=True):
     """A message of a player to its team.
 
     Args:
-        words: the MessagePack of what the player's strategy has said.
+        words: the MessagePack of the message of the player's strategy.
         place: where the player measured itself to be, m. The model of the radio needs it; strategies do not see it.
     """
 
@@ -112,7 +112,7 @@ class Links(Message, frozen=True, kw_only=True):
     """The messages that a player has received over the radio.
 
     Args:
-        links: one for each team mate that has said something.
+        links: one for each team mate that has sent a message.
     """
 
     links: Annotated[tuple[LinkCount, ...], Meta(max_length=LINKS_LIMIT)]

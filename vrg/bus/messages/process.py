@@ -11,7 +11,7 @@ from vrg.types import Count, Deviation, Name
 class ProcessState(enum.Enum):
     """The state of a process.
 
-    AWAY is a process of a machine that does not answer; nobody knows whether it runs.
+    AWAY is a process of a machine that does not answer; it is not known whether it runs.
     """
 
     STARTING = "starting"

@@ -63,7 +63,7 @@ class SpeedLimit(Message, frozen=True, kw_only=True):
 
 
 class CameraRequest(Message, frozen=True, kw_only=True):
-    """A request for pictures of a robot's camera. Whoever goes on looking sends it again before the lease ends.
+    """A request for pictures of a robot's camera. A viewer sends it again before the lease ends.
 
     Args:
         lease: for how long the world takes pictures from when it hears this, s of match time.
@@ -87,7 +87,7 @@ class Placed(Message, frozen=True, kw_only=True):
 
     Args:
         pose: in the map's frame.
-        by: the official who says so.
+        by: the official who decided it.
     """
 
     pose: Pose

@@ -5,7 +5,7 @@ from vrg.types import Name
 
 
 class SeatRequest(Message, frozen=True, kw_only=True):
-    """Somebody asks the launcher to let a player play by another strategy, in a new process.
+    """A request to the launcher to let a player play by another strategy, in a new process.
 
     Args:
         player: the player's name. strategy: `module:Class`, `file.py:Class` with the whole path, or a registered name.

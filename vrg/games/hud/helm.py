@@ -66,8 +66,9 @@ class Situation(Struct, frozen=True):
         now: the match time, s. pose: where the robot is.
         wish: what the person wants. goal: of Goto. home: of Reset.
         hands: the motion that the person's hands ask for.
-        neighbours: the other bodies that the player is told of.
-        bounds: where the body's centre may be. walls: what nobody drives through. margin: the distance to keep from it.
+        neighbours: the other bodies that the player knows of.
+        bounds: the area in which the body's centre may be. walls: the regions that it may not enter.
+        margin: the distance to keep from walls, m.
         speed: the top speed, m/s.
     """
 

@@ -8,7 +8,7 @@ from vrg.games.practice.player import Waiting
 
 
 class Passenger(Waiting):
-    """Stands until a person drives at the display, and whenever nobody does."""
+    """Stands until a person drives at the display, and whenever no person does."""
 
     @staticmethod
     def agent() -> Agent[Any, Any]:

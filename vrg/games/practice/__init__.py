@@ -1,4 +1,4 @@
-"""Practice: robots on a map, and nobody judges them. For trying a player, a sensor or a robot."""
+"""Practice: robots on a map, without a judge. For trying a player, a sensor or a robot."""
 
 from vrg.colours import SKY_BLUE
 from vrg.games.game import Game, Marker, Role

@@ -1,4 +1,4 @@
-"""The rules of practice: there are none. Everybody may always move, until the time is up or somebody ends it."""
+"""The rules of practice: there are none. All robots may always move, until the time is up or a person ends it."""
 
 from collections.abc import Sequence
 
@@ -18,8 +18,8 @@ class Settings(Table):
     """The [rules] table of a match file. Lengths in m, times in s.
 
     Args:
-        x, y: the (low, high) borders of a field that players are told of; without them there is none.
-        time: how long it lasts; 0 means until somebody ends it.
+        x, y: the (low, high) borders of a field that players receive; without them there is none.
+        time: how long it lasts; 0 means until a person ends it.
     """
 
     x: tuple[float, float] | None = None
@@ -63,7 +63,7 @@ class Practice(RuleBook[GameState]):
         return {name: "is not in the world" for name in self.contestants if name not in now.poses}
 
     def marks(self, state: GameState) -> dict[str, Pose]:
-        """Nobody lines up."""
+        """No player lines up."""
         return {}
 
     def judge(self, state: GameState, before: Observation, now: Observation, clock: float) -> Verdict[GameState]:
@@ -71,7 +71,7 @@ class Practice(RuleBook[GameState]):
         return Verdict(state, round_over=0.0 < self._settings.time <= clock)
 
     def next_round(self, state: GameState, now: Observation) -> Verdict[GameState]:
-        """The time is up, and nobody has won."""
+        """The time is up, without a winner."""
         return Verdict(state, winner=NOBODY)
 
     def team_of(self, name: str) -> str:

@@ -9,9 +9,9 @@ PURSUERS, INTRUDERS = "pursuers", "intruders"
 WATCHING, DISPATCHED, RETURNING = "watching", "dispatched", "returning"
 """The states of a pursuer."""
 WAITING, CROSSING, CAPTURED, ESCAPED, OUT = "waiting", "crossing", "captured", "escaped", "out"
-"""The states of an intruder. Who is out counts for nobody."""
+"""The states of an intruder. A robot that is out counts for no other."""
 SIGHTINGS_AT_ONCE = 8
-"""The number of sightings that one pursuer may tell the referee in a tick. If it tells more, none of them counts."""
+"""The number of sightings that one pursuer may report in a tick. If it reports more, none of them counts."""
 AREA = "area"
 """The kind of the zone that the pursuers guard."""
 

@@ -10,7 +10,7 @@ from vrg.regions import Region
 
 
 def problems_of(area: Region, contestants: Sequence[Contestant], capture_distance: float) -> list[Problem]:
-    """Everything that is wrong: a role that nobody has, or an intruder that cannot cross or is captured at once."""
+    """Everything that is wrong: a role without a player, or an intruder that cannot cross or is captured at once."""
     problems = [
         Problem(f"expected at least one {role}, got none", ("players",))
         for role in (PURSUER, INTRUDER)

@@ -72,7 +72,7 @@ def _sent(state: State, auction: Auction, winner: str, now: Observation, clock: 
 
 
 def _called_back(state: State, intruder: str) -> State:
-    """The state in which the pursuer of an intruder is sent to nobody any more."""
+    """The state in which the pursuer of an intruder is no longer dispatched."""
     if intruder not in state.dispatched:
         return state
     pursuer, _ = state.dispatched[intruder]

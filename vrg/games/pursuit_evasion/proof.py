@@ -66,7 +66,7 @@ def _foot(line: Pose, place: Vector) -> Vector:
 
 
 def _false_alarm(case: Case) -> Measure:
-    """The largest distance of what the pursuer told from whoever was nearest to it at that time."""
+    """The largest distance of the reported sightings from the robot that was nearest at that time."""
     who, gaps = case.call.players[0], []
     looks = [*((look.time, look.poses) for look in case.state.looks), (case.now.time, case.now.poses)]
     for sighting in (each for name, each in case.now.sightings if name == who):

@@ -76,7 +76,7 @@ class Pursuer(Strategy):
         return self._automaton.where
 
     def act(self, view: View) -> Action:
-        """Look, drive as the automaton says, and tell the team and the referee."""
+        """Look, drive by the automaton, and report to the team and the referee."""
         at_post = self._automaton.submode in (None, "Watch") and not _driving(view)
         self._watch.look(view, standing=at_post)
         if view.speed is not None:
@@ -270,7 +270,7 @@ def _driving(view: View) -> bool:
 def _counts(view: View, target: Vector, velocity: Vector, point: Vector) -> bool:
     """True if an intruder can be captured at a point of its course: in the area, or before it comes there.
 
-    After it has left the area it has escaped. True if nobody has told the area.
+    After it has left the area it has escaped. True if the area is not known.
     """
     area = view.zone(AREA)
     if area is None or area.contains(*point):

@@ -55,7 +55,7 @@ from vrg.geometry import circumradius, outline_distance, wrap
 HEADING_REACH = math.radians(10)
 """The angle in rad to its course within which an intruder is lined up."""
 FALSE_REPORT_PENALTY = 5.0
-"""The time in s for which nothing counts that a pursuer tells, after it has told of a place where nobody was."""
+"""The time in s for which a pursuer's reports do not count, after it has reported a place where no robot was."""
 START = 2.0
 """The time in s that an intruder has to get up its speed."""
 STRETCH = 5.0
@@ -259,8 +259,8 @@ class PursuitEvasion(RuleBook[State]):
     def statuses(self, state: State, stage: Stage, now: Observation) -> list[PlayerStatus]:
         """The status of each player.
 
-        A pose is published only of who is out of play, so that robots can avoid it and nobody takes it for an intruder.
-        Where intruders start is told to nobody.
+        A pose is published only of robots out of play, so that others avoid them and do not take them for intruders.
+        The starts of intruders are not published.
         """
         lining_up, playing = stage is Stage.INITIALIZE, stage is Stage.PLAY_ROUND
         misplaced = self.obstacles_to_start(state, now) if lining_up else {}
@@ -292,7 +292,7 @@ class PursuitEvasion(RuleBook[State]):
         return self.settings.time
 
     def speed_limits(self) -> dict[str, float]:
-        """The same top speed for everybody, that of the slowest robot, unless the match file says another."""
+        """The same top speed for all players, that of the slowest robot, unless the match file has another."""
         slowest = min(c.v_max for c in self.contestants.values())
         own = {PURSUER: self.settings.pursuer_speed or slowest, INTRUDER: self.settings.intruder_speed or slowest}
         return {name: min(c.v_max, own[c.role]) for name, c in self.contestants.items()}

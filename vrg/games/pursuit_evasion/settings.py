@@ -22,7 +22,7 @@ class Settings(LineUp):
         launch_window: the first intruder starts at 0 s, and each other one at a random time up to this one.
         time: the time after which the game ends in any case.
         auction: how long an auction lasts at least.
-        lost_after: an intruder that nobody has seen for so long is lost, and is auctioned again.
+        lost_after: an intruder that no pursuer has seen for so long is lost, and is auctioned again.
         pursuer_speed, intruder_speed: the top speeds of the two teams. The default is the same for both: the top speed
             of the slowest robot.
     """

@@ -52,11 +52,11 @@ class State(GameState, frozen=True, kw_only=True):
 
     Args:
         entered: the intruders that have been inside the area.
-        detected: the first two times at which each intruder was seen, as they were told, match time, s.
+        detected: the first two times at which each intruder was seen, as reported, match time, s.
         seen: the time of play at which an intruder was last seen, s.
         evidence: sightings of each intruder, oldest first.
         looks: those of the last HISTORY_TIME seconds of play, oldest first. courses: those of the intruders in play.
-        silenced: the time of play until which nothing counts that a pursuer tells, s.
+        silenced: the time of play until which a pursuer's reports do not count, s.
         dispatched: the pursuer that was sent to each intruder, and when (time of play, s).
     """
 
@@ -81,7 +81,7 @@ class State(GameState, frozen=True, kw_only=True):
         """The same after a look at the field: the look is remembered, and every intruder in play has a course.
 
         An intruder's course begins where it stands when it comes into play, and anew where it is put. After a pause it
-        gets up its speed again, and nobody remembers the looks before.
+        gets up its speed again, and the looks before are forgotten.
         """
         paused = bool(self.looks) and abs(now.time - self.looks[-1].time) > PAUSE
         looks = [] if paused else [look for look in self.looks if look.time >= now.time - HISTORY_TIME - 1e-6]

@@ -20,9 +20,9 @@ from vrg.games.pursuit_evasion import SIGHTINGS_AT_ONCE
 from vrg.types import AngularSpeed, Metres, Pose, Radians, Seconds, Speed, Twist
 
 BEAMS = 361
-"""The number of beams of a snapshot that is said."""
+"""The number of beams of a snapshot in a message."""
 RANGE_STEP = 0.05
-"""The step in which ranges of a snapshot are said, m, so that 12.7 m fit into a byte."""
+"""The step of the ranges of a snapshot in a message, m, so that 12.7 m fit into a byte."""
 
 
 _Step = Annotated[float, Meta(ge=1e-3, le=7.0)]

@@ -25,9 +25,9 @@ SNAPSHOT_SCANS = 5
 MATE_MARGIN = 0.35
 """The distance in m around a team mate's body within which returns are taken for it."""
 MATE_FORGOTTEN = 3.0
-"""The age in s of the last words of a team mate after which nobody knows where it is, if it was driving."""
+"""The age in s of a team mate's last message after which its place is not known, if it was driving."""
 OUT_MARGIN = 0.4
-"""The same as MATE_MARGIN for a robot that is out of play, whose pose the referee tells."""
+"""The same as MATE_MARGIN for a robot that is out of play, whose pose the referee publishes."""
 PAUSE = 0.35
 """The difference in s between match time and time of play from which it is a pause: the referee speaks every 0.1 s."""
 SAME_PLACE, SAME_HEADING = 0.1, 0.03
@@ -44,7 +44,7 @@ class IntruderDetector:
 
     Attributes:
         own: its own snapshot of the empty scene; None until it has one.
-        mates: what each team mate said last, and when, match time, s.
+        mates: the last message of each team mate, and its match time, s.
         tracker: the courses of the unknown robots.
         fresh: the sightings of this tick.
     """

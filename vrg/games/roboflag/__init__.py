@@ -13,7 +13,7 @@ FLAG = "flag"
 HALF, HOME, FLAG_ZONE = "half", "home", "flag_zone"
 """The kinds of the zones that each team has."""
 TAG_DISTANCE = "tag distance"
-"""The published number that says how near an opponent tags, m."""
+"""The published number with the distance at which an opponent tags, m."""
 TEAM_FLAG, TAG_DEFENSE, FLAGGED_SAFETY, HAIL_MARY = "team-flag", "tag-defense", "flagged-safety", "hail-mary"
 """The priorities that the person who commands a team may set (thesis 4.4.4)."""
 

@@ -35,7 +35,7 @@ def _distances(settings: Settings, layout: FieldLayout, contestants: Sequence[Co
     touching = sum(longest.values()) / 2
     if layout.tag_distance < touching:
         found.append(
-            f"two robots touch when their centres are {touching:.2f} m apart, so nobody could come within the tag "
+            f"two robots touch when their centres are {touching:.2f} m apart, so no player could come within the tag "
             f"distance of {layout.tag_distance:.2f} m: expected a scale of at least "
             f"{math.ceil(100 * touching / settings.tag_distance) / 100:g}, or smaller robots"
         )

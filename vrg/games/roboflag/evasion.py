@@ -60,7 +60,7 @@ def best_course(
     Args:
         place, goal: where the player is and wants to be, m.
         hunters: where those are that can tag it: shape (n, 2), m.
-        speed: the top speed of all, m/s. reach: the distance at which somebody is tagged, m.
+        speed: the top speed of all, m/s. reach: the distance at which a player is tagged, m.
         inside: which points one may drive to. harmless: where one cannot be tagged.
     """
     here, there = np.array(place), np.array(goal)

@@ -66,7 +66,7 @@ class Ways:
 
 
 def judge_homes(state: State, layout: FieldLayout, ways: Ways) -> Judged:
-    """Whoever came in reach of its own home becomes normal; a carrier scores there, and the flag returns."""
+    """A player that came in reach of its own home becomes normal; a carrier scores there, and the flag returns."""
     calls = []
     for name in sorted(ways.now):
         team, before = ways.teams[name], state.states[name]
@@ -91,7 +91,7 @@ def judge_flags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """A normal player that came in reach of the opponents' flag takes it.
 
     Of several it is the first one, of those that came at the same instant the nearest, and then the first by name. A
-    flag has one carrier, and a team has one flag to take, so nobody carries two.
+    flag has one carrier, and a team has one flag to take, so no player carries two.
     """
     calls = []
     for team in TEAMS:
@@ -114,7 +114,7 @@ def judge_tags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
     """Judge all tags by the state before any of them, so that two players can tag each other.
 
     Opponents that are not tagged themselves tag. A normal player can be tagged on the opponents' half, and a carrier
-    anywhere; nobody can be inside a flag zone. The flag of a tagged carrier returns to its place.
+    anywhere; no player can be inside a flag zone. The flag of a tagged carrier returns to its place.
     """
     tags = [(name, by) for name in sorted(ways.now) if (by := _tags_of(state, layout, ways, name))]
     calls = []

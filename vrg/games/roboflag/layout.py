@@ -55,12 +55,12 @@ class FieldLayout:
     def invades(self, team: str, place: Vector) -> bool:
         """True if a player of a team is on the opponents' side of the midline, or on the midline.
 
-        What is beyond the other borders of the field counts too, so that nobody is safe because it leaves the field.
+        What is beyond the other borders of the field counts too, so that no player is safe because it leaves the field.
         """
         return place[0] >= self.midline if team == RED else place[0] <= self.midline
 
     def flag_zones(self) -> list[Circle]:
-        """The zones in which nobody can be tagged."""
+        """The zones in which no player can be tagged."""
         return [self._zones[team] for team in TEAMS]
 
     def zones(self) -> list[Zone]:

@@ -45,7 +45,7 @@ MARK_REACH = 0.2
 
 
 class RoboFlagPlayer(Strategy):
-    """Plays in the state that the referee tells. Subclasses choose a tactic.
+    """Plays in the state that the referee publishes. Subclasses choose a tactic.
 
     Attributes:
         tactic: how the team shares the work.
@@ -173,7 +173,7 @@ class RoboFlagPlayer(Strategy):
         return self._mover.go(view, (mark.x, mark.y), self._bounds())
 
     def _attack(self, view: View) -> Twist:
-        """Go for the flag, on the way on which nobody can tag this player, and with less care the longer it takes."""
+        """Go for the flag on a way on which no opponent can tag this player, and with less care the longer it takes."""
         s = self._situation
         ground = s.ground
         if self._chosen.together and not self._charging:
@@ -193,7 +193,7 @@ class RoboFlagPlayer(Strategy):
         return self._drive_safely(view, ground.their_flag, harmless, bold=self._charging and self._chosen.bold)
 
     def _evade(self, view: View) -> Twist:
-        """Bring the flag home, on the way on which nobody can tag this player."""
+        """Bring the flag home, on the way on which no opponent can tag this player."""
         s = self._situation
         home = Circle(s.ground.home.x, s.ground.home.y, s.ground.home.radius)
 

@@ -7,7 +7,7 @@ from vrg.games.roboflag.situation import Known, Situation
 from vrg.types import Vector
 
 LOYALTY = 0.8
-"""The factor by which the way of a player to an opponent counts less that it has said it will tag."""
+"""The factor by which the way of a player to its announced target counts less."""
 MAX_CHASERS = 2
 """The number of players that go for an opponent that carries the flag."""
 POST_DISTANCE = 0.3
@@ -19,7 +19,7 @@ ALL_ROUND = 0.9
 
 
 def targets(s: Situation, defenders: Sequence[Known], threats: Sequence[Known]) -> dict[str, Known]:
-    """Whom each defender tags: the shortest ways first. Whoever is not in the result has nobody to tag."""
+    """The opponent that each defender tags: the shortest ways first. A defender that is not in the result tags none."""
     wanted = {t.name: MAX_CHASERS if t.name == s.thief else 1 for t in threats}
     pairs = sorted(
         (math.dist(d.place, t.place) * (LOYALTY if s.targets.get(d.name) == t.name else 1.0), d.name, t.name)

@@ -51,7 +51,7 @@ class RoboFlag(RuleBook[State]):
         self.lineup_limit = settings.patience
 
     def initial(self) -> State:
-        """The state in which every player is normal, both flags are in their places, and nobody has scored."""
+        """The state in which every player is normal, both flags are in their places, and no team has scored."""
         flags = tuple(
             FieldObject(name=flag_of(team), kind=FLAG, x=place[0], y=place[1], team=team)
             for team in TEAMS

@@ -29,8 +29,8 @@ class Settings(LineUp):
             small. 2 is right for Pioneers.
         red, blue: where the teams' homes and flags are. Red has the half of low x, and blue that of high x.
         length, width: the size of the field along x and along y.
-        tag_distance: an opponent so near tags. flag_reach: whoever is so near takes the flag.
-        home_reach: whoever is so near to the corner of its home is at home. flag_zone: the radius of the flag zones.
+        tag_distance: an opponent so near tags. flag_reach: a player so near takes the flag.
+        home_reach: a player so near to the corner of its home is at home. flag_zone: the radius of the flag zones.
         round_time: the time of play of each of the two rounds. sudden_death: the time of the round that decides a tie.
         captures: the number of captures that ends the game at once.
         epoch: the time after which the teams bid anew for who attacks.

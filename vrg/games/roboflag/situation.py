@@ -34,7 +34,7 @@ class TeamField:
         haven: a region inside the home zone, to which a carrier drives.
         ahead: 1 if the opponents are in the direction of +x, -1 if they are in that of -x.
         midline: the x of the midline.
-        tag_distance: the distance between centres at which somebody is tagged.
+        tag_distance: the distance between centres at which a player is tagged.
     """
 
     field: Region
@@ -112,7 +112,7 @@ class Situation:
         mates: the other players of the team whose places are known. opponents: those of the other team.
         carrier: the own player that carries the opponents' flag, or None. thief: the opponent with the own flag.
         auction: the auction of who attacks; None while there is none. round: the number of the round.
-        targets: the opponents that mates have said they will tag, by mate.
+        targets: the announced targets of team mates, by mate.
     """
 
     ground: TeamField
@@ -132,7 +132,7 @@ class Situation:
 
     @cached_property
     def hunters(self) -> list[Known]:
-        """The opponents that can tag somebody."""
+        """The opponents that can tag a player."""
         return [opponent for opponent in self.opponents if opponent.state in (NORMAL, FLAGGED)]
 
     @cached_property
@@ -207,7 +207,7 @@ def situation_of(view: View, ground: TeamField, memory: Memory, targets: Mapping
 
 @shared
 def _seen(state: RefereeState, velocities: Mapping[str, Vector]) -> tuple[Known, ...]:
-    """The players whose poses are told."""
+    """The players whose poses are known."""
     return tuple(
         Known(
             player.name,

@@ -92,7 +92,7 @@ class Mixed(TeamPlayer):
         self._drawn = self.tactic
 
     def choose(self, view: View, s: Situation) -> Tactic:
-        """The tactic that was drawn for this epoch, if nobody commands the team."""
+        """The tactic that was drawn for this epoch, if no person commands the team."""
         epoch = None if s.auction is None else (s.round, s.auction.opened)
         if epoch is not None and epoch != self._epoch:
             self._epoch = epoch

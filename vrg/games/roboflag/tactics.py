@@ -35,14 +35,14 @@ class Tactic(ABC):
 
 
 class OneAttacker(Tactic):
-    """The player with the lowest bid goes, and all others guard the flag. Nobody shields the carrier."""
+    """The player with the lowest bid goes, and all others guard the flag. None shields the carrier."""
 
     def attackers(self, s: Situation) -> Sequence[str]:
         """The winner of the auction."""
         return s.ranked[:1]
 
     def escorts(self, s: Situation) -> Sequence[str]:
-        """Nobody: who carries the flag is the one that was sent."""
+        """None: the carrier of the flag is the one that was sent."""
         return []
 
 
@@ -74,7 +74,7 @@ class ByNumbers(Tactic):
 
 
 class Pair(OneAttacker):
-    """Two go, one along each border: they wait for each other and cross at the same time. Nobody shields."""
+    """Two go, one along each border: they wait for each other and cross at the same time. None shields."""
 
     flanks = 2
     together = True
@@ -86,20 +86,20 @@ class Pair(OneAttacker):
 
 
 class GuardFlag(Tactic):
-    """Nobody attacks: all stay about their flag, and tag whoever carries it (the priority Team Flag)."""
+    """All stay about their flag, and tag its carrier (the priority Team Flag)."""
 
     chases = False
 
     def attackers(self, s: Situation) -> Sequence[str]:
-        """Nobody."""
+        """None."""
         return []
 
 
 class Purge(Tactic):
-    """Nobody attacks: all tag the opponents on their own half (the priority Tag Defense)."""
+    """All tag the opponents on their own half (the priority Tag Defense)."""
 
     def attackers(self, s: Situation) -> Sequence[str]:
-        """Nobody."""
+        """None."""
         return []
 
 

@@ -9,9 +9,9 @@ from vrg.games.roboflag.situation import Situation
 from vrg.types import Vector
 
 CLAIM = 1.0
-"""The match time in s for which counts whom a team mate has said it tags."""
+"""The match time in s for which an announced target of a team mate counts."""
 REPEAT_PERIOD = 0.8
-"""The match time in s after which a player says it again."""
+"""The match time in s after which a player announces its target again."""
 BID_AGAIN = 0.25
 """The match time in s after which a player bids again that does not find its bid in the referee's state."""
 SKETCH = 0.5
@@ -32,7 +32,7 @@ class Talk:
         self._sketch_at = -math.inf
 
     def targets(self, view: View) -> Mapping[str, str]:
-        """The opponents that players of the team have lately said they tag, by player, with what was just heard."""
+        """The lately announced targets of the team's players, by player, with the messages of this tick."""
         for heard in view.heard:
             words = heard.words
             if isinstance(words, dict) and isinstance(words.get("target"), str):

@@ -30,7 +30,7 @@ MARK_REACH = 0.2
 
 
 class SharksAndMinnowsPlayer(Strategy):
-    """Plays as a minnow or a shark, or stands still if inactive, as the referee's state says."""
+    """Plays as a minnow or a shark, or stands still if inactive, by the referee's state."""
 
     def __init__(self, name: str, robot: RobotModel) -> None:
         super().__init__(name, robot)

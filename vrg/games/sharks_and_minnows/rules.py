@@ -58,7 +58,7 @@ class SharksAndMinnows(RuleBook[State]):
         self.pass_limit = PASS_TIME_FACTOR * settings.length / slowest if limit is None else limit
 
     def initial(self) -> State:
-        """The state in which every player is active, with the role and the place that the match file says."""
+        """The state in which every player is active, with the role and the place of the match file."""
         return State(
             roles={c.name: c.role for c in self.contestants.values()},
             states=dict.fromkeys(self.contestants, ACTIVE),
@@ -73,7 +73,7 @@ class SharksAndMinnows(RuleBook[State]):
 
     def judge(self, state: State, before: Observation, now: Observation, clock: float) -> Verdict[State]:
         """Judge tags and exits over the whole way between two instants, then the time limit and the end of the pass."""
-        # Who is disqualified is out, like one that is tagged, but nobody scores by it.
+        # A disqualified player is out, like one that is tagged, but no team scores by it.
         state = state.with_state(state.disqualified, INACTIVE)
         calls: list[Call] = []
         out = self._exits(state, before, now)
@@ -167,7 +167,7 @@ class SharksAndMinnows(RuleBook[State]):
         goal = opposite(state.goal)
         field, ends = self._field, {SHARK: goal, MINNOW: state.goal}
         marks: dict[str, Pose] = {}
-        # Nobody drives them away: people may carry them, but need not.
+        # The referee does not drive them away: people may carry them, but need not.
         stay = [now.poses[n] for n in state.disqualified if n in now.physical and n in now.poses]
         for role, end in ends.items():
             marks |= line_up(

@@ -17,7 +17,7 @@ from vrg.types import Pose, Vector
 BORDER_CLEARANCE: Final = 0.7
 """The distance in m that a body's centre keeps from the border: a little more than it needs to stop."""
 ASSUMED_SPEED: Final = 0.7
-"""The speed in m/s that every shark is taken to have when the minnows are shared out, as nobody knows another's."""
+"""The speed in m/s that every shark is taken to have when the minnows are shared out, as no player knows another's."""
 UNMET: Final = 1e3
 """The time in s, and more by the distance, at which a minnow that cannot be met counts as met."""
 _STILL: Final = (0.0, 0.0)

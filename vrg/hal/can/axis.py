@@ -65,11 +65,11 @@ class AxisReport:
         encoder_advice: what to do if the drive sends no encoder messages, in words.
         heard: monotonic time of the newest heartbeat, s. state: the state that it reported.
         on: by the drive's own report its motor is under control; None before the first. told: monotonic time of the
-            newest report of that, s. What it was told to do changes neither.
+            newest report of that, s. Orders change neither.
         fault: errors that the drive has latched, in words; None while it has none.
         starved: the motor is off because no setpoint came in time.
         expired: the drive itself has reported, since the last `start`, that its watchdog has stopped the motor.
-        unwatched: a person has said that this drive may be driven without a watchdog of its own.
+        unwatched: a person has allowed that this drive is driven without a watchdog of its own.
         position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
         wrap: the number of turns after which `position` begins anew; 0 where it never does.
         voltage: of the drive's supply, V; None before it was reported. supplied: monotonic time of it, s.
@@ -126,7 +126,7 @@ class Axis(AxisReport, ABC):
         node: the drive's id on the bus.
         send: sends a frame; raises RobotError where it cannot. Frames that switch the motor off are urgent.
         clock: the time by which answers are waited for.
-        options: what a person has said of the drive, an `options_type`; None for its defaults.
+        options: a person's options for the drive, an `options_type`; None for its defaults.
 
     Attributes:
         options_type: the options that the protocol has.
@@ -205,7 +205,7 @@ class Axis(AxisReport, ABC):
 
     @abstractmethod
     def clear(self) -> None:
-        """Forget latched errors; the motor stays off. Called only where a person has said so, or after `starved`."""
+        """Forget latched errors; the motor stays off. Called only on a person's order, or after `starved`."""
 
     def poll(self, now: float) -> None:
         """Ask for what the drive does not send by itself. It is called twenty times a second, and waits for nothing.

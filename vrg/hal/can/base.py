@@ -16,7 +16,7 @@ TURN = math.tau
 _OVERSPEED = 1.5
 """The number of times its top speed above which the speed of a motor is disbelieved."""
 _JUMP_SLACK = 0.25
-"""s that a frame may be late. What it says is then older than it looks, and the next one seems to come from far."""
+"""s that a frame may be late. Its content is then older than it looks, and the next one seems to come from far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +96,7 @@ class DriveBase:
         nothing, as what one difference is short of is in the next.
 
         Args:
-            node: whose encoder. estimate: what it said.
+            node: the node of the encoder. estimate: its value.
             turns: the number of turns after which the position begins anew; 0 = never.
 
         Returns:

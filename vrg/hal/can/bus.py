@@ -74,7 +74,7 @@ class CanBus:
         """Open the bus and begin to listen. Idempotent.
 
         Raises:
-            RobotError: there is no such interface or channel; says what to do.
+            RobotError: there is no such interface or channel, with what to do.
         """
         if self._bus is not None:
             return
@@ -112,7 +112,7 @@ class CanBus:
             urgent: it switches a motor off, and does not wait for those that are under way; see `Pacer`.
 
         Raises:
-            RobotError: it could not be sent; says why.
+            RobotError: it could not be sent, with the reason.
         """
         # On a bus without CAN FD such a frame is an error to all other nodes.
         if frame.fd and not self._fd:
@@ -133,7 +133,7 @@ class CanBus:
                 return
             except Exception as error:
                 # Drivers of adapters raise what they like. Other programs fill the queue too; it is emptied within
-                # milliseconds, unless nobody takes the frames.
+                # milliseconds, unless no node takes the frames.
                 if not is_full(error) or time.monotonic() > deadline:
                     raise RobotError(f"{self.link}: {describe_error(error)}") from None
             time.sleep(_RETRY)
@@ -181,7 +181,7 @@ class CanBus:
             try:
                 message = bus.recv(IDLE_TIMEOUT)
             except Exception as error:
-                # Drivers of adapters raise what they like; a thread that died of it would be missed by nobody.
+                # Drivers of adapters raise what they like; a thread that died of it would not be missed.
                 if stopping.is_set():
                     return
                 self._on_trouble(f"{self.link}: {describe_error(error)}")
@@ -196,12 +196,12 @@ class CanBus:
                 else:
                     self._take(frame_of(message, self._stamps))
             except Exception as error:
-                # Whoever listens has failed: the motors must stop, and somebody must see it.
+                # The listener has failed: the motors must stop, and the error must be seen.
                 log.exception("%s: a frame could not be handled: %s", self.link, message)
                 self._on_trouble(f"{self.link}: a frame could not be handled: {error!r}")
 
     def _take(self, frame: Frame) -> None:
-        """Pass a frame on, unless it is one of our own, or nobody wants it.
+        """Pass a frame on, unless it is one of our own, or no filter accepts it.
 
         Who hears nothing but frames of others must know that time passes, and that nothing waits to be heard.
         """
@@ -280,7 +280,7 @@ def frame_of(message: can.Message, stamps: Stamps | None = None) -> Frame:
     """The frame that python-can has received.
 
     Args:
-        stamps: tells how old it is; without it the frame counts as new.
+        stamps: the source of its age; without it the frame counts as new.
     """
     now = time.monotonic()
     waited = stamps.age(message.timestamp, time.time(), now) if stamps is not None and message.timestamp else 0.0

@@ -61,12 +61,12 @@ class CanDriver(Driver):
         """Open the bus and meet every drive; see `DriveTrain.connect`.
 
         Raises:
-            RobotError: it cannot be used; says why.
+            RobotError: it cannot be used, with the reason.
         """
         self._train.connect()
 
     def arm(self) -> None:
-        """Ask every motor for closed-loop control; `read().armed` tells when all are there.
+        """Ask every motor for closed-loop control; `read().armed` is True when all are there.
 
         Raises:
             RobotError: not connected, a fault has latched, or the emergency stop is engaged.
@@ -82,7 +82,7 @@ class CanDriver(Driver):
         self._train.drive(twist)
 
     def read(self) -> Readings:
-        """The newest readings, as the drives have told them.
+        """The newest readings, as the drives have reported them.
 
         Raises:
             StaleDataError: not connected, or no encoder has spoken yet.
@@ -127,7 +127,7 @@ class CanDriver(Driver):
         self._train.close()
 
     def _samples(self, state: TrainState) -> list[Sample[SensorMessage]]:
-        """A sample of each sensor that the model has and the drives have told of."""
+        """A sample of each sensor that the model has and the drives have reported."""
         now, model = self._now(), self.features
         samples: list[Sample[SensorMessage]] = []
         if (odometry := model.sensor(OdometrySpec)) is not None:

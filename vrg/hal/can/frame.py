@@ -37,7 +37,7 @@ class Frame(Struct, frozen=True):
 
 
 class Filter(NamedTuple):
-    """Lets frames through whose identifier has `id & mask == identifier & mask` and as many bits as it says."""
+    """Lets frames through whose identifier has `id & mask == identifier & mask` and the same number of bits."""
 
     id: int
     mask: int

@@ -15,16 +15,16 @@ HEARTBEAT_TIMEOUT = 0.5
 START_TIMEOUT = 1.0
 """s from arming until every axis must be in closed loop."""
 OBEY_TIMEOUT = 0.5
-"""s for which a drive may still say that it is on after it was told to be off."""
+"""s for which a drive may still report that it is on after it was switched off."""
 OFF_PERIOD = 0.2
-"""s from one order to be off to the next, until every drive has said that it is off."""
+"""s from one order to be off to the next, until every drive has reported that it is off."""
 PROOF_TIMEOUT = 0.33
 """s from the last setpoint within which every drive must report that its own watchdog has stopped its motor, when that
 is proved. A motor that is off brakes within 0.12 s, so that a robot whose computer fails stands after 0.45 s."""
 PROOFS = 2
 """Times that a watchdog is tried: on a busy computer the first setpoint may leave late, or a report may get lost."""
 DEAF = 3
-"""Times in a row that a drive may report an expired watchdog although it was told to start: orders may get lost."""
+"""Times in a row that a drive may report an expired watchdog although it was ordered to start: orders may get lost."""
 SETPOINT_TIMEOUT = 0.2
 """s between setpoints from which on it is this computer that is too busy."""
 LOW_SUPPLY = 0.8
@@ -48,22 +48,22 @@ class Guard:
     that was kept from running finds heartbeats that wait to be read, and a drive is not dead for that.
 
     Args:
-        axes: the reports of all axes of the robot. empty: the voltage of an empty battery, V; 0 where nobody knows.
+        axes: the reports of all axes of the robot. empty: the voltage of an empty battery, V; 0 if it is not known.
 
     Attributes:
         fault: what has latched, in words; None where nothing has.
         estop: the emergency stop is latched, by the match or by a drive.
-        at_drive: a drive has latched it, so somebody pressed a button there.
+        at_drive: a drive has latched it, as a button was pressed there.
         wanted: the player has armed the robot, and nothing has disarmed it since.
-        unproved: nobody has seen yet, since the robot was connected or recovered, that the drives' own watchdogs work.
-            At the first arming the drives are therefore left without setpoints, at zero speed, until each has said that
+        unproved: the drives' own watchdogs have not been seen to work since the robot was connected or recovered.
+            At the first arming the drives are therefore left without setpoints, at zero speed, until each reports that
             its watchdog has stopped its motor.
         lapsed: the words for the lack of setpoints that has disarmed the robot, until something else arms or disarms
             it; None if there was none.
         armed_at: when the player has armed it last.
         ready: the robot is to be armed once more, as the player has asked: that has been seen, or is to be tried again.
-        stray: the node of a drive that is on though it was told to be off, for longer than OBEY_TIMEOUT, or whose motor
-            has not become slower within COAST_TIMEOUT, whatever the drive says; None if there is none.
+        stray: the node of a drive that is on though it was switched off, for longer than OBEY_TIMEOUT, or whose motor
+            has not become slower within COAST_TIMEOUT, by its own estimates; None if there is none.
     """
 
     def __init__(self, axes: Sequence[AxisReport], empty: float = 0.0) -> None:
@@ -179,12 +179,12 @@ class Guard:
 
     @property
     def off(self) -> bool:
-        """True if every drive itself has said that its motor is off since it was told so, and no motor turns on."""
+        """True if every drive has reported since the order that its motor is off, and no motor turns on."""
         told = all(axis.on is False and axis.told > self._ordered_off for axis in self._axes)
         return not self.wanted and told and self.stray is None
 
     def ordered_off(self, heard_until: float) -> None:
-        """Every drive has been told to switch its motor off."""
+        """Every drive has been ordered to switch its motor off."""
         self._ordered_off = heard_until
         if not self._ordered:
             self._ordered = True
@@ -195,7 +195,7 @@ class Guard:
         """Judge what the axes have heard until then; True if the motors must be switched off, once more if need be."""
         stopped = MotorState.ESTOP in [axis.state for axis in self._axes]
         if stopped and not (self.estop or self._forgiven(heard_until)):
-            # After the emergency stop of the match the drives say so too: nobody pressed anything there.
+            # After the emergency stop of the match the drives report it too, though no button was pressed there.
             self.estop = self.at_drive = True
         if self.wanted and heard_until > self.armed_at:
             self._obeyed |= {axis.node for axis in self._axes if axis.state is MotorState.CLOSED_LOOP}
@@ -224,7 +224,7 @@ class Guard:
         return False
 
     def _count_deaf(self, node: int) -> None:
-        """Count how often a drive whose watchdog has expired was told to start, and has not."""
+        """Count how often a drive whose watchdog has expired was ordered to start, and has not."""
         self._deaf[node] = 0 if node in self._obeyed else self._deaf[node] + 1
         if self._deaf[node] >= DEAF:
             self.latch(
@@ -265,12 +265,12 @@ class Guard:
         return self.wanted and self.unproved and self._obeyed.issuperset(axis.node for axis in self._axes)
 
     def _find_stray(self, heard_until: float) -> None:
-        """Find a drive that says that it is on, for too long, though nobody wants it, or whose motor turns on."""
+        """Find a drive that reports for too long that it is on, against the order, or whose motor turns on."""
         if self.wanted:
             self.stray = None
             self._on_since.clear()
             return
-        # One that says nothing at all says nothing of this either.
+        # A silent drive does not report this either.
         recent = heard_until - HEARTBEAT_TIMEOUT
         on = {axis.node for axis in self._axes if axis.on and axis.told >= recent}
         self._on_since = {node: self._on_since.get(node, heard_until) for node in on}
@@ -287,7 +287,7 @@ class Guard:
                 self.fault = f"node {axis.node}: it turns at {axis.velocity:.3g} turn/s, though it was told to be off"
 
     def _forgiven(self, heard_until: float) -> bool:
-        """True if a drive may still say what it said before the explicit act; an armed one has nothing old to say."""
+        """True if a drive may still report the state before the explicit act; an armed one reports no old state."""
         return not self.wanted and heard_until - self._since <= STATUS_GRACE
 
     def _problem(self, heard_until: float) -> str | None:
@@ -320,7 +320,7 @@ class Guard:
         measured = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
-        # Motors that are off draw nothing, and somebody may have cut their power on purpose.
+        # Motors that are off draw nothing, and a person may have cut their power on purpose.
         if not self.wanted or axis.voltage is None or axis.voltage >= LOW_SUPPLY * self._empty:
             self._low.pop(axis.node, None)
         elif axis.supplied - self._low.setdefault(axis.node, axis.supplied) >= LOW_TIMEOUT:

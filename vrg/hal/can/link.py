@@ -58,7 +58,7 @@ def known_interface(name: str) -> str:
     """The name of an interface, if python-can has it, itself or by an entry point of another package.
 
     Raises:
-        ValueError: it has not; says which it has.
+        ValueError: it has not, with those that it has.
     """
     if name not in _OFTEN:
         from can.interfaces import VALID_INTERFACES  # noqa: PLC0415 - slow to load
@@ -72,7 +72,7 @@ def read_adapter(texts: Iterable[str]) -> dict[str, AdapterValue]:
     """The options of an adapter as people type them, `fd=true`, `port=29536` or `timing.brp=6`.
 
     Raises:
-        ValueError: one has no `=`; says what was expected.
+        ValueError: one has no `=`, with what was expected.
     """
     found: dict[str, Any] = {}
     for text in texts:
@@ -108,7 +108,7 @@ SEND_PATIENCE: Final = 0.02
 """s that a frame may wait for those before it; one that would wait longer is refused. A queue of ten frames is emptied
 in half that time."""
 IDLE_TIMEOUT: Final = 0.05
-"""s without a frame that is wanted after which a bus tells that nothing waits to be heard."""
+"""s without a frame that is wanted after which a bus reports that nothing waits to be received."""
 
 
 class Bus(Protocol):
@@ -124,7 +124,7 @@ class Bus(Protocol):
         """Open the bus and begin to listen. Idempotent.
 
         Raises:
-            RobotError: there is no such interface or channel; says what to do.
+            RobotError: there is no such interface or channel, with what to do.
         """
 
     def listen_to(self, wanted: Iterable[Filter] | None) -> None:
@@ -134,14 +134,14 @@ class Bus(Protocol):
         """Send a frame within SEND_PATIENCE or never.
 
         Raises:
-            RobotError: it could not be sent; says why.
+            RobotError: it could not be sent, with the reason.
         """
 
     def restart(self) -> str | None:
         """Bring the controller of a closed bus back if it is bus-off.
 
         Returns:
-            why it still is, and what to do, in words; None where it is not, or where nobody can tell.
+            why it still is, and what to do, in words; None if it is not, or if that is not known.
         """
 
     def stop(self) -> None:

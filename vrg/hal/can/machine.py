@@ -3,7 +3,7 @@
     CLOSED -> MEETING -> MET <-> RECOVERING         a drive train, and whether its drives can be spoken to
                          off -> proving -> on       its motors, while it has met its drives; see vrg.hal.can.guard
 
-Whoever owns it hands in what happens, with the monotonic time in s, and carries out the orders that it gets, in their
+Its owner hands in the events, with the monotonic time in s, and carries out the orders that it gets, in their
 order. What the drives report is in their `AxisReport`s, which the machine reads. Setpoints follow from a call of the
 robot's own thread alone: if that freezes or dies, none is sent, and the drives' own watchdogs stop the motors.
 """
@@ -30,7 +30,7 @@ POLL_PERIOD = 0.05
 LOOK_PERIOD = 0.01
 """s between judgements, while no drive reports anything new but its encoder's estimates."""
 BLIND = 0.3
-"""s without news of the bus after which nobody drives: the receive thread has been kept from running."""
+"""s without news of the bus after which the robot is not driven: the receive thread has been kept from running."""
 OLD, OLD_PATIENCE = 0.2, 1.0
 """The age in s from which on a frame is old as it is heard, and the s for which all frames may be old."""
 
@@ -68,7 +68,7 @@ class StateMachine:
 
     Args:
         name: the robot's name, for messages. base: its wheels and its odometry.
-        empty: the voltage of an empty battery, V; 0 where nobody knows.
+        empty: the voltage of an empty battery, V; 0 if it is not known.
 
     Attributes:
         phase: whether the drives can be spoken to. guard: judges what they report. reports: what they report, by node.

@@ -12,7 +12,7 @@ from vrg.hal.can.axis import NEVER, AxisReport
 LISTEN = 0.4
 """s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
 HEAR_PATIENCE = 3.0
-"""s in which nothing new has been heard of drives, after which one that has said nothing at all is given up."""
+"""s in which nothing new has been heard of drives, after which a silent one is given up."""
 IDENTIFY_TIMEOUT = 10.0
 """s in which nothing new has been heard, after which a drive that is heard but does not say who it is is given up."""
 ANSWERS_SETTLE = 0.2

@@ -32,7 +32,7 @@ _PACKAGES = {
 }  # fmt: skip
 """The Python package that an interface of python-can needs."""
 _ALWAYS_FD = frozenset({"udp_multicast", "virtual"})
-"""Interfaces that carry CAN FD frames without being told so."""
+"""Interfaces that carry CAN FD frames without an option."""
 _SIOCGIFMTU, _IFREQ, _FD_MTU = 0x8921, struct.Struct("16si20x"), 72
 """The kernel's request for the size of an interface's frames, its structure, and the size of a CAN FD frame
 (linux/can.h)."""
@@ -48,7 +48,7 @@ def open_bus(link: Link) -> can.BusABC:
     """Open a bus by python-can.
 
     Raises:
-        RobotError: there is no such interface or channel, or another program has it; says what to do.
+        RobotError: there is no such interface or channel, or another program has it, with what to do.
     """
     claim = _claim_port(link) if link.interface in SERIAL_INTERFACES else None
     try:
@@ -101,7 +101,7 @@ def _arguments(link: Link) -> dict[str, Any]:
     if link.bitrate is not None:
         arguments["bitrate"] = link.bitrate
     if link.interface == "socketcan":
-        # It costs nothing where nobody sends CAN FD frames, and whoever scans a bus sees those that do.
+        # It costs nothing where no node sends CAN FD frames, and a scan of a bus sees those that do.
         arguments.setdefault("fd", True)
     if isinstance(timing := arguments.get("timing"), Mapping):
         arguments["timing"] = _timing(timing)
@@ -221,7 +221,7 @@ def restart(link: Link) -> str | None:
     """Bring the controller of a bus back if it is bus-off.
 
     Returns:
-        why it still is, and what to do, in words; None where it is not, or where nobody can tell.
+        why it still is, and what to do, in words; None if it is not, or if that is not known.
     """
     if link.interface != "socketcan":
         return None

@@ -17,7 +17,7 @@ FOLLOWING_TIMEOUT = 0.4
 STALL_PATIENCE = 1.0
 """s for which a motor may stand although it was asked to turn: a robot may push something for a moment."""
 SLUGGISH = 1 / 3
-"""A motor may be this much slower to change its speed than the model says, for drives that have gentle ramps."""
+"""A motor may be this much slower to change its speed than the model, for drives that have gentle ramps."""
 STANDSTILL_SHARE = 0.25
 """A motor that has turned by less than this part of what it was asked has not really turned."""
 _SPEED_SLACK, _SPEED_SHARE = 0.05, 0.2
@@ -56,8 +56,7 @@ class MotorLimits:
 class Plausibility:
     """Judges one motor. Times are monotonic, s; speeds are of the shaft, turn/s.
 
-    Setpoints may be told before the estimates that were measured earlier than they were sent: whoever hears the bus may
-    be late.
+    Setpoints may be handed in before estimates that were measured earlier, because the receive thread may be late.
 
     Args:
         bounds: what the motor can do.
@@ -82,11 +81,11 @@ class Plausibility:
         self._asked.append((now, velocity))
 
     def judge(self, velocity: float, way: float | None, at: float, *, driven: bool) -> str | None:
-        """Judge what the encoder has said.
+        """Judge a value of the encoder.
 
         Args:
             velocity: the measured speed.
-            way: the change of the measured position since the last estimate, turns; None where that cannot be told.
+            way: the change of the measured position since the last estimate, turns; None where it is not known.
             at: when it was measured.
             driven: the motor is on, and is to do what it is asked.
 

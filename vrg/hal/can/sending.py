@@ -14,7 +14,7 @@ MAX_IN_FLIGHT = 6
 FRAME_BITS = 150
 """Bits of a frame at most, and some to spare: 135 with the worst stuffing and the space between two (ISO 11898-1)."""
 ASSUMED_BIT_RATE = 250_000
-"""bit/s of a bus of which nobody knows the bit rate. Slower ones are rare, and on a faster one little is lost."""
+"""bit/s of a bus whose bit rate is not known. Slower ones are rare, and on a faster one little is lost."""
 
 
 class Pacer:

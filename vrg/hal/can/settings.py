@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vrg.hal.can.workshop.simulation import Simulation
 
 EMULATING = "emulating"
-"""The first word of what `vrg can node` says once it is on the bus."""
+"""The first word that `vrg can node` prints once it is on the bus."""
 
 
 InterfaceName = Annotated[str, AfterValidator(known_interface)]
@@ -48,7 +48,7 @@ class RobotWiring(Table):
         supply: the voltage of an empty and of a full battery, V.
         interface, channel, bitrate, adapter, protocol: for a robot on a bus of its own, in place of those of
             [backends.can].
-        options: what the protocol must be told of the drives; see `Axis.options_type` of the protocol.
+        options: the protocol's options of the drives; see `Axis.options_type` of the protocol.
     """
 
     left: list[int] = Field(default_factory=list, max_length=2)
@@ -71,7 +71,7 @@ class RobotWiring(Table):
     def _protocol(cls, value: str | None) -> str | None:
         return value if value is None else PROTOCOLS.known(value)
 
-    # One validator for each field, so that all mistakes are told at once; what is wrong itself is not in `info.data`.
+    # One validator for each field, so that all mistakes are found at once; what is wrong itself is not in `info.data`.
     @field_validator("axes")
     @classmethod
     def _wired(cls, axes: dict[str, list[int]], info: ValidationInfo) -> dict[str, list[int]]:
@@ -108,7 +108,7 @@ class RobotWiring(Table):
 
     @property
     def empty(self) -> float:
-        """The voltage of an empty battery, V; 0 where nobody has written it."""
+        """The voltage of an empty battery, V; 0 if it is not given."""
         return self.supply[0] if "supply" in self.model_fields_set else 0.0
 
     @property
@@ -314,7 +314,7 @@ class CanSettings(BackendSettings):
             return []
         buses: dict[tuple[str, str], list[str]] = {}
         for name in robots:
-            # Drives of which different things must be said are processes of their own.
+            # Drives with different options are processes of their own.
             buses.setdefault((str(self.link(name)), str(self.robots[name].options)), []).append(name)
         companions = []
         for number, members in enumerate(buses.values(), 1):

@@ -44,7 +44,7 @@ class TrainState:
         odometry: the pose since then.
         armed: every motor obeys. estop: the emergency stop has latched.
         fault: what has latched until a person clears it, in words; None where nothing has.
-        volts: the lowest supply voltage; None before any drive has told. volts_age: s since the oldest of those that
+        volts: the lowest supply voltage; None before any report. volts_age: s since the oldest of those that
             were told; infinite before the first.
     """
 
@@ -65,9 +65,9 @@ class DriveTrain:
     Args:
         name: the robot's name, for messages. medium: the buses. link: which of them is its own.
         protocol: what its drives speak. wheel_axes: how its motors drive its wheels. model: its description.
-        options: what the protocol is told of its drives; None for the defaults.
-        unwatched: a person has said that its drives may be driven without watchdogs of their own.
-        empty: the voltage of an empty battery, V; 0 where nobody knows.
+        options: the protocol's options of its drives; None for the defaults.
+        unwatched: a person has allowed that its drives are driven without watchdogs of their own.
+        empty: the voltage of an empty battery, V; 0 if it is not known.
 
     Attributes:
         clock: the time of its bus.
@@ -174,7 +174,7 @@ class DriveTrain:
         )
 
     def arm(self) -> None:
-        """Ask every axis for closed-loop control; it is called again until `state().armed` tells that all are there.
+        """Ask every axis for closed-loop control; it is called again until `state().armed` is True, as all are there.
 
         The first time after connecting or recovering, the watchdogs of the drives are proved before; see `Guard`.
 
@@ -257,10 +257,10 @@ class DriveTrain:
             if trouble := self._bus.restart():
                 return trouble
             with self._lock:
-                # Whoever closes the robot meanwhile finds the bus closed, and it stays so.
+                # If the robot is closed meanwhile, the bus is closed, and it stays so.
                 if self._machine.phase is not Phase.RECOVERING:
                     return None
-                # A drive that was started again counts from zero: nothing it says from here on is compared with before.
+                # A drive that was started again counts from zero, so its reports are not compared with those before.
                 self._machine.base.rebase()
                 self._bus.start()
             for axis in self._axes.values():

@@ -1,6 +1,6 @@
 """Plain descriptions of what a sensor has measured. Windows draw them, and recordings convert them for viewers.
 
-A spec makes one from each message of its sensor, so whoever draws needs to know no kind of sensor.
+A spec makes one from each message of its sensor, so a painter needs to know no kind of sensor.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""The demand for pictures: of which robots' cameras somebody wants pictures now."""
+"""The demand for pictures: the robots of whose cameras pictures are requested now."""
 
 from collections.abc import Collection
 
@@ -17,7 +17,7 @@ class Demand:
     def ask(self, robot: str, now: float, lease: float) -> None:
         """Want pictures of a robot's camera from match time `now` on for `lease` seconds. It never ends another lease.
 
-        Whoever goes on looking asks again before the lease ends.
+        A viewer asks again before the lease ends.
         """
         self._until[robot] = max(now + lease, self._until.get(robot, 0.0))
 

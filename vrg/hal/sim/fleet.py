@@ -29,9 +29,9 @@ class Member:
     Args:
         start: the pose where a reset puts it. v_max: the top speed that the referee and its model allow, m/s.
         interlock: its arming, its watchdog and its emergency stop.
-        command: the motion that it was last told to make; None while its wheels are locked.
+        command: the motion that it was last commanded to make; None while its wheels are locked.
         empty: True if its battery is empty.
-        stands: the match time since which its wheels are held or told to stand, s; None while they are told to turn.
+        stands: the match time since which its wheels are held or commanded to stand, s; None while they turn.
     """
 
     name: str

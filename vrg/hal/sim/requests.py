@@ -14,7 +14,7 @@ def grant(world: World, request: WorldRequest) -> None:
     """Do what a request asks for. A physical robot cannot be placed or reset, because only people can move it.
 
     Raises:
-        WorldError: the request cannot be granted, or only for some robots; says for which not, and why.
+        WorldError: the request cannot be granted, or only for some robots, with those robots and the reason.
     """
     match request.kind:
         case RequestKind.SPAWN:

@@ -17,7 +17,7 @@ class Rests:
 
         Args:
             twist: its velocity. now: the match time of the tick, s.
-            known: False if nobody knows how it moves now.
+            known: False if its present motion is not known.
         """
         if not known or not at_rest(twist):
             self._since.pop(name, None)

@@ -251,7 +251,7 @@ class World:
     def restore(self, snapshot: WorldSnapshot) -> None:
         """Go on from a snapshot, in a new epoch, with every robot at rest and its motors off.
 
-        Physical robots are taken to be where the snapshot says, as if measured at the snapshot's time.
+        Physical robots are taken to be at their poses in the snapshot, as if measured at the snapshot's time.
 
         Raises:
             ConfigError: the snapshot names a robot model that is not known.

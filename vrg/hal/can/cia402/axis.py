@@ -62,7 +62,7 @@ _COMMANDS = (Function.RPDO1, Function.RPDO2, Function.RPDO3, Function.RPDO4)
 
 
 class Cia402Axis(Axis):
-    """See `Axis` and the module. `fault` is the drive's error code in words, while its statusword tells of a fault."""
+    """See `Axis` and the module. `fault` is the drive's error code in words, while its statusword reports a fault."""
 
     options: Cia402Options
     options_type = Cia402Options
@@ -203,7 +203,7 @@ class Cia402Axis(Axis):
     def stop_now(self) -> None:
         """Disable voltage. That works in every state, and needs nothing but the drive's output stage.
 
-        A quick stop would brake along a ramp, by the same controller that may be why somebody has pressed the button.
+        A quick stop would brake along a ramp, by the same controller that may be why the button was pressed.
         """
         self.idle()
 
@@ -224,7 +224,7 @@ class Cia402Axis(Axis):
                 self._take_status(uploaded(frame.data) or 0, frame.at)
             self._sdo.hear(frame.data)
         elif function in _COMMANDS:
-            # Frames that this master sends are not heard by it, so these are somebody else's.
+            # Frames that this master sends are not received by it, so these are another master's.
             self._complain("another program commands it too")
         elif function == Function.SDO_REQUEST and frame.data and frame.data[0] & 0xE0 in SDO_DOWNLOADS:
             self._complain("another program sets it up too")
@@ -237,7 +237,7 @@ class Cia402Axis(Axis):
             if len(frame.data) != 8:
                 raise FrameError(f"EMCY: expected 8 bytes, got {len(frame.data)}")
             if int.from_bytes(frame.data[:2], "little") in STO_CODES:
-                # A button at the drive: it is off from this moment, before its statusword says so.
+                # A button at the drive: it is off from this moment, before its statusword shows it.
                 self.state, self._wanted = MotorState.ESTOP, False
         elif function == Function.TPDO1:
             status, error, _mode = STATUS_PDO.values(frame.data)
@@ -296,7 +296,7 @@ class Cia402Axis(Axis):
         else:
             enabled = state is DriveState.OPERATION_ENABLED
             if enabled and self._word == Control.ENABLE_OPERATION:
-                # A drive that leaves this state by itself later on is not brought back: nobody has asked for that.
+                # A drive that leaves this state by itself later on is not brought back: that was not ordered.
                 self._starting = False
             if enabled:
                 self.state = MotorState.CLOSED_LOOP

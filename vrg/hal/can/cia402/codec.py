@@ -28,7 +28,7 @@ NODE_MASK = 0x7F
 
 
 class Nmt(enum.IntEnum):
-    """The state of a node in the network, as its heartbeat tells it."""
+    """The state of a node in the network, as its heartbeat reports it."""
 
     BOOTED = 0x00
     STOPPED = 0x04
@@ -90,7 +90,7 @@ SAVE = int.from_bytes(b"save", "little")
 PDOS = 4
 """The number of PDOs in each direction."""
 NOT_VALID = 1 << 31
-"""The bit of a COB-ID which says that its PDO is switched off."""
+"""The bit of a COB-ID of a PDO that is switched off."""
 
 
 def mapping_entry(index: int, bits: int, sub: int = 0) -> int:
@@ -121,7 +121,7 @@ class Pdo(NamedTuple):
 
 
 # Of the two PDOs that the drive hears, only the second has a deadline (0x1401:05), and only the robot's own thread ever
-# sends it: whoever steps the state machine, by the first, feeds no watchdog. For the same reason the controlword, which
+# sends it: a step of the state machine, by the first, feeds no watchdog. For the same reason the controlword, which
 # is in every RPDO that drives come with, is not in the second: a setpoint enables nothing, and enabling is no setpoint.
 CONTROL_PDO = Pdo(Function.RPDO1, (Object.CONTROLWORD,), struct.Struct("<H"))
 SETPOINT_PDO = Pdo(Function.RPDO2, (Object.TARGET_VELOCITY,), struct.Struct("<i"))
@@ -148,7 +148,7 @@ def concerns(data: bytes, index: int, sub: int = 0) -> bool:
 
 
 def uploaded(data: bytes) -> int | None:
-    """The unsigned number that an SDO answer tells; None where it is a refusal."""
+    """The unsigned number in an SDO answer; None if it is a refusal."""
     if data[0] & 0xE2 != 0x42:
         return None
     unused = data[0] >> 2 & 3 if data[0] & 1 else 0
@@ -178,7 +178,7 @@ POWERED = (DriveState.SWITCHED_ON, DriveState.OPERATION_ENABLED, DriveState.QUIC
 
 
 def drive_state(statusword: int) -> DriveState | None:
-    """The state that a statusword tells; None for a combination of bits that stands for none."""
+    """The state in a statusword; None for a combination of bits that stands for none."""
     return next((state for state in DriveState if statusword & state.value[0] == state.value[1]), None)
 
 

@@ -28,7 +28,7 @@ class Interview:
     Args:
         sdo: asks the drive.
         heartbeat: the period of its heartbeat, ms.
-        options: what a person has said of the drive, which stands above what it says itself.
+        options: a person's options for the drive, which stand above its own objects.
         clock: the time by which answers are waited for.
     """
 

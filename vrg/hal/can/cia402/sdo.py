@@ -124,7 +124,7 @@ class NoAnswerError(RobotError):
 
 
 class SdoClient:
-    """The SDO client of one drive. Whoever receives frames calls `hear` with its SDO answers, on another thread.
+    """The SDO client of one drive. The receiver of frames calls `hear` with its SDO answers, on another thread.
 
     canopen takes the first answer to a question for the only one. A second drive that has the same id by mistake gives
     another one, so the answers that tell a serial number are counted here as well.
@@ -134,7 +134,7 @@ class SdoClient:
 
     Attributes:
         remote: the drive as canopen has it. Use it only within `transfer`.
-        serials: all serial numbers that were heard. serial_answers: how many answers told one.
+        serials: all serial numbers that were received. serial_answers: the number of answers with one.
         asking: a transfer is under way.
     """
 
@@ -161,7 +161,7 @@ class SdoClient:
         if data.startswith(_SERIAL_ANSWER) and len(data) == 8:
             self.serials.add(int.from_bytes(data[4:], "little"))
             self.serial_answers += 1
-        # Answers to the questions of another master are not kept: nobody would ever take them.
+        # Answers to the questions of another master are not kept: they would never be taken.
         if self.asking:
             self._network.notify(self._answer, bytearray(data), 0.0)
 

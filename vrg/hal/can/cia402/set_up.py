@@ -50,7 +50,7 @@ class SetUp:
 
     Args:
         node: the drive's id. sdo: asks it. send: sends a frame. clock: the time by which it is waited for.
-        unwatched: a person has said that this drive may be driven without a watchdog of its own.
+        unwatched: a person has allowed that this drive is driven without a watchdog of its own.
 
     Attributes:
         firmware: the version in words, after `configure`; empty where the drive does not tell it.
@@ -195,7 +195,7 @@ class SetUp:
 def master_of(node: int) -> int:
     """The id by whose heartbeat a drive knows its master: one for each drive, and none that it has itself.
 
-    No other robot's master may keep it going. That somebody else has this id is found out as the watchdog is proved.
+    No other robot's master may keep it going. Another node with this id is found as the watchdog is proved.
     """
     return NODE_MASK - node
 

@@ -47,7 +47,7 @@ def units(increments: float, revolutions: int, velocity_unit: int | None) -> Uni
 
     The highest byte of the velocity unit is a power of ten, and then come the codes of what is counted, revolutions or
     increments, and of the time, minutes or seconds: 0x00B44700 is 1/min, 0xFDB44700 0.001/min. A drive that has no such
-    object, or says 0 there, leaves its unit to its manual.
+    object, or has 0 there, leaves its unit to its manual.
     """
     if increments <= 0 or revolutions <= 0 or not velocity_unit:
         return None
@@ -75,7 +75,7 @@ UNIT_CODES: dict[VelocityUnit, int] = {
 
 
 class Cia402Options(ProtocolOptions):
-    """The options of a CiA 402 drive. Each stands above what the drive says, so that a wrong answer can be corrected.
+    """The options of a CiA 402 drive. Each overrides the drive's own object, so that a wrong one can be corrected.
 
     Args:
         counts: counts of the encoder for one turn of the motor, in place of 0x608F.
@@ -87,5 +87,5 @@ class Cia402Options(ProtocolOptions):
 
     @property
     def velocity_code(self) -> int | None:
-        """The unit of velocities as 0x60A9 would have it; None where nothing is said."""
+        """The unit of velocities as 0x60A9 would have it; None if it is not given."""
         return None if self.velocity_unit is None else UNIT_CODES[self.velocity_unit]

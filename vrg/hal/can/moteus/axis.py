@@ -1,6 +1,6 @@
 """One axis of a moteus controller.
 
-Each setpoint carries the time after which the drive must stop by itself, so that its watchdog is set by whoever drives.
+Each setpoint carries the time after which the drive must stop by itself, which sets its watchdog.
 A drive whose watchdog has expired holds its motor still in the mode "timeout" until it is stopped.
 """
 
@@ -58,7 +58,7 @@ _WHOLE = frozenset(
         Register.SERIAL_1, Register.SERIAL_2, Register.SERIAL_3,
     }
 )  # fmt: skip
-"""The registers whose numbers are whole, also where a drive tells them as floats."""
+"""The registers whose numbers are whole, also where a drive sends them as floats."""
 _COUNTER_END = 0x7FFF0000
 """ms near which the counter of a drive that has run for 24 days begins anew."""
 STOP_SUBFRAMES = (codec.write(Register.MODE, [Mode.STOPPED], Resolution.INT8),)
@@ -84,7 +84,7 @@ class MoteusAxis(Axis):
     """See `Axis` and the module.
 
     Attributes:
-        options: what a person has said of the drive.
+        options: a person's options for the drive.
         words: what the drive is doing, in words; empty before it is known.
     """
 
@@ -166,7 +166,7 @@ class MoteusAxis(Axis):
         """Do nothing: each setpoint carries all that the drive needs."""
 
     def poll(self, now: float) -> None:
-        """Ask how it is: it says nothing by itself."""
+        """Ask for its state: it sends nothing by itself."""
         if now - max(self.heard, self._polled) >= _POLL:
             self._polled = now
             self._send(codec.encode(HOST, self.node, _STATUS, reply=True))
@@ -207,7 +207,7 @@ class MoteusAxis(Axis):
         self._send(codec.encode(HOST, self.node, (*STOP_SUBFRAMES, *_STATUS), reply=True), urgent=urgent)
 
     def _answer(self, subframes: list[Subframe], at: float) -> None:
-        """Take in the registers that the drive has told."""
+        """Take in the registers that the drive has sent."""
         told: dict[int, float] = {}
         for subframe in subframes:
             if subframe.kind is SubframeKind.REPLY:

@@ -52,7 +52,7 @@ class Subframe(NamedTuple):
     """Some registers that follow one another.
 
     Args:
-        kind: they are written, asked for or told. register: the number of the first one.
+        kind: they are written, requested or reported. register: the number of the first one.
         resolution: how their values are written.
         values: one raw value for each register; integers unless the resolution is F32. Of a READ they mean nothing.
     """
@@ -83,7 +83,7 @@ def frame_id(source: int, destination: int, *, reply: bool = False) -> int:
 def is_plain(frame: Frame) -> bool:
     """True if a frame may be of this protocol: moteus receives no frame whose identifier has more than 16 bits.
 
-    Those are its "CAN prefix", which is 0 unless somebody has set it.
+    Those are its "CAN prefix", which is 0 unless a person has set it.
     """
     return not frame.remote and frame.id <= _LARGEST
 
@@ -121,10 +121,10 @@ def orders_by_text(frame: Frame) -> bool:
 
 
 def decode(frame: Frame) -> list[Subframe]:
-    """The subframes of a frame. Errors that a drive tells of single registers are left out.
+    """The subframes of a frame. Errors that a drive reports of single registers are left out.
 
     Raises:
-        FrameError: it is no frame of moteus; says what was expected.
+        FrameError: it is no frame of moteus, with what was expected.
     """
     found = []
     reader = _Reader(frame.data)

@@ -10,7 +10,7 @@ from vrg.hal.clock import Clock
 
 
 class OdriveOptions(ProtocolOptions):
-    """The options of an ODrive. Whoever says none leaves its own limits as they were saved in it.
+    """The options of an ODrive. Without them its own limits stay as they were saved in it.
 
     Args:
         velocity_limit: the highest speed of the motor, turn/s. current_limit: its highest current, A. Both are given,
@@ -75,7 +75,7 @@ class OdriveAxis(Axis):
 
     @property
     def problem(self) -> str | None:
-        """Firmware 0.5, which tells no version; a protocol that is not CANSimple 2; or two drives with this id."""
+        """Firmware 0.5, which reports no version; a protocol that is not CANSimple 2; or two drives with this id."""
         if self._version is None and self._asked > _VERSION_REQUESTS and self.heard != NEVER:
             return "it tells no version: expected firmware 0.6 or newer, as 0.5 and older speak another CANSimple"
         if len(self._serials) > 1:
@@ -113,11 +113,11 @@ class OdriveAxis(Axis):
                     self._serials.add(serial)
                     self.serial = f"{serial:X}"
             case messages.Estop():
-                # Somebody else's button: the drive is off from this moment, before its heartbeat says so.
+                # A button at the drive: it is off from this moment, before its heartbeat shows it.
                 self.state = MotorState.ESTOP
                 self._wanted = False
             case _ if not _asks_or_tells(message):
-                # Everything else is an order, and nobody but this axis may give its drive one.
+                # Everything else is an order, and only this axis may give its drive one.
                 name = message.title if isinstance(message, messages.Other) else type(message).__name__
                 self._complain(f"another program commands it too: {name}")
 
@@ -210,7 +210,7 @@ class OdriveAxis(Axis):
         elif heartbeat.state == messages.AxisState.CLOSED_LOOP_CONTROL:
             self.state = MotorState.CLOSED_LOOP
         elif heartbeat.state == messages.AxisState.IDLE:
-            # Until its first heartbeat in closed loop an axis that was asked to start still says that it idles.
+            # Until its first heartbeat in closed loop an axis that was ordered to start still reports that it idles.
             starting = self._wanted and not self.starved and self.state is MotorState.STARTING
             self.state = MotorState.STARTING if starting else MotorState.IDLE
         else:

@@ -88,7 +88,7 @@ def decode(frame: Frame) -> Message:
     """The message of a frame; bytes after its last field are ignored, as padding.
 
     Raises:
-        FrameError: an unknown command, or too few bytes; says what was expected.
+        FrameError: an unknown command, or too few bytes, with what was expected.
     """
     command = command_of(frame.id)
     data = frame.data

@@ -99,7 +99,7 @@ class TxSdo(NamedTuple):
 
 
 class Address(NamedTuple):
-    """A drive says its id and its serial number. To a drive it means: take this id if this is your serial number."""
+    """A drive reports its id and its serial number. To a drive it means: take this id if this is your serial number."""
 
     node: int
     serial: int

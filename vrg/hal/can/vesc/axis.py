@@ -20,7 +20,7 @@ class VescOptions(ProtocolOptions):
     """The options of a VESC, which counts electrical revolutions and does not tell how many make one of the shaft.
 
     Args:
-        pole_pairs: pairs of magnetic poles of the motor, half the number of its magnets. It must be said.
+        pole_pairs: pairs of magnetic poles of the motor, half the number of its magnets. It is required.
     """
 
     pole_pairs: int | None = Field(None, ge=1, le=100)
@@ -37,7 +37,7 @@ class VescOptions(ProtocolOptions):
 
 
 OLDEST = (5, 3)
-"""The first firmware that tells of its time-out."""
+"""The first firmware that reports its time-out."""
 _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
@@ -147,7 +147,7 @@ class VescAxis(Axis):
         self._poll_flags = not self._poll_flags
 
     def start(self) -> None:
-        """Send a setpoint of zero; the drive obeys once it says that its time-out has ended."""
+        """Send a setpoint of zero; the drive obeys once it reports that its time-out has ended."""
         if self.fault or self.state is MotorState.ESTOP:
             return
         self._wanted, self._confirmed, self.expired, self.starved = True, False, False, False
@@ -180,7 +180,7 @@ class VescAxis(Axis):
         self._settle()
 
     def _status(self, packet: int, frame: Frame) -> None:
-        """Take in what the drive tells by itself."""
+        """Take in a message that the drive sends by itself."""
         if packet == Packet.STATUS:
             status = codec.decode_status(frame.data)
             self.heard, self._erpm = frame.at, status.erpm
@@ -198,7 +198,7 @@ class VescAxis(Axis):
             self._supply(told.voltage, frame.at)
 
     def _overhear(self, frame: Frame) -> None:
-        """Take in a piece of what another program has told the drive's interpreter."""
+        """Take in a piece of another program's payload to the drive's interpreter."""
         with suppress(FrameError):  # the drive does not obey what is damaged
             whole = self._overheard.take(frame)
             if whole is not None and whole[1] and whole[1][0] not in codec.QUESTIONS:

@@ -121,7 +121,7 @@ def packet_of(frame: Frame) -> int:
 
 
 def node_of(frame: Frame) -> int:
-    """The id that a frame is sent to, or of which drive it tells."""
+    """The id of the drive that a frame is sent to, or that it is from."""
     return frame.id & 0xFF
 
 
@@ -261,7 +261,7 @@ def firmware_payload(firmware: Firmware) -> bytes:
 
 
 def decode_firmware(payload: bytes) -> Firmware:
-    """The Firmware that an answer to FW_VERSION tells.
+    """The Firmware in an answer to FW_VERSION.
 
     Raises:
         FrameError: it is cut short.

@@ -171,7 +171,7 @@ def _measured(person: Person, question: str, expected: float, outcome: Callable[
 
 
 class _Runner:
-    """Drives a robot by ticks of its own: nobody else drives it."""
+    """Drives a robot by ticks of its own: no other program drives it."""
 
     def __init__(self, train: DriveTrain, model: RobotModel) -> None:
         self._train = train

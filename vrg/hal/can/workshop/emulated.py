@@ -107,7 +107,7 @@ class EmulatedDrive(ABC):
         return min([self._booted] if self._now < self._booted else [cycle.next for cycle in self._cycles()])
 
     def receive(self, frame: Frame, now: float) -> list[Frame]:
-        """Hear a frame that somebody else has sent, and answer it."""
+        """Receive a frame of another node, and answer it."""
         self._advance(now)
         if is_fault_request(frame, self.node):
             try:

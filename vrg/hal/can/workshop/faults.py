@@ -92,12 +92,12 @@ def decode_fault(frame: Frame) -> FaultRequest:
 
 
 def encode_answer(node: int, kind: FaultKind, *, done: bool) -> Frame:
-    """The frame in which an emulated drive says that a request has arrived, and whether it can do that."""
+    """The frame in which an emulated drive reports that a request has arrived, and whether it can do that."""
     return Frame(_ANSWER | node, _ANSWER_PACKING.pack(kind, done), extended=True)
 
 
 def decode_answer(frame: Frame, node: int, kind: FaultKind) -> bool | None:
-    """Return True if a node has done what it was asked, False if it cannot, None if the frame tells neither."""
+    """Return True if a node has done what was asked, False if it cannot, None if the frame shows neither."""
     if not frame.extended or frame.id != _ANSWER | node or len(frame.data) != _ANSWER_PACKING.size:
         return None
     answered, done = _ANSWER_PACKING.unpack(frame.data)
@@ -112,7 +112,7 @@ def ask_for(medium: Medium, link: Link, node: int, request: FaultRequest) -> boo
     """Ask a drive for a fault.
 
     Returns:
-        whether it can have this fault; None if nobody answers within ANSWER_TIMEOUT.
+        whether it can have this fault; None without an answer within ANSWER_TIMEOUT.
 
     Raises:
         RobotError: the bus cannot be opened, or the request cannot be sent.

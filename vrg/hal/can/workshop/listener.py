@@ -52,9 +52,9 @@ class Found:
 
 
 class Listener(ABC):
-    """The nodes of one protocol on a bus. A subclass says which frames are its own, and what they tell.
+    """The nodes of one protocol on a bus. A subclass recognises and decodes its frames.
 
-    `claim` and `hear` are called by the bus' receive thread, or under the lock of whoever listens. `greet` and `ask`
+    `claim` and `hear` are called by the bus' receive thread, or under the listener's lock. `greet` and `ask`
     are called by another thread, without that lock, so that they may wait for answers.
 
     Args:
@@ -87,7 +87,7 @@ class Listener(ABC):
 
     @abstractmethod
     def ask(self, node: Found) -> None:
-        """Ask a node of this protocol for all that `Found` tells of it.
+        """Ask a node of this protocol for all fields of `Found`.
 
         It may wait for answers, but for one that does not come only ANSWER_TIMEOUT s in all.
 
@@ -97,7 +97,7 @@ class Listener(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Switch every motor on the bus off, whoever has switched it on, also of drives that have not been heard.
+        """Switch every motor on the bus off, whichever process switched it on, also of drives that have not been heard.
 
         Raises:
             RobotError: it could not be sent.
@@ -156,7 +156,7 @@ class Listener(ABC):
 
 
 class AxisListener(Listener):
-    """A listener whose nodes are heard by the axes that drive them. A subclass says whose frames are whose.
+    """A listener whose nodes are heard by the axes that drive them. A subclass assigns frames to nodes.
 
     Attributes:
         axis_type: the protocol's axis. axes: those of the nodes by id.

@@ -19,7 +19,7 @@ from vrg.hal.can.workshop.listener import AxisListener, Claim, Found
 
 _MODEL, _FIRMWARE = 9, 0x0001_0001
 _TICK = 0.01
-"""s from one look at its watchdog to the next, where nobody speaks to it."""
+"""s from one look at its watchdog to the next, if no frames come."""
 _POSITION_GAIN = 20.0
 """turn/s for each turn of position error."""
 _DRIVER_FAULT = 33
@@ -182,7 +182,7 @@ _GREETING = (codec.read(Register.MODE, 1, Resolution.INT8), codec.read(Register.
 
 
 class MoteusListener(AxisListener):
-    """See `Listener`. A drive is recognised by a CAN FD frame that tells registers. It speaks only when it is asked."""
+    """See `Listener`. A drive is recognised by a CAN FD frame with registers. It only answers."""
 
     word = "moteus"
     title = "moteus"

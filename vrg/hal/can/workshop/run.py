@@ -48,7 +48,7 @@ def run_drives(
                 if bus is not None and errno_of(error) in (errno.ENODEV, errno.ENXIO, errno.EBADF):
                     _shut(bus)
                     bus = None
-                # Motors go on while nobody can be told.
+                # Motors go on while no order can be sent.
                 for drive in drives:
                     drive.step(time.monotonic())
                 stop.wait(_REOPEN)

@@ -40,7 +40,7 @@ class Simulation:
 
     Args:
         strict: an exception of a bus' callback ends the simulation. Otherwise it is trouble of the bus, as in a match
-            of processes: the motors must stop, and somebody must see it.
+            of processes: the motors must stop, and the error must be seen.
 
     Attributes:
         clock: the time of all its buses.

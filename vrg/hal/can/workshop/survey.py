@@ -15,7 +15,7 @@ log = logging.getLogger(__name__)
 
 
 def all_listeners(send: Send, clock: Clock) -> list[Listener]:
-    """A listener of each protocol that there is; one that cannot be imported is left out, and the log says why."""
+    """A listener of each protocol; one that cannot be imported is left out, with the reason in the log."""
     found = []
     for name in PROTOCOLS.names():
         try:
@@ -74,7 +74,7 @@ class Survey:
         _each(listener.greet for listener in self._listeners)
 
     def ask(self, node: Found) -> None:
-        """Ask a node for all that is told of it; see `Listener.ask`.
+        """Ask a node for all its values; see `Listener.ask`.
 
         Raises:
             RobotError: a question could not be sent.

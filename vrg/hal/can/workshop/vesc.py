@@ -21,7 +21,7 @@ from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, AxisListener, Claim, F
 from vrg.hal.clock import Clock
 
 POLE_PAIRS = 7
-"""Pole pairs of the emulated motor, where nobody says another number."""
+"""Pole pairs of the emulated motor, unless another number is given."""
 MIN_ERPM = 900
 """The slowest speed that it regulates: asked for less, it brakes (the firmware's `s_pid_min_erpm`, its default)."""
 _FAULT_STOP = 0.5
@@ -160,7 +160,7 @@ _TOLD = (Packet.STATUS, Packet.STATUS_2, Packet.STATUS_3, Packet.STATUS_4, Packe
 class VescListener(AxisListener):
     """See `Listener`. A drive is recognised by its status messages, or by its answer to a ping.
 
-    It counts electrical revolutions, so that turns of the shaft are known to the wiring alone and not told here.
+    It counts electrical revolutions, so that turns of the shaft are known to the wiring alone and not reported.
     """
 
     word = "vesc"

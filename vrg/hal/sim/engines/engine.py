@@ -202,7 +202,7 @@ class Engine(ABC):
         return tuple(self.angles[row, : len(self.models[row].drivetrain.axes)].tolist())
 
     def restore(self, name: str, pose: Pose, angles: Sequence[float]) -> None:
-        """Put a robot where a snapshot says, at rest, with its axes turned as they were (rad)."""
+        """Put a robot at its pose in a snapshot, at rest, with its axes turned as they were (rad)."""
         self.place(name, pose)
         self.angles[self.row(name), : len(angles)] = angles
 

@@ -58,7 +58,7 @@ class Instant:
         angles: shape (robots, axes): the angles that the axes of their drivetrains have turned, rad.
         touch: one number per robot; bit n is set if bumper n is in contact.
         charge: returns the charge of a robot's battery by the robot's name, from 1 (full) to 0 (empty).
-        cameras: the names of the robots of whose cameras somebody wants pictures.
+        cameras: the names of the robots of whose cameras pictures are requested.
     """
 
     tick: int

@@ -1,4 +1,4 @@
-"""The simulation of cameras. A picture costs as much as many scans, so only those are drawn that somebody asks for."""
+"""The simulation of cameras. A picture costs as much as many scans, so only requested ones are drawn."""
 
 import zlib
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 class CameraSimulation(SensorSimulation[CameraSpec]):
     """Simulates all cameras of a world. They see the map and all robots, physical ones included.
 
-    The renderer is loaded only if somebody asks for pictures, as PyBullet takes long to load: before the first tick if
+    The renderer is loaded only if pictures are requested, as PyBullet takes long to load: before the first tick if
     the match file asks, otherwise with the first picture, which then comes late.
     """
 
@@ -37,7 +37,7 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
             self._load()
 
     def due(self, now: Instant) -> list[Mounted[CameraSpec]]:
-        """The cameras that somebody asks for, whose picture is due at this tick and does not drop out."""
+        """The requested cameras, whose picture is due at this tick and does not drop out."""
         if not now.cameras:
             return []
         due = [m for every, turn, m in self._plan if now.tick % every == turn and m.robot in now.cameras]

@@ -144,7 +144,7 @@ class Cia402Drive(EmulatedDrive):
         return sent + self._due(now)
 
     def _shown(self, frames: list[Frame]) -> list[Frame]:
-        # A node that was stopped says nothing but its heartbeat (CiA 301).
+        # A node that was stopped sends only its heartbeat (CiA 301).
         stopped = self._nmt == Nmt.STOPPED
         return super()._shown([frame for frame in frames if not stopped or frame.id != Function.EMCY | self.node])
 
@@ -165,11 +165,11 @@ class Cia402Drive(EmulatedDrive):
         self._nmt = state
         self._pdos.enter(state == Nmt.OPERATIONAL, now)
         self._watchdog = 0.0
-        # Nobody can command a drive that is not operational.
+        # A drive that is not operational takes no commands.
         return self._cut_off(_COMMUNICATION) if self._energised and state != Nmt.OPERATIONAL else []
 
     def _cut_off(self, code: int) -> list[Frame]:
-        """Nobody commands the motor any more: it has a fault, unless 0x6007 says that it goes on."""
+        """React to the loss of the master: the drive has a fault, unless by 0x6007 it goes on."""
         return [] if self.objects[Object.ABORT_CONNECTION_OPTION, 0] == AbortOption.NOTHING else self._fail(code)
 
     def _lose_master(self) -> list[Frame]:
@@ -237,7 +237,7 @@ class Cia402Drive(EmulatedDrive):
         return Frame(Function.EMCY | self.node, struct.pack("<HB5x", code, register))
 
     def _fail(self, code: int) -> list[Frame]:
-        """A fault has come up: it lets go of the motor at once, or brakes it first if 0x605E says so.
+        """A fault has come up: it lets go of the motor at once, or brakes it first if 0x605E demands it.
 
         Safe torque off cuts the current, whatever the fault reaction is.
         """

@@ -105,7 +105,7 @@ class CanopenListener(Listener):
     def stop(self) -> None:
         """Disable the voltage of every drive that is known, and let all nodes leave the state in which PDOs count.
 
-        What a drive that has not been heard does then is what its 0x6007 says. It is heard by its next heartbeat, and
+        What a drive that has not been heard does then is set by its 0x6007. It is heard by its next heartbeat, and
         the next call then reaches it too.
         """
         for number in list(self.found):

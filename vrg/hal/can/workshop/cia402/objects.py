@@ -27,7 +27,7 @@ class Objects:
         node: the drive's id.
         measured: gives the values of objects that are measured, None for the others.
         refused: gives the abort code of a write (index, sub-index, value) that is not allowed now, 0 for the others.
-        wrote: is told of every object that was written (index, sub-index, value).
+        wrote: called with every object that was written (index, sub-index, value).
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Objects:
         self._defaults.clear()
 
     def stored(self) -> dict[tuple[int, int], int | str]:
-        """The values that a drive keeps when it is told to save: those that can be written."""
+        """The values that a drive saves on request: those that can be written."""
         return {key: value for key, value in self._values.items() if self.find(*key).writable}
 
     def restore(self, stored: dict[tuple[int, int], int | str]) -> None:

@@ -96,7 +96,7 @@ class ErrorBehaviour(enum.IntEnum):
 
 
 class HeartbeatConsumer:
-    """Watches the heartbeat of the master, if it is told to (0x1016:01). Times are monotonic, s.
+    """Watches the heartbeat of the master, if it is set to do so (0x1016:01). Times are monotonic, s.
 
     It begins with the first heartbeat, as CiA 301 has it.
     """

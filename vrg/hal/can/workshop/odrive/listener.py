@@ -32,7 +32,7 @@ class Endpoint:
     kind: str
 
     def raw(self, text: str) -> int:
-        """The value that somebody has typed, as the protocol has it.
+        """The value that a person has typed, as the protocol has it.
 
         Raises:
             ValueError: it is none of this type.
@@ -69,7 +69,7 @@ class Endpoints:
         """The endpoint of this name.
 
         Raises:
-            ValueError: there is none; says which are similar.
+            ValueError: there is none, with the similar ones.
         """
         if name in self.by_name:
             return self.by_name[name]
@@ -112,7 +112,7 @@ class OdriveListener(Listener):
     """See `Listener`. A drive is recognised by its heartbeat, which some telegrams of CANopen look like.
 
     Attributes:
-        endpoints: those of the drives' firmware; None as long as nobody has given them. Settings are named by them.
+        endpoints: those of the drives' firmware; None as long as they are not given. Settings are named by them.
     """
 
     word = "odrive"
@@ -222,7 +222,7 @@ class OdriveListener(Listener):
         return self.endpoints.find(setting)
 
     def ask(self, node: Found) -> None:
-        """Ask a drive for its values, and for its serial number once it has told a version.
+        """Ask a drive for its values, and for its serial number once it has reported a version.
 
         Firmware 0.5, which tells none, would take the latter for an order to change its id.
         """
