@@ -88,7 +88,7 @@ class ProcessBrancher:
 
     @property
     def busy(self) -> bool:
-        """Whether something was begun that has not ended."""
+        """True if something was begun that has not ended."""
         return self._process is not None
 
     def begin(self, time: float, player: str, strategy: str) -> None:

@@ -73,7 +73,7 @@ class Show:
 
 @dataclass(frozen=True)
 class Security:
-    """Whether a match has seats.
+    """True if a match has seats.
 
     Args:
         wanted: True lets only processes with keys in.

@@ -288,5 +288,5 @@ def played_at(run: Path) -> float:
 
 
 def is_running(run: Path) -> bool:
-    """Whether the match of a run folder runs on this machine."""
+    """True if the match of a run folder runs on this machine."""
     return any(Path(match.run) == run.resolve() for match in running.running())

@@ -170,7 +170,7 @@ def _check_name(name: str) -> None:
 
 
 def _is_installed(name: str) -> bool:
-    """Whether a package or a module has this name. A folder that only happens to be on the path does not count."""
+    """True if a package or a module has this name. A folder that only happens to be on the path does not count."""
     spec = find_spec(name)
     return spec is not None and spec.origin is not None
 

@@ -185,7 +185,7 @@ def print_table(console: "Console", heads: Sequence[str], rows: Sequence[Sequenc
 
 
 def has_display() -> bool:
-    """Whether a window can be opened."""
+    """True if a window can be opened."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return False
     from vrg.ui.window import display_available  # without a display the window library is not loaded

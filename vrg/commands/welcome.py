@@ -75,7 +75,7 @@ def begin(
 
 
 def has_browser() -> bool:
-    """Whether a browser can be opened that shows the page."""
+    """True if a browser can be opened that shows the page."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return False
     try:
@@ -119,7 +119,7 @@ def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "Outcome | None":
 
 
 def _pressed() -> bool:
-    """Whether a line was typed in the terminal, which is then taken."""
+    """True if a line was typed in the terminal, which is then taken."""
     return bool(select.select([sys.stdin], [], [], 0)[0]) and bool(sys.stdin.readline())
 
 

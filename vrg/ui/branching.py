@@ -47,7 +47,7 @@ class Brancher(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether something was begun that has not ended."""
+        """True if something was begun that has not ended."""
 
     def close(self) -> None:
         """Break off what was begun. Idempotent."""

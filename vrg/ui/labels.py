@@ -67,7 +67,7 @@ class Labels:
 
 
 def _crosses(box: Rectangle, region: Region) -> bool:
-    """Whether the outline of the region runs through the box."""
+    """True if the outline of the region runs through the box."""
     return touch(box, region) and not all(region.contains(x, y) for x, y in box.outline())
 
 

@@ -49,7 +49,7 @@ class Playback:
 
     @property
     def over(self) -> bool:
-        """Whether the last instant is shown."""
+        """True if the last instant is shown."""
         return self.time >= self.end
 
     def advance(self, seconds: float) -> "Playback":

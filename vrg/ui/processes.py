@@ -37,7 +37,7 @@ class Row:
 
     @property
     def waits(self) -> bool:
-        """Whether the process runs, and will tell something of itself that it has not told yet."""
+        """True if the process runs, and will tell something of itself that it has not told yet."""
         alive = self.status.state in (ProcessState.STARTING, ProcessState.RUNNING)
         return alive and bool(self.status.node) and self.pulse is None
 

@@ -77,7 +77,7 @@ class TimeBar:
         return self.begin + share * (self.end - self.begin)
 
     def is_on_track(self, place: tuple[int, int]) -> bool:
-        """Whether a press of the mouse here takes the knob. More than the thin line counts."""
+        """True if a press of the mouse here takes the knob. More than the thin line counts."""
         reach = round(10 * self.ui)
         track = self.track
         return self.area.collidepoint(place) and track.left - reach <= place[0] <= track.right + reach

@@ -82,7 +82,7 @@ class Window:
 
     @property
     def typing(self) -> bool:
-        """Whether keys are letters of a text now."""
+        """True if keys are letters of a text now."""
         return False
 
     # The window itself.
@@ -176,7 +176,7 @@ class Window:
 
 
 def display_available() -> bool:
-    """Whether there is a screen to open a window on. Without one SDL draws into memory and nobody sees it."""
+    """True if there is a screen to open a window on. Without one SDL draws into memory and nobody sees it."""
     try:
         pygame.display.init()
     except pygame.error:

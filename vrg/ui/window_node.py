@@ -98,7 +98,7 @@ class WindowNode(Window, Node):
 
     @property
     def stopped(self) -> bool:
-        """Whether the emergency stop is engaged."""
+        """True if the emergency stop is engaged."""
         return self.scene.estop
 
     @property

@@ -28,7 +28,7 @@ OWN: Final = "OWN STRATEGIES"
 
 @dataclass(frozen=True)
 class Lights:
-    """Whether all is well with what a commander needs, in words. Empty words mean that it is.
+    """The state of what a commander needs, in words. Empty words mean that all is well.
 
     Args:
         bus: what is wrong with the connection. robot: what keeps the driven robot from moving.

@@ -58,7 +58,7 @@ def _about_player(button: Button, insight: Insight, selected: str | None) -> str
 
 
 def useful(button: Button, insight: Insight, selected: str | None) -> bool:
-    """Whether a button would change something now, as far as this window knows; the others are drawn quietly."""
+    """True if a button would change something now, as far as this window knows; the others are drawn quietly."""
     if hindrance(button, insight, selected):
         return False
     scene = insight.scene

@@ -30,7 +30,7 @@ STREAM_COLUMNS: Final = (
 
 
 def health(stream: Stream) -> Tone:
-    """Whether a stream has lost messages lately (alarm), or has lost some or fallen silent (caution)."""
+    """The tone of a stream: alarm if it has lost messages lately, caution if it has lost some or fallen silent."""
     if stream.bad or stream.misrouted or (stream.lately and not shared(stream.key)):
         return Tone.ALARM
     events = any(key_matches(expression, stream.key) for expression in EVENTS)
@@ -41,7 +41,7 @@ def health(stream: Stream) -> Tone:
 
 
 def shared(key: str) -> bool:
-    """Whether several may speak on a key, so that the numbers of its messages do not tell what was lost."""
+    """True if several may speak on a key, so that the numbers of its messages do not tell what was lost."""
     return key in SHARED or any(key_matches(expression, key) for expression in SHARED_BY_NAME)
 
 

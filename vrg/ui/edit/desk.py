@@ -137,7 +137,7 @@ class Desk:
 
     @property
     def changed(self) -> bool:
-        """Whether there is something that would be lost."""
+        """True if there is something that would be lost."""
         return self.draft.text != self._kept.text
 
     # -- requests

@@ -121,7 +121,7 @@ def _zones(ground: Verdict, at: Vector) -> frozenset[str]:
 
 
 def _inside(ground: Verdict, at: Vector, radius: float) -> bool:
-    """Whether a robot of this radius is within the bounds of the map, m, and touches no wall."""
+    """True if a robot of this radius is within the bounds of the map, m, and touches no wall."""
     bounded = ground.bounds is None or ground.bounds.signed_distance(*at) <= -radius
     return bounded and all(obstacle.distance(*at) > radius for obstacle in ground.obstacles)
 

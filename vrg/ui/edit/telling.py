@@ -87,7 +87,7 @@ def scene_of(draft: Draft, verdict: Verdict) -> tuple[Scene, list[int]]:
 
 
 def _on_map(pose: Pose | None, verdict: Verdict) -> bool:
-    """Whether a robot can be shown: one far outside would make everything else small."""
+    """True if a robot can be shown: one far outside would make everything else small."""
     if pose is None or verdict.bounds is None:
         return pose is not None and abs(pose.x) < 1e3 and abs(pose.y) < 1e3
     x_min, y_min, x_max, y_max = verdict.bounds.bounds

@@ -116,7 +116,7 @@ def alert(board: Dashboard) -> Line:
 
 
 def scored(scene: Scene) -> bool:
-    """Whether the game of a scene has a score."""
+    """True if the game of a scene has a score."""
     return game_of(scene.game).competitive
 
 

@@ -174,7 +174,7 @@ class Desk:
 
     @property
     def _edited(self) -> bool:
-        """Whether the fields say something else than the goal."""
+        """True if the fields say something else than the goal."""
         if self.goal is None:
             return any(self.form.texts)
         shown = Form()
@@ -196,13 +196,13 @@ class Desk:
         self.notice = why if old is None else words.KEPT.format(reason=why, x=old.x, y=old.y)
 
     def _held_by_another(self, seen: Telemetry) -> bool:
-        """Whether a person drives the robot who is not at this display."""
+        """True if a person drives the robot who is not at this display."""
         report = seen.report
         return report is not None and report.body.manual and report.stamp > self._given_back + ECHO
 
     @staticmethod
     def stopped(seen: Telemetry) -> bool:
-        """Whether the emergency stop is engaged, for all or at the robot itself."""
+        """True if the emergency stop is engaged, for all or at the robot itself."""
         report = seen.report
         return (seen.state is not None and seen.state.estop) or (report is not None and report.body.estop)
 

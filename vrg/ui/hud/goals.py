@@ -1,4 +1,4 @@
-"""Whether a robot can stand at a goal. Pure functions of metres."""
+"""Checks that a robot can stand at a goal. Pure functions of metres."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -106,12 +106,12 @@ class Hud(WindowNode):
 
     @property
     def stopped(self) -> bool:
-        """Whether the emergency stop is engaged, for all or at the robot itself."""
+        """True if the emergency stop is engaged, for all or at the robot itself."""
         return super().stopped or self.desk.stopped(self._seen)
 
     @property
     def typing(self) -> bool:
-        """Whether somebody types into one of the fields."""
+        """True if somebody types into one of the fields."""
         return self.desk.form.focus is not None
 
     def steer(self, tick: Tick) -> None:

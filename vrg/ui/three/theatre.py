@@ -92,7 +92,7 @@ class Theatre:
 
     @property
     def watched(self) -> bool:
-        """Whether anybody looks."""
+        """True if anybody looks."""
         return bool(self._viewers)
 
     @property

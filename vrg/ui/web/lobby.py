@@ -122,7 +122,7 @@ class Allowance:
     _before: float | None = None
 
     def spend(self, now: float) -> bool:
-        """Whether one more request is within bounds at the monotonic time `now`, s."""
+        """True if one more request is within bounds at the monotonic time `now`, s."""
         if self._before is not None:
             self.left = min(AT_ONCE, self.left + (now - self._before) * PER_SECOND)
         self._before = now

@@ -37,7 +37,7 @@ class Audience(Protocol):
 
     @property
     def watched(self) -> bool:
-        """Whether anybody looks."""
+        """True if anybody looks."""
 
     def start(self) -> None:
         """Let them in."""

@@ -93,7 +93,7 @@ class WebServer(Site):
 
     @property
     def watched(self) -> bool:
-        """Whether anybody looks at the page."""
+        """True if anybody looks at the page."""
         return bool(self._guests)
 
     def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
