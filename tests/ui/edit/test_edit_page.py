@@ -148,6 +148,20 @@ def test_keys_alone_choose_move_and_turn_a_robot(visit: Callable[[], Visitor], d
     assert sorted((abs(round(pose.x - 21.0, 3)), abs(round(pose.y + 30.0, 3)))) == [0.1, 1.0]
 
 
+def test_what_is_typed_slowly_is_left_as_it_is_typed(visit: Callable[[], Visitor], desk: Desk) -> None:
+    page = visit()
+    page.page.click("#change")
+    field = page.page.locator('[data-key="players.1.y"]')
+    field.fill("")
+    # Each sign is taken in and answered before the next one, and "-16." and "-16.0" are told as "-16".
+    for sign in "-16.05":
+        field.press_sequentially(sign)
+        page.wait("vrg.told().checked && vrg.idle()")
+    assert (field.input_value(), desk.draft.shown(("players", 1, "y"))) == ("-16.05", "-16.05")
+    page.page.keyboard.press("Control+z")
+    page.wait("document.querySelector('[data-key=\"players.1.y\"]').value === '-16'")
+
+
 def test_everything_has_room(visit: Callable[[], Visitor]) -> None:
     page = visit()
     for screen in ("start", "edit"):

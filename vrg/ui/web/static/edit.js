@@ -42,12 +42,14 @@ async function post(path, body, bearer) {
 function send(request) {
   queue = queue.then(async () => {
     if (ended) return;
+    let answer = null;
     try {
-      const answer = await post("edit", JSON.stringify("seen" in request ? { ...request, seen: told.number } : request), token);
-      hear(await answer.json(), request);
+      answer = await (await post("edit", JSON.stringify("seen" in request ? { ...request, seen: told.number } : request), token)).json();
     } catch (error) {
       tell(error instanceof TypeError ? "The terminal in which this was begun has ended it. What was not saved is in the file that it names." : error.message);
     }
+    if (request.do === "place") plan.waits -= 1;
+    if (answer) hear(answer, request);
   });
   return queue;
 }
@@ -360,5 +362,5 @@ async function enter() {
 }
 
 // For tests, and for whoever wants to know.
-window.vrg = { plan, field: plan.field, told: () => told };
+window.vrg = { plan, field: plan.field, told: () => told, idle: () => !pending.size };
 enter();

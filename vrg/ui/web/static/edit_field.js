@@ -19,6 +19,8 @@ export class Plan {
     this.bad = new Set();
     this.chosen = null;
     this.movable = false;
+    /** How many moves the server has not taken in yet. */
+    this.waits = 0;
     this.held = null;
     canvas.addEventListener("pointerdown", (event) => this.take(event));
     canvas.addEventListener("pointermove", (event) => this.drag(event));
@@ -28,9 +30,9 @@ export class Plan {
     new ResizeObserver(() => this.draw()).observe(canvas.parentElement);
   }
 
-  /** Show what the server tells; a robot that is held stays where the hand is. */
+  /** Show what the server tells; a robot that was moved since stays where it was moved to. */
   show(told) {
-    if (this.held) return;
+    if (this.held || this.waits) return;
     for (const part of told.picture) {
       if (part.t === "frame") this.match.motion.reset();
       this.match.take(part, 0);
@@ -109,7 +111,7 @@ export class Plan {
   }
 
   letGo() {
-    if (this.held?.moved) this.onPlace(this.chosen, this.pose);
+    if (this.held?.moved) this.place();
     this.held = null;
   }
 
@@ -135,6 +137,11 @@ export class Plan {
     this.pose[1] += dy;
     this.pose[2] += turn ?? 0;
     this.choose(this.chosen);
+    this.place();
+  }
+
+  place() {
+    this.waits += 1;
     this.onPlace(this.chosen, this.pose);
   }
 }
