@@ -86,7 +86,7 @@ class ManagedProcess:
 
     Attributes:
         log: its log.
-        ready: True when the child has told that it is ready.
+        ready: True when the child has reported that it is ready.
         strikes: counts how often it has failed, by monotonic time.
     """
 

@@ -256,13 +256,13 @@ def _hold_leash(stop: Stop) -> None:
         held = _held()
     log.info("stopping: the supervisor is gone")
     stop.set()
-    # A node that is stuck, in a student's endless loop say, never looks at `stop`, and nobody is left to kill it.
+    # A node that is stuck, in a student's endless loop say, never looks at `stop`, and no process is left to kill it.
     time.sleep(LEASH_PATIENCE)
     os._exit(1)
 
 
 def _held() -> bool:
-    """Wait a second, or until the leash is let go; whether somebody still holds it."""
+    """Wait a second, or until the leash is let go; return whether it is still held."""
     try:
         return not select.select([0], [], [], 1.0)[0] or bool(os.read(0, 64))
     except OSError:

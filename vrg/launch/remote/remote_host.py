@@ -56,7 +56,7 @@ _BACKLOG = 16 * wire.PART
 _TEXT = 4000
 """The longest text of an agent that a person is shown, signs."""
 _REFUSED = 100
-"""The number of files that are refused of which a person is told."""
+"""The number of refused files that are named to a person."""
 _OF_PROCESSES = frozenset(
     (
         EventKind.READY,
@@ -104,7 +104,7 @@ class RemoteHost:
         setup: the match. folder: the run folder here. What is in it now travels.
         prepare: the first order to each agent of that machine.
         announce: called with a text about each event that a person should know of.
-        notes: told what happens to the processes there. clock: returns the monotonic time, s.
+        notes: the log of events of the processes there. clock: returns the monotonic time, s.
 
     Attributes:
         machine: its name in the match file. names: the names of its processes. stop_orders: the numbers for `stop`.
