@@ -18,7 +18,7 @@ from vrg.launch.child import FAILED_FOR_GOOD, job_of
 from vrg.launch.events import EventKind, NoNotes, Notes
 from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
-from vrg.launch.managed import DUMP, HANDOVER, STOP_PATIENCE, ManagedProcess, ProcessSpec
+from vrg.launch.managed import DUMP, HANDOVER, STOP_TIMEOUT, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
 
 CUT_OFF = 1.0
@@ -424,11 +424,11 @@ class Supervisor:
 
     def wait_stopped(self, order: int, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Wait until the processes of one number have stopped. One that does not stop in time is killed."""
-        deadline = time.monotonic() + STOP_PATIENCE
+        deadline = time.monotonic() + STOP_TIMEOUT
         for member in self.processes:
             meanwhile()
             if member.spec.stop_order == order and not member.wait_stopped(deadline):
-                self._announce(f"{member.spec.name} did not stop within {STOP_PATIENCE:g} s: killed")
+                self._announce(f"{member.spec.name} did not stop within {STOP_TIMEOUT:g} s: killed")
 
     def close(self, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Stop all processes, players first and the router last. Idempotent."""
