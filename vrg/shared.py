@@ -17,7 +17,7 @@ def shared(function: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
     """A function that keeps its newest result, and returns it again for the same arguments.
 
     Only the very same objects count as the same arguments. So they are compared quickly and may be of any type, but
-    nobody may change them or the result.
+    neither they nor the result may be changed.
     """
     newest: tuple[tuple[Any, ...], T] | None = None
 

@@ -530,7 +530,7 @@ def test_waiting_for_a_listener_ends(endpoint: str) -> None:
 
 
 def test_of_two_nodes_of_one_name_the_second_is_refused(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrg.bus.process.TAKEOVER_PATIENCE", 0.3)
+    monkeypatch.setattr("vrg.bus.process.TAKEOVER_TIMEOUT", 0.3)
     with open_session(endpoint) as one, open_session(endpoint) as other:
         claim(one, KEYS, "coordinator", "referee")
         wait(lambda: bool(other.alive(KEYS.alive("coordinator", "referee"))), "the token of the first")

@@ -92,7 +92,7 @@ def test_a_player_whose_end_is_not_seen_holds_up_nothing(make: Make, monkeypatch
     monkeypatch.setattr(stuck, "terminate", lambda: None)
     monkeypatch.setattr(managed, "KILLED", 0.1)
     monkeypatch.setattr("vrg.launch.supervisor.HANDOVER", 0.0)
-    monkeypatch.setattr("vrg.launch.supervisor.STOP_PATIENCE", 0.1)
+    monkeypatch.setattr("vrg.launch.supervisor.STOP_TIMEOUT", 0.1)
     supervisor.play("p0", "other")
     other.kill()
     wait_until(lambda: other.exit_status is not None, "the other to end")

@@ -22,9 +22,9 @@ STALL = 0.5
 """The real time in s without the world's clock after which a node learns that time has stopped."""
 STALLED_PERIOD = 0.1
 """The real time in s between a node's ticks while match time has stopped."""
-TAKEOVER_PATIENCE = 3.0
+TAKEOVER_TIMEOUT = 3.0
 """The real time in s that a restarted node waits until the token of its crashed predecessor is gone."""
-ROUTER_PATIENCE = 30.0
+ROUTER_TIMEOUT = 30.0
 """The real time in s for which it is asked again who is alive, where the router does not answer."""
 CLAIM_SETTLES = 0.1
 """The real time in s that two tokens declared at the same moment need until both processes see both."""
@@ -57,11 +57,11 @@ def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
     A node that is alive already stays. Of two that come at the same moment, the one with the lower instance id stays.
 
     Raises:
-        DuplicateNodeError: another such node is alive, and does not end within TAKEOVER_PATIENCE.
+        DuplicateNodeError: another such node is alive, and does not end within TAKEOVER_TIMEOUT.
         BusError: the router does not tell who is alive.
     """
     everyone = keys.alive(kind, name)
-    deadline = time.monotonic() + TAKEOVER_PATIENCE
+    deadline = time.monotonic() + TAKEOVER_TIMEOUT
     while _alive(session, everyone):
         if time.monotonic() >= deadline:
             raise _duplicate(keys, kind, name)
@@ -77,9 +77,9 @@ def _alive(session: Session, expression: str) -> set[str]:
     """The nodes that are alive, as soon as that is known. A node must not take a name before.
 
     Raises:
-        BusError: it has not become known within ROUTER_PATIENCE.
+        BusError: it has not become known within ROUTER_TIMEOUT.
     """
-    deadline = time.monotonic() + ROUTER_PATIENCE
+    deadline = time.monotonic() + ROUTER_TIMEOUT
     while True:
         try:
             return session.alive(expression)

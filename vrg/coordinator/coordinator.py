@@ -57,7 +57,7 @@ STALL_TICKS = 20
 """The ticks in real time (one in 0.1 s) for which a virtual match goes on without its clock, or without poses."""
 OFFERS_LIMIT = 20
 """The number of bids of one player that the referee looks at in a tick."""
-DISK_PATIENCE = 1.0
+DISK_TIMEOUT = 1.0
 """The match time in s for which play goes on while a disk stalls, and what was called is not announced."""
 RECORD_PERIOD = 1.0
 """The match time in s between two records of changes without a call, such as that an intruder is seen."""
@@ -146,7 +146,7 @@ class Coordinator(Node):
         self._entries = []
         if self._record(tick.time, [o for o in outcomes if o]):
             self._state = self._led(self.match.state(self._field, self._estop), tick.time)
-        elif self.match.halted is not None or tick.time - self._up_to_date > DISK_PATIENCE:
+        elif self.match.halted is not None or tick.time - self._up_to_date > DISK_TIMEOUT:
             # What is not on disk is not published. The last state is published instead, as halted.
             self._state = _held(self._state, self.match.halted or "the journal waits for the disk")
         self._publish()

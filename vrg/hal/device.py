@@ -28,7 +28,7 @@ from vrg.types import STILL, Pose, Twist
 
 log = logging.getLogger(__name__)
 
-RECOVERY_PATIENCE = 2.0
+RECOVERY_TIMEOUT = 2.0
 """The time in s that `close` waits for a running recovery to end; the motors are off meanwhile."""
 FEED = "feed"
 """The localisation of a robot whose pose is measured from outside, for example by a motion-capture system."""
@@ -223,7 +223,7 @@ class Device:
         """Disarm the robot and close its driver. Idempotent."""
         self.disarm()
         if self._recovery is not None:
-            self._recovery.join(RECOVERY_PATIENCE)
+            self._recovery.join(RECOVERY_TIMEOUT)
         self._driver.close()
 
     def _alarm(self, _order: Received[Estop]) -> None:

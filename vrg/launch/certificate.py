@@ -38,7 +38,7 @@ class Certificate:
     Args:
         incidents: what happened, in the order of match time. stops: how each robot stopped; see `RobotStop`.
         rate: match seconds per real second that the match was played at; None where it was as fast as possible.
-        notes: what cannot be told, and why, in sentences.
+        notes: what is not known, and why, in sentences.
     """
 
     incidents: Sequence[Incident]
@@ -159,7 +159,7 @@ def _in_real_time(
     if rested:
         rests[0] = replace(rests[0], begin=-REST_TIME)  # it stood already
     if rests and rests[-1].end == math.inf and times[-1] - rests[-1].begin < REST_TIME:
-        rests.pop()  # nobody knows whether it stood for more than a moment
+        rests.pop()  # it is not known whether it stood for more than a moment
     measured = Trajectory(
         stop.robot,
         True,

@@ -16,7 +16,7 @@ TOLERANCE = 1e-6
 def cross_check(tracks: Sequence[RobotPoses], exhibits: Iterable[Exhibit]) -> tuple[list[Disagreement], int]:
     """Compare a recording with the referee's evidence, and return the robots and times at which their poses differ.
 
-    Only instants of which both tell count. Each robot is told once, with the first instant and how many there are.
+    Only instants that both have count. Each robot is reported once, with the first instant and how many there are.
 
     Returns:
         the disagreements, and the number of poses that were compared.

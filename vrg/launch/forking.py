@@ -52,7 +52,7 @@ def serve_forks(channel: socket.socket, patience: float = ORPHANED) -> None:
     Args:
         patience: the real time in s after which processes are then killed.
     """
-    # Without it, what a process leaves behind would be nobody's; then only its group is ended.
+    # Without it, what a process leaves behind would have no parent; then only its group is ended.
     ctypes.CDLL(None).prctl(_SUBREAPER, ctypes.c_ulong(1), ctypes.c_ulong(0), ctypes.c_ulong(0), ctypes.c_ulong(0))
     # Frozen objects are not touched by garbage collection, so they stay in memory pages that all processes share.
     gc.collect()
@@ -117,7 +117,7 @@ def _reap(children: set[int]) -> Iterator[tuple[int, int]]:
         if ended is None:
             return
         if ended.si_pid in children:
-            end_group(ended.si_pid)  # as long as it is not buried, its group's number is nobody else's
+            end_group(ended.si_pid)  # as long as it is not buried, its group's number belongs to no other
         status = os.waitstatus_to_exitcode(os.waitpid(ended.si_pid, 0)[1])
         if ended.si_pid in children:
             children.discard(ended.si_pid)

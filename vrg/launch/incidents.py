@@ -221,7 +221,7 @@ def _robots(of: RunData, names: Sequence[str]) -> frozenset[str] | None:
 
 
 def _launcher(of: RunData) -> Iterator[Incident]:
-    """The death of the launcher, which nobody could log: its log lacks the last line."""
+    """The death of the launcher, which could not be logged: its log lacks the last line."""
     if of.events and of.events[-1].what is not EventKind.ENDED:
         last = of.events[-1].time or 0.0
         end = of.end if math.isfinite(of.end) else last

@@ -42,7 +42,7 @@ POLL_PERIOD = 0.05
 _AGAIN = 0.5
 """The real time in s after which the referee is asked once more to halt play."""
 _AWAITED = 10.0
-"""The real time in s without another process that is ready after which those that are awaited are told."""
+"""The real time in s without another process that is ready after which those that are awaited are named."""
 _LOOK = 0.02
 """The real time in s between two looks at whether starting processes are ready."""
 
@@ -220,7 +220,7 @@ class LaunchedMatch:
         return True
 
     def _look(self, session: Session) -> None:
-        """Take in what was said on the bus and what has happened on the machines, and tell others."""
+        """Take in the messages of the bus and the events of the machines, and report them."""
         session.receive()
         self._listening.look()
         self._mailbox.handover(0.0)

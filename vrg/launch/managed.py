@@ -15,11 +15,11 @@ from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.strikes import Strikes
 
-STOP_PATIENCE = 5.0
+STOP_TIMEOUT = 5.0
 """The real time in s from SIGTERM to SIGKILL."""
-IDLE_PATIENCE = 30.0
+IDLE_TIMEOUT = 30.0
 """The real time in s that a process may do nothing at all before it is ready."""
-BUSY_PATIENCE = 60.0
+BUSY_TIMEOUT = 60.0
 """The processor time in s that a process may use before it is ready. An endless loop would use more."""
 _WORKS = 0.01
 """The processor time in s that a process must use between two looks; less counts as doing nothing."""
@@ -86,7 +86,7 @@ class ManagedProcess:
 
     Attributes:
         log: its log.
-        ready: True when the child has told that it is ready.
+        ready: True when the child has reported that it is ready.
         strikes: counts how often it has failed, by monotonic time.
     """
 
@@ -168,10 +168,10 @@ class ManagedProcess:
         self._looked = now
         if used - self._worked > _WORKS:
             self._idle, self._worked = 0.0, used
-        if used > BUSY_PATIENCE:
+        if used > BUSY_TIMEOUT:
             return f"has used {used:.0f} s of processor time and is not ready"
-        if self._idle > IDLE_PATIENCE:
-            return f"is not ready and has done nothing for {IDLE_PATIENCE:g} s"
+        if self._idle > IDLE_TIMEOUT:
+            return f"is not ready and has done nothing for {IDLE_TIMEOUT:g} s"
         return None
 
     @property

@@ -29,7 +29,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         state: the last state of the referee; None if there is none.
         ended: how the match ended, in words, such as `game over` or `interrupted`.
     """
-    from vrg.launch.certificate import certificate_of, data_of  # noqa: PLC0415 - nobody needs it before the end
+    from vrg.launch.certificate import certificate_of, data_of  # noqa: PLC0415 - it is not needed before the end
 
     records, processes = _records(folder), _statistics(folder)
     result: dict[str, Any] = {

@@ -121,7 +121,7 @@ class RunFolder:
 
     @property
     def again(self) -> Path:
-        """Is there if somebody at the window wants to watch the match again."""
+        """Is there if a person at the window wants to watch the match again."""
         return self.path / "watch-again"
 
     def recordings(self) -> list[Path]:

@@ -35,7 +35,7 @@ SNAPSHOT_PERIOD = 5
 """The number of world ticks between two snapshots. With the default tick this is 0.1 s of match time."""
 WINDOW_PERIOD = 1 / 30
 """The real time in s between two looks at a window's keys."""
-LEASH_PATIENCE = 10.0
+LEASH_TIMEOUT = 10.0
 """The real time in s that a node has to stop once its supervisor is gone."""
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
@@ -256,13 +256,13 @@ def _hold_leash(stop: Stop) -> None:
         held = _held()
     log.info("stopping: the supervisor is gone")
     stop.set()
-    # A node that is stuck, in a student's endless loop say, never looks at `stop`, and nobody is left to kill it.
-    time.sleep(LEASH_PATIENCE)
+    # A node that is stuck, in a student's endless loop say, never looks at `stop`, and no process is left to kill it.
+    time.sleep(LEASH_TIMEOUT)
     os._exit(1)
 
 
 def _held() -> bool:
-    """Wait a second, or until the leash is let go; whether somebody still holds it."""
+    """Wait a second, or until the leash is let go; return whether it is still held."""
     try:
         return not select.select([0], [], [], 1.0)[0] or bool(os.read(0, 64))
     except OSError:

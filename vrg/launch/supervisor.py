@@ -18,7 +18,7 @@ from vrg.launch.child import FAILED_FOR_GOOD, job_of
 from vrg.launch.events import EventKind, NoNotes, Notes
 from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
-from vrg.launch.managed import DUMP, HANDOVER, STOP_PATIENCE, ManagedProcess, ProcessSpec
+from vrg.launch.managed import DUMP, HANDOVER, STOP_TIMEOUT, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
 
 CUT_OFF = 1.0
@@ -26,7 +26,7 @@ CUT_OFF = 1.0
 ROUTER_START = 10.0
 """The real time in s from a router's start after which it must answer."""
 NOTICE_TIMEOUT = 10.0
-"""The real time in s without a sign of life of any process after which a person is told."""
+"""The real time in s without a sign of life of any process after which a person is informed."""
 LOG_TAIL = 15
 """The number of last lines of a log that are shown when a process has ended."""
 _PROGRESS = 0.5
@@ -43,7 +43,7 @@ class Supervisor:
         server: the fork server that starts the processes; without one each gets an interpreter of its own.
         disqualify: True disqualifies a player that has failed for good; False halts the match.
         memory: the most memory that a player's process may use, MB.
-        machine: the name of this machine in the match file. notes: told what happens to the processes.
+        machine: the name of this machine in the match file. notes: the log of events of the processes.
         credentials: those of the supervisor's own seat; None in a match without seats.
 
     Attributes:
@@ -306,7 +306,7 @@ class Supervisor:
             yield
 
     def _vacate(self, process: ManagedProcess, why: str, *, kill: bool = True) -> None:
-        """A player has failed for good. It is not started again until somebody gives it another strategy."""
+        """A player has failed for good. It is not started again until a person gives it another strategy."""
         self._notes.note(EventKind.VACATED, process.spec.name, why)
         if kill:
             process.kill()
@@ -347,7 +347,7 @@ class Supervisor:
         name, status = process.spec.name, process.exit_status
         how = _how_it_ended(status)
         self._pulses.forget(name)
-        # Where the fork server has died, nobody knows how a node has ended: a window was closed, most likely.
+        # Where the fork server has died, it is not known how a node has ended: a window was closed, most likely.
         if status in (0, UNKNOWN_STATUS) and not process.spec.essential:
             self.processes.remove(process)
             self._announce(f"{name} was closed")
@@ -424,11 +424,11 @@ class Supervisor:
 
     def wait_stopped(self, order: int, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Wait until the processes of one number have stopped. One that does not stop in time is killed."""
-        deadline = time.monotonic() + STOP_PATIENCE
+        deadline = time.monotonic() + STOP_TIMEOUT
         for member in self.processes:
             meanwhile()
             if member.spec.stop_order == order and not member.wait_stopped(deadline):
-                self._announce(f"{member.spec.name} did not stop within {STOP_PATIENCE:g} s: killed")
+                self._announce(f"{member.spec.name} did not stop within {STOP_TIMEOUT:g} s: killed")
 
     def close(self, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Stop all processes, players first and the router last. Idempotent."""

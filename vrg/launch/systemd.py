@@ -187,7 +187,7 @@ def install_commands(
     by_place: dict[str, list[str]] = {folder: [setup.origin]}
     for place, source in files_of(setup).copies.items():
         by_place.setdefault((PurePosixPath(folder) / place.parent).as_posix(), []).append(os.path.relpath(source))
-    # The units lie in a folder that only the user can write, and are named one by one: whatever somebody else had put
+    # The units lie in a folder that only the user can write, and are named one by one: whatever another user had put
     # among them would be root's.
     staged = (PurePosixPath(folder) / "units").as_posix()
     made = shlex.join([*by_place, staged, *([keys] if keys else [])])

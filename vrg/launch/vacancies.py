@@ -24,7 +24,7 @@ LAUNCHER = "launcher"
 _LATE = 2.0
 """The real time in s for which a process that has ended may still be heard."""
 _AGAIN = 1.0
-"""The real time in s after which the referee is told once more, if it has not done it."""
+"""The real time in s after which the referee gets the message once more, if it has not done it."""
 
 
 def disqualification(name: str, why: str) -> Official:
@@ -72,7 +72,7 @@ class Vacancies:
         self._vacated: dict[str, float] = {}
 
     def look(self, now: float) -> None:
-        """Put others into seats where somebody asks for it, and tell the referee who has failed.
+        """Replace players on request, and report to the referee those that have failed.
 
         Args:
             now: the monotonic time, s.
@@ -85,7 +85,7 @@ class Vacancies:
         self._tell(now)
 
     def vacate(self, name: str, why: str, now: float) -> None:
-        """A player has failed for good: it is not started again, until somebody puts another one into its seat."""
+        """A player has failed for good: it is not started again, until another one is put into its seat."""
         self.vacant[name] = why
         self._vacated[name] = now
         self._told.pop(name, None)
@@ -93,7 +93,7 @@ class Vacancies:
         self._announce(f"{name}: {why}: {what} (log: {self._logs / f'{name}.log'})")
 
     def _take(self, name: str, now: float) -> None:
-        """A sign of life has come of a player whose process has ended: somebody else plays for it by now."""
+        """A sign of life has come of a player whose process has ended: another process plays for it by now."""
         # The last sign of the process itself may come late.
         if now - self._vacated.get(name, now) > _LATE:
             self.vacant.pop(name, None)

@@ -39,7 +39,7 @@ class VelocityEstimator:
 
         Args:
             stamp: the match time of the positions, s.
-            positions: each player's position by name, m. Nobody may change them afterwards.
+            positions: each player's position by name, m. They may not be changed afterwards.
         """
         self._motion = _moved(self._motion, stamp, positions)
 
@@ -65,7 +65,7 @@ def _moved(before: _Motion, stamp: float, positions: Mapping[str, Vector]) -> _M
 
 
 class TopSpeed:
-    """Estimates the top speed of one's own robot, which nobody tells: its mean speed while it is near the peak.
+    """Estimates the top speed of one's own robot, which is not published: its mean speed while it is near the peak.
 
     The greatest single measurement would be too high, because measurements are noisy. So the speed is smoothed, and
     the result is the mean of the measurements that were taken while the smoothed speed was near its peak.

@@ -78,7 +78,7 @@ class Pilot:
         Args:
             now: the match time, s. pose: where the robot is.
             bounds: where the body's centre should be. speed: m/s.
-            walls: what nobody can drive through, each with the distance to keep from it, m.
+            walls: the regions that no robot can drive through, each with the distance to keep from it, m.
         """
         here = (pose.x, pose.y)
         standing = [n for n in neighbours if n.velocity[0] ** 2 + n.velocity[1] ** 2 < STANDING**2]
@@ -138,7 +138,7 @@ class Pilot:
         pause = not 0.0 <= now - self._last <= MAX_DECISION_INTERVAL
         self._last = now
         if self._from is None or pause:
-            # In a halt, or before the world was restarted, nobody wanted it to move.
+            # In a halt, or before the world was restarted, it was not to move.
             self._out_until = -math.inf
             self._begin(now, here)
             return False

@@ -71,7 +71,7 @@ class LiveServer:
         self._server.broadcast_time(self._newest[topic][1])
 
     def flush(self) -> None:
-        """Send the newest message of each topic that somebody has begun to watch."""
+        """Send the newest message of each topic that a viewer has begun to watch."""
         while self._listener.topics:
             topic = self._listener.topics.popleft()
             if topic in self._newest:

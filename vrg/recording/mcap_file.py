@@ -14,7 +14,7 @@ CHUNK_BYTES: Final = 1 << 20
 
 
 class McapFile:
-    """Writes messages; a topic and its schema are told to the file when the first message of it is written.
+    """Writes messages; a topic and its schema are written to the file when the first message of it is written.
 
     What was flushed can be read even if nothing else is ever written.
 

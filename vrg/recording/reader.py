@@ -50,7 +50,7 @@ class Setting:
     Args:
         game: its name, empty where the referee never spoke.
         zones: of each round that was begun, by its number, as they were while it was played.
-        objects: the things of the game that are no robots, as the referee last told of them.
+        objects: the things of the game that are no robots, as the referee last published them.
     """
 
     game: str
@@ -140,7 +140,7 @@ class Thought:
 
 
 def read_sightings(path: Path | Sequence[Path]) -> dict[str, list[Sighting]]:
-    """Read what each player has told the referee it has seen. Argument and errors are those of `read_tracks`."""
+    """Read the sightings that each player has reported. Argument and errors are those of `read_tracks`."""
     found: dict[str, list[Sighting]] = {}
     for topic, _, _, data in records_in(path):
         match topic.split("/"):

@@ -44,7 +44,7 @@ class RecordedMatch:
 
 
 def read_match(path: Path | Sequence[Path]) -> RecordedMatch:
-    """Read all that was said.
+    """Read all messages.
 
     Args:
         path: a recording, or its parts in their order where the recorder was started again.
@@ -60,7 +60,7 @@ def read_match(path: Path | Sequence[Path]) -> RecordedMatch:
 
 
 class _Reading:
-    """Collects what was said, one record after the other."""
+    """Collects the messages, one record after the other."""
 
     def __init__(self) -> None:
         self.match = RecordedMatch()
@@ -71,7 +71,7 @@ class _Reading:
         self._numbers: set[int] = set()
 
     def sorted(self) -> RecordedMatch:
-        """Everything, in the order of time. What was said at the same time keeps its order."""
+        """Everything, in the order of time. Messages of the same time keep their order."""
         for said in self._said():
             said.sort(key=lambda entry: entry[0])
         return self.match
@@ -116,7 +116,7 @@ class _Reading:
     def _step_back(self, time: float) -> None:
         """Go back to a match time from which the world has begun again.
 
-        Where bodies were beyond it did not happen. What was said beyond it was heard: it counts from then on.
+        Where bodies were beyond it did not happen. Messages beyond it were received: they count from then on.
         """
         for said in self._said():
             _bring_forward(said, time)
@@ -178,7 +178,7 @@ def _stage(word: str) -> m.Stage:
 
 
 def _bring_forward(said: Timed[T], time: float) -> None:
-    """Give what was said after a match time that match time."""
+    """Give messages after a match time that match time."""
     for index in range(len(said) - 1, -1, -1):
         stamp, message = said[index]
         if stamp > time:

@@ -352,7 +352,7 @@ class Recorder(Node):
             if self._readings.get(topic) == reading:
                 return
             self._readings[topic] = reading
-        # A viewer draws a reading where the sensor was; before the first pose nobody knows where that is.
+        # A viewer draws a reading where the sensor was; before the first pose its place is not known.
         where, at = self._where.get(robot), fg.time_of(received.stamp)
         for end, record in records_of(reading, spec, at, f"{robot}/{sensor}", where):
             self._write(topic + end, record, received)

@@ -1,4 +1,4 @@
-"""VRG's own records in a recording: what the referee and the players said.
+"""VRG's own records in a recording: the messages of the referee and the players.
 
 They are the messages of the bus as a viewer needs them. They carry their time; a text that is not known is empty and
 not null, because a viewer's reader of schemas knows no unions; the ids by which officials match answers are left out.
@@ -49,7 +49,7 @@ class StateRecord(Struct, frozen=True, gc=False):
 
 
 class ReportRecord(Struct, frozen=True, gc=False):
-    """vrg.Report: what a player said of itself. `fault` is empty where it has none.
+    """vrg.Report: a player's report about itself. `fault` is empty where it has none.
 
     What changes all the time is in records of its own: the command, and the battery.
     """
@@ -112,7 +112,7 @@ class BatteryRecord(Struct, frozen=True, gc=False):
 
 
 class SightingsRecord(Struct, frozen=True, gc=False):
-    """vrg.Sightings: the unknown robots that a player has told the referee it has seen."""
+    """vrg.Sightings: the unknown robots that a player has reported to the referee."""
 
     timestamp: Time
     seen: tuple[Sighting, ...]

@@ -262,7 +262,7 @@ def _stands(motion: Trajectory, onset: float, last: float) -> list[Rest]:
 def _moves(motion: Trajectory, rest: float, before: float) -> bool:
     """True if it is known that a robot that was at rest up to one match time moved before another one.
 
-    From its last known place at rest to the next known one nobody knows when it began to move.
+    From its last known place at rest to the next known one it is not known when it began to move.
     """
     after = bisect.bisect_right(motion.times, rest + _TINY)
     seen = after < len(motion.times) and motion.times[after] < before - _TINY

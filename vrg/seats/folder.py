@@ -71,7 +71,7 @@ class KeysFolder:
         Args:
             match: the name of the match. seats: its seats. now: the present instant, with its time zone.
             lasts: how long the seats' certificates are valid. hosts: the names and addresses of the router's machine.
-            keep_authority: False forgets the authority's key, so that nobody can ever make further keys.
+            keep_authority: False forgets the authority's key, so that no further keys can ever be made.
 
         Raises:
             ConfigError: the folder cannot be written.

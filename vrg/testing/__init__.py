@@ -1,4 +1,4 @@
-"""Suites that somebody else's driver, rule book, strategy or motor protocol must pass, to be run by pytest.
+"""Suites that a driver, rule book, strategy or motor protocol of another package must pass, to be run by pytest.
 
 A package outside VRG subclasses a suite, gives it what it asks for by a fixture, and has every test of it:
 

@@ -27,14 +27,14 @@ class DriverBench(ABC):
 
     @abstractmethod
     def advance(self, seconds: float) -> None:
-        """Let time pass; nobody drives meanwhile."""
+        """Let time pass without commands."""
 
     @abstractmethod
     def cut(self) -> None:
         """The robot stops to send readings, while time goes on."""
 
     def estop(self, engaged: bool) -> None:
-        """Somebody engages or releases the emergency stop of the match."""
+        """Engage or release the emergency stop of the match."""
         if engaged:
             self.driver.emergency_stop()
         else:

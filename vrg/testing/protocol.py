@@ -31,7 +31,7 @@ class ProtocolContract:
     """Subclasses have these attributes.
 
     Attributes:
-        protocol: what is tested. options: what its axis is told of the drives; None for the defaults.
+        protocol: what is tested. options: its axis' options of the drives; None for the defaults.
         nodes: some ids that a drive can have, the lowest and the highest among them.
         impossible_nodes: some ids that a drive cannot have.
     """

@@ -63,7 +63,7 @@ class ProtocolWire:
 
     Args:
         protocol: the protocol of the axis and the drives. node: their id.
-        serials: the serial number of each drive. options: what the axis is told of them, and they do not tell.
+        serials: the serial number of each drive. options: the axis' options of them, which they do not report.
 
     Attributes:
         now: the clock, monotonic s.
@@ -127,11 +127,11 @@ class ProtocolWire:
         self._pump()
 
     def question(self, frame: Frame, *, urgent: bool = False) -> None:
-        """Somebody who listens asks the drives."""
+        """A listener asks the drives."""
         self.inject(frame)
 
     def advance(self, seconds: float) -> None:
-        """Let time pass; nobody sends setpoints."""
+        """Let time pass without setpoints."""
         until = self.now + seconds
         while self.now < until:
             due = min(drive.due for drive in self.drives)

@@ -9,8 +9,8 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import AxisReport, MotorState
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.guard import PROOF_TIMEOUT
-from vrg.hal.can.machine import BLIND, OLD, OLD_PATIENCE, POLL_PERIOD, TIMES, AxisMethod, Order, Phase, StateMachine
-from vrg.hal.can.meeting import ANSWERS_SETTLE, HEAR_PATIENCE, LISTEN, Meeting, MeetingStep, MissingError
+from vrg.hal.can.machine import BLIND, OLD, OLD_TIMEOUT, POLL_PERIOD, TIMES, AxisMethod, Order, Phase, StateMachine
+from vrg.hal.can.meeting import ANSWERS_SETTLE, HEAR_TIMEOUT, LISTEN, Meeting, MeetingStep, MissingError
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import robot_model
 
@@ -86,7 +86,7 @@ class TestMeeting:
     def test_one_that_says_nothing_is_named(self, bench: Bench) -> None:
         bench.reports[0].heard = bench.now
         for _ in range(2):
-            bench.now += max(LISTEN, HEAR_PATIENCE) - 0.01
+            bench.now += max(LISTEN, HEAR_TIMEOUT) - 0.01
             bench.meeting.step(bench.now)
         with pytest.raises(MissingError, match=r"^a heartbeat of toy node 2$"):
             bench.meeting.step(bench.now + 0.02)
@@ -181,7 +181,7 @@ class TestMotors:
 class TestWhatIsHeard:
     def test_after_a_recovery_the_age_of_what_is_heard_is_judged_anew(self, bench: Bench) -> None:
         machine = bench.met().machine
-        bench.pass_time(2 * OLD_PATIENCE, age=OLD + 0.1)
+        bench.pass_time(2 * OLD_TIMEOUT, age=OLD + 0.1)
         assert machine.guard.fault is not None
         machine.recover(bench.now)
         bench.now += 1.0
@@ -191,9 +191,9 @@ class TestWhatIsHeard:
 
     def test_frames_that_are_always_old_are_a_fault_with_what_to_do(self, bench: Bench) -> None:
         machine = bench.met().machine
-        bench.pass_time(OLD_PATIENCE / 2, age=OLD + 0.1)
+        bench.pass_time(OLD_TIMEOUT / 2, age=OLD + 0.1)
         bench.pass_time(0.05)
-        bench.pass_time(OLD_PATIENCE - 0.1, age=OLD + 0.1)
+        bench.pass_time(OLD_TIMEOUT - 0.1, age=OLD + 0.1)
         assert machine.guard.fault is None, "a process that was kept from running finds old frames for a moment"
         bench.pass_time(0.3, age=OLD + 0.1)
         assert machine.guard.fault == (

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.hal.can.plausibility import FOLLOWING_TIMEOUT, STALL_PATIENCE, MotorLimits, Plausibility
+from vrg.hal.can.plausibility import FOLLOWING_TIMEOUT, STALL_TIMEOUT, MotorLimits, Plausibility
 from vrg.hal.can.workshop.motor import Motor, MotorModel
 
 BOUNDS = MotorLimits(speed=50.0, change=24.0)
@@ -107,7 +107,7 @@ def test_a_wheel_that_is_blocked_may_be_so_for_a_moment() -> None:
     rig = Rig()
     assert rig.run(10.0, 1.0) is None
     rig.motor.blocked = True
-    assert rig.run(10.0, STALL_PATIENCE - 0.1) is None
+    assert rig.run(10.0, STALL_TIMEOUT - 0.1) is None
     words = rig.run(10.0, 1.0)
     assert words is not None
     assert "it stands, though it was asked for 10 turn/s" in words

@@ -31,7 +31,7 @@ LOOK_PERIOD = 0.01
 """s between judgements, while no drive reports anything new but its encoder's estimates."""
 BLIND = 0.3
 """s without news of the bus after which the robot is not driven: the receive thread has been kept from running."""
-OLD, OLD_PATIENCE = 0.2, 1.0
+OLD, OLD_TIMEOUT = 0.2, 1.0
 """The age in s from which on a frame is old as it is heard, and the s for which all frames may be old."""
 
 
@@ -250,7 +250,7 @@ class StateMachine:
     def _judge_age(self, age: float, now: float) -> None:
         """Latch if all that is heard has been old for long."""
         self._old_since = min(self._old_since, now) if age > OLD else math.inf
-        if now - self._old_since > OLD_PATIENCE:
+        if now - self._old_since > OLD_TIMEOUT:
             self.guard.latch(
                 f"what is heard of the bus is {age:.2g} s old: this computer is too busy, or its CAN adapter too slow. "
                 "Close other programs, or use another adapter (docs/hardware.md)"

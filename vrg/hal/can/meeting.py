@@ -11,7 +11,7 @@ from vrg.hal.can.axis import NEVER, AxisReport
 
 LISTEN = 0.4
 """s for which a newcomer only listens. Who drives these drives already sends several setpoints in that time."""
-HEAR_PATIENCE = 3.0
+HEAR_TIMEOUT = 3.0
 """s in which nothing new has been heard of drives, after which a silent one is given up."""
 IDENTIFY_TIMEOUT = 10.0
 """s in which nothing new has been heard, after which a drive that is heard but does not say who it is is given up."""
@@ -87,7 +87,7 @@ class Meeting:
     @property
     def patience(self) -> float:
         """The time in s without anything new for which the meeting waits for drives."""
-        return IDENTIFY_TIMEOUT if all(report.heard > 0 for report in self._reports) else HEAR_PATIENCE
+        return IDENTIFY_TIMEOUT if all(report.heard > 0 for report in self._reports) else HEAR_TIMEOUT
 
     def _missing(self) -> str:
         """The messages that have not been received, and the drives that they are missing from."""

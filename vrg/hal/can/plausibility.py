@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 FOLLOWING_TIMEOUT = 0.4
 """s for which a motor may not do what it was asked."""
-STALL_PATIENCE = 1.0
+STALL_TIMEOUT = 1.0
 """s for which a motor may stand although it was asked to turn: a robot may push something for a moment."""
 SLUGGISH = 1 / 3
 """A motor may be this much slower to change its speed than the model, for drives that have gentle ramps."""
@@ -26,7 +26,7 @@ _WAY_SLACK, _WAY_SHARE = 0.05, 0.05
 """The tolerances of a way: the way at top speed in so many seconds, and this part of the way itself."""
 _WAY_MEMORY = 1.0
 """The time constant in s with which the way by the position and the way by the speed are forgotten."""
-_JUMP_PATIENCE = 0.3
+_JUMP_TIMEOUT = 0.3
 """s within which a jump of the position is taken back if it was a frame that came late."""
 _UNBELIEVABLE = 10.0
 """The number of times its top speed that no motor turns at, not even if the robot is pushed."""
@@ -136,7 +136,7 @@ class Plausibility:
             return None
         self._wrong += heard
         stands = abs(velocity) <= slack
-        if self._wrong <= (STALL_PATIENCE if stands else FOLLOWING_TIMEOUT):
+        if self._wrong <= (STALL_TIMEOUT if stands else FOLLOWING_TIMEOUT):
             return None
         what = f"turns at {velocity:.3g} turn/s, though it was asked for {asked:.3g}"
         if stands:
@@ -149,14 +149,14 @@ class Plausibility:
 
     def _find_jump(self, velocity: float, way: float | None, dt: float, at: float) -> str | None:
         """Find a step of the position that no speed explains, and that no later one takes back."""
-        if way is None or dt > _JUMP_PATIENCE:
+        if way is None or dt > _JUMP_TIMEOUT:
             self._jump, self._jumped_at = 0.0, math.inf
             return None
         step = way - (velocity + self._velocity) / 2 * dt
         if abs(step) > self.bounds.slip + abs(velocity - self._velocity) * dt:
             self._jump, self._jumped_at, self._stepped_at = self._jump + step, min(self._jumped_at, at), at
         # Steps that do not end are no jump, but a speed and a position of different units.
-        if at - self._jumped_at <= _JUMP_PATIENCE or at - self._stepped_at <= _GAP:
+        if at - self._jumped_at <= _JUMP_TIMEOUT or at - self._stepped_at <= _GAP:
             return None
         jump, self._jump, self._jumped_at = self._jump, 0.0, math.inf
         if abs(jump) <= self.bounds.slip:

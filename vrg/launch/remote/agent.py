@@ -82,7 +82,7 @@ class HostAgent:
         self._done = False
 
     def run(self) -> None:
-        """Obey the launcher until it says goodbye, is gone, or `stop` is set. No process is left then."""
+        """Obey the launcher until it ends the connection, is gone, or `stop` is set. No process is left then."""
         with self._resources:
             self._run()
 

@@ -33,7 +33,7 @@ def remote_hosts(
         folder: the run folder, with all files that the match needs.
         window: True opens the spectator somewhere. record: True runs the recorder somewhere.
         announce: called with a text about each event that a person should know of.
-        notes: told what happens to their processes. examine: True lets each check whether the match can be played.
+        notes: the log of events of their processes. examine: True lets each check whether the match can be played.
     """
     # Two launchers may have begun in the same second, and may use the same machine.
     run = f"{folder.path.name}-{secrets.token_hex(3)}"
@@ -50,7 +50,7 @@ def remote_hosts(
 
 
 def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secure: bool = False) -> dict[str, str]:
-    """The endpoints for the routers of a match, by their machines; each machine is told which to use.
+    """The endpoints for the routers of a match, by their machines; each machine gets its own.
 
     Args:
         hosts: the other machines, which have read the match. secure: True for a match with seats.

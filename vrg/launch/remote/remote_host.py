@@ -23,7 +23,7 @@ from vrg.launch.events import EventKind, Notes
 from vrg.launch.findings import Finding
 from vrg.launch.host import GROUPS
 from vrg.launch.keeping import files_of_strategy
-from vrg.launch.managed import STOP_PATIENCE
+from vrg.launch.managed import STOP_TIMEOUT
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.remote import wire
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
@@ -56,7 +56,7 @@ _BACKLOG = 16 * wire.PART
 _TEXT = 4000
 """The longest text of an agent that a person is shown, signs."""
 _REFUSED = 100
-"""The number of files that are refused of which a person is told."""
+"""The number of refused files that are named to a person."""
 _OF_PROCESSES = frozenset(
     (
         EventKind.READY,
@@ -104,7 +104,7 @@ class RemoteHost:
         setup: the match. folder: the run folder here. What is in it now travels.
         prepare: the first order to each agent of that machine.
         announce: called with a text about each event that a person should know of.
-        notes: told what happens to the processes there. clock: returns the monotonic time, s.
+        notes: the log of events of the processes there. clock: returns the monotonic time, s.
 
     Attributes:
         machine: its name in the match file. names: the names of its processes. stop_orders: the numbers for `stop`.
@@ -523,7 +523,7 @@ class RemoteHost:
         Args:
             meanwhile: called again and again while it waits.
         """
-        deadline = self._clock() + 2 * STOP_PATIENCE
+        deadline = self._clock() + 2 * STOP_TIMEOUT
         number = self._stopping[order]
         self._wait(lambda: self._done >= number or self._clock() > deadline, meanwhile)
         if self._step is not StartupStep.AWAY and self._done < number:
@@ -558,7 +558,7 @@ class RemoteHost:
             )
         self._statuses = []
         for connection in filter(None, (*self._lost, self._connection)):
-            connection.end(patience=STOP_PATIENCE if done else 0.0)
+            connection.end(patience=STOP_TIMEOUT if done else 0.0)
         self._lost, self._connection = [], None
 
     def _wait(self, condition: Callable[[], bool], meanwhile: Callable[[], None]) -> None:

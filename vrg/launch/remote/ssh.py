@@ -18,7 +18,7 @@ from vrg.launch.remote.wire import BANNER, Frames, ToLauncher
 SSH = "VRG_SSH"
 """The environment variable that holds the command for ssh, if it is not `ssh`."""
 _OPTIONS = (
-    # Nobody can be asked for a password while several machines are reached at once.
+    # No person can be asked for a password while several machines are reached at once.
     "-T", "-o", "BatchMode=yes", "-o", "ConnectTimeout=10",
     # The launcher gives up a machine that is silent before ssh does.
     "-o", "ServerAliveInterval=2", "-o", "ServerAliveCountMax=7",
@@ -36,14 +36,14 @@ _ADVICE = (
 _NO_COMMAND = 127
 _SSH_FAILED = 255
 _END = 3.0
-"""The real time in s that ssh may take to end once it is told to."""
+"""The real time in s that ssh may take to end once it is terminated."""
 
 
 def _ssh() -> list[str]:
     """The command for ssh.
 
     Raises:
-        LaunchError: what the environment says is no command.
+        LaunchError: the value in the environment is no command.
     """
     said = os.environ.get(SSH) or "ssh"
     try:
@@ -66,10 +66,10 @@ class Connection:
     """An agent on another machine, and the ssh that holds it.
 
     Args:
-        name: the machine's name in the match file. machine: how it is reached. log: the file for what is said there.
+        name: the machine's name in the match file. machine: how it is reached. log: the file for its output.
 
     Attributes:
-        channel: what is said to the agent and by it.
+        channel: the messages to the agent and from it.
 
     Raises:
         LaunchError: there is no ssh.

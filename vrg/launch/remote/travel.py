@@ -9,7 +9,7 @@ from vrg.errors import LaunchError
 from vrg.launch.remote.wire import PART, FilePart, LogText
 
 _BEHIND = 4 * PART
-"""The number of bytes of one log that may wait; what is older is left out, and that is told."""
+"""The number of bytes of one log that may wait; what is older is left out, with a note."""
 
 
 def files_in(
@@ -21,7 +21,7 @@ def files_in(
 
     Args:
         leave_out: further files that do not.
-        failed: called for each file whose name no other machine could be told.
+        failed: called for each file whose name cannot be sent to another machine.
     """
     found = []
     paths: list[Path] = []

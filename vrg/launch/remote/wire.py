@@ -137,7 +137,7 @@ ToAgent = FilePart | KeyFile | Prepare | Load | Serve | Join | Begin | Play | St
 
 
 class Hello(Struct, frozen=True, tag=True):
-    """The first thing that the agent says.
+    """The first message of the agent.
 
     Args:
         version: the version of VRG there. peer: the launcher's address, as it is seen there; empty if it is not known.

@@ -22,7 +22,7 @@ _TRUNCATE, _IOCTL_DEVICE = 1 << 14, 1 << 15
 _OLD_RIGHTS = (1 << 14) - 1
 """All rights that a kernel of ABI 2 or later knows: those above, removing, making of each kind, and moving."""
 _MAKE_SPECIAL = (1 << 6) | (1 << 9) | (1 << 10) | (1 << 11)
-"""Devices, sockets and named pipes, which nobody needs to make."""
+"""Devices, sockets and named pipes, which no player needs to make."""
 _OF_FILES = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE | _IOCTL_DEVICE
 _BIND, _CONNECT = 1, 2
 _ABSTRACT_SOCKETS, _SIGNALS = 1, 2

@@ -111,7 +111,7 @@ def _use_folder(folder: Path) -> None:
 
 
 def _bound(policy: Policy) -> None:
-    """Bound what it uses. Nobody can raise these bounds again: capabilities are dropped afterwards."""
+    """Bound its resources. These bounds cannot be raised again: capabilities are dropped afterwards."""
     own = resource.getrlimit(resource.RLIMIT_DATA)[1]
     memory = (policy.memory + OWN_MEMORY) * 1_000_000
     limits = {

@@ -59,7 +59,7 @@ class Architecture:
     """A processor as the kernel's filter of system calls sees it.
 
     Args:
-        name: as `platform.machine` says it. audit: the kernel's number of it, AUDIT_ARCH_*.
+        name: as `platform.machine` returns it. audit: the kernel's number of it, AUDIT_ARCH_*.
         seccomp: the number of the system call `seccomp`.
         numbers: that of each system call that is named here. One that it does not have is missing.
     """

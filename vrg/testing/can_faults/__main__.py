@@ -62,7 +62,7 @@ def _positive(text: str) -> int:
 
 
 def _told(protocols: Sequence[str], seed: int) -> Iterator[Counterexample | None]:
-    """One life of each protocol, told step by step."""
+    """One life of each protocol, printed step by step."""
     for name in protocols:
         print(f"{name}, seed {seed}:")
         yield Life(name, seed, lambda words: print(f"    {words}")).run()

@@ -144,7 +144,7 @@ class Faults:
         self._stranger(strange, fast)
 
     def other_master(self) -> None:
-        """Somebody else says once more what was said on the bus before."""
+        """Another node sends once more a frame that was on the bus before."""
         self._note("another master repeats what it heard")
         said = [frame for frame in self._heard if frame.data]
         if said:
@@ -169,7 +169,7 @@ class Faults:
         speak()
 
     def crowd(self) -> None:
-        """Somebody else fills the bus."""
+        """Another node fills the bus."""
         seconds = self._rng.choice((0.1, 0.6))
         self._note(f"a full bus for {seconds:g} s")
         end = self._clock.now() + seconds

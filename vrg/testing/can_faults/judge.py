@@ -22,7 +22,7 @@ TURNING_SPEED = 2.0
 _MEMORY = 1.0
 """s for which a command may still be the one that a motor follows, as frames may be late."""
 _FRESH = 0.3
-"""s up to which a reading counts; a player stops by an older one, and says so."""
+"""s up to which a reading counts; a player stops by an older one, and reports it."""
 
 
 _AT_ONCE = 0.03
@@ -83,7 +83,7 @@ class Judge:
 
         Args:
             awake: the player runs, and what the robot tells is heard.
-            strangers: somebody else speaks on the bus, so that a motor may follow them until that is noticed.
+            strangers: another node sends on the bus, so that a motor may follow them until that is noticed.
 
         Raises:
             WrongError: something has not held for too long.
@@ -132,7 +132,7 @@ class Judge:
         self._pose = pose, now
 
     def _compare(self, excused: bool) -> None:
-        """Compare what the robot has just said of its wheels with what they do."""
+        """Compare the robot's newest report of its wheels with their motion."""
         odometry = None if self._readings is None else self._readings.latest(Odometry)
         if odometry is None or self._now() > self._read_at + _AT_ONCE:
             return

@@ -193,7 +193,7 @@ class Life:
         self._faults.end()
         self._thaw(self._busy)
         self._clock.sleep(0.02)
-        # What a stranger has said last, or what was late, may still be followed by a drive until its watchdog ends it.
+        # The last frame of a stranger, or a late one, may still be followed by a drive until its watchdog ends it.
         self._judge.forgive()
 
     def _fall_silent(self) -> None:
@@ -215,7 +215,7 @@ class Life:
     def _revive(self) -> None:
         """An official releases the emergency stop and lets the robot recover: it must drive again.
 
-        Where a stranger may have written settings into the drives, somebody switches them off and on if nothing else
+        Where a stranger may have written settings into the drives, a person switches them off and on if nothing else
         helps.
 
         Raises:

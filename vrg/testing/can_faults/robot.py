@@ -70,7 +70,7 @@ class Robot:
         return port_of(self.driver)
 
     def hear(self, topic: Topic[Message], body: Message) -> None:
-        """Somebody says something on the match's bus."""
+        """A message is published on the match's bus."""
         self.sequence += 1
         deliver(self.mailbox, Received(topic.key, self.simulation.clock.now(), self.sequence, body))
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _TEXTS = (Object.NAME, Object.NAME + 1, Object.FIRMWARE)
 """The names of the device and the versions of its hardware and firmware, which CiA 301 has as texts."""
 _NUMBER_BYTES = (1, 2, 4, 8)
-_WRITE_PATIENCE = 2.0
+_WRITE_TIMEOUT = 2.0
 """s for a drive to save its settings."""
 _FUNCTIONS = frozenset(Function) - {Function.NMT, Function.HEARTBEAT}
 _LASTING = (
@@ -157,7 +157,7 @@ class CanopenListener(Listener):
         return data
 
     def _write(self, node: Found, index: int, sub: int, data: bytes) -> None:
-        if not self._client(node).write(index, sub, data, _WRITE_PATIENCE):
+        if not self._client(node).write(index, sub, data, _WRITE_TIMEOUT):
             raise RobotError(f"canopen {node.node}: it refuses 0x{index:04X}:{sub:02X}")
 
     def _client(self, node: Found) -> "SdoClient":
