@@ -28,7 +28,7 @@ class Pace:
         self._last: int | None = None
 
     def due(self, tick: Tick, rate: float) -> bool:
-        """True if a frame is due now, at `rate` match seconds per real second. Without a clock, it is always time to draw."""
+        """True if a frame is due now, at `rate` match seconds per real second. Without a clock one is always due."""
         index = due_index(tick.time, self._period * match_speed(rate))
         if tick.live and index == self._last:
             return False
