@@ -63,6 +63,7 @@ class _Guest:
     shown: int = 0
     refused: int = 0
     dismissed: bool = False
+    ended: WSCloseCode | None = None
 
     def tell(self, notice: Mapping[str, object]) -> None:
         """Send it a message of its own with the next batch."""
@@ -203,25 +204,35 @@ class WebServer(Site):
         await talk.close(code=WSCloseCode.POLICY_VIOLATION)
 
     async def _serve_guest(self, guest: _Guest) -> None:
-        sending = asyncio.create_task(self._send(guest))
+        sending, reading = asyncio.create_task(self._send(guest)), asyncio.create_task(self._read(guest))
         try:
-            async for message in guest.socket:
-                if not self._hear(guest, message):
-                    guest.tell({"t": "notice", "text": "This page talks too fast: the connection is closed."})
-                    await asyncio.sleep(0.1)
-                    await guest.socket.close(code=WSCloseCode.POLICY_VIOLATION)
-                elif message.type is WSMsgType.PING:
-                    await guest.socket.pong(message.data)
+            await asyncio.wait({sending, reading}, return_when=asyncio.FIRST_COMPLETED)
         finally:
             sending.cancel()
+            reading.cancel()
+            # While one task reads, another one cannot wait for the answer to the end of a connection.
+            await asyncio.gather(sending, reading, return_exceptions=True)
             self._guests.pop(guest.number, None)
             role = self._lobby.leave(guest.number)
             if role is not None:
                 self._leave_seat(role)
                 log.info("%s has left", role.words)
+        if guest.ended is not None:
+            await guest.socket.close(code=guest.ended)
+
+    async def _read(self, guest: _Guest) -> None:
+        """Take in what a guest asks for, until its connection ends or has to end."""
+        async for message in guest.socket:
+            if not self._hear(guest, message):
+                guest.tell({"t": "notice", "text": "This page talks too fast: the connection is closed."})
+                await asyncio.sleep(0.1)
+                guest.ended = WSCloseCode.POLICY_VIOLATION
+                return
+            if message.type is WSMsgType.PING:
+                await guest.socket.pong(message.data)
 
     async def _send(self, guest: _Guest) -> None:
-        """Send a guest what is new to it, as long as it keeps up."""
+        """Send a guest what is new to it, until its connection has to end."""
         while True:
             await guest.news.wait()
             guest.news.clear()
@@ -236,10 +247,10 @@ class WebServer(Site):
                     async with asyncio.timeout(PATIENCE):
                         await guest.socket.send_str(f"[{','.join(texts)}]")
                 except (ConnectionError, TimeoutError):
-                    await guest.socket.close(code=WSCloseCode.TRY_AGAIN_LATER)
+                    guest.ended = WSCloseCode.TRY_AGAIN_LATER
                     return
             if guest.dismissed:
-                await guest.socket.close(code=WSCloseCode.POLICY_VIOLATION)
+                guest.ended = WSCloseCode.POLICY_VIOLATION
                 return
 
     def _hear(self, guest: _Guest, message: WSMessage) -> bool:
