@@ -211,7 +211,9 @@ class WebServer(Site):
             sending.cancel()
             reading.cancel()
             # While one task reads, another one cannot wait for the answer to the end of a connection.
-            await asyncio.gather(sending, reading, return_exceptions=True)
+            for failure in await asyncio.gather(sending, reading, return_exceptions=True):
+                if isinstance(failure, Exception):
+                    log.error("a page's connection has failed", exc_info=failure)
             self._guests.pop(guest.number, None)
             role = self._lobby.leave(guest.number)
             if role is not None:
