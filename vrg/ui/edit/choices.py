@@ -40,8 +40,3 @@ class Choices:
             used = tuple(entry.strategy for entry in draft.players)
             return tuple(dict.fromkeys(("", *strategies_of(draft.game), *self.strategies, *used)))
         return known.get(field, ())
-
-
-def physical_backends() -> frozenset[str]:
-    """The backends that drive physical robots."""
-    return frozenset(name for name in BACKENDS.names() if (kind := BACKENDS.find(name)) is not None and kind.physical)
