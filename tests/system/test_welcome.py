@@ -59,10 +59,14 @@ class Terminal:
 
     def close(self) -> None:
         """End what still runs, and wait for it."""
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGINT)
+        deadline = time.monotonic() + DEADLINE
         try:
-            self.process.wait(DEADLINE)
+            while self.process.poll() is None:
+                assert time.monotonic() < deadline, "it did not end by Ctrl-C"
+                # Between a prompt and its reading Ctrl-C is not seen before a key is: people press again.
+                self.process.send_signal(signal.SIGINT)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    self.process.wait(1.0)
         finally:
             self.process.kill()
             os.close(self._fd)

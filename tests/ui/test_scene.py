@@ -11,6 +11,7 @@ from vrg.games import game_of
 from vrg.games.game import title
 from vrg.types import Pose, Twist
 from vrg.ui.builder import CALLS_KEPT, FLASH_SECONDS, TRAIL_SECONDS, TRAIL_STEP, SceneBuilder, SceneInlets
+from vrg.ui.headline import headline
 from vrg.ui.scene import Scene, clock_text
 
 
@@ -184,3 +185,15 @@ def test_words_are_written_as_people_write_them():
     assert game_of("a-game-from-elsewhere").round_word == "round"
     assert clock_text(83.46) == "1:23.4"
     assert clock_text(math.nextafter(0.3, 0)) == "0:00.3"
+
+
+def test_the_headline_tells_why_the_score_is_so_and_what_goes_on_now():
+    builder = SceneBuilder()
+    builder.referee(synthetic.state(1.0, round=1))
+    builder.call(m.Call(number=1, rule="tag", text="gill is tagged by bruce", players=(), poses=(), clock=9.0), 9.0)
+    assert headline(builder.build(True)).reason == "0:09  gill is tagged by bruce"
+    flag = m.FieldObject(name="red flag", kind="flag", x=0.0, y=0.0, team="red", carrier="nemo")
+    builder.referee(synthetic.state(21.0, round=2, objects=(flag,)))
+    head = headline(builder.build(True))
+    assert head.reason == "pass 1, 0:09  gill is tagged by bruce", "a time of an earlier round is told as such"
+    assert head.drama == "nemo has the red flag"

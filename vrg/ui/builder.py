@@ -61,6 +61,7 @@ class SceneBuilder:
         self._calls: deque[m.Call] = deque(maxlen=CALLS_KEPT)
         self._moments: deque[tuple[float, m.Call]] = deque(maxlen=FLASHES_KEPT)
         self._reason: m.Call | None = None
+        self._reason_round = 0
 
     def clock(self, clock: m.Clock) -> None:
         """Take match time in. After a restart of the world the trails begin anew."""
@@ -98,7 +99,7 @@ class SceneBuilder:
             self._calls.append(call)
             moment = self._game.moments.get(call.rule)
             if moment is not None and moment.counts:
-                self._reason = call
+                self._reason, self._reason_round = call, 0 if self._state is None else self._state.round
             self._moments.append((stamp, call))
 
     def report(self, player: str, report: m.Report) -> None:
@@ -126,6 +127,7 @@ class SceneBuilder:
             bodies=tuple(self._body(body) for body in self._bodies),
             calls=tuple(self._calls),
             reason=self._reason,
+            reason_round=self._reason_round,
             flashes=self._flashes(),
             obstacles=self._walls,
             starts=tuple(self._starts.values()),

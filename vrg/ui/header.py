@@ -117,9 +117,14 @@ class HeaderPainter:
                 room.width -= points.get_width() + pad
                 kit.write(surface, team.team, room, round(17 * ui), ink, fonts, Face.BOLD)
         below = Rect(place.left, place.top + high + round(2 * ui), place.width, round(18 * ui))
-        for line, colour in ((head.reason, palette.TEXT), (self._counted(head), palette.MUTED)):
+        now = (
+            (head.drama, palette.CAUTION, Face.BOLD)
+            if head.drama
+            else (self._counted(head), palette.MUTED, Face.REGULAR)
+        )
+        for line, colour, face in ((head.reason, palette.TEXT, Face.REGULAR), now):
             if line:
-                kit.write(surface, line, below, size, colour, fonts)
+                kit.write(surface, line, below, size, colour, fonts, face)
                 below.top += below.height
 
     @staticmethod

@@ -30,6 +30,7 @@ class Headline:
         clock: the time of play. left: the time that is left, in words, or empty.
         teams: the scores. count: what decides instead of them, such as `2 of 5 minnows left`, or empty.
         reason: why the score is what it is, in a sentence, or empty.
+        drama: what is going on now and should not be missed, in words, or empty.
     """
 
     title: str
@@ -41,6 +42,7 @@ class Headline:
     teams: tuple[TeamScore, ...]
     count: str
     reason: str
+    drama: str
 
 
 def headline(scene: Scene) -> Headline:
@@ -50,7 +52,11 @@ def headline(scene: Scene) -> Headline:
     words, colour = stage_words(scene)
     left = None if scene.time_limit is None else max(0.0, scene.time_limit - scene.clock)
     playing = scene.stage is Stage.PLAY_ROUND
-    reason = "" if scene.reason is None else f"{short_clock(scene.reason.clock)}  {scene.reason.text}"
+    reason = ""
+    if scene.reason is not None:
+        before = f"{game.round_word} {scene.reason_round}, " if scene.reason_round not in (0, scene.round) else ""
+        reason = f"{before}{short_clock(scene.reason.clock)}  {scene.reason.text}"
+    carried = [f"{thing.carrier} has the {thing.name}" for thing in scene.objects if thing.carrier]
     return Headline(
         title=game.title or title(scene.game) or "Waiting for the referee",
         about=game.about,
@@ -65,6 +71,7 @@ def headline(scene: Scene) -> Headline:
         ),
         count=decisive_count(scene),
         reason=reason,
+        drama=" · ".join(carried) if scene.stage is not Stage.GAME_OVER else "",
     )
 
 

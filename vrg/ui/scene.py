@@ -121,7 +121,7 @@ class Scene:
         stage: None before the referee spoke.
         halted, way_out, waiting, clock, round, rounds, score, winner, ended: as in `RefereeState`.
         time_limit: the time of play in s at which the round ends at the latest; None if it is not limited.
-        reason: the last call by which a team came nearer to winning, or by which the game is over; None before one.
+        reason: the last call by which a team came nearer to winning; None before one. reason_round: its round.
         estop: the emergency stop is latched anywhere. estop_reason: who pressed it and why, if that is known.
         calls: the last ones, oldest first. flashes: what was called a moment ago, oldest first.
         obstacles: the ground that walls and obstacles cover, m.
@@ -146,6 +146,7 @@ class Scene:
     ended: str | None = None
     time_limit: float | None = None
     reason: Call | None = None
+    reason_round: int = 0
     estop: bool = False
     estop_reason: str = ""
     players: tuple[ScenePlayer, ...] = ()

@@ -84,6 +84,7 @@ def state(scene: Scene) -> dict[str, Any]:
         "chips": [] if scene.stage is None else [{"words": head.stage, **_plate(head.colour)}],
         "count": head.count,
         "reason": head.reason,
+        "drama": head.drama,
         "scores": [
             {"team": team.team, "points": team.points, "words": team.words, **_plate(team.colour)}
             for team in head.teams

@@ -38,6 +38,7 @@ export class Panel {
     say("about", state?.about ?? "");
     say("count", state?.count ?? "");
     say("reason", state?.reason ?? "");
+    say("drama", state?.drama ?? "");
     this.when("chips", state?.chips, () => {
       const chips = (state?.chips ?? []).map(({ words, colour, ink }) => {
         const chip = make("span", "chip", words);
