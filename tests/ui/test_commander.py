@@ -14,6 +14,7 @@ from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.games.roboflag import GAME
 from vrg.types import STILL, Pose, Twist
+from vrg.ui.acts import Act, Press
 from vrg.ui.commander.deck import Deck
 from vrg.ui.commander.node import Commander
 from vrg.ui.driving import DEAD_ZONE, LEASE, SLOW, Driving, radial
@@ -70,28 +71,15 @@ class TestDeck:
         deck.order(3)
         assert deck.priority == PRIORITIES[3]
 
-    def test_the_players_button_gives_it_back_at_once(self, deck: Deck) -> None:
-        deck.player(2)
-        deck.player(2)
-        assert sent(deck.mailbox) == [("vrg/test/player/red3/manual", m.Manual(forward=0.0, turn=0.0, lease=0.0))]
-        assert deck.selected is None
-
-    def test_another_players_button_changes_over(self, deck: Deck) -> None:
-        deck.player(0)
-        deck.player(3)
-        assert deck.selected == "red4"
-        assert sent(deck.mailbox) == [("vrg/test/player/red1/manual", m.Manual(forward=0.0, turn=0.0, lease=0.0))]
-
     def test_face_buttons_set_nothing_while_a_player_is_driven(self, deck: Deck) -> None:
-        deck.player(0)
+        deck.driving.take("red1")
         deck.order(1)
         assert deck.priority is None
 
-    def test_a_button_without_a_player_or_a_priority_does_nothing(self, deck: Deck) -> None:
-        deck.players, deck.priorities = REDS[:2], ()
-        deck.player(3)
+    def test_a_button_without_a_priority_does_nothing(self, deck: Deck) -> None:
+        deck.priorities = ()
         deck.order(0)
-        assert (deck.selected, deck.priority) == (None, None)
+        assert deck.priority is None
 
     def test_further_pages_have_the_players_beyond_the_fourth(self, deck: Deck) -> None:
         deck.players = [f"minnow{n}" for n in range(6)]
@@ -217,6 +205,18 @@ class TestGamepad:
         used.tick()
         [left] = used.tick()
         assert left == m.Manual(forward=0.0, turn=1.0, lease=LEASE)
+
+    def test_a_players_button_changes_over_and_the_same_one_gives_back(self, used: Bench) -> None:
+        gives_back = m.Manual(forward=0.0, turn=0.0, lease=0.0)
+        used.press(DIRECTIONS[0])
+        assert gives_back in used.press(DIRECTIONS[3])
+        assert used.node.deck.selected == "red4"
+        assert gives_back in used.press(DIRECTIONS[3])
+        assert used.node.deck.selected is None
+
+    def test_a_players_button_without_a_player_does_nothing(self, used: Bench) -> None:
+        used.node.press(Press(Act.PLAYER, 7))
+        assert used.node.deck.selected is None
 
     def test_the_first_two_buttons_drive_ahead_and_back(self, used: Bench) -> None:
         used.press(DIRECTIONS[0])

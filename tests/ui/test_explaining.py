@@ -46,11 +46,11 @@ def test_without_a_run_folder_the_rule_is_told_and_where_to_ask() -> None:
     assert not explainer.look()
 
 
-def refusing(number: int) -> Proof:
-    raise LaunchError(f"expected a run folder, found none for call {number}")
+@pytest.mark.parametrize("kind", [LaunchError, KeyError])
+def test_what_cannot_be_known_stands_on_the_card(kind: type[Exception]) -> None:
+    def refusing(number: int) -> Proof:
+        raise kind(f"expected a run folder, found none for call {number}")
 
-
-def test_what_cannot_be_known_stands_on_the_card() -> None:
     explainer = Explainer(refusing)
     explainer.ask(CALL, "sharks-and-minnows")
     assert explainer.card is not None

@@ -55,6 +55,28 @@ def test_keys_become_messages(window, match):
     assert halt.action is m.OfficialAction.HALT
 
 
+def test_when_it_is_over_enter_asks_to_watch_it_again_if_it_is_recorded(keys, tmp_path, match):
+    recorded = []
+    file = tmp_path / "no-such-folder" / "again"
+    window = Spectator("s", Mailbox(), keys, size=(640, 480), again=lambda: recorded[0] if recorded else None)
+    match.step(window, 5.0, 0)
+    recorded.append(file)
+    press(pygame.K_RETURN)
+    match.step(window, 5.1, 1)
+    assert not window.notice, "the match is not over"
+    match.step(window, 5.2, 2, stage=m.Stage.GAME_OVER)
+    match.step(window, 5.3, 3, stage=m.Stage.GAME_OVER)
+    press(pygame.K_KP_ENTER)
+    match.step(window, 5.4, 4, stage=m.Stage.GAME_OVER)
+    assert "cannot be shown again" in window.notice
+    file.parent.mkdir()
+    pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_KP_ENTER, mod=0))
+    press(pygame.K_KP_ENTER)
+    match.step(window, 5.5, 5, stage=m.Stage.GAME_OVER)
+    assert file.exists()
+    assert window.closed
+
+
 def test_driving_by_hand_publishes_each_tick_until_it_is_given_back(window, match):
     match.step(window, 5.0, 0)
     press(pygame.K_TAB)

@@ -273,7 +273,7 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         obstacles=setup.obstacles,
         run=run,
         explain=None if run is None else partial(explain, run),
-        again=None if run is None else RunFolder(run).again,
+        again=(lambda: None) if run is None else RunFolder(run).again_if_recorded,
         official=official,
     )
 

@@ -121,8 +121,12 @@ class RunFolder:
 
     @property
     def again(self) -> Path:
-        """Is there if a person at the window wants to watch the match again."""
+        """The file that is there if a person at the window wants to watch the match again."""
         return self.path / "watch-again"
+
+    def again_if_recorded(self) -> Path | None:
+        """That file; None if there is no recording that could be watched."""
+        return self.again if self.recordings() else None
 
     def recordings(self) -> list[Path]:
         """Every part of the recording. A recorder that was started again begins a new part."""

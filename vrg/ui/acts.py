@@ -143,7 +143,7 @@ def press_of(event: pygame.event.Event, *, again: bool = False) -> Press:
     """The meaning of a KEYDOWN event of pygame; `again` is as in Press."""
     key, mod, sign = event.key, getattr(event, "mod", 0), getattr(event, "unicode", "")
     back, control = bool(mod & pygame.KMOD_SHIFT), bool(mod & (pygame.KMOD_CTRL | pygame.KMOD_META))
-    if control:
+    if control and key != pygame.K_SPACE:  # a stop stays a stop
         layer = key in DIGITS
         return Press(Act.LAYER if layer else None, DIGITS.index(key) if layer else 0, key, "", back, again)
     act, number = _SIGNS.get(sign) or _KEYS.get(key), 0

@@ -5,7 +5,7 @@ LEASE later if commands stop coming, as when the process or the link dies: the p
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Final
 
 from vrg.bus.mailbox import Mailbox
@@ -17,6 +17,8 @@ LEASE: Final = 0.3
 """The real time in s that a command holds. Commands come at least ten times a second."""
 LONGEST: Final = 1.0
 """The longest lease that a message can ask for, s of match time."""
+ECHO: Final = 0.5
+"""The match time in s after giving a player back for which it may still report that a person drives it."""
 SLOW: Final = 0.5
 """The part of a robot's speed that it is driven with while SHIFT or the turbo button is not held."""
 DEAD_ZONE: Final = 0.15
@@ -73,6 +75,12 @@ class Driving:
     mailbox: Mailbox
     keys: Keys
     player: str | None = None
+    _given_back: dict[str, float] = field(default_factory=dict, repr=False)
+
+    def taken(self, player: str, *, manual: bool) -> bool:
+        """True if another person drives a player; `manual` is True if it reports that a person does."""
+        given_back = self._given_back.get(player, -math.inf)
+        return manual and player != self.player and self.mailbox.now > given_back + ECHO
 
     def take(self, player: str | None) -> None:
         """Drive a player from now on, and give back the one that was driven before; None drives no player."""
@@ -95,4 +103,5 @@ class Driving:
         """Let the player play by itself again, at once."""
         if self.player is not None:
             self.mailbox.publish(self.keys.manual(self.player), Manual(forward=0.0, turn=0.0, lease=0.0))
+            self._given_back[self.player] = self.mailbox.now
         self.player = None

@@ -1,14 +1,16 @@
 """Works out why the referee made a call, for a window that must not wait: a thread reads what a run has left."""
 
+import logging
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 from vrg.bus.messages import Call
-from vrg.errors import VrgError
 from vrg.games import game_of
 from vrg.ui.proof import Proof
 from vrg.ui.scene import clock_text
+
+log = logging.getLogger(__name__)
 
 Explain = Callable[[int], Proof]
 """Returns why the call of a number was made. It may take a moment, and raises a VrgError where that cannot be known."""
@@ -73,7 +75,8 @@ class Explainer:
         try:
             proof = self._proof.result()
             self.card = Card(proof.heading, proof.lines, None if proof.now is None else proof)
-        except (VrgError, OSError, ValueError) as error:
+        except Exception as error:  # a broken run folder must not end a window that has the emergency stop
+            log.exception("why call is not known")
             self.card = replace(self.card, lines=(*self.card.lines, f"Why is not known: {error}"), busy=False)
         self._proof = None
         return True

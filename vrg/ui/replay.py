@@ -7,7 +7,7 @@ from typing import Final
 
 import pygame
 
-from vrg.bus.messages import Call
+from vrg.bus.messages import Call, Stage
 from vrg.ui.acts import Act, Press, listed
 from vrg.ui.branching import Brancher, Taken
 from vrg.ui.draw import Painter, scale_of
@@ -189,6 +189,8 @@ class ReplayWindow(Window):
 
     def _draw(self, window: pygame.Surface) -> None:
         self.scene = self._timeline.at(self.playback.time, self.playback.speed)
+        if self.scene.stage is not Stage.GAME_OVER:
+            self._over = OVER
         bar = self.bar
         above = window.subsurface((0, 0, window.get_width(), max(1, bar.top)))
         keys = KEYS if self.help else ()

@@ -1,6 +1,6 @@
 """The spectator's window. It shows the match, and lets a human stop it, halt it, or drive a player."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
@@ -31,7 +31,7 @@ class Spectator(WindowNode):
         name, mailbox, keys, size, run, explain, official: as for WindowNode.
         sizes: length and width of the robots in m, by name.
         obstacles: the ground that the map's walls and obstacles cover, m.
-        again: the file that asks to watch the match again once the window is closed; None if nothing would.
+        again: returns the file that asks to watch the match again once the window is closed; None if nothing would.
     """
 
     answers = (
@@ -50,7 +50,7 @@ class Spectator(WindowNode):
         size: tuple[int, int] | None = None,
         run: Path | None = None,
         explain: Explain | None = None,
-        again: Path | None = None,
+        again: Callable[[], Path | None] = lambda: None,
         period: float = FRAME,
         official: bool = True,
     ) -> None:
@@ -60,7 +60,7 @@ class Spectator(WindowNode):
             explain=explain, period=period, official=official,
         )  # fmt: skip
         self._again = again
-        self._over = OVER if again is None else AGAIN
+        self._over: str | None = None
         fonts = Fonts()
         self._panel = PanelPainter(fonts)
         self._painter = Painter(fonts, self._panel, help_=Help.KEYS if official else Help.NONE)
@@ -77,17 +77,23 @@ class Spectator(WindowNode):
         """Answer to one of the acts in `answers`."""
         if press.act is Act.PLANS:
             self._painter.plans = not self._painter.plans
-        elif press.act is Act.LEAVE and self.scene.stage is Stage.GAME_OVER and self._over:
-            self._over = ""
         elif press.act is not Act.TAKE:
+            if press.act is Act.LEAVE and self._over and self.driving.player is None:
+                self._over = ""
             super().answer(press)
-        elif self._again is not None and self.scene.stage is Stage.GAME_OVER:
-            self._again.touch()
-            self.close()
+        elif self._over is not None and (file := self._again()) is not None:
+            try:
+                file.touch()
+            except OSError as error:
+                self.notice = f"The match cannot be shown again: {error}"
+            else:
+                self.close()
 
     def draw(self, window: pygame.Surface, tick: Tick, *, asked: bool) -> None:
         """Draw the match."""
+        if self.scene.stage is Stage.GAME_OVER and self._over is None:
+            self._over = OVER if self._again() is None else AGAIN
         self._painter.draw(
             window, self.scene, self.driving.player, hand=self.hand, keys=self.listed, card=self.explainer.card,
-            over=self._over,
+            over=self._over or "",
         )  # fmt: skip

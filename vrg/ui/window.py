@@ -151,7 +151,9 @@ class Window:
         return True
 
     def _key(self, press: Press) -> bool:
-        if press.again and press.act not in self.repeated and not self.typing:
+        # A stop always counts: the release of its key may have been missed.
+        counts = press.act in self.repeated or (self.typing and (press.sign or not press.act)) or press.act is Act.STOP
+        if press.again and not counts:
             return False
         match press.act:
             case Act.SCREEN:

@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 FRAME: Final = 1 / 30
 """The real time in s between two frames, and the match time in s between two driving commands."""
 REFUSED: Final = "Only an official's seat may do that."
+TAKEN: Final = "Another person drives {}."
 STOPPED: Final = "Because of the emergency stop, {} is given back"
 LOST_PAD: Final = "The gamepad is lost: {} is given back"
 HAND: Final = "You drive {}: arrows, or stick and right shoulder button; ESC gives it back"
@@ -172,6 +173,8 @@ class WindowNode(Window, Node):
 
     def handle(self, event: pygame.event.Event) -> bool:
         """Answer to one event, also of a gamepad; return whether it should be seen at once."""
+        if event.type in (pygame.KEYDOWN, pygame.MOUSEBUTTONDOWN):
+            self.notice = ""
         press = None if self.typing and event.type == pygame.KEYDOWN else self.pads.take(event)
         if press is not None:
             self.press(press)
@@ -198,12 +201,23 @@ class WindowNode(Window, Node):
             self._next(1 if act is Act.NEXT else -1)
         elif act is Act.MANUAL and self.driving.player is None:
             self._next(1)
-        elif act is Act.LEAVE and self.explainer.card is not None:
-            self.explainer.close()
         elif act in (Act.LEAVE, Act.MANUAL):
+            if self.driving.player is None:
+                self.explainer.close()
             self.give_back()
         elif act is Act.WHY:
             self.explain(self.scene.calls[-1] if self.scene.calls else None)
+
+    def take(self, player: str | None) -> None:
+        """Drive a player by hand, unless another person does; None gives back the one that is driven."""
+        if player is not None and self._taken(player):
+            self.notice = TAKEN.format(player)
+        else:
+            self.driving.take(player)
+
+    def _taken(self, player: str) -> bool:
+        status = self.scene.player(player)
+        return self.driving.taken(player, manual=status is not None and status.manual)
 
     def give_back(self, notice: str = "") -> None:
         """Let the driven player play by itself again; `notice` is what the user must read."""
@@ -233,8 +247,11 @@ class WindowNode(Window, Node):
             self.decide(_DECISIONS[act])
 
     def _next(self, step: int) -> None:
-        players, before = list(self.drivable), self.driving.player
-        if before in players:
-            self.driving.take(players[(players.index(before) + step) % len(players)])
+        before = self.driving.player
+        free = [player for player in self.drivable if not self._taken(player)]
+        if not free:
+            self.notice = TAKEN.format(" and ".join(self.drivable))
+        elif before in free:
+            self.driving.take(free[(free.index(before) + step) % len(free)])
         else:
-            self.driving.take(players[0 if step > 0 else -1])
+            self.driving.take(free[0 if step > 0 else -1])

@@ -276,6 +276,11 @@ def test_recent_matches_are_opened_watched_and_told_when_they_are_gone(place: Pa
     page = page_in(place)
     over, file, _ = page.ask("look")["start"]["recent"]
     page.ask("open", match=over["match"])
+    record = Path(over["match"]).read_text(encoding="utf-8")
+    page.ask("set", key="seed", typed="9")
+    assert page.ask("save", name="match")["ask"]["kind"] == "name"
+    assert Path(over["match"]).read_text(encoding="utf-8") == record
+    page.ask("undo")
     page.ask("watch", match=over["match"])
     assert page.desk.outcome == Outcome(watch=place / "runs" / "one")
     page.ask("open", match=file["match"])

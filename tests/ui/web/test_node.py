@@ -118,6 +118,22 @@ def test_who_gives_back_gives_back_at_once_and_only_what_was_driven(node, match,
     assert [manual.lease for manual in said(node)] == [LEASE, 0.0]
 
 
+def test_an_emergency_stop_gives_back_and_drops_what_comes_meanwhile(keys, node, match, audience):
+    drive = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    audience.wish = drive
+    match.step(node, 5.0, 0)
+    stopped = m.Clock(time=5.05, tick=1, epoch=0, rate=1.0, estop=True)
+    for number in range(1, 4):
+        audience.wish = drive
+        match.say(node.mailbox, keys.clock, stopped, 5.0 + 0.05 * number, number)
+        node.mailbox.handover(5.0 + 0.05 * number)
+        node.tick(Tick(5.0 + 0.05 * number))
+    assert [manual.lease for manual in said(node)][-1] == 0.0
+    audience.wish = drive
+    node.tick(Tick(5.3))
+    assert said(node) == []
+
+
 def test_the_lease_holds_in_real_time_in_a_match_that_is_fast(keys, node, match, audience):
     match.say(node.mailbox, keys.clock, m.Clock(time=1.0, tick=0, epoch=0, rate=2.0, estop=False), 1.0, 0)
     node.mailbox.handover(1.0)

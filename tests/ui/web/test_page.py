@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 
 import pytest
 from playwright.sync_api import Browser
@@ -251,6 +252,14 @@ class TestDriving:
             driver.page.wait_for_timeout(20)
         raise AssertionError("no such command came")
 
+    def wait_given_back(self, driver: Visitor, server: WebServer) -> None:
+        """Wait until the player was given back."""
+        for _ in range(1000):
+            if "player2" in server.wishes().given_back:
+                return
+            driver.page.wait_for_timeout(20)
+        raise AssertionError("the player was not given back")
+
     def wait_decision(self, driver: Visitor, server: WebServer, action: Action) -> None:
         """Wait until a button was pressed."""
         for _ in range(1000):
@@ -309,7 +318,7 @@ class TestDriving:
                 window.dispatchEvent(Object.assign(new Event("gamepaddisconnected"), { gamepad }));
             }"""
         )
-        self.wait_command(driver, server, lambda forward, turn: forward == turn == 0.0)
+        self.wait_given_back(driver, server)
         driver.wait_text("#seat-pad", "gamepad is lost")
 
     def test_a_page_that_is_hidden_or_closed_gives_the_player_back(self, driver, server):
@@ -322,14 +331,26 @@ class TestDriving:
             }"""
         )
         driver.wait_text("#notice", "You left this page")
-        for _ in range(1000):
-            if "player2" in server.wishes().given_back:
-                break
-            driver.page.wait_for_timeout(20)
-        else:
-            raise AssertionError("the player was not given back")
+        self.wait_given_back(driver, server)
         driver.page.wait_for_timeout(150)
         assert server.wishes().commands == ()
+
+    def test_an_emergency_stop_gives_back_and_what_is_still_held_does_not_drive_on(self, driver, server):
+        driver.page.keyboard.down("ArrowUp")
+        self.wait_command(driver, server, lambda forward, turn: forward == 0.5)
+        server.show(parts.parts(replace(crowd(7), estop=True)))
+        self.wait_given_back(driver, server)
+        server.show(parts.parts(crowd(7)))
+        driver.page.keyboard.down("ArrowUp")  # as a key that is held repeats
+        driver.wait("!vrg.match.state.estop")
+        driver.page.wait_for_timeout(150)
+        assert server.wishes().commands == ()
+        driver.page.keyboard.up("ArrowUp")
+        driver.page.keyboard.down("ArrowUp")
+        self.wait_command(driver, server, lambda forward, turn: forward == 0.5)
+        driver.page.keyboard.down("Control")
+        driver.page.keyboard.down("Space")
+        self.wait_decision(driver, server, Action.ESTOP)
 
     def test_a_second_tab_is_refused_and_can_take_over(self, driver, visit):
         second = visit("player2")

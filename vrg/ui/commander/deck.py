@@ -63,12 +63,6 @@ class Deck:
             wanted = self.priorities[index].name
             self.priority = None if self.priority == wanted else wanted
 
-    def player(self, index: int) -> None:
-        """Take in that a player button was pressed."""
-        if index < len(self.shown):
-            wanted = self.shown[index]
-            self.driving.take(None if wanted == self.selected else wanted)
-
     def send(self) -> None:
         """Publish the priority. This is to be called at each tick."""
         if self.priority not in [priority.name for priority in self.priorities]:

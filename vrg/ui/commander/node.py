@@ -107,7 +107,9 @@ class Commander(WindowNode):
         if press.act is Act.ORDER:
             self.deck.order(press.number)
         elif press.act is Act.PLAYER:
-            self.deck.player(press.number)
+            if press.number < len(self.deck.shown):
+                wanted = self.deck.shown[press.number]
+                self.take(None if wanted == self.driving.player else wanted)
         else:
             super().answer(press)
 

@@ -36,7 +36,7 @@ class DeveloperWindow(WindowNode):
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
     """
 
-    answers = (*Spectator.answers, Act.SELECT, Act.LAYER, Act.TAB)
+    answers = (*(act for act in Spectator.answers if act is not Act.TAKE), Act.SELECT, Act.LAYER, Act.TAB)
 
     def __init__(
         self,
@@ -58,7 +58,7 @@ class DeveloperWindow(WindowNode):
         super().__init__(
             name, mailbox, keys, f"{keys.match}, developers' view",
             builder=SceneBuilder(sizes=sizes, obstacles=obstacles), inlets=SceneInlets(mailbox, keys), size=size,
-            run=run, period=period, official=official,
+            run=run, explain=explain, period=period, official=official,
         )  # fmt: skip
         self.traffic = traffic
         self.choices = Choices()

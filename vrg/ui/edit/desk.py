@@ -134,6 +134,7 @@ class Desk:
         self._future: list[Draft] = []
         self._last = ""
         self._number += 1
+        self._record: FilePath | None = None
 
     @property
     def changed(self) -> bool:
@@ -278,6 +279,7 @@ class Desk:
             raise ValueError(f"{recent.name}: {recent.match} cannot be read: {error}") from None
         file = recent.match if recent.run is None else None
         self._take(Draft(text, recent.base, file), str(recent.match))
+        self._record = None if recent.run is None else recent.match.resolve()
 
     def _of(self, match: str) -> Recent:
         """The recent match of a file. Only those that are listed can be opened."""
@@ -304,6 +306,8 @@ class Desk:
             if not is_name(name):
                 return _Ask("name", f"{NAME_RULE}, got {name!r}")
             file = draft.base / f"{name}.toml"
+            if file.resolve() == self._record:
+                return _Ask("name", f"{file.name} here is the record of a match that was played: choose another name.")
             if (file, name) != (draft.file, draft.shown(("name",))):
                 draft = draft.named(name, file)
         if draft.file is None:

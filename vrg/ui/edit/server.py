@@ -80,10 +80,12 @@ class EditServer(Site):
         except ValueError as error:
             return web.Response(status=400, text=str(error))
         response = web.Response(text=encode(told), content_type="application/json")
-        await response.prepare(request)
-        await response.write_eof()
-        if self._desk.outcome is not None:
-            self._over.set()
+        try:
+            await response.prepare(request)
+            await response.write_eof()
+        finally:  # also where the browser has gone meanwhile
+            if self._desk.outcome is not None:
+                self._over.set()
         return response
 
     def _work(self, text: bytes) -> dict[str, Any]:

@@ -4,7 +4,6 @@ The display drives as any person drives: it asks for motions under the human lea
 grants, and works out the motions of Goto and Reset itself.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -21,8 +20,6 @@ from vrg.ui.hud.telemetry import Telemetry
 
 POSE_TIMEOUT: Final = 0.3
 """The match time in s after which a pose is too old to drive by: the robot stands."""
-ECHO: Final = 0.5
-"""The match time in s after giving the robot back for which its player may still report the lease."""
 GAP: Final = 0.05
 """The distance in m that Goto keeps from walls, where there is room for it."""
 
@@ -52,7 +49,6 @@ class Desk:
     form: Form = field(default_factory=Form)
     notice: str = ""
     _helm: Helm = field(default_factory=Helm, repr=False)
-    _given_back: float = field(default=-math.inf, repr=False)
     _others: Sequence[Other] = field(default=(), repr=False)
 
     @property
@@ -91,7 +87,7 @@ class Desk:
                 return
             self.release()
             return
-        if self.wish is Wish.WATCH and self._held_by_another(seen):
+        if self.wish is Wish.WATCH and self._taken(seen):
             self.notice = words.TAKEN.format(player=self.player)
             return
         if wish is Wish.GOTO:
@@ -108,7 +104,6 @@ class Desk:
         """Give the robot back at once: its player plays on by itself."""
         if self.wish is not Wish.WATCH:
             self.driving.give_back()
-            self._given_back = self.driving.mailbox.now
         self.wish = Wish.WATCH
         self._helm.leave()
 
@@ -136,7 +131,7 @@ class Desk:
         manual = seen.report is not None and seen.report.body.manual
         if self.wish is not Wish.WATCH:
             return words.YOU if manual else words.YOU_SOON
-        return words.ANOTHER if self._held_by_another(seen) else words.OWN_STRATEGY
+        return words.ANOTHER if self._taken(seen) else words.OWN_STRATEGY
 
     def hindrance(self, seen: Telemetry) -> str:
         """What keeps the robot from moving, in words; empty if nothing does."""
@@ -195,10 +190,9 @@ class Desk:
         old = self.goal
         self.notice = why if old is None else words.KEPT.format(reason=why, x=old.x, y=old.y)
 
-    def _held_by_another(self, seen: Telemetry) -> bool:
+    def _taken(self, seen: Telemetry) -> bool:
         """True if a person drives the robot who is not at this display."""
-        report = seen.report
-        return report is not None and report.body.manual and report.stamp > self._given_back + ECHO
+        return self.driving.taken(self.player, manual=seen.report is not None and seen.report.body.manual)
 
     @staticmethod
     def stopped(seen: Telemetry) -> bool:

@@ -149,6 +149,8 @@ class Hud(WindowNode):
             form.erase()
         elif self.typing and press.sign and press.act is not Act.STOP:
             self.desk.type(press.sign)
+        elif self.typing and press.key and press.act in _WISHES:
+            pass  # HOME belongs to the text
         else:
             super().press(press)
 
@@ -158,7 +160,8 @@ class Hud(WindowNode):
         if act is Act.TAKE:
             desk.confirm()
         elif act in (Act.NEXT, Act.PREVIOUS):
-            desk.form.step(1 if act is Act.NEXT else -1)
+            if press.key:
+                desk.form.step(1 if act is Act.NEXT else -1)
         elif act is Act.LEAVE and self.typing:
             desk.form.leave()
         elif act in _WISHES:

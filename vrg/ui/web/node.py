@@ -143,9 +143,11 @@ class WebNode(Node):
     def _fulfil(self, wishes: Wishes, *, live: bool) -> None:
         for decision in wishes.decisions:
             self._decide(decision)
-        for player in wishes.given_back:
+        # After an emergency stop no robot drives on by itself.
+        stopped = self._scene.estop
+        for player in list(self._driven) if stopped else wishes.given_back:
             self._give_back(player)
-        for command in wishes.commands if live else ():
+        for command in wishes.commands if live and not stopped else ():
             driving = self._driven.setdefault(command.player, Driving(self.mailbox, self._keys, command.player))
             driving.command(command.forward, command.turn, self._scene.rate)
 

@@ -25,14 +25,16 @@ export function keysSum(held) {
 }
 
 export class Controls {
-  /** `stop` engages the emergency stop. */
-  constructor(stick, knob, stop) {
+  /** `stop` engages the emergency stop; `lost` is called when the gamepad that was used last is gone. */
+  constructor(stick, knob, stop, lost) {
     this.stick = stick;
     this.knob = knob;
     this.stop = stop;
     this.stopping = false;
     this.rules = { zone: 0, slow: 0, deadman: -1, turbo: -1 };
     this.held = new Set();
+    /** The hands must be free once before they count again. */
+    this.mustFree = false;
     this.fast = false;
     this.shift = false;
     this.touch = null;
@@ -46,14 +48,15 @@ export class Controls {
       if (gamepad.index === this.padIndex) {
         this.padIndex = null;
         this.padLost = true;
+        lost();
       }
     });
   }
 
-  /** Take in that a key went down; returns whether it steers. */
-  press(code) {
+  /** Take in that a key went down, or, if not `once`, that it still is; returns whether it steers. */
+  press(code, once) {
     if (!(code in KEYS)) return false;
-    this.held.add(code);
+    if (once) this.held.add(code);
     return true;
   }
 
@@ -61,8 +64,9 @@ export class Controls {
     this.held.delete(code);
   }
 
-  /** Hold nothing any more. */
+  /** Hold nothing any more; what is still held then counts only when it was let go and is held again. */
   letGo() {
+    this.mustFree = true;
     this.held.clear();
     this.shift = false;
     this.pointer = this.touch = null;
@@ -127,6 +131,8 @@ export class Controls {
       found[0] = Math.max(-1, Math.min(1, found[0]));
       turbo ||= pad.buttons[this.rules.turbo]?.pressed;
     }
+    this.mustFree &&= found !== null;
+    if (this.mustFree) return null;
     const share = turbo ? 1 : this.rules.slow;
     return found && { forward: found[0] * share, turn: found[1] * share };
   }

@@ -18,7 +18,7 @@ const byId = (id) => document.getElementById(id);
 const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
 const panel = new Panel();
-const controls = new Controls(byId("stick"), byId("knob"), () => act("estop"));
+const controls = new Controls(byId("stick"), byId("knob"), () => act("estop"), () => driving && stopDriving(WORDS.padLost));
 let token = takeToken();
 let takeover = false;
 let driving = false;
@@ -69,6 +69,10 @@ function hear(message) {
       forgetToken();
       setRole();
       openDoor(WORDS.doors.taken, WORDS.displaced(message.player));
+      break;
+    case "state":
+      // So that the robot does not drive on by itself when the stop is released.
+      if (message.estop && driving) stopDriving(WORDS.stopped(match.player));
       break;
     case "notice":
       tell(message.text);
@@ -181,16 +185,19 @@ function showPlans() {
 }
 byId("plans").addEventListener("click", showPlans);
 window.addEventListener("keydown", (event) => {
-  if (event.key.toLowerCase() === "l" && !event.repeat) showPlans();
-  if (match.role === "viewer" || event.ctrlKey || event.metaKey || event.altKey) return;
+  const once = !event.repeat, asked = KEYS[event.key.toLowerCase()];
+  if (event.code === "Space" && match.role !== "viewer") {
+    if (once) act("estop");
+    // It would press the focused button, and the arrows would scroll the page.
+    event.preventDefault();
+  }
+  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.key.toLowerCase() === "l" && once) showPlans();
   controls.shift = event.shiftKey;
-  const steers = match.role === "seat" && controls.press(event.code);
-  if (event.code === "Space" && !event.repeat) act("estop");
-  const asked = KEYS[event.key.toLowerCase()];
-  if (match.role === "official" && asked && !event.repeat) act(asked);
-  if (event.code === "Escape" && match.role === "seat") stopDriving();
-  // SPACE and the arrows would press the focused button and scroll the page.
-  if (steers || event.code === "Space") event.preventDefault();
+  if (match.role === "official" && asked && once) act(asked);
+  if (match.role !== "seat") return;
+  if (controls.press(event.code, once)) event.preventDefault();
+  if (event.code === "Escape") stopDriving();
 });
 window.addEventListener("keyup", (event) => {
   controls.shift = event.shiftKey;
