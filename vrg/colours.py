@@ -13,6 +13,8 @@ GREEN: Final[Rgb] = (0, 158, 115)
 YELLOW: Final[Rgb] = (240, 228, 66)
 BLUE: Final[Rgb] = (0, 114, 178)
 PURPLE: Final[Rgb] = (204, 121, 167)
+RED: Final[Rgb] = (228, 70, 56)
+"""For a team whose name is red, beside blue: people call vermillion orange."""
 GREY: Final[Rgb] = (142, 149, 160)
 
 WHITE: Final[Rgb] = (255, 255, 255)

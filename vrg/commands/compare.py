@@ -61,7 +61,8 @@ def compare(
         for table in tables:
             show(console, table)
         if rows:
-            words = game_of(folder.definition.game).score_words
+            game = game_of(folder.definition.game)
+            words = {team: game.counted(team) for team in game.score_words}
             shares = [(now.games, now.share, now.low, now.high) for now in series.standings]
             scores, times = report.scores(rows, teams, words), report.times(rows)
             names = pairing.first, pairing.second

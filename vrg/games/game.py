@@ -132,7 +132,7 @@ class Game:
         roles: the roles that a player may have during the match.
         starts: the names of the roles that a player may begin in; all of them if it is empty.
         round_word: the game's word for a round.
-        score_words: what the points of a team count, by team.
+        score_words: what the points of a team count, by team, with `{s}` where it is not 1, as in `flag{s} captured`.
         won_words: why a team has won, by team, where the score does not decide.
         decisive: the role of which players must be left, where the score does not decide; empty where it does.
         out_of_play: the states in which a player is only an obstacle.
@@ -208,6 +208,10 @@ class Game:
         """The style of a team: that of its first role, also when its players have changed roles."""
         first = next((role.name for role in self.roles if role.team == team), team)
         return self.style(first)
+
+    def counted(self, team: str, points: int = 0) -> str:
+        """The words for what so many points of a team count, without their number; empty if there are none."""
+        return self.score_words.get(team, "").format(s="" if points == 1 else "s")
 
     def load_settings(self) -> "type[Table]":
         """Import and return the class of the [rules] table."""

@@ -83,11 +83,12 @@ class FieldPainter:
                 shapes.ring(surface, centre, _radius(body, view) + 6 * ui, palette.CAUTION, 2.5 * ui)
         for thing in scene.objects:
             self._object(surface, thing, view)
+        words = [self._word(rect, flash, view, ui) for flash in scene.flashes]
         if names:
             named = [self._named(body, view, driving) for body in scene.bodies]
-            self._names.draw(surface, rect, named, ui)
-        for flash in scene.flashes:
-            self._flash(surface, rect, flash, view, ui)
+            self._names.draw(surface, rect, named, ui, [plate for _, plate in words])
+        for flash, word in zip(scene.flashes, words, strict=True):
+            self._flash(surface, flash, word, view, ui)
         surface.set_clip(before)
         return view
 
@@ -146,26 +147,40 @@ class FieldPainter:
             x, y = points[-1]
             surface.blit(text, text.get_rect(midleft=(round(x + 7 * ui), round(y))))
 
-    def _flash(self, surface: pygame.Surface, rect: pygame.Rect, flash: Flash, view: View, ui: float) -> None:
+    def _word(self, rect: pygame.Rect, flash: Flash, view: View, ui: float) -> tuple[pygame.Surface, pygame.Rect]:
+        """The word of a flash, and its plate above the ring, or below it where that has no room."""
+        centre, radius = view.point(*flash.at), 1.25 * _ring(view, ui)
+        text = self._fonts.render(flash.word.upper(), max(14, round(18 * ui)), palette.INK, Face.BOLD)
+        plate = text.get_rect(midbottom=(round(centre[0]), round(centre[1] - radius - 4 * ui))).inflate(12, 4)
+        if plate.top < rect.top:
+            plate.top = round(centre[1] + radius + 4 * ui)
+        plate.clamp_ip(rect)
+        return text, plate
+
+    @staticmethod
+    def _flash(
+        surface: pygame.Surface, flash: Flash, word: tuple[pygame.Surface, pygame.Rect], view: View, ui: float
+    ) -> None:
         """Draw a ring that grows and fades about what was called, with a word for it."""
         centre = view.point(*flash.at)
         opacity = round(255 * (1.0 - flash.share))
-        radius = min(max(0.6 * view.scale, SMALLEST), 60 * ui) * (1.0 + flash.share)
+        radius = _ring(view, ui) * (1.0 + flash.share)
         reach = math.ceil(radius + 4 * ui)
         layer = pygame.Surface((2 * reach, 2 * reach), pygame.SRCALPHA)
         for width, share in ((4.0, 1.0), (3.0, 0.75)):
             shapes.ring(layer, (reach, reach), radius * share, palette.CAUTION, width * ui)
         layer.set_alpha(opacity)
         surface.blit(layer, layer.get_rect(center=(round(centre[0]), round(centre[1]))))
-        text = self._fonts.render(flash.word.upper(), max(14, round(18 * ui)), palette.INK, Face.BOLD)
-        plate = text.get_rect(midbottom=(round(centre[0]), round(centre[1] - radius - 4 * ui))).inflate(12, 4)
-        if plate.top < rect.top:
-            plate.top = round(centre[1] + radius + 4 * ui)
-        plate.clamp_ip(rect)
+        text, plate = word
         shapes.pill(surface, plate, palette.CAUTION, opacity, 6)
         text = text.copy()
         text.set_alpha(opacity)
         surface.blit(text, text.get_rect(center=plate.center))
+
+
+def _ring(view: View, ui: float) -> float:
+    """The radius with which the ring of a flash begins, pixels; it doubles."""
+    return min(max(0.6 * view.scale, SMALLEST), 60 * ui)
 
 
 def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -> None:

@@ -87,12 +87,18 @@ class HeaderPainter:
         # What is to be done stands beside each other, so that it has one line.
         whole = "   ".join(steps)
         steps = [whole] if fonts.width(whole, size, Face.BOLD) <= room else steps
-        plate.height = max(place.height, head + step * (len(lines) + len(steps)) + round(8 * ui))
+        plate.height = head + step * (len(lines) + len(steps)) + round(8 * ui)
+        heading = fonts.shorten(first.heading, room, round(20 * ui), Face.BOLD)
+        beside = fonts.width(heading, round(20 * ui), Face.BOLD) + round(14 * ui)
+        reason = ""
+        if plate.height > place.height and lines and beside + fonts.width(lines[0], size) <= room:
+            reason, plate.height = lines.pop(0), plate.height - step
+        plate.height = max(place.height, plate.height)
         shapes.pill(surface, plate, first.colour, radius=round(8 * ui))
         ink = ink_on(first.colour)
         x, y = plate.left + round(12 * ui), plate.top + round(5 * ui)
-        heading = fonts.shorten(first.heading, room, round(20 * ui), Face.BOLD)
         surface.blit(fonts.render(heading, round(20 * ui), ink, Face.BOLD), (x, y))
+        surface.blit(fonts.render(reason, size, ink), (x + beside, y + round(5 * ui)))
         y += head - round(4 * ui)
         for line, face in [*((line, Face.REGULAR) for line in lines), *((line, Face.BOLD) for line in steps)]:
             surface.blit(fonts.render(fonts.shorten(line, room, size, face), size, ink, face), (x, y))
@@ -100,8 +106,8 @@ class HeaderPainter:
 
     def _score(self, surface: pygame.Surface, place: Rect, head: Headline, ui: float) -> None:
         """Draw what decides: the scores on plates in the teams' colours, or the count that stands for them."""
-        fonts, size = self._fonts, round(13 * ui)
-        high = round(40 * ui)
+        fonts, size = self._fonts, round(15 * ui)
+        high = round(38 * ui)
         if head.count:
             text = fonts.render(fonts.shorten(head.count, place.width, round(24 * ui), Face.BOLD), round(24 * ui),
                                 palette.TEXT, Face.BOLD)  # fmt: skip
@@ -116,7 +122,7 @@ class HeaderPainter:
                 room = plate.inflate(-2 * pad, 0)
                 room.width -= points.get_width() + pad
                 kit.write(surface, team.team, room, round(17 * ui), ink, fonts, Face.BOLD)
-        below = Rect(place.left, place.top + high + round(2 * ui), place.width, round(18 * ui))
+        below = Rect(place.left, place.top + high + round(2 * ui), place.width, round(19 * ui))
         now = (
             (head.drama, palette.CAUTION, Face.BOLD)
             if head.drama
@@ -130,10 +136,10 @@ class HeaderPainter:
     @staticmethod
     def _counted(head: Headline) -> str:
         """What the points count; where they do not decide, with the points."""
-        words = list(dict.fromkeys(team.words for team in head.teams if team.words))
+        words = list(dict.fromkeys(team.counts for team in head.teams if team.counts))
         if head.count:
             return ",  ".join(f"{team.team}: {team.points} {team.words}" for team in head.teams)
-        return words[0] if len(words) == 1 else ",  ".join(f"{team.team}: {team.words}" for team in head.teams)
+        return words[0] if len(words) == 1 else ",  ".join(f"{team.team}: {team.counts}" for team in head.teams)
 
     def _clock(self, surface: pygame.Surface, place: Rect, head: Headline, ui: float) -> None:
         text = self._fonts.render(head.clock, round(36 * ui), palette.TEXT, Face.MONO)
@@ -165,11 +171,11 @@ class ResultPainter:
         """Draw the card in the middle of an area, with a hint of what can be done; return where it is."""
         fonts, pad = self._fonts, round(18 * ui)
         heading, colour = result(scene)
-        width = min(area.width - 2 * pad, round(620 * ui))
+        width = min(area.width - 2 * pad, round(700 * ui))
         lines = [line for text in result_lines(scene) for line in fonts.wrap(text, width - 2 * pad, round(16 * ui))]
         step, top = round(23 * ui), round(70 * ui)
         room = area.height - top - step * (len(lines) + 2) - 5 * pad
-        picture = self._picture(width - 2 * pad, min(room, round(260 * ui)))
+        picture = self._picture(width - 2 * pad, min(room, round(340 * ui)))
         high = 0 if picture is None else picture.get_height() + step
         card = Rect(0, 0, width, top + step * len(lines) + high + step + 2 * pad)
         card.center = area.center

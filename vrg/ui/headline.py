@@ -13,11 +13,16 @@ from vrg.ui.scene import Scene, clock_text
 
 @dataclass(frozen=True)
 class TeamScore:
-    """The score of a team: its name as people write it, its points, what they count, and its colour."""
+    """The score of a team: its name as people write it, its points, what they count, and its colour.
+
+    Args:
+        words: what so many points count. counts: what points of this team count.
+    """
 
     team: str
     points: int
     words: str
+    counts: str
     colour: Rgb
 
 
@@ -65,7 +70,7 @@ def headline(scene: Scene) -> Headline:
         clock=short_clock(scene.clock),
         left=f"{short_clock(left)} left" if left is not None and playing else "",
         teams=tuple(
-            TeamScore(title(team), points, game.score_words.get(team, ""), game.team_style(team).colour)
+            TeamScore(title(team), points, game.counted(team, points), game.counted(team), game.team_style(team).colour)
             for team, points in scene.score
             if game.competitive
         ),

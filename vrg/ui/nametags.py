@@ -44,9 +44,14 @@ class NamePainter:
         self._crowded = False
 
     def draw(
-        self, surface: pygame.Surface, area: pygame.Rect, robots: Sequence[tuple[str, Rgb, Circle]], ui: float
+        self,
+        surface: pygame.Surface,
+        area: pygame.Rect,
+        robots: Sequence[tuple[str, Rgb, Circle]],
+        ui: float,
+        covered: Sequence[pygame.Rect] = (),
     ) -> list[pygame.Rect]:
-        """Draw the name of each robot, given by name, colour and circle, inside of `area`.
+        """Draw the name of each robot, given by name, colour and circle, inside of `area` and not below `covered`.
 
         Returns:
             where the names are.
@@ -54,7 +59,7 @@ class NamePainter:
         size = max(12, round(13 * ui))
         circles = [circle for _, _, circle in robots]
         words = self._words([name for name, _, _ in robots], circles, size)
-        taken = [_square(circle) for circle in circles]
+        taken = [*(_square(circle) for circle in circles), *covered]
         placed: list[tuple[pygame.Surface, pygame.Rect]] = []
         for index, (name, colour, (centre, radius)) in enumerate(robots):
             if not area.inflate(40, 40).collidepoint(centre):

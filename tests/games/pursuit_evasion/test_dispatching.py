@@ -219,7 +219,7 @@ def test_the_lowest_bid_is_dispatched_and_the_winner_is_announced_to_all() -> No
     assert play.state.states["p1"] == "dispatched"
     assert play.state.states["p0"] == play.state.states["p2"] == "watching"
     assert [text for rule, text in play.calls if rule == "dispatch"] == [
-        "p1 is dispatched to i0 (bids: p0 4.0 s, p1 2.0 s)"
+        "p1 is sent to meet i0 (bids: p0 4.0 s, p1 2.0 s)"
     ]
 
 
@@ -265,7 +265,7 @@ def test_a_winner_that_cannot_meet_it_gives_it_back_and_it_is_auctioned_again() 
     auction = play.state.auctions["i0"]
     assert (auction.winner, auction.bids, auction.opened) == (None, {}, pytest.approx(play.clock))
     assert play.state.states["p1"] == "returning"
-    assert play.calls[-1] == ("lost", "i0 is lost: p1 cannot meet it; who can meet it?")
+    assert play.calls[-1] == ("lost", "i0 is lost: p1 cannot meet it; the pursuers bid again")
     play.tick({"i0": THERE, "p1": (5, 8)}, bids=[("p2", "i0", 3.0)])
     wait(play, 5)
     assert play.state.auctions["i0"].winner == "p2"
@@ -287,7 +287,7 @@ def test_when_the_winner_is_out_it_is_auctioned_again_among_the_others() -> None
     wait(play, 1)
     auction = play.state.auctions["i0"]
     assert (auction.winner, auction.bidders) == (None, ("p0", "p2"))
-    assert play.calls[-1] == ("lost", "i0 is lost: p1 is disqualified; who can meet it?")
+    assert play.calls[-1] == ("lost", "i0 is lost: p1 is disqualified; the pursuers bid again")
     assert play.state.dispatched == {}
 
 
@@ -298,7 +298,7 @@ def test_an_intruder_that_nobody_sees_for_long_is_auctioned_again() -> None:
     while "lost" not in play.rulings and play.clock < since + 10.0:
         wait(play, 1, seen=False)
     assert play.clock - since == pytest.approx(SETTINGS.lost_after, abs=0.11)
-    assert play.calls[-1][1] == "i0 is lost: nobody sees it; who can meet it?"
+    assert play.calls[-1][1] == "i0 is lost: no pursuer sees it; the pursuers bid again"
     assert play.state.auctions["i0"].winner is None
     assert play.state.states["p1"] in ("returning", "watching")
     wait(play, 60, seen=False)

@@ -80,8 +80,8 @@ def test_who_the_player_is() -> None:
 @pytest.mark.parametrize(
     ("changes", "told", "level"),
     [
-        ({}, "Play Round   0:01.0", Level.CALM),
-        ({"game": "roboflag", "score": {"red": 2, "blue": 1}}, "Play Round   0:01.0   Red 2   Blue 1", Level.CALM),
+        ({}, "Playing   0:01.0", Level.CALM),
+        ({"game": "roboflag", "score": {"red": 2, "blue": 1}}, "Playing   0:01.0   Red 2   Blue 1", Level.CALM),
         (
             {"halted": "a foul", "way_out": "The key C continues"},
             "HALT: a foul. The key C continues",

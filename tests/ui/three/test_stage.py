@@ -9,6 +9,7 @@ import pytest
 from tests.outside.package.toys.kiwi import KIWI
 from tests.ui import synthetic
 from vrg.bus import messages as m
+from vrg.colours import RED
 from vrg.games.game import Marker
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.depiction import Rays
@@ -17,8 +18,8 @@ from vrg.ui import palette
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.scene import Scene, SceneBody, SceneObject
 from vrg.ui.three import camera
+from vrg.ui.three.board import board, last_call
 from vrg.ui.three.ground import extent, ground
-from vrg.ui.three.headline import headline, last_call
 from vrg.ui.three.robots import marker_mesh, robot_look
 from vrg.ui.three.shapes import band, circle, prism, rounded, sheet, star, strip
 from vrg.ui.three.stage import Batch, Stage, fan, trails
@@ -153,7 +154,7 @@ def test_a_flag_stands_in_its_place_or_rides_on_its_carrier() -> None:
     shown = batches(Stage({}, P2AT), scene)["flags/cloths"]
     assert shown.places[0] == pytest.approx((1.0, 2.0, 0.0))
     assert shown.places[1, 2] > 0.1
-    assert [tuple(colour) for colour in shown.colours] == [(213, 94, 0), (0, 114, 178)]
+    assert [tuple(colour) for colour in shown.colours] == [RED, (0, 114, 178)]
 
 
 def test_trails_lead_to_the_robots_and_fade() -> None:
@@ -215,9 +216,10 @@ def test_a_camera_follows_smoothly_and_jumps_after_what_is_placed() -> None:
 
 def test_the_headline_tells_score_and_clock_and_what_must_not_be_overlooked() -> None:
     scene = scene_at(10.0)
-    assert "<b>1</b><span>Sharks</span>" in headline(scene)
-    assert "<b>0:10</b>" in headline(scene)
-    assert "HALT" in headline(replace(scene, halted="by ann"))
+    assert "<b>1</b><div><span>Sharks</span><i>minnow caught</i>" in board(scene)
+    assert "<b>0:10</b>" in board(scene)
+    assert "Minnows cross to the safe zone" in board(scene)
+    assert "HALT" in board(replace(scene, halted="by ann"))
     assert "Bruce tagged gill" in last_call(scene)
     assert last_call(Scene()) == ""
 
@@ -225,6 +227,6 @@ def test_the_headline_tells_score_and_clock_and_what_must_not_be_overlooked() ->
 def test_names_in_the_headline_are_no_html() -> None:
     scene = replace(scene_at(10.0), score=(("<script>", 1),), halted="<img onerror=x>")
     evil = m.Call(number=1, rule="tag", text="<b>ann</b> is tagged", players=(), poses=(), clock=1.0)
-    assert "<script>" not in headline(scene).lower()
-    assert "<img" not in headline(scene)
+    assert "<script>" not in board(scene).lower()
+    assert "<img" not in board(scene)
     assert "<b>ann" not in last_call(replace(scene, calls=(evil,))).lower()

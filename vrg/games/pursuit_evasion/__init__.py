@@ -28,7 +28,7 @@ GAME = Game(
         Role(PURSUER, PURSUERS, SKY_BLUE, Marker.CIRCLE),
         Role(INTRUDER, INTRUDERS, VERMILLION, Marker.TRIANGLE, strategy=f"{_FOLDER}.intruder:Intruder"),
     ),
-    score_words={PURSUERS: "intruders captured", INTRUDERS: "intruders escaped"},
+    score_words={PURSUERS: "intruder{s} captured", INTRUDERS: "intruder{s} escaped"},
     out_of_play=frozenset({CAPTURED, ESCAPED, OUT}),
     moments={
         "capture": Moment("X", "captured", others="by", counts=True),

@@ -28,12 +28,12 @@ def dispatch(
             if state.detections(name) >= DETECTIONS:
                 auction = Auction(lot=name, bidders=bidders, opened=clock, lasts=settings.auction)
                 state = opened(state, structs.replace(auction, evidence=state.evidence[name]))
-                calls.append(Call(rule="auction", text=f"{name} has been seen twice: who can meet it?"))
+                calls.append(Call(rule="auction", text=f"{name} has been seen twice: the pursuers bid for it"))
             continue
         auction = structs.replace(auction, bidders=bidders, evidence=state.evidence.get(name, ()))
         why = _lost(state, auction, clock, settings.lost_after)
         if why:
-            calls.append(Call(rule="lost", text=f"{name} is lost: {why}; who can meet it?"))
+            calls.append(Call(rule="lost", text=f"{name} is lost: {why}; the pursuers bid again"))
             if auction.winner == state.dispatched[name][0]:
                 auction = reopened(auction, clock)
             state = _called_back(state, name)
@@ -58,14 +58,14 @@ def _lost(state: State, auction: Auction, clock: float, patience: float) -> str:
     if pursuer in state.disqualified:
         return f"{pursuer} is disqualified"
     if clock - max(since, state.seen.get(auction.lot, since)) > patience:
-        return "nobody sees it"
+        return "no pursuer sees it"
     return ""
 
 
 def _sent(state: State, auction: Auction, winner: str, now: Observation, clock: float, calls: list[Call]) -> State:
     bids = ", ".join(f"{name} {cost:.1f} s" for name, cost in sorted(auction.bids.items()))
     poses = (now.poses[winner],) if winner in now.poses else ()
-    text = f"{winner} is dispatched to {auction.lot} (bids: {bids})"
+    text = f"{winner} is sent to meet {auction.lot} (bids: {bids})"
     calls.append(Call(rule="dispatch", text=text, players=(winner, auction.lot) if poses else (), poses=poses))
     dispatched = {**state.dispatched, auction.lot: (winner, clock)}
     return structs.replace(state.with_state([winner], DISPATCHED), dispatched=dispatched)

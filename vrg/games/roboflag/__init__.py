@@ -1,6 +1,6 @@
 """The description of RoboFlag (thesis 4.4). Only processes that need the rules or a player import them."""
 
-from vrg.colours import BLUE, VERMILLION
+from vrg import colours
 from vrg.games.game import Game, Marker, Moment, Priority, Role, RuleText
 
 RED, BLUES = "red", "blue"
@@ -44,10 +44,10 @@ GAME = Game(
     about="Take the other team's flag and bring it to your own home without being tagged. Three flags win.",
     match=f"{_FOLDER}/match.toml",
     roles=(
-        Role(RED, RED, VERMILLION, Marker.TRIANGLE),
-        Role(BLUES, BLUES, BLUE, Marker.CIRCLE),
+        Role(RED, RED, colours.RED, Marker.TRIANGLE),
+        Role(BLUES, BLUES, colours.BLUE, Marker.CIRCLE),
     ),
-    score_words={RED: "flags captured", BLUES: "flags captured"},
+    score_words={RED: "flag{s} captured", BLUES: "flag{s} captured"},
     out_of_play=frozenset({TAGGED}),
     moments={
         "tag": Moment("X", "tag", others="by"),

@@ -20,7 +20,7 @@ GAME = Game(
         Role(MINNOW, MINNOWS, SKY_BLUE, Marker.CIRCLE),
     ),
     round_word="pass",
-    score_words={SHARKS: "minnows caught", MINNOWS: "safe crossings"},
+    score_words={SHARKS: "minnow{s} caught", MINNOWS: "safe crossing{s}"},
     won_words={
         SHARKS: "no minnow is left",
         MINNOWS: "a minnow is left after the last pass",

@@ -85,7 +85,7 @@ class SharksAndMinnows(RuleBook[State]):
                 out.pop(name, None)
         for name, fraction in sorted(out.items()):
             pose = interpolate(before.poses[name], now.poses[name], fraction)
-            text = f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}) and inactive"
+            text = f"{name} is out of bounds at ({pose.x:.2f}, {pose.y:.2f}), and out of this pass"
             calls.append(called("out_of_bounds", text, {name: pose}))
         calls += self._late(state, now, clock, {f.players[0] for f in calls})
         hit = {f.players[0] for f in calls}
@@ -126,7 +126,7 @@ class SharksAndMinnows(RuleBook[State]):
             return None
         fraction, taggers = found
         motions = {name: minnow, **{tagger: near[tagger] for tagger in taggers}}
-        text = f"{name} is tagged by {' and '.join(taggers)} and inactive"
+        text = f"{name} is tagged by {' and '.join(taggers)}, and out of this pass"
         return called("tag", text, {n: interpolate(*motion[:2], fraction) for n, motion in motions.items()})
 
     def _late(self, state: State, now: Observation, clock: float, hit: set[str]) -> list[Call]:
@@ -134,7 +134,7 @@ class SharksAndMinnows(RuleBook[State]):
         if not self.pass_limit or clock < self.pass_limit - 1e-9:
             return []
         late = sorted((now.poses.keys() & state.active(MINNOW)) - hit - self._home(state, now).keys())
-        how = f"is not in the end zone after {self.pass_limit:.0f} s and inactive"
+        how = f"is not in the end zone after {self.pass_limit:.0f} s, and out of this pass"
         return [called("pass_limit", f"{name} {how}", {name: now.poses[name]}) for name in late]
 
     def _home(self, state: State, now: Observation) -> dict[str, Pose]:

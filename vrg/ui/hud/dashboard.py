@@ -16,6 +16,7 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.types import Vector
 from vrg.ui.banner import banners
 from vrg.ui.deeds import LOW_BATTERY
+from vrg.ui.headline import stage_words
 from vrg.ui.hud import words
 from vrg.ui.hud.telemetry import Telemetry
 from vrg.ui.scene import Scene, clock_text, speed_text
@@ -112,7 +113,7 @@ def alert(board: Dashboard) -> Line:
     if scene.stage is None:
         return Line("", words.WAITING)
     score = "   ".join(f"{title(team)} {points}" for team, points in scene.score) if scored(scene) else ""
-    return Line("", f"{title(scene.stage.value)}   {clock_text(scene.clock)}   {score}".rstrip())
+    return Line("", f"{stage_words(scene)[0]}   {clock_text(scene.clock)}   {score}".rstrip())
 
 
 def scored(scene: Scene) -> bool:

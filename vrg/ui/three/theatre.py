@@ -12,18 +12,20 @@ import numpy as np
 
 from vrg.colours import Rgb
 from vrg.errors import LaunchError
+from vrg.games import game_of
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.sensors.depiction import Rays
 from vrg.types import Pose, Vector
 from vrg.ui import palette
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.three import camera
+from vrg.ui.three.board import STYLE, board, last_call
 from vrg.ui.three.camera import Shot, View
 from vrg.ui.three.ground import Extent, extent, ground
-from vrg.ui.three.headline import STYLE, headline, last_call
 from vrg.ui.three.robots import robot_look
 from vrg.ui.three.stage import Batch, Lines, Stage, fan, trails
 from vrg.ui.web.headers import foreign
+from vrg.ui.zones import zone_look
 
 try:
     import viser
@@ -123,7 +125,7 @@ class Theatre:
         gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False, brand_color=palette.ECHO)
         gui.main_panel.float(x=-14, y=14, width=268)
         gui.add_html(STYLE)
-        self._nodes["headline"], self._nodes["call"] = gui.add_html(""), gui.add_html("")
+        self._nodes["board"], self._nodes["call"] = gui.add_html(""), gui.add_html("")
         scene.configure_default_lights(enabled=False)
         scene.configure_environment_map(None)
         scene.add_light_hemisphere("/lights/sky", sky_color=(205, 222, 255), ground_color=(96, 100, 108), intensity=3.0)
@@ -160,7 +162,7 @@ class Theatre:
                 self._drawn = drawn
                 self._lines(trails(scene))
             self._labels(scene)
-        self._nodes["headline"].content, self._nodes["call"].content = headline(scene), last_call(scene)
+        self._nodes["board"].content, self._nodes["call"].content = board(scene), last_call(scene)
         names = tuple(sorted(self._bodies))
         for viewer in list(self._viewers.values()):
             if names and viewer.robots.options != names:
@@ -220,11 +222,14 @@ class Theatre:
             node.points, node.colors = lines.points, _LINEAR[lines.colours]
 
     def _labels(self, scene: Scene) -> None:
-        """Name the robots, and write what the referee has just called where it happened."""
+        """Name the robots and the zones, and write what the referee has just called where it happened."""
         wanted = {
             f"label/{body.name}": (body.name, 0.9, (body.pose.x, body.pose.y, self._eye(body)[1] + 0.15))
             for body in scene.bodies
         }
+        for zone in scene.zones:
+            if zone.kind != "field" and (words := zone_look(zone, game_of(scene.game)).words):
+                wanted[f"label/zone {zone.name}"] = words, 0.7, (*zone.region.middle, 0.05)
         for news in scene.flashes:
             wanted[f"label/{news.word} {news.at}"] = news.word.upper(), 1.8, (*news.at, 1.0 + 0.8 * news.share)
         for key in [key for key in self._nodes if key.startswith("label/") and key not in wanted]:

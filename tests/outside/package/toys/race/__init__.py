@@ -14,6 +14,6 @@ GAME = Game(
     match="toys.race/match.toml",
     roles=(Role(RED, RED, ORANGE, Marker.DIAMOND), Role(GREEN, GREEN, SEA_GREEN, Marker.SQUARE)),
     round_word="heat",
-    score_words={RED: "heats won", GREEN: "heats won"},
+    score_words={RED: "heat{s} won", GREEN: "heat{s} won"},
     moments={"finish": Moment("*", "at the finish")},
 )

@@ -5,30 +5,34 @@ from typing import Final
 
 from vrg.colours import Rgb
 from vrg.games import game_of
-from vrg.games.game import capitalised, title
+from vrg.games.game import capitalised
 from vrg.ui import palette
 from vrg.ui.banner import banners
-from vrg.ui.scene import Scene, clock_text
+from vrg.ui.headline import headline
+from vrg.ui.scene import Scene
 
 
-def headline(scene: Scene) -> str:
-    """The score and the clock in the middle above, below them what must not be overlooked."""
-    game, clock = game_of(scene.game), clock_text(scene.clock)[:-2]
+def board(scene: Scene) -> str:
+    """The score and the clock in the middle above, below them what the match is about or must not be overlooked."""
+    head, told = headline(scene), banners(scene)
     teams = [
-        f'<div class="team" style="--c:{_css(palette.mix(game.team_style(team).colour, palette.TEXT, 0.15))}">'
-        f"<b>{points}</b><span>{escape(title(team))}</span></div>"
-        for team, points in scene.score
+        f'<div class="team" style="--c:{_css(palette.mix(team.colour, palette.TEXT, 0.15))}">'
+        f"<b>{team.points}</b><div><span>{escape(team.team)}</span><i>{escape(team.words)}</i></div></div>"
+        for team in head.teams
     ]
     half = (len(teams) + 1) // 2
-    stage = f"{capitalised(game.round_word)} {scene.round}" if scene.round else title(scene.game)
-    told = "".join(
+    stage = f"{head.stage}, {head.left}" if head.left else head.stage
+    middle = f'<div class="clock"><b>{head.clock}</b><span>{escape(stage)}</span></div>'
+    shown = "".join((*teams[:half], middle, *teams[half:])) if scene.stage is not None else ""
+    news = [
         f'<div class="banner" style="background:{_css(banner.colour)};color:{_css(palette.ink_on(banner.colour))}">'
         f"<b>{escape(banner.heading)}</b> {escape(banner.text)}</div>"
-        for banner in banners(scene)
-    )
-    middle = f'<div class="clock"><b>{clock}</b><span>{escape(stage)}</span></div>'
-    board = "".join((*teams[:half], middle, *teams[half:])) if scene.stage is not None else ""
-    return f'<div class="vrg-top"><div class="board">{board}</div>{told}</div>'
+        for banner in told
+    ]
+    if not news:
+        lines = (f"<b>{escape(head.title)}.</b> {escape(head.about)}", escape(head.count or head.drama))
+        news = [f'<div class="about">{line}</div>' for line in lines if line]
+    return f'<div class="vrg-top"><div class="board">{shown}</div>{"".join(news)}</div>'
 
 
 def last_call(scene: Scene) -> str:
@@ -55,11 +59,14 @@ STYLE: Final = f"""<style>
 .board:empty {{ display: none; }}
 .team {{ display: flex; align-items: center; gap: 12px; padding: 8px 20px; border-bottom: 4px solid var(--c); }}
 .team span {{ font-size: 15px; letter-spacing: .02em; }}
+.team i {{ display: block; font: 11px/1.2 sans-serif; color: var(--muted); }}
 .team b {{ font-size: 30px; color: var(--c); line-height: 1; }}
 .clock {{ display: flex; flex-direction: column; align-items: center; padding: 7px 22px; background: #0006; }}
 .clock b {{ font-size: 26px; line-height: 1.1; font-variant-numeric: tabular-nums; }}
 .clock span {{ font-size: 11px; color: var(--muted); text-transform: uppercase; letter-spacing: .12em; }}
 .banner {{ padding: 7px 18px; border-radius: 9px; font-size: 15px; max-width: 76vw; box-shadow: 0 4px 16px #0006; }}
+.about {{ font-size: 14px; max-width: 70vw; text-align: center; text-shadow: 0 1px 4px #000; }}
+.about + .about {{ margin-top: -5px; font-weight: bold; color: var(--caution); }}
 .banner b {{ margin-right: 8px; }}
 .vrg-call {{ left: 50%; transform: translateX(-50%); bottom: 22px; padding: 9px 20px; border-radius: 10px;
   font-size: 17px; background: var(--panel); border: 1px solid var(--line); max-width: 70vw;
