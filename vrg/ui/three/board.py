@@ -65,7 +65,7 @@ STYLE: Final = f"""<style>
 .clock b {{ font-size: 26px; line-height: 1.1; font-variant-numeric: tabular-nums; }}
 .clock span {{ font-size: 11px; color: var(--muted); text-transform: uppercase; letter-spacing: .12em; }}
 .banner {{ padding: 7px 18px; border-radius: 9px; font-size: 15px; max-width: 76vw; box-shadow: 0 4px 16px #0006; }}
-.about {{ font-size: 14px; max-width: 70vw; text-align: center; text-shadow: 0 1px 4px #000; }}
+.about {{ font-size: 14px; max-width: 50vw; text-align: center; text-shadow: 0 1px 4px #000; }}
 .about + .about {{ margin-top: -5px; font-weight: bold; color: var(--caution); }}
 .banner b {{ margin-right: 8px; }}
 .vrg-call {{ left: 50%; transform: translateX(-50%); bottom: 22px; padding: 9px 20px; border-radius: 10px;

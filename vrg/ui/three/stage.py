@@ -14,7 +14,7 @@ from vrg.games.game import Marker, Style
 from vrg.geometry import compose
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Rays
-from vrg.types import Pose, Twist, Vector
+from vrg.types import Pose, Twist
 from vrg.ui import palette
 from vrg.ui.scene import JUMP, Scene, SceneBody
 from vrg.ui.three.robots import CABIN, marker_mesh, robot_look
@@ -162,25 +162,19 @@ class Stage:
 
 
 def trails(scene: Scene) -> Lines:
-    """Where robots were lately, fading into the ground, and what players sketch."""
+    """Where robots were lately, fading into the ground."""
     game = game_of(scene.game)
     points: list[Floats] = [np.zeros((0, 2, 3), np.float32)]
     colours: list[Bytes] = [np.zeros((0, 2, 3), np.uint8)]
 
-    def add(way: Sequence[Vector], colour: Rgb, faded: float, z: float) -> None:
-        line = np.empty((len(way), 3), dtype=np.float32)
-        line[:, :2], line[:, 2] = way, z
-        share = np.linspace(faded, 1.0, len(way))[:, None]
-        tint = (np.array(_GROUND) * (1.0 - share) + np.array(colour) * share).astype(np.uint8)
-        points.append(np.stack((line[:-1], line[1:]), axis=1))
-        colours.append(np.stack((tint[:-1], tint[1:]), axis=1))
-
     for body in scene.bodies:
         if len(body.trail) > 1 and not body.out_of_play:
-            add(body.trail, game.style(body.role, body.state).colour, 0.15, _LIFT)
-    for stroke in scene.strokes:
-        way = stroke.points if len(stroke.points) > 1 else _cross(stroke.points[0])
-        add(way, palette.mix(game.style(stroke.role).colour, palette.TEXT, 0.35), 1.0, 2 * _LIFT)
+            line = np.empty((len(body.trail), 3), dtype=np.float32)
+            line[:, :2], line[:, 2] = body.trail, _LIFT
+            share, colour = np.linspace(0.15, 1.0, len(line))[:, None], game.style(body.role, body.state).colour
+            tint = (np.array(_GROUND) * (1.0 - share) + np.array(colour) * share).astype(np.uint8)
+            points.append(np.stack((line[:-1], line[1:]), axis=1))
+            colours.append(np.stack((tint[:-1], tint[1:]), axis=1))
     return Lines(np.concatenate(points), np.concatenate(colours))
 
 
@@ -192,10 +186,6 @@ def fan(pose: Pose, rays: Rays) -> Mesh:
     corners = np.concatenate(([(eye.x, eye.y)], ends))
     here = np.arange(1, len(corners) - 1, dtype=np.uint32)
     return Mesh(raised(corners, 1.5 * _LIFT), np.stack((np.zeros_like(here), here, here + 1), axis=1))
-
-
-def _cross(at: Vector) -> list[Vector]:
-    return [(at[0] - 0.12, at[1]), at, (at[0], at[1] + 0.12), (at[0] + 0.12, at[1]), (at[0], at[1] - 0.12), at]
 
 
 def _painted(body: SceneBody, scene: Scene, style: Style) -> Rgb:

@@ -157,7 +157,7 @@ class Theatre:
             self._batches = batches
             for batch in batches.values():
                 self._batch(batch)
-            drawn = ([(body.trail, body.state) for body in scene.bodies], scene.strokes)
+            drawn = tuple((body.trail, body.state) for body in scene.bodies)
             if self._drawn != drawn:
                 self._drawn = drawn
                 self._lines(trails(scene))
