@@ -7,10 +7,10 @@ import pygame
 from vrg.bus.messages import Zone
 from vrg.colours import Rgb
 from vrg.games import game_of
-from vrg.games.game import Game, Style
 from vrg.regions import Region
 from vrg.types import Vector
 from vrg.ui import palette, shapes
+from vrg.ui.headline import WALL, legend
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Pixel, View
@@ -46,7 +46,7 @@ def draw_ground(
     below = pygame.Rect(0, surface.get_height() - strip_height(ui), surface.get_width(), strip_height(ui))
     surface.fill(palette.BACKGROUND, below)
     _scale(surface, view, ui, fonts)
-    _signs(surface, scene, game, ui, fonts)
+    _signs(surface, scene, ui, fonts)
 
 
 def strip_height(ui: float) -> int:
@@ -159,16 +159,11 @@ def _scale(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> None
         surface.blit(letter, letter.get_rect(center=shapes.oriented(origin, angle, 26 * ui, 0.0)))
 
 
-def _signs(surface: pygame.Surface, scene: Scene, game: Game, ui: float, fonts: Fonts) -> None:
+def _signs(surface: pygame.Surface, scene: Scene, ui: float, fonts: Fonts) -> None:
     """Draw a legend at the right of the strip: the signs of the roles, and what is grey, as far as there is room."""
     size, side, gap = max(11, round(13 * ui)), round(16 * ui), round(18 * ui)
     y, right = surface.get_height() - strip_height(ui) // 2, surface.get_width() - round(14 * ui)
-    styles = [(role.name, game.style(role.name)) for role in game.roles]
-    if game.out_of_play:
-        styles.append(("out of play", game.style("", next(iter(game.out_of_play)))))
-    signs: list[tuple[str, Style | None]] = [*styles, *([("wall", None)] if scene.obstacles else [])]
-    if {body.physical for body in scene.bodies} == {True, False}:
-        signs.append(("white rim: physical robot", None))
+    signs = legend(scene)
     widths = [fonts.width(words, size) + side + round(6 * ui) for words, _ in signs]
     while signs and sum(widths) + gap * (len(signs) - 1) > right - 230 * ui:
         signs.pop()
@@ -182,7 +177,7 @@ def _signs(surface: pygame.Surface, scene: Scene, game: Game, ui: float, fonts: 
         if style is not None:
             shapes.pill(surface, sign, style.colour, radius=4)
             shapes.marker(surface, sign.center, math.pi / 2, side * 0.32, palette.INK, style.marker)
-        elif words == "wall":
+        elif words == WALL:
             shapes.pill(surface, sign, palette.WALL, radius=2)
             pygame.draw.rect(surface, palette.WALL_EDGE, sign, 1, border_radius=2)
         else:

@@ -1,14 +1,18 @@
 """What a match is about, how far it is, who leads and why, in a few words. This draws nothing."""
 
 from dataclasses import dataclass
+from typing import Final
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.games import game_of
-from vrg.games.game import capitalised, title
+from vrg.games.game import Style, capitalised, title
 from vrg.ui import palette
 from vrg.ui.scene import Scene, clock_text
+
+WALL: Final = "wall"
+PHYSICAL: Final = "white rim: physical robot"
 
 
 @dataclass(frozen=True)
@@ -80,14 +84,28 @@ def headline(scene: Scene) -> Headline:
     )
 
 
+def legend(scene: Scene) -> list[tuple[str, Style | None]]:
+    """The signs on the field, each with its words; without a style a wall, or the rim of a physical robot."""
+    game = game_of(scene.game)
+    signs: list[tuple[str, Style | None]] = [(role.name, game.style(role.name)) for role in game.roles]
+    if game.out_of_play:
+        signs.append(("out of play", game.style("", next(iter(game.out_of_play)))))
+    if scene.obstacles:
+        signs.append((WALL, None))
+    if {body.physical for body in scene.bodies} == {True, False}:
+        signs.append((PHYSICAL, None))
+    return signs
+
+
 def stage_words(scene: Scene) -> tuple[str, Rgb]:
     """How far the match is, in plain words, and the colour of that."""
     if scene.stage is None:
         return "Waiting", palette.CALM
-    if scene.estop:
-        return "Stopped", palette.ALARM
-    if scene.halted is not None and scene.stage is not Stage.GAME_OVER:
-        return "Halted", palette.CAUTION
+    if scene.stage is not Stage.GAME_OVER:
+        if scene.estop:
+            return "Stopped", palette.ALARM
+        if scene.halted is not None:
+            return "Halted", palette.CAUTION
     word = game_of(scene.game).round_word
     names = {
         Stage.INITIALIZE: "Lining up",

@@ -16,7 +16,7 @@ from vrg.regions import Region
 from vrg.ui import palette
 from vrg.ui.banner import Banner, Help, banners
 from vrg.ui.deeds import deed, hindrance
-from vrg.ui.headline import headline
+from vrg.ui.headline import WALL, headline, legend
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer, clock_text
 from vrg.ui.view import extent
 from vrg.ui.zones import room, zone_look
@@ -67,6 +67,7 @@ def _zone(zone: Any, game: Game) -> dict[str, Any]:
         "words": look.words,
         "ink": hexadecimal(look.ink),
         "below": look.below,
+        "team": look.team,
         "room": [round(length, 2) for length in room(zone.region)],
         "middle": _point(*zone.region.middle),
         "bounds": [round(edge, 2) for edge in zone.region.bounds],
@@ -103,6 +104,11 @@ def state(scene: Scene) -> dict[str, Any]:
             }
             for player in scene.players
             if lining_up and player.mark is not None
+        ],
+        "legend": [
+            {"words": words, "colour": hexadecimal(palette.WALL if words == WALL else palette.BACKGROUND)}
+            | ({} if style is None else {"colour": hexadecimal(style.colour), "marker": style.marker.value})
+            for words, style in legend(scene)
         ],
         "halted": scene.halted is not None,
         "estop": scene.estop,

@@ -50,8 +50,8 @@ export class Field {
   }
 
   drawStill(match, view, width, height, strip, ratio, ui) {
-    const mixed = new Set(match.state?.bodies.map((body) => body.physical)).size === 2;
-    const key = JSON.stringify([view, width, height, ratio, ui, mixed, match.groundNumber]);
+    const signs = match.state?.legend ?? [];
+    const key = JSON.stringify([view, width, height, ratio, ui, signs, match.groundNumber]);
     if (key === this.stillOf) return;
     this.stillOf = key;
     this.still.width = this.canvas.width;
@@ -66,7 +66,7 @@ export class Field {
       c.fill();
       grid(c, view, region, ground.box, colours.grid);
     }
-    for (const zone of ground.zones) drawZone(c, view, zone, ui);
+    for (const zone of ground.zones) drawZone(c, view, zone, width, ui);
     c.strokeStyle = colours.border;
     c.lineWidth = 2.5 * ui;
     c.lineJoin = "miter";
@@ -84,7 +84,7 @@ export class Field {
     }
     c.fillStyle = colours.background;
     c.fillRect(0, height - strip, width, strip);
-    if (strip > 30) legend(c, view, width, height, colours, ui, mixed);
+    if (strip > 30) drawLegend(c, signs, width, height, drawScale(c, view, width, height, colours, ui), colours, ui);
   }
 
   drawMoving(match, view, area, now, own, ui) {
@@ -169,7 +169,7 @@ function grid(c, view, region, box, colour) {
   c.restore();
 }
 
-function drawZone(c, view, zone, ui) {
+function drawZone(c, view, zone, right, ui) {
   trace(c, view, zone.outline);
   c.fillStyle = zone.tint;
   c.fill();
@@ -192,10 +192,10 @@ function drawZone(c, view, zone, ui) {
   c.strokeStyle = zone.edge;
   c.lineWidth = zone.safe ? 2 : 1;
   c.stroke();
-  if (zone.words) writeZone(c, view, zone, top, height, ui);
+  if (zone.words) writeZone(c, view, zone, top, height, right, ui);
 }
 
-function writeZone(c, view, zone, top, height, ui) {
+function writeZone(c, view, zone, top, height, right, ui) {
   const along = zone.room.map((length) => length * view.scale);
   const [roomX, roomY] = view.turned ? [along[1], along[0]] : along;
   const smallest = Math.max(10, Math.round(12 * ui));
@@ -211,12 +211,18 @@ function writeZone(c, view, zone, top, height, ui) {
   c.textAlign = "center";
   if (zone.below) {
     c.textBaseline = "top";
-    c.fillText(zone.words, x, top + height + 4 * ui);
+    c.fillText(zone.words, Math.max(width / 2 + 2, Math.min(right - width / 2 - 2, x)), top + height + 4 * ui);
     return;
   }
   c.textBaseline = "middle";
   const upright = width > 0.85 * roomX && roomY > roomX;
   const [long, high] = upright ? [roomY, roomX] : [roomX, roomY];
+  if (width > long - 4 && zone.team) {
+    // A corner has more room along its border than about its middle.
+    const lines = zone.words.split(" "), step = 1.2 * size;
+    lines.forEach((line, index) => c.fillText(line, x, y + (index - (lines.length - 1) / 2) * step));
+    return;
+  }
   if (width > long - 4 || size > high - 4) return;
   c.save();
   c.globalAlpha = zone.safe ? 0.82 : 0.6;
@@ -226,10 +232,11 @@ function writeZone(c, view, zone, top, height, ui) {
   c.restore();
 }
 
-function legend(c, view, width, height, colours, ui, mixed) {
+/** Draw the length of some metres, and where x and y point; returns how far to the right that reaches. */
+function drawScale(c, view, width, height, colours, ui) {
   const metres = [1, 2, 5, 10, 20, 50, 100].find((count) => count * view.scale >= 60 * ui) ?? 100;
   const length = metres * view.scale, left = 18 * ui, bottom = height - 16 * ui;
-  if (width < length + 140 * ui) return;
+  if (width < length + 140 * ui) return 0;
   c.strokeStyle = c.fillStyle = colours.muted;
   c.lineWidth = 1.5 * ui;
   c.beginPath();
@@ -261,11 +268,38 @@ function legend(c, view, width, height, colours, ui, mixed) {
     c.fill();
     c.fillText(letter, ...along(26));
   }
-  if (mixed && width > length + 360 * ui) {
-    c.textAlign = "right";
-    c.textBaseline = "bottom";
-    c.fillText(WORDS.rim, width - 18 * ui, height - 12 * ui);
-  }
+  return origin[0] + 34 * ui;
+}
+
+/** Draw the signs of the roles, and what is grey, as far as there is room right of `left`. */
+function drawLegend(c, signs, width, height, left, colours, ui) {
+  const side = Math.round(16 * ui), gap = 14 * ui, y = height - 16 * ui;
+  c.font = `${Math.max(11, Math.round(13 * ui))}px ${FONT}`;
+  const widths = signs.map(({ words }) => c.measureText(words).width + side + 6 * ui);
+  const sum = () => widths.reduce((all, one) => all + one + gap, 0);
+  while (widths.length && sum() > width - left) widths.pop();
+  c.textAlign = "left";
+  c.textBaseline = "middle";
+  let x = width - sum();
+  widths.forEach((wide, index) => {
+    const { words, colour, marker } = signs[index];
+    c.fillStyle = colour;
+    c.strokeStyle = colours.text;
+    c.lineWidth = 1;
+    c.beginPath();
+    c.roundRect(x, y - side / 2, side, side, 4);
+    c.fill();
+    if (marker) {
+      c.save();
+      c.translate(x + side / 2, y);
+      c.rotate(-Math.PI / 2);
+      drawMarker(c, marker, side * 0.32, colours.ink);
+      c.restore();
+    } else c.stroke();
+    c.fillStyle = colours.text;
+    c.fillText(words, x + side + 6 * ui, y);
+    x += wide + gap;
+  });
 }
 
 function sizeOf(view, body) {

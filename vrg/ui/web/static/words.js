@@ -6,7 +6,6 @@ export const WORDS = {
   playClock: "play clock",
   matchTime: (text) => `match ${text}`,
   speed: (rate) => (rate ? `speed ×${rate}` : "full speed"),
-  rim: "white rim: physical robot",
   metres: (count) => `${count} m`,
   halt: "Halt",
   resume: "Continue",
