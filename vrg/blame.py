@@ -39,7 +39,9 @@ def tell_of_refusals(remark: str) -> None:
 def failure_of(error: BaseException) -> StrategyError:
     """The exception of a strategy in one line, with the innermost place in the student's own code."""
     try:
-        said = printable(" ".join(str(error).split()))
+        # The text of a SyntaxError ends with its place, which follows anyway.
+        words = error.msg if isinstance(error, SyntaxError) and error.filename else str(error)
+        said = printable(" ".join(words.split()))
     except BaseException:  # its own `__str__` is a student's code, too
         said = ""
     words = f"{type(error).__name__}: {said}" if said else type(error).__name__
