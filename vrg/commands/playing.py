@@ -102,7 +102,7 @@ def play_match(
     elsewhere = WINDOW in setup.place
     page = None
     if wish.web is not None and not wish.dry:
-        page = open_page(*wish.web, [player.name for player in setup.players])
+        page = open_page(*wish.web, [player.name for player in setup.players], keys=wish.keys)
     live = live_address(None) if wish.foxglove and not wish.dry else None
     three = three_address(None) if wish.three and not wish.dry else None
     window = wish.window and (elsewhere or has_display())
