@@ -156,7 +156,6 @@ def test_the_sheet_has_a_link_for_each_player_that_the_page_admits(folder: Path,
     command = ("sheet", GAME, "--keys", str(folder), "--listen", "10.0.0.5:9000", "--output", str(file))
     done = keys(*command)
     assert done.exit_code == 0, done.output
-    assert "laptops cannot join" not in done.output
     assert file.stat().st_mode & 0o077 == (folder / "page.json").stat().st_mode & 0o077 == 0
     players = [player.name for player in load_match(GAMES.get(GAME).default_match()).players]
     page = open_page("127.0.0.1", None, players, keys=folder)
@@ -165,10 +164,8 @@ def test_the_sheet_has_a_link_for_each_player_that_the_page_admits(folder: Path,
     links = page.links("10.0.0.5")
     assert len(links) == text.count("<svg") == len(players) + 2
     assert all(link in text for _, link in links)
-    assert f"vrg node player player1 {GAME} --router tls/10.0.0.5:7447 --keys player1" in text
     assert keys(*command).exit_code == 0
     assert file.read_text() == text, "links that were printed stay good"
-    assert "keys renew" in keys(*command[:4], "--listen", "10.9.9.9").output
 
 
 def test_each_player_is_handed_its_own_keys(folder: Path, tmp_path: Path) -> None:

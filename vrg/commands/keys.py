@@ -156,13 +156,12 @@ def sheet(
     known = known_page(keys)
     players = [player.name for player in setup.players]
     page = admission(host, port or DEFAULT_PORT, players, known=known)
-    purposes = {RoleKind.VIEWER: "watch", RoleKind.OFFICIAL: "halt, continue and end the match: keep this one"}
-    strips = []
-    for role, link in page.links(host):
-        command = f"vrg node player {role.player} {match} --router tls/{host}:7447 --keys {role.player}"
-        drives = role.kind is RoleKind.SEAT
-        purpose = "drive with a telephone" if drives else purposes[role.kind]
-        strips.append(Strip(role.player or role.kind, purpose, link, command if drives else ""))
+    purposes = {
+        RoleKind.VIEWER: "watch",
+        RoleKind.OFFICIAL: "halt, continue and end the match: keep this one",
+        RoleKind.SEAT: "drive with a telephone",
+    }
+    strips = [Strip(role.player or role.kind, purposes[role.kind], link) for role, link in page.links(host)]
     file = output or keys / "sheet.html"
     try:
         write_private(folder.page, page.encoded().encode())
@@ -173,8 +172,6 @@ def sheet(
         f"{file}: {len(strips)} strips to print, for the page at {host}:{page.port}; whoever has one has the seat"
     )
     typer.echo(f"to play with them: vrg play {match} --keys {keys} --listen 0.0.0.0:{page.port}")
-    if host not in folder.hosts():
-        typer.echo(f"laptops cannot join at {host} yet: vrg keys renew {match} --keys {keys} --host {host}")
 
 
 @app.command()

@@ -124,11 +124,11 @@ class KeysFolder:
                 f"{folder}: expected the authority of the match {match} ({wanted_name}), found {found_name}: name "
                 "the folder of the keys of this match with --keys, or make keys for it in another folder"
             )
-        reached_by = tuple(dict.fromkeys([*self.hosts(), *hosts]))
+        reached_by = tuple(dict.fromkeys([*self._hosts(), *hosts]))
         with _writing(self.path):
             self._make_seats(authority, seats, now, lasts, reached_by or LOCAL_HOSTS)
 
-    def hosts(self) -> tuple[str, ...]:
+    def _hosts(self) -> tuple[str, ...]:
         """The hosts of the router's present certificate; none if there is no certificate."""
         with suppress(OSError, ValueError):
             return validity((self.path / SeatKind.ROUTER / CERTIFICATE).read_bytes()).hosts

@@ -1,4 +1,4 @@
-"""A sheet for the printer: for each seat what it is for, what to type, and a link as a QR code to scan."""
+"""A sheet for the printer: for each seat what it is for, and a link, also as a QR code to scan."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ section { display: inline-flex; gap: 5mm; width: 46%; margin: 2mm 1%; padding: 4
 section div { min-width: 0; }
 svg { width: 38mm; height: 38mm; flex: none; }
 h2 { margin: 0; font-size: 16pt; overflow-wrap: anywhere; }
-p, code { margin: 1mm 0; font-size: 9pt; overflow-wrap: anywhere; }
+p { margin: 1mm 0; font-size: 9pt; overflow-wrap: anywhere; }
 """
 
 
@@ -25,13 +25,11 @@ class Strip:
 
     Args:
         name: of the seat. purpose: in words. link: what the QR code holds.
-        command: what to type on a laptop; empty if there is nothing.
     """
 
     name: str
     purpose: str
     link: str
-    command: str = ""
 
 
 def sheet(title: str, strips: Sequence[Strip]) -> str:
@@ -50,5 +48,4 @@ def sheet(title: str, strips: Sequence[Strip]) -> str:
 def _section(strip: Strip) -> str:
     code = segno.make(strip.link, micro=False, error="m").svg_inline(omitsize=True, border=4)
     words = f"<h2>{escape(strip.name)}</h2><p>{escape(strip.purpose)}</p><p>{escape(strip.link)}</p>"
-    command = f"<p>on a laptop:</p><code>{escape(strip.command)}</code>" if strip.command else ""
-    return f"<section>{code}<div>{words}{command}</div></section>"
+    return f"<section>{code}<div>{words}</div></section>"
