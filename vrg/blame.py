@@ -50,18 +50,19 @@ def failure_of(error: BaseException) -> StrategyError:
     if isinstance(error, SyntaxError) and error.filename:
         where = f"{Path(error.filename).name}, line {error.lineno}"
     else:
-        where = place_of(error.__traceback__)
+        # A strategy that decides elsewhere was only waited for here.
+        where = place_of(error.__traceback__, ours=not isinstance(error, DecisionTimeoutError))
     failure = StrategyError(f"{words} ({where})" if where else words, final=isinstance(error, FINAL))
     failure.__cause__ = error
     return failure
 
 
-def place_of(trace: TracebackType | None) -> str:
+def place_of(trace: TracebackType | None, *, ours: bool = True) -> str:
     """The innermost place of a traceback that is neither in VRG nor in a library, such as `ann.py, line 7, in act`.
 
-    If there is none, it is the innermost place of all; empty without a traceback.
+    If there is none, it is the innermost place of all, or empty if `ours` is False; empty without a traceback.
     """
-    frames = traceback.extract_tb(trace)
+    frames = [frame for frame in traceback.extract_tb(trace) if ours or is_students(frame.filename)]
     if not frames:
         return ""
     foreign = [frame for frame in frames if is_students(frame.filename)]

@@ -125,7 +125,8 @@ def experiment(
     left_out |= {contender.label: why for contender, why in unable.items()}
     found = [contender for contender in found if contender not in unable]
     if left_out and (not leave_out or len(found) < 2):
-        raise ConfigError(list(dict.fromkeys(left_out.values())))
+        named = [f"{own}: {why}" for own, why in left_out.items()] if leave_out else left_out.values()
+        raise ConfigError(list(dict.fromkeys(named)))
     for own, why in left_out.items():
         console.print(f"[yellow]left out: {escape(own)}: {escape(why)}[/yellow]", soft_wrap=True)
     playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
