@@ -196,4 +196,4 @@ def test_the_headline_tells_why_the_score_is_so_and_what_goes_on_now():
     builder.referee(synthetic.state(21.0, round=2, objects=(flag,)))
     head = headline(builder.build(True))
     assert head.reason == "pass 1, 0:09  gill is tagged by bruce", "a time of an earlier round is told as such"
-    assert head.drama == "nemo has the red flag"
+    assert head.drama == "nemo has the red flag · as it stands, minnows win"

@@ -90,7 +90,7 @@ class Painter:
         area = pygame.Rect(0, top, max(1, width - panel), max(1, height - top))
         shown = scene if self.plans else replace(scene, strokes=())
         view = self._field.draw(surface, area, shown, ui, driving)
-        self._result.remember(surface, area, scene)
+        self._result.remember(surface, area, scene, ui)
         if panel:
             self._panel.draw(surface, pygame.Rect(width - panel, top, panel, height - top), scene, ui, driving)
         result = card is None and bool(over) and scene.stage is Stage.GAME_OVER

@@ -10,7 +10,7 @@ import pygame
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.games import UNKNOWN_GAME, game_of
-from vrg.games.game import Style
+from vrg.games.game import Marker, Style
 from vrg.regions import Bounds
 from vrg.types import Pose
 from vrg.ui import palette, shapes
@@ -122,6 +122,9 @@ class FieldPainter:
         centre, angle = _placed(body.pose, view)
         turned = pygame.transform.rotozoom(sprite, math.degrees(angle), 1 / FINENESS)
         surface.blit(turned, turned.get_rect(center=(round(centre[0]), round(centre[1]))))
+        style = key[0]
+        if style.marker is Marker.CROSS:  # turned it could be a plus
+            shapes.marker(surface, centre, 0.0, width * 0.33, palette.INK, style.marker)
 
     @staticmethod
     def _named(body: SceneBody, view: View, driving: str | None) -> tuple[str, Rgb, Circle]:
@@ -172,6 +175,7 @@ class FieldPainter:
         layer.set_alpha(opacity)
         surface.blit(layer, layer.get_rect(center=(round(centre[0]), round(centre[1]))))
         text, plate = word
+        opacity = min(255, 3 * opacity)  # the word can be read until shortly before it is gone
         shapes.pill(surface, plate, palette.CAUTION, opacity, 6)
         text = text.copy()
         text.set_alpha(opacity)

@@ -7,8 +7,10 @@ import pygame
 from pygame import Rect
 
 from vrg.bus.messages import Stage
+from vrg.games.game import capitalised
 from vrg.ui import kit, palette, shapes
 from vrg.ui.banner import Banner, Help, banners
+from vrg.ui.ground import strip_height
 from vrg.ui.headline import Headline, headline, result, result_lines
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Scene
@@ -122,29 +124,22 @@ class HeaderPainter:
                 room = plate.inflate(-2 * pad, 0)
                 room.width -= points.get_width() + pad
                 kit.write(surface, team.team, room, round(17 * ui), ink, fonts, Face.BOLD)
+                room.left += fonts.width(team.team, round(17 * ui), Face.BOLD) + pad
+                if fonts.width(team.counts, round(13 * ui)) <= plate.right - pad - points.get_width() - pad - room.left:
+                    kit.write(surface, team.counts, room, round(13 * ui), ink, fonts)
         below = Rect(place.left, place.top + high + round(2 * ui), place.width, round(19 * ui))
-        now = (
-            (head.drama, palette.CAUTION, Face.BOLD)
-            if head.drama
-            else (self._counted(head), palette.MUTED, Face.REGULAR)
-        )
-        for line, colour, face in ((head.reason, palette.TEXT, Face.REGULAR), now):
+        for line, colour, face in (
+            (head.reason, palette.TEXT, Face.REGULAR),
+            (capitalised(head.drama), palette.CAUTION, Face.BOLD),
+        ):
             if line:
                 kit.write(surface, line, below, size, colour, fonts, face)
                 below.top += below.height
 
-    @staticmethod
-    def _counted(head: Headline) -> str:
-        """What the points count; where they do not decide, with the points."""
-        words = list(dict.fromkeys(team.counts for team in head.teams if team.counts))
-        if head.count:
-            return ",  ".join(f"{team.team}: {team.points} {team.words}" for team in head.teams)
-        return words[0] if len(words) == 1 else ",  ".join(f"{team.team}: {team.counts}" for team in head.teams)
-
     def _clock(self, surface: pygame.Surface, place: Rect, head: Headline, ui: float) -> None:
         text = self._fonts.render(head.clock, round(36 * ui), palette.TEXT, Face.MONO)
         surface.blit(text, text.get_rect(topright=(place.right, place.top)))
-        words = self._fonts.render(head.left or "time of play", round(13 * ui), palette.MUTED)
+        words = self._fonts.render(head.left or head.timed, round(13 * ui), palette.MUTED)
         surface.blit(words, words.get_rect(topright=(place.right, place.top + round(44 * ui))))
 
 
@@ -159,11 +154,12 @@ class ResultPainter:
         self._fonts = fonts
         self._moment: tuple[int, str, pygame.Surface] | None = None
 
-    def remember(self, surface: pygame.Surface, area: Rect, scene: Scene) -> None:
-        """Keep a picture of an area if a call that counts has just been made."""
+    def remember(self, surface: pygame.Surface, area: Rect, scene: Scene, ui: float) -> None:
+        """Keep a picture of the field in an area if a call that counts has just been made."""
         call = scene.reason
         if call is not None and (self._moment is None or self._moment[0] != call.number):
             shown = surface.subsurface(area.clip(surface.get_rect()))
+            shown = shown.subsurface((0, 0, shown.get_width(), max(1, shown.get_height() - strip_height(ui))))
             small = pygame.transform.smoothscale(shown, (shown.get_width() // 2, shown.get_height() // 2))
             self._moment = call.number, headline(scene).reason, small
 

@@ -36,7 +36,7 @@ class Headline:
 
     Args:
         title: of the game. about: what happens in it, in a sentence. stage: how far it is. colour: of the stage.
-        clock: the time of play. left: the time that is left, in words, or empty.
+        clock: the time of play. timed: what the clock counts. left: the time that is left, in words, or empty.
         teams: the scores. count: what decides instead of them, such as `2 of 5 minnows left`, or empty.
         reason: why the score is what it is, in a sentence, or empty.
         drama: what is going on now and should not be missed, in words, or empty.
@@ -47,6 +47,7 @@ class Headline:
     stage: str
     colour: Rgb
     clock: str
+    timed: str
     left: str
     teams: tuple[TeamScore, ...]
     count: str
@@ -65,13 +66,17 @@ def headline(scene: Scene) -> Headline:
     if scene.reason is not None:
         before = f"{game.round_word} {scene.reason_round}, " if scene.reason_round not in (0, scene.round) else ""
         reason = f"{before}{short_clock(scene.reason.clock)}  {scene.reason.text}"
-    carried = [f"{thing.carrier} has the {thing.name}" for thing in scene.objects if thing.carrier]
+    drama = [f"{thing.carrier} has the {thing.name}" for thing in scene.objects if thing.carrier]
+    role = game.role(game.decisive)
+    if role is not None and playing and any(p.role == role.name and not p.out_of_play for p in scene.players):
+        drama.append(f"as it stands, {role.team} win")
     return Headline(
         title=game.title or title(scene.game) or "Waiting for the referee",
         about=game.about,
         stage=f"{words}, {counted}" if counted and scene.stage is not Stage.GAME_OVER else words,
         colour=colour,
         clock=short_clock(scene.clock),
+        timed=f"of {game.round_word} {scene.round}" if scene.rounds > 1 else "time of play",
         left=f"{short_clock(left)} left" if left is not None and playing else "",
         teams=tuple(
             TeamScore(title(team), points, game.counted(team, points), game.counted(team), game.team_style(team).colour)
@@ -80,7 +85,7 @@ def headline(scene: Scene) -> Headline:
         ),
         count=decisive_count(scene),
         reason=reason,
-        drama=" · ".join(carried) if scene.stage is not Stage.GAME_OVER else "",
+        drama=" · ".join(drama) if scene.stage is not Stage.GAME_OVER else "",
     )
 
 
@@ -148,7 +153,7 @@ def result_lines(scene: Scene) -> tuple[str, ...]:
         called = next((call.text for call in reversed(scene.calls) if call.rule == "game_over"), "")
         # The referee's call reads: game over: blue wins: the time is up.
         why = capitalised(called.removeprefix("game over: ").partition(": ")[2])
-    score = ",  ".join(f"{team.team} {team.points} {team.words}".rstrip() for team in head.teams)
+    score = ",  ".join(f"{team.team}: {team.points} {team.words}".rstrip() for team in head.teams)
     return tuple(line for line in (why, head.count, score) if line)
 
 

@@ -108,7 +108,7 @@ def heading(surface: pygame.Surface, area: Rect, words: str, ui: float, fonts: F
 
 def plate(surface: pygame.Surface, area: Rect, ui: float) -> None:
     """Draw what stands above everything else, such as a card or the list of keys."""
-    shapes.pill(surface, area, palette.PANEL, 248, round(10 * ui))
+    shapes.pill(surface, area, palette.PANEL, 255, round(10 * ui))
     pygame.draw.rect(surface, palette.LINE, area, 1, border_radius=round(10 * ui))
 
 

@@ -4,7 +4,7 @@ from typing import Final
 
 import pygame
 
-from vrg.games.game import Style
+from vrg.games.game import Marker, Style
 from vrg.ui import palette, shapes
 
 FINENESS: Final = 2
@@ -14,9 +14,10 @@ NOSE: Final = 0.3
 
 
 def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygame.Surface:
-    """Draw a body of `length` by `width` pixels with its role's marker and a nose upon a transparent surface.
+    """Draw a body of `length` by `width` pixels with a nose upon a transparent surface, and with its role's marker.
 
-    The body's centre is the middle of the surface. A physical robot has a white rim, a virtual one a dark one.
+    The body's centre is the middle of the surface. A physical robot has a white rim, a virtual one a dark one. A cross
+    is left out, which stays upright and is drawn later.
     """
     long, wide = length * FINENESS, width * FINENESS
     rim = (3 if physical else 1) * FINENESS
@@ -34,5 +35,6 @@ def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygam
     shapes.polygon(surface, tip, light)
     pygame.draw.rect(surface, edge, body.inflate(2 * rim, 2 * rim), border_radius=corner + rim)
     pygame.draw.rect(surface, style.colour, body, border_radius=corner)
-    shapes.marker(surface, (half, half), 0.0, wide * 0.33, palette.INK, style.marker)
+    if style.marker is not Marker.CROSS:
+        shapes.marker(surface, (half, half), 0.0, wide * 0.33, palette.INK, style.marker)
     return surface

@@ -35,7 +35,9 @@ def zone_look(zone: Zone, game: Game) -> ZoneLook:
     """How a zone that is not the field itself is drawn."""
     safe = zone.kind == "safe"
     colour = palette.SAFE if safe else game.team_style(zone.team).colour if zone.team else palette.MUTED
-    tint = palette.mix(palette.FIELD, colour, 0.2 if safe else 0.08 if zone.kind in LARGE_ZONES else 0.14)
+    # A grey zone must not look like a wall.
+    share = 0.2 if safe else 0.08 if zone.kind in LARGE_ZONES else 0.14 if zone.team else 0.06
+    tint = palette.mix(palette.FIELD, colour, share)
     words = "" if zone.kind in LARGE_ZONES else zone.name.replace("_", " ").upper()
     if safe and "ZONE" not in words:
         words += " ZONE"

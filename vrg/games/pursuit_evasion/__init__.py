@@ -22,13 +22,14 @@ GAME = Game(
     settings=f"{_FOLDER}.settings:Settings",
     rules=f"{_FOLDER}.rules:PursuitEvasion",
     strategy=f"{_FOLDER}.pursuer:Pursuer",
-    about="Intruders cross the area; pursuers, who see them only with lasers, must capture them before they get out.",
+    about="Intruders cross the area; pursuers, who see them only with lasers, capture them. "
+    "More captured than escaped wins.",
     match=f"{_FOLDER}/match.toml",
     roles=(
         Role(PURSUER, PURSUERS, SKY_BLUE, Marker.CIRCLE),
         Role(INTRUDER, INTRUDERS, VERMILLION, Marker.TRIANGLE, strategy=f"{_FOLDER}.intruder:Intruder"),
     ),
-    score_words={PURSUERS: "intruder{s} captured", INTRUDERS: "intruder{s} escaped"},
+    score_words={PURSUERS: "captured", INTRUDERS: "escaped"},
     out_of_play=frozenset({CAPTURED, ESCAPED, OUT}),
     moments={
         "capture": Moment("X", "captured", others="by", counts=True),

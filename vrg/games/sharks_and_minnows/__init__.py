@@ -13,7 +13,7 @@ GAME = Game(
     settings="vrg.games.sharks_and_minnows.settings:Settings",
     rules="vrg.games.sharks_and_minnows.rules:SharksAndMinnows",
     strategy="vrg.games.sharks_and_minnows.player:SharksAndMinnowsPlayer",
-    about="Minnows cross to the safe zone, sharks tag them on the way. Minnows win if one is left in the end.",
+    about="Minnows cross to the safe zone, sharks tag them on the way. Minnows win if one is left after the last pass.",
     match="vrg.games.sharks_and_minnows/match.toml",
     roles=(
         Role(SHARK, SHARKS, VERMILLION, Marker.TRIANGLE),
@@ -35,15 +35,15 @@ GAME = Game(
     rule_texts={
         "tag": RuleText(
             "A minnow whose outline comes within the tag distance of an active shark's outline, and which is not in "
-            "the end zone, becomes inactive.",
+            "the safe zone, becomes inactive.",
             "thesis 4.3",
         ),
         "out_of_bounds": RuleText("A player whose centre leaves the field becomes inactive.", "thesis 4.3"),
         "pass_limit": RuleText(
-            "A minnow that is not in the end zone when the time of the pass is up becomes inactive.",
+            "A minnow that is not in the safe zone when the time of the pass is up becomes inactive.",
             "an extension of thesis 4.3",
         ),
-        "pass_over": RuleText("A pass is over when every minnow that is left is in the end zone.", "thesis 4.3"),
+        "pass_over": RuleText("A pass is over when every minnow that is left is in the safe zone.", "thesis 4.3"),
         "new_shark": RuleText("After a pass inactive players become sharks, and the sides swap ends.", "thesis 4.3"),
         "game_over": RuleText(
             "Sharks win when no minnow is left, minnows when one is left after the last pass.", "thesis 4.3"

@@ -18,12 +18,12 @@ def prove(book: SharksAndMinnows, case: Case) -> Sequence[Measure]:
             zone, (pose,) = book.safe_zone(case.state), case.call.poses
             found = [
                 Measure("time of play in this pass", case.call.clock, Relation.AT_LEAST, book.pass_limit, "s"),
-                outside(f"distance of {case.call.players[0]}'s centre from the end zone", zone, pose),
+                outside(f"distance of {case.call.players[0]}'s centre from the safe zone", zone, pose),
             ]
         case "pass_over":
             zone = book.safe_zone(case.state)
             away = max((zone.distance(pose.x, pose.y) for pose in case.call.poses), default=0.0)
-            what = "distance of the centres of the minnows that are left from the end zone, the greatest"
+            what = "distance of the centres of the minnows that are left from the safe zone, the greatest"
             found = [Measure(what, away, Relation.AT_MOST, 0)]
         case _:
             found = []
@@ -46,7 +46,7 @@ def _tag(book: SharksAndMinnows, case: Case) -> list[Measure]:
                 ends=nearest_points(here, pose, size, own),
             )
         )
-    what = f"distance of {minnow}'s centre from the end zone, where it would be safe"
+    what = f"distance of {minnow}'s centre from the safe zone, where it would be safe"
     found.append(outside(what, book.safe_zone(case.state), here))
     return found
 

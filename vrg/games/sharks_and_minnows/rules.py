@@ -134,7 +134,7 @@ class SharksAndMinnows(RuleBook[State]):
         if not self.pass_limit or clock < self.pass_limit - 1e-9:
             return []
         late = sorted((now.poses.keys() & state.active(MINNOW)) - hit - self._home(state, now).keys())
-        how = f"is not in the end zone after {self.pass_limit:.0f} s, and out of this pass"
+        how = f"is not in the safe zone after {self.pass_limit:.0f} s, and out of this pass"
         return [called("pass_limit", f"{name} {how}", {name: now.poses[name]}) for name in late]
 
     def _home(self, state: State, now: Observation) -> dict[str, Pose]:

@@ -334,6 +334,8 @@ function drawBody(c, view, [x, y, theta], body, colours) {
   c.beginPath();
   c.roundRect(-length / 2, -width / 2, length, width, corner);
   c.fill();
+  // A cross that is turned could be a plus.
+  if (body.marker === "cross") c.rotate(angle(view, theta));
   drawMarker(c, body.marker, width * 0.33, colours.ink);
   c.restore();
 }
@@ -454,6 +456,7 @@ function drawFlash(c, view, area, [x, y, word, share], colours, ui) {
   const above = py - radius - 4 * ui - height;
   const top = above < area.top ? py + radius + 4 * ui : above;
   const left = Math.max(0, Math.min(area.width - width, px - width / 2));
+  c.globalAlpha = Math.min(1, 3 * (1 - share));
   c.beginPath();
   c.roundRect(left, top, width, height, 6);
   c.fill();
