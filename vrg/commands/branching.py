@@ -29,14 +29,14 @@ Opened = Callable[[RunFolder], "Taken"]
 
 
 def compared(recorded: RunFolder, folder: RunFolder) -> str:
-    """How the recorded match and the one that was taken up ended, in sentences."""
+    """The ends of the recorded match and of the one that was taken up, in sentences."""
     changed = str(branch_of(folder) or "played again")
     told = f"{capitalised(changed)}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
     return f"{told} It is in {folder.path}."
 
 
 def ending_of(folder: RunFolder) -> str:
-    """How a match ended, in words."""
+    """The end of a match, in words."""
     try:
         result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
         return f"{headline(result)}{summary(result)}"
@@ -117,7 +117,7 @@ class ProcessBrancher:
         self._told, self._rest = "repeating what was recorded", b""
 
     def look(self) -> "Taken | str | None":
-        """What has come of it; see `vrg.ui.branching.Brancher`."""
+        """Return the outcome; see `vrg.ui.branching.Brancher`."""
         if self._process is None:
             return None
         assert self._process.stdout is not None

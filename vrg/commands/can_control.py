@@ -50,7 +50,7 @@ _JOG_JUDGED = 0.5
 _JOG_FASTEST = 20.0
 """turn/s of a motor."""
 _HEADROOM = 2.0
-"""How many times faster than it is asked a motor may turn before it is a runaway."""
+"""The speed at which a motor is a runaway, as a multiple of the commanded one."""
 
 
 def stop(

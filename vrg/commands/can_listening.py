@@ -1,4 +1,4 @@
-"""Who is on a bus and how they are, for commands that show it."""
+"""The nodes of a bus and their state, for commands that show it."""
 
 import threading
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ ASK_PERIOD = 0.25
 
 @dataclass(frozen=True)
 class Heard:
-    """Who is on a bus, what is wrong with the bus itself, in words, and when it was looked at, in monotonic s."""
+    """The nodes of a bus, the troubles of the bus itself, in words, and the time of the look, in monotonic s."""
 
     nodes: list[Found]
     troubles: list[str]
@@ -60,7 +60,7 @@ class Bus:
         self._bus.stop()
 
     def look(self, interrupted: StopSignal, *, ask: bool) -> Heard:
-        """What has been heard.
+        """Return the present state of the bus.
 
         Args:
             ask: ask everybody for what they do not say by themselves.

@@ -77,7 +77,7 @@ def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Pr
 
 
 def options_of(protocol: Protocol, told: list[str] | None) -> ProtocolOptions:
-    """What a protocol is told of its drives.
+    """Return a protocol's options of its drives.
 
     Raises:
         ConfigError: it has no such options.

@@ -17,7 +17,7 @@ from vrg.ui.edit.checking import Verdict
 from vrg.ui.edit.draft import Draft
 
 UNSAVED: Final = "match.toml"
-"""What a file is called in messages that has no name yet."""
+"""The name in messages of a file that has none yet."""
 
 
 class DraftCheck:
@@ -33,7 +33,7 @@ class DraftCheck:
         self._ground: tuple[object, Verdict] = (None, Verdict())
 
     def __call__(self, draft: Draft) -> Verdict:
-        """What is wrong with a draft, and the ground that it is played on."""
+        """Return the faults of a draft, and the ground that it is played on."""
         path = draft.file or draft.base / UNSAVED
         try:
             setup = check_match(draft.text, path, draft.base)
@@ -51,7 +51,7 @@ class DraftCheck:
         return Verdict(problems, ground.zones, ground.obstacles, ground.bounds)
 
     def _import_problems(self, setup: MatchSetup, draft: Draft) -> tuple[Problem, ...]:
-        """What is wrong with the strategies that are files or modules."""
+        """The faults of the strategies that are files or modules."""
         own = {(player.number, player.strategy) for player in setup.players if ":" in player.strategy}
         files = {Path(setup.base) / strategy.rpartition(":")[0] for _, strategy in own}
         key = (own, setup.base, {(file, file.stat().st_mtime_ns) for file in files if file.is_file()})

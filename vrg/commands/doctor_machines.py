@@ -1,4 +1,4 @@
-"""What `vrg doctor match.toml` does: it reaches the machines of a match, and checks each before anything is started."""
+"""The checks of `vrg doctor match.toml`: it reaches each machine of a match and checks it before anything starts."""
 
 import contextlib
 import tempfile
@@ -99,7 +99,7 @@ def _connected(
 
 
 def _clock(host: RemoteHost) -> list[Finding]:
-    """How long a word takes, and how far its wall clock is off."""
+    """The round trip of a message, and the offset of the machine's wall clock."""
     if not host.trips:
         return []
     quickest = min(host.trips)

@@ -1,4 +1,4 @@
-"""What the configurator needs of the folder that it works in: match files, maps, strategies, and recent matches."""
+"""The configurator's access to its folder: match files, maps, strategies, and recent matches."""
 
 import json
 import tomllib
@@ -17,11 +17,11 @@ from vrg.ui.edit.desk import Recent
 from vrg.ui.edit.draft import Draft
 
 MOST_RECENT: Final = 12
-"""How many recent matches are listed."""
+"""The number of recent matches that are listed."""
 _LONGEST: Final = 200_000
 """The size in bytes above which a file is taken for something else."""
 _MOST_FILES: Final = 300
-"""How many files of a folder are looked at."""
+"""The number of files of a folder that are read."""
 
 
 def open_draft(file: Path) -> Draft:
@@ -109,7 +109,7 @@ def _tables(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
 
 
 def _table(path: Path) -> dict[str, Any] | None:
-    """What a file says; None if it cannot be read as TOML."""
+    """The content of a file; None if it cannot be read as TOML."""
     try:
         if path.stat().st_size > _LONGEST:
             return None

@@ -1,4 +1,4 @@
-"""What `vrg compare` and `vrg tournament` share: their options, and how an experiment is prepared, played and shown."""
+"""The common part of `vrg compare` and `vrg tournament`: their options, and the course of an experiment."""
 
 import os
 import time
@@ -53,7 +53,7 @@ TOLD_EVERY = 20
 
 @dataclass(frozen=True)
 class Wish:
-    """What the user has asked for; see the options above."""
+    """The user's options; see above."""
 
     match: str
     games: int
@@ -192,7 +192,7 @@ def _total(running: "Experiment") -> int:
 
 
 def _now(running: "Experiment") -> str:
-    """What is known so far, in a few words."""
+    """The present result, in a few words."""
     from vrg.evaluation.report import between, percent
 
     [*all_series] = running.series.items()

@@ -154,7 +154,7 @@ def _setup(match: str) -> MatchSetup:
 
 
 def _hosts(setup: MatchSetup, given: list[str] | None) -> list[str]:
-    """What the machines of routers are called: this one, those of the match file, and what was typed besides.
+    """The names of the machines of routers: this one, those of the match file, and what was typed besides.
 
     Raises:
         ConfigError: what was typed is no host.

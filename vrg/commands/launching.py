@@ -47,7 +47,7 @@ ENDPOINTS_TRIED = 3
 
 @dataclass(frozen=True)
 class Show:
-    """What people see of a match, and what is kept of it.
+    """The views of a match, and its recordings.
 
     Args:
         console: where texts are printed.

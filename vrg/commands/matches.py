@@ -276,7 +276,7 @@ def run_folders(runs: Path) -> list[Path]:
 
 
 def played_at(run: Path) -> float:
-    """When the match of a run folder began, as seconds since 1970: what a run writes first is the match file.
+    """The begin of a run folder's match, in s since 1970: a run writes the match file first.
 
     Raises:
         OSError: the folder is gone.

@@ -43,7 +43,7 @@ OFFICIAL = Seat(SeatKind.OFFICIAL)
 
 
 def me() -> str:
-    """Who decides: the user's name."""
+    """The name of the user, who decides."""
     try:
         name = getpass.getuser()
     except (KeyError, OSError):
@@ -52,7 +52,7 @@ def me() -> str:
 
 
 def sender() -> str:
-    """What stands in the messages of a command, as of a node."""
+    """The sender in the messages of a command, as of a node."""
     return sender_of(DECIDING, me())
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def duration(least: float = 0.0, most: float = math.inf) -> Callable[[str | float], float]:
-    """What reads a time in seconds, such as `80`, `80.5` or `1:20`, within bounds.
+    """Return a parser of a time in seconds, such as `80`, `80.5` or `1:20`, within bounds.
 
     Its function raises a typer.BadParameter for anything else.
     """

@@ -95,7 +95,7 @@ def live_address(typed: str | None) -> str:
 
 
 def told(address: str) -> str:
-    """What a person does to see the match."""
+    """The step by which a person sees the match."""
     return f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}"
 
 

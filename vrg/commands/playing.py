@@ -1,4 +1,4 @@
-"""What `vrg play` does: it plays a match in this process or as processes, shows it, records it, and concludes it."""
+"""The course of `vrg play`: it plays a match in this process or as processes, shows it, records and concludes it."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -35,7 +35,7 @@ from vrg.ui.table import TerminalTable
 
 @dataclass(frozen=True)
 class Wish:
-    """What the user of `vrg play` has asked for.
+    """The user's options of `vrg play`.
 
     Args:
         in_process: True plays the match in one process.
@@ -166,7 +166,7 @@ def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, 
 
 
 def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
-    """Whose code is sealed, and whose can do all that the user of the command can, in sentences.
+    """The players whose code is sealed, and those whose code can do all that the user can, in sentences.
 
     Args:
         seats: True if the match is played with seats. in_process: True if it is played in one process.

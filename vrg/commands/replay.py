@@ -150,7 +150,7 @@ def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("ru
 
 
 def _told(folder: "RunFolder", setup: "MatchSetup") -> dict[str, Any]:
-    """What a recording shows: its first and last instant, match time in s, and the calls."""
+    """The content of a recording: its first and last instant, match time in s, and the calls."""
     taken = _read(folder, setup)
     calls = [{"time": round(call.time, 3), "text": call.text} for call in taken.timeline.calls]
     ends = {"begin": round(taken.timeline.begin, 3), "end": round(taken.timeline.end, 3)}

@@ -138,7 +138,7 @@ def judge(run: RunArgument = None) -> None:
 
 
 def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
-    """Where the recording, if there is one, shows something else than the referee saw; and how much was compared."""
+    """The differences of the recording, if there is one, from the evidence; and the number of compared poses."""
     from vrg.coordinator.evidence import read_evidence
     from vrg.launch.crosscheck import cross_check
     from vrg.recording.reader import read_tracks
@@ -157,7 +157,7 @@ def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
 
 
 def _sentence(judgement: "Judgement", wrong: int, compared: int) -> str:
-    """What came of it, in a sentence or two.
+    """The result, in a sentence or two.
 
     Args:
         wrong: the number of disagreements. compared: the number of poses of the recording that were compared.

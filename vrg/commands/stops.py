@@ -78,7 +78,7 @@ def _seconds(stop: "RobotStop") -> str:
 
 
 def remarks(certificate: "Certificate") -> Iterator[str]:
-    """What else must be known to read the table."""
+    """The notes below the table."""
     yield (
         "Times are match time: from the referee's decision, from the order of an emergency stop, or from the newest "
         "message of a process that died or of a machine that is away. "

@@ -69,7 +69,7 @@ def listening(endpoint: str, typed_keys: Path | None) -> AbstractContextManager[
 
 
 def arrivals_on(session: Session, *expressions: str) -> queue.Queue[tuple[str, bytes]]:
-    """What comes on key expressions from now on: key and payload. If it is taken too slowly, the oldest is dropped."""
+    """The queue of arrivals on key expressions: key and payload. If it is read too slowly, the oldest is dropped."""
     arrivals = Newest()
     for expression in expressions:
         session.watch_raw(expression, lambda key, payload: arrivals.put((key, payload)))

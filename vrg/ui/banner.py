@@ -1,4 +1,4 @@
-"""What must not be overlooked: emergency stop, halt, the end, a silent world, and what a stage waits for."""
+"""The messages that must not be overlooked: emergency stop, halt, the end, a silent world, what a stage waits for."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -11,7 +11,7 @@ from vrg.ui.scene import Scene
 
 
 class Help(Enum):
-    """How those who look at a match can help: an official by keys, a terminal's user by commands, a viewer not."""
+    """The means of those who look at a match: an official has keys, a terminal's user commands, a viewer nothing."""
 
     KEYS = "keys"
     COMMANDS = "commands"
@@ -68,7 +68,7 @@ def _stopped(heading: str, reason: str | None, scene: Scene, colour: Rgb, help_:
 
 
 def _steps(scene: Scene, help_: Help) -> tuple[str, ...]:
-    """What those who look can do so that play goes on, in order."""
+    """The acts of those who look by which play goes on, in order."""
     latched = any(player.latched for player in scene.players)
     ways = [
         (scene.estop, "U", "vrg estop --release", "releases the stop"),

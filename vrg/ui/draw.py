@@ -27,7 +27,7 @@ NARROW: Final = 520
 
 
 class Panel(Protocol):
-    """What is drawn beside the field."""
+    """A panel beside the field."""
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
         """Draw it into an area; `ui` scales letters, `driving` is the player that the user drives by hand."""

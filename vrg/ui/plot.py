@@ -213,7 +213,7 @@ def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
 
 @dataclass(frozen=True)
 class Part:
-    """What a panel shows.
+    """The part of a match that a panel shows.
 
     Args:
         round: its number; 0 stands for all that was played, or all there is, where no round was ever recorded.
@@ -226,7 +226,7 @@ class Part:
     words: str = ""
 
     def shows(self, track: RobotPoses) -> npt.NDArray[np.bool_]:
-        """Which samples of a track belong to it."""
+        """A mask of the samples of a track that belong to it."""
         within = (track.times >= self.begin - _NEARLY) & (track.times < self.end - _NEARLY)
         return _played(track, self.round) & within
 
@@ -278,14 +278,14 @@ def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[
 
 
 def _played(track: RobotPoses, number: int) -> npt.NDArray[np.bool_]:
-    """Which samples belong to a round; 0 = all that were played, or all there are."""
+    """A mask of the samples of a round; 0 = all that were played, or all there are."""
     if not track.playing.any() and number == 0:
         return np.ones(track.times.shape, dtype=np.bool_)
     return track.playing & (track.rounds == number) if number else track.playing
 
 
 def _lasted(tracks: Mapping[str, RobotPoses], number: int) -> tuple[float, float]:
-    """When a round began and ended, match time, s."""
+    """The begin and the end of a round, match time, s."""
     times = np.concatenate([track.times[_played(track, number)] for track in tracks.values()])
     return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
 
@@ -372,7 +372,7 @@ def _draw_call(axes: Axes, call: CallRecord, sign: str, words: str, labels: Labe
 
 
 def _words_of(call: CallRecord, moments: Mapping[str, Moment]) -> str:
-    """Who was concerned, when, and who else took part: `nemo 0:09.0 by bruce`."""
+    """The player, the time and the others who took part: `nemo 0:09.0 by bruce`."""
     whom, *others = call.players or [call.rule]
     return f"{whom} {clock_text(call.clock)}" + (f" {moments[call.rule].others} {', '.join(others)}" if others else "")
 

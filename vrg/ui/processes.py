@@ -26,7 +26,7 @@ LATE: Final = 0.05
 
 @dataclass(frozen=True)
 class Row:
-    """What is shown of one process.
+    """A process in the table.
 
     Args:
         status: what the launcher tells of it. pulse: what it tells itself; None if it has told nothing.

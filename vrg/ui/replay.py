@@ -44,7 +44,7 @@ ARROWS: Final[dict[int, Callable[[Playback], Playback]]] = {
     pygame.K_RIGHT: Playback.skip_on,
     pygame.K_LEFT: Playback.skip_back,
 }
-"""What the arrows do, as there is no robot to steer."""
+"""The meanings of the arrows, as there is no robot to steer."""
 KEYS: Final = (
     *listed((*MOVES, Act.BRANCH, Act.WHY, Act.PLANS)),
     ("ARROWS", "5 s on or back, speed"),

@@ -20,7 +20,7 @@ _LEAST: Final = 18
 """The height below which rows are not made any lower; the list then has two columns, and tells no speeds."""
 _WIDE: Final = (0.10, 0.42)
 _HALF: Final = (0.16, 0.60)
-"""Where the name and the deed begin in a row of one column and of two, as parts of its width."""
+"""The begin of the name and of the deed in a row of one column and of two, as parts of its width."""
 _SMALLEST: Final = 0.75
 """By how much the letters of a long name are made smaller at most."""
 _SPEED: Final = 0.22

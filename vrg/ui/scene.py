@@ -1,4 +1,4 @@
-"""What there is to see of a match at one instant. This knows no window and draws nothing."""
+"""The visible state of a match at one instant. This knows no window and draws nothing."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -94,7 +94,7 @@ class SceneObject:
 
     @property
     def words(self) -> str:
-        """Where it is, in words."""
+        """Its place, in words."""
         return f"{self.name} carried by {self.carrier}" if self.carrier else f"{self.name} in its place"
 
 

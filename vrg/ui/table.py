@@ -41,7 +41,7 @@ CALLS_LEAST: Final = 2
 _COLUMNS: Final = {
     "player": 0, "role": 50, "state": 0, "x, m": 76, "y, m": 76, "heading": 92, "m/s": 64, "battery": 84, "does": 0,
 }  # fmt: skip
-"""What is told of a player, and from how many columns of the terminal on."""
+"""The columns of a player, each with the width of the terminal from which on it is shown."""
 _NUMBERS: Final = {"x, m", "y, m", "heading", "m/s", "battery"}
 _SIGNS: Final = {
     Marker.TRIANGLE: "▲",
@@ -179,7 +179,7 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
 
 
 def _height(part: RenderableType, width: int) -> int:
-    """How many lines a part takes at a width."""
+    """The number of lines that a part takes at a width."""
     console = Console(width=width, file=io.StringIO())
     return len(console.render_lines(part, console.options))
 

@@ -1,4 +1,4 @@
-"""What players saw and expected, in a plot: their sightings, and what they sketched when calls were made."""
+"""The sightings of players in a plot, and what they sketched when calls were made."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,7 @@ _SOON: Final = 1.0
 
 @dataclass(frozen=True)
 class Thoughts:
-    """What players saw and expected in a match.
+    """The sightings and the sketches of the players of a match.
 
     Args:
         sightings: by player. sketches: in the order of time.

@@ -131,7 +131,7 @@ class _Series(Generic[T]):
         self.values = [message for _, message in said]
 
     def until(self, time: float) -> int:
-        """How many there are up to a match time, s."""
+        """The number of entries up to a match time, s."""
         return bisect_right(self.times, time)
 
     def newest(self, time: float) -> T | None:
@@ -157,7 +157,7 @@ def _starts(poses: Timed[m.Poses]) -> Timed[m.Poses]:
 
 
 def _between(before: m.Poses, after: m.Poses, share: float) -> m.Poses:
-    """Where bodies were when a share, 0 to 1, of the time between two instants was over."""
+    """The poses of the bodies when a share, 0 to 1, of the time between two instants was over."""
     later = {body.name: body.pose for body in after.bodies}
     return m.Poses(
         bodies=tuple(replace(body, pose=_on_the_way(body.pose, later.get(body.name), share)) for body in before.bodies)

@@ -36,12 +36,12 @@ class View:
     turned: bool
 
     def point(self, x: float, y: float) -> Pixel:
-        """Where a point of the field, m, is in the window."""
+        """Return the pixel of a point of the field, m."""
         dx, dy = (x - self.x) * self.scale, (y - self.y) * self.scale
         return (self.left + dy, self.top + dx) if self.turned else (self.left + dx, self.top - dy)
 
     def place(self, px: float, py: float) -> Vector:
-        """Which point of the field, m, is at a pixel: the inverse of `point`."""
+        """Return the point of the field, m, at a pixel: the inverse of `point`."""
         right, down = (px - self.left) / self.scale, (py - self.top) / self.scale
         return (self.x + down, self.y + right) if self.turned else (self.x + right, self.y - down)
 

@@ -77,7 +77,7 @@ class Window:
         """The wheel was turned by so many steps, down if they are positive, at a pixel."""
 
     def gone(self) -> str:
-        """What to print if the display goes away; the process ends after that."""
+        """Return the message for a display that goes away; the process ends after that."""
         return GONE
 
     @property
@@ -278,7 +278,7 @@ def toggle_whole_screen() -> None:
 
 
 _on_gone: Final[list[Callable[[], str]]] = [lambda: GONE]
-"""What tells that the display has gone away."""
+"""Returns the message about a display that has gone away."""
 
 
 def _gone(_display: int) -> NoReturn:

@@ -186,7 +186,7 @@ class BoardPainter:
 
 
 def _does(player: ScenePlayer | None, chosen: bool) -> str:
-    """What a player does, in a few words."""
+    """A player's activity, in a few words."""
     if player is None:
         return "not there"
     if player.fault:

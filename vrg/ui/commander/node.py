@@ -22,7 +22,7 @@ from vrg.ui.text import Fonts
 from vrg.ui.window_node import FRAME, WindowNode
 
 SHORT, LONG = (0.6, 0.25), (1.0, 0.8)
-"""How a gamepad shakes, strength and s, for what happens to a player, and for a score."""
+"""The rumble of a gamepad, strength and s, for an event of a player, and for a score."""
 
 
 class Commander(WindowNode):
@@ -155,6 +155,6 @@ class Commander(WindowNode):
         )
 
     def hindrance(self) -> str:
-        """What keeps the driven robot from moving, in words; empty if nothing does."""
+        """The reason why the driven robot cannot move, in words; empty if there is none."""
         selected = self.deck.selected
         return hindrance(self.scene, None if selected is None else self.scene.player(selected))

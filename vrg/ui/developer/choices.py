@@ -1,4 +1,4 @@
-"""What the user of the developers' view has chosen to see. This needs no window."""
+"""The choices of the developers' view's user. This needs no window."""
 
 import enum
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ from vrg.ui.acts import Act, Press
 
 
 class Overlay(enum.Enum):
-    """What the field can show besides the robots."""
+    """A layer of the field besides the robots."""
 
     SCANS = "scans"
     SENSORS = "sensors"
@@ -20,7 +20,7 @@ class Overlay(enum.Enum):
 
 
 class Tab(enum.Enum):
-    """What the lower part of the panel can show."""
+    """A content of the panel's lower part."""
 
     REFEREE = "referee"
     PLAYER = "player"
@@ -30,7 +30,7 @@ class Tab(enum.Enum):
 
 @dataclass
 class Choices:
-    """What is shown.
+    """The user's choices.
 
     Attributes:
         tab: what the lower part of the panel shows. selected: the player whose details are shown, or None.

@@ -29,7 +29,7 @@ ACTS: Final = {
     Button.STOP: Act.STOP,
     Button.RELEASE: Act.RELEASE,
 }
-"""What the buttons ask for: a button does what its key does."""
+"""The acts of the buttons: a button does what its key does."""
 ON_PLAYER: Final = {
     Button.DISQUALIFY: OfficialAction.DISQUALIFY,
     Button.REINSTATE: OfficialAction.REINSTATE,

@@ -1,4 +1,4 @@
-"""What the developers' view tells of one player."""
+"""The details of one player in the developers' view."""
 
 import math
 from collections.abc import Iterator
@@ -25,7 +25,7 @@ def details(insight: Insight, name: str | None) -> list[Item]:
 
 
 def _told(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
-    """What a player tells of itself."""
+    """The reports of a player about itself."""
     report = insight.reports.get(player.name)
     yield Item(words.UNKNOWN if report is None else report.body.mode, label="mode")
     if player.fault:
@@ -44,7 +44,7 @@ def _told(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
 
 
 def _placed(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
-    """Where a player's robot is, and where it was measured to be."""
+    """The pose of a player's robot, the true one and the measured one."""
     name = player.name
     true, measured, robot = insight.pose(name), insight.measured.get(name), insight.robots.get(name)
     if true is not None:
@@ -61,7 +61,7 @@ def _placed(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
 
 
 def _heard_of(insight: Insight, name: str) -> Iterator[Item]:
-    """What the radio brings a player, how its process is, and every stream of its own and of its robot."""
+    """The radio of a player, its process, and every stream of its own and of its robot."""
     for link in insight.links[name].body.links if name in insight.links else ():
         text = f"{link.arrived} arrived, {link.lost} lost, {link.delay:.2f} s late"
         yield Item(text, Tone.CAUTION if link.lost else Tone.QUIET, label=f"hears {link.speaker}")

@@ -1,4 +1,4 @@
-"""Where everything of the developers' view is in a window of any size. Pure functions of pixels."""
+"""The layout of the developers' view in a window of any size. Pure functions of pixels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

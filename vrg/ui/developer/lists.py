@@ -27,7 +27,7 @@ _LABEL: Final = 0.25
 
 @dataclass(frozen=True)
 class Place:
-    """What is drawn somewhere: a heading of a table, the name of a row, or a call."""
+    """The place of a heading of a table, of the name of a row, or of a call."""
 
     area: pygame.Rect
     heading: str = ""
@@ -91,7 +91,7 @@ class ListPainter:
 
     @staticmethod
     def rows(area: pygame.Rect, row: int) -> int:
-        """How many rows of a table have room below its headings."""
+        """The number of rows of a table that have room below its headings."""
         return max(0, area.height // max(1, row) - 1)
 
     def items(

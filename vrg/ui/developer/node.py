@@ -70,12 +70,12 @@ class DeveloperWindow(WindowNode):
 
     @property
     def insight(self) -> Insight:
-        """What the window showed last."""
+        """The insight that the window showed last."""
         return self._insight
 
     @property
     def shown(self) -> Shown | None:
-        """Where everything was in the window last; None before the first frame."""
+        """The places in the window's last frame; None before the first."""
         return self._shown
 
     def take_in(self, tick: Tick) -> None:

@@ -34,7 +34,7 @@ _HIT: Final = 24.0
 
 @dataclass(frozen=True)
 class Shown:
-    """Where everything was when it was drawn.
+    """The places of everything in a frame.
 
     Args:
         layout: the places. view: how the field's coordinates became pixels. scene: what the field showed.

@@ -20,7 +20,7 @@ from vrg.ui.developer.insight import SEEN, Insight, Reading, Seen
 from vrg.ui.view import Pixel, View
 
 SIGMAS: Final = 2.0
-"""How many standard deviations of a sighting its ellipse shows."""
+"""The number of standard deviations of a sighting that its ellipse shows."""
 _ARC: Final = 5
 """The number of points on the arc of a sonar's cone, and four times as many on an ellipse."""
 
@@ -33,7 +33,7 @@ DRAWN: Final[Mapping[Overlay, Sequence[type[Depiction]]]] = {Overlay.SCANS: (Ray
 
 
 def beam_ends(rays: Rays, pose: Pose) -> tuple[Points, npt.NDArray[np.bool_]]:
-    """Where beams end, and which of them have met something.
+    """The ends of beams, and a mask of those that have met something.
 
     Args:
         pose: of the robot.

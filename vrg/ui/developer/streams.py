@@ -1,4 +1,4 @@
-"""What the developers' view tells of the streams of messages, and which of them are bad."""
+"""The streams of messages in the developers' view, and which of them are bad."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -90,6 +90,6 @@ def summary(heard: Sequence[Stream]) -> str:
 
 
 def _refused(stream: Stream) -> list[str]:
-    """What came on a key and was refused, in words."""
+    """The numbers of refused messages of a key, in words."""
     counts = {"bad": stream.bad, "misrouted": stream.misrouted}
     return [f"+{count} {what}" for what, count in counts.items() if count]

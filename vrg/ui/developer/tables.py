@@ -1,4 +1,4 @@
-"""What the developers' view tells in tables and lists. Pure functions of what is known; this draws nothing."""
+"""The tables and lists of the developers' view. Pure functions of what is known; this draws nothing."""
 
 import enum
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from vrg.ui.scene import ScenePlayer, speed_text
 
 
 class Tone(enum.Enum):
-    """How urgent something is."""
+    """The urgency of a text."""
 
     QUIET = "quiet"
     PLAIN = "plain"
@@ -24,7 +24,7 @@ class Tone(enum.Enum):
 
 @dataclass(frozen=True)
 class Cell:
-    """What stands in a table."""
+    """A cell of a table."""
 
     text: str
     tone: Tone = Tone.PLAIN
@@ -125,7 +125,7 @@ def _player(insight: Insight, player: ScenePlayer) -> Line:
 
 
 def driver(player: ScenePlayer) -> Cell:
-    """Who drives a player's robot now."""
+    """The driver of a player's robot now."""
     if player.leased:
         return Cell("referee", Tone.CAUTION)
     if player.manual:

@@ -13,14 +13,14 @@ OVERLAYS: Final = {
     Overlay.TRAILS: ("Trails", "^6"),
     Overlay.NAMES: ("Names", "^7"),
 }
-"""What is written on the switch of each overlay, and its key."""
+"""The label of each overlay's switch, and its key."""
 TABS: Final = {
     Tab.REFEREE: ("Referee", "F2"),
     Tab.PLAYER: ("Player", "F3"),
     Tab.STREAMS: ("Streams", "F4"),
     Tab.PROCESSES: ("Processes", "F5"),
 }
-"""What is written on each tab, and its key."""
+"""The label of each tab, and its key."""
 
 WAITING: Final = "Waiting for the referee"
 OFFICIAL_SEAT: Final = "An official's seat: it hears everything"

@@ -1,4 +1,4 @@
-"""What is wrong with a draft, and the ground that it is played on. The check itself is given from outside."""
+"""The faults of a draft, and the ground that it is played on. The check itself is given from outside."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from vrg.ui.edit.draft import Draft
 
 @dataclass(frozen=True)
 class Verdict:
-    """What the check of a draft has found.
+    """The result of a draft's check.
 
     Args:
         problems: what is wrong, in the order of the file.

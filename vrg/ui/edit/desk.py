@@ -60,7 +60,7 @@ class Recent:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What the person wants once the page is closed.
+    """The person's wish when the page is closed.
 
     Args:
         play: a match file or a game to play. watch: a run folder to watch again. Both None: nothing.
@@ -72,7 +72,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Tools:
-    """What the configurator needs of the rest of VRG.
+    """The functions that the configurator needs of the rest of VRG.
 
     Args:
         check: checks a draft by the rules of `vrg check`.
@@ -89,7 +89,7 @@ class Tools:
 
 @dataclass(frozen=True)
 class _Ask:
-    """What must be answered first: the page repeats its request with the answer.
+    """A question that must be answered first: the page repeats its request with the answer.
 
     Args:
         kind: `name`, `replace` or `leave`. says: the question.
@@ -163,7 +163,7 @@ class Desk:
         self.verdict, self._checked = verdict, draft
 
     def state(self) -> dict[str, Any]:
-        """What the page shows."""
+        """Return the state of the page."""
         draft = self.draft
         return {
             "number": self._number,

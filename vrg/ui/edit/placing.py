@@ -1,4 +1,4 @@
-"""Where a new player goes, and which player goes when there are to be fewer. Pure geometry: no place is checked."""
+"""The place of a new player, and the player that goes when there are to be fewer. Pure: no place is checked."""
 
 import math
 from collections import Counter
@@ -59,7 +59,7 @@ def fewer(draft: Draft) -> Draft:
 
 
 def _shares(game: str) -> Counter[str]:
-    """How many players each role has in the default match of a game."""
+    """The number of players of each role in the default match of a game."""
     found = game_of(game)
     if not found.name:
         return Counter()

@@ -1,4 +1,4 @@
-"""What the page of the configurator is told, as plain data. The page draws it with what draws a running match."""
+"""The state of the configurator's page, as plain data. The page draws it with what draws a running match."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
@@ -18,7 +18,7 @@ from vrg.ui.web import parts
 LABELS: Final = {"on_fault": "on fault", "model": "robot", "x": "x, m", "y": "y, m", "heading": "heading, °"}
 """The labels of fields that are not their names."""
 UNITS: Final = {"rate": "match s per s", "memory": "MB a player", "sight": "m"}
-"""What the numbers of the match are."""
+"""The units of the match's numbers."""
 
 
 def match_told(draft: Draft, verdict: Verdict, choices: Choices) -> dict[str, Any]:

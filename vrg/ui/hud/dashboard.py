@@ -1,4 +1,4 @@
-"""What the display shows at one instant, as data: everything is decided here, and only drawn by the painters."""
+"""The content of the display at one instant, as data: everything is decided here, and only drawn by the painters."""
 
 import math
 from dataclasses import dataclass, field
@@ -30,7 +30,7 @@ ELSEWHERE: Final = (Ins, Odometry, Battery)
 
 
 class Level(Enum):
-    """How urgent a line is."""
+    """The urgency of a line."""
 
     CALM = "calm"
     GOOD = "good"
@@ -103,7 +103,7 @@ def status(board: Dashboard) -> list[Line]:
 
 
 def alert(board: Dashboard) -> Line:
-    """What the line at the top tells: what must not be overlooked, or else the stage of the match."""
+    """The line at the top: what must not be overlooked, or else the stage of the match."""
     scene = board.scene
     for banner in banners(scene):
         level = Level.CALM if banner.brief else Level.ALARM if scene.estop or not scene.live else Level.CAUTION
@@ -122,14 +122,14 @@ def scored(scene: Scene) -> bool:
 
 
 def heading(board: Dashboard) -> str:
-    """Who the player is, in words."""
+    """The role and the state of the player, and the game, in words."""
     me, game = board.seen.me, game_of(board.scene.game)
     parts = [] if me is None else [me.role, *([] if me.state == "active" else [me.state])]
     return ", ".join([*parts, game.title] if game.name else parts)
 
 
 def place(board: Dashboard) -> str:
-    """Where the robot is, in words."""
+    """The pose of the robot, in words."""
     pose = board.seen.pose
     if pose is None:
         return words.NO_POSE
@@ -143,7 +143,7 @@ def _speed(speed: float | None, hindrance: str) -> str:
 
 
 def _link(seen: Telemetry) -> Line:
-    """How old the newest messages are, in match time; a stopped clock is told as such, because nothing ages then."""
+    """The ages of the newest messages, in match time; or a stopped clock, because nothing ages then."""
     if not seen.live:
         return Line(words.LINK, words.NO_CLOCK, Level.ALARM)
     ages = {words.OF_PLAYER: seen.player_age, words.OF_ROBOT: seen.robot_age, words.OF_REFEREE: seen.referee_age}

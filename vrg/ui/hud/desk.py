@@ -1,4 +1,4 @@
-"""What the buttons and fields of a display mean, and the messages that follow. This needs no window and no gamepad.
+"""The meanings of a display's buttons and fields, and the messages that follow. It needs no window and no gamepad.
 
 The display drives as any person drives: it asks for motions under the human lease, which every player of every game
 grants, and works out the motions of Goto and Reset itself.
@@ -125,7 +125,7 @@ class Desk:
         return [] if situation is None else way(situation)
 
     def holder(self, seen: Telemetry) -> str:
-        """Who drives the robot now, in words."""
+        """The driver of the robot now, in words."""
         if seen.me is not None and seen.me.lease is not None:
             return words.REFEREE
         manual = seen.report is not None and seen.report.body.manual
@@ -134,7 +134,7 @@ class Desk:
         return words.ANOTHER if self._taken(seen) else words.OWN_STRATEGY
 
     def hindrance(self, seen: Telemetry) -> str:
-        """What keeps the robot from moving, in words; empty if nothing does."""
+        """The reason why the robot cannot move, in words; empty if there is none."""
         state = seen.state
         checks = (
             (not seen.live, words.NO_CLOCK),
@@ -147,7 +147,7 @@ class Desk:
         return next((why for stands, why in checks if stands), "")
 
     def situation(self, seen: Telemetry, hands: Hands) -> Situation | None:
-        """What the automaton looks at; None while nobody knows where the robot is."""
+        """The input of the automaton; None while the robot's pose is not known."""
         forward, turn = hands.shares
         pose = seen.pose
         if pose is None or (self._stale(seen) and self.wish is not Wish.MANUAL):

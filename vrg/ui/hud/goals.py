@@ -11,7 +11,7 @@ from vrg.ui.hud import words
 
 @dataclass(frozen=True)
 class Ground:
-    """Where a robot can stand.
+    """The ground on which a robot can stand.
 
     Args:
         bounds: the part of the plane that the map has. walls: the ground that walls and obstacles cover.

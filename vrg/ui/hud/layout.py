@@ -1,4 +1,4 @@
-"""Where everything of the head-up display is in a window of any size. Pure functions of pixels."""
+"""The layout of the head-up display in a window of any size. Pure functions of pixels."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -16,7 +16,7 @@ SET: Final = "set"
 STOP: Final = "stop"
 
 Button = Wish | str
-"""What a button is for: a wish, SET or STOP."""
+"""The purpose of a button: a wish, SET or STOP."""
 
 
 @dataclass(frozen=True)

@@ -91,12 +91,12 @@ class Hud(WindowNode):
 
     @property
     def board(self) -> Dashboard:
-        """What the window showed last."""
+        """The dashboard that the window showed last."""
         return self._board
 
     @property
     def shown(self) -> tuple[Layout, View] | None:
-        """Where everything was in the window last; None before the first frame."""
+        """The places in the window's last frame; None before the first."""
         return self._shown
 
     @property

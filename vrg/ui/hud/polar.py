@@ -53,7 +53,7 @@ def fan(area: tuple[int, int, int, int], first: float, last: float, reach: float
 
 
 def reach_for(farthest: float, before: float | None) -> float:
-    """How far a plot should reach for what is at most `farthest` m away, if it reached to `before` m so far."""
+    """Return the radius of a plot of echoes at most `farthest` m away, if it was `before` m so far."""
     wanted = next((reach for reach in REACHES if farthest <= reach), REACHES[-1])
     if before is None or wanted >= before:
         return wanted
@@ -76,7 +76,7 @@ def nearest(found: Rays | Cones) -> Vector | None:
 
 
 def told(found: Rays | Cones) -> str:
-    """What is nearest, in words."""
+    """Return the nearest echo, in words."""
     near = nearest(found)
     if near is None:
         return words.NOTHING_NEAR.format(reach=found.range_max)

@@ -37,7 +37,7 @@ class Quadrant(ABC):
         self._fonts = fonts
 
     def shows(self, board: Dashboard) -> object:
-        """What its picture depends on, besides its place. While this stays equal, so does the picture."""
+        """Return a key of the picture: while it stays equal, so does the picture in the same place."""
         sensed = board.seen.first(self.depiction)
         return None if sensed is None or sensed.reading is None else sensed.reading.stamp
 
@@ -52,7 +52,7 @@ class Quadrant(ABC):
             self.plot(surface, inner, found, board, ui)
 
     def told(self, found: Any, board: Dashboard) -> str:
-        """What stands beside the title, about a depiction."""
+        """Return the words beside the title, about a depiction."""
         return told(found)
 
     @abstractmethod
@@ -232,7 +232,7 @@ class PicturePainter(Quadrant):
         return super().shows(board), self.told(None, board)
 
     def told(self, found: Picture | None, board: Dashboard) -> str:
-        """How old it is."""
+        """Return the age of the picture."""
         sensed = board.seen.first(self.depiction)
         age = None if sensed is None else board.seen.age(sensed.reading)
         return "" if age is None else f"{age:.1f} s"

@@ -1,4 +1,4 @@
-"""What one player knows of itself and of the match: exactly what its own process may hear, never the true poses."""
+"""One player's knowledge of itself and of the match: exactly what its own process may hear, never the true poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,13 +33,13 @@ class Sensed:
 
     @property
     def depiction(self) -> Depiction | None:
-        """What the reading looks like; None where there is none."""
+        """The reading as it can be drawn; None where there is none."""
         return None if self.reading is None else self.spec.depict(self.reading.body)
 
 
 @dataclass(frozen=True)
 class Telemetry:
-    """What is known at one instant. What never came is None.
+    """A player's knowledge at one instant. What never came is None.
 
     Args:
         now: the match time, s. live: the match clock runs.
@@ -91,7 +91,7 @@ class Receiver:
         self._sensors = [(s, mailbox.subscribe(keys.sensor(s.message, player, s.name))) for s in robot.sensors]
 
     def look(self, tick: Tick) -> Telemetry:
-        """What is known now."""
+        """Return the present knowledge."""
         now = tick.time
         state, report = self._state.latest, self._report.latest
         seen = None if state is None else self._seen(state)

@@ -1,4 +1,4 @@
-"""What is written over the picture as HTML: score, clock, banners and the last call. Names may come from anybody."""
+"""The HTML over the picture: score, clock, banners and the last call. Names in it may come from anybody."""
 
 from html import escape
 from typing import Final
@@ -36,7 +36,7 @@ def board(scene: Scene) -> str:
 
 
 def last_call(scene: Scene) -> str:
-    """What the referee has called last. The browser lets it fade, and shows it anew if it is another text."""
+    """The last call of the referee. The browser lets it fade, and shows it anew if it is another text."""
     if not scene.calls:
         return ""
     call = scene.calls[-1]

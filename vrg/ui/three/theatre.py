@@ -74,7 +74,7 @@ class Viewer:
 
 
 class Theatre:
-    """What browsers see. They choose how they look and can change nothing else.
+    """The view in browsers. They choose its look and can change nothing else.
 
     Args:
         robots: the models of the robots, by name. host: the address to listen on. port: the port. title: of the page.
@@ -104,7 +104,7 @@ class Theatre:
 
     @property
     def gui(self) -> viser.GuiApi:
-        """What stands in the small panel of everybody."""
+        """The small panel of every browser."""
         return self.server.gui
 
     def open(self) -> None:

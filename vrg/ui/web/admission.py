@@ -1,4 +1,4 @@
-"""Who may do what on the page: tokens, and the links that carry them.
+"""The rights on the page: tokens, and the links that carry them.
 
 A link carries its token in the fragment, which browsers do not send with requests, so that it is in no server's log.
 """
@@ -18,7 +18,7 @@ DEFAULT_PORT = 8080
 
 
 class RoleKind(enum.StrEnum):
-    """What a visitor of the page may do: a VIEWER watches, an OFFICIAL decides too, a SEAT drives one player too."""
+    """The rights of a visitor: a VIEWER watches, an OFFICIAL decides too, a SEAT drives one player too."""
 
     VIEWER = "viewer"
     OFFICIAL = "official"
@@ -48,7 +48,7 @@ OFFICIAL = Role(RoleKind.OFFICIAL)
 
 @dataclass(frozen=True)
 class Admission:
-    """Where the page is served, and the tokens that admit to its roles. Whoever has no token may watch.
+    """The address of the page, and the tokens that admit to its roles. Without a token a visitor may watch.
 
     Args:
         host: the address that is listened on. port: its port.
@@ -105,7 +105,7 @@ def admission(host: str, port: int, players: Sequence[str], *, deciding: bool = 
 
 
 def read_admission(line: str) -> Admission:
-    """What `Admission.encoded` has made.
+    """Return the admission that `Admission.encoded` has encoded.
 
     Raises:
         ValueError: it is something else. The message does not repeat it.

@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from typing import Final
 
 CALLS_KEPT: Final = 200
-"""How many of the referee's calls a late viewer gets."""
+"""The number of the referee's calls that a late viewer gets."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What a viewer has got: the versions of the parts, by name, and the number of calls."""
+    """A viewer's state: the versions of the parts, by name, and the number of calls."""
 
     parts: Mapping[str, int] = field(default_factory=dict)
     calls: int = 0
@@ -42,7 +42,7 @@ class Gallery:
             self._forgotten += excess
 
     def since(self, seen: Seen) -> tuple[str, Seen]:
-        """What is new to a viewer, as a list of JSON without its brackets, and what the viewer has seen with it."""
+        """Return the news for a viewer, as a list of JSON without its brackets, and the viewer's next state."""
         new = tuple(name for name, version in self._versions.items() if seen.parts.get(name) != version)
         first = max(0, seen.calls - self._forgotten)
         total = self._forgotten + len(self._calls)

@@ -1,4 +1,4 @@
-"""What keeps other sites away from the page: headers, and a look at where a connection comes from."""
+"""The defence of the page against other sites: headers, and a look at where a connection comes from."""
 
 import ipaddress
 from typing import Final

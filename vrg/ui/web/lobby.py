@@ -1,4 +1,4 @@
-"""Who has come to the page: their number is bounded, a seat holds one of them, and nobody may talk too fast.
+"""The visitors of the page: their number is bounded, a seat holds one of them, and each one's rate is limited.
 
 This knows no network and no clock.
 """
@@ -11,11 +11,11 @@ from vrg.ui.web.admission import VIEWER, Admission, Role, RoleKind
 from vrg.ui.web.requests import Hello
 
 GUESTS_LIMIT: Final = 64
-"""How many viewers may be connected at once, and how many officials."""
+"""The limit of connected viewers, and that of officials."""
 PER_SECOND: Final = 60.0
-"""How many requests a page may send in a second for long."""
+"""The limit of a page's requests per second over a long time."""
 AT_ONCE: Final = 120.0
-"""How many requests a page may send at once."""
+"""The limit of a page's requests at once."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +89,7 @@ class Lobby:
 
     @property
     def full(self) -> str:
-        """What is read by those that get no place."""
+        """The message for those that get no place."""
         return f"{self.limit} pages are open already, and no more are served: close one."
 
     def _excess(self, kind: RoleKind) -> int | None:

@@ -23,7 +23,7 @@ log = logging.getLogger(__name__)
 FRAME: Final = 1 / 25
 """The real time in s between two frames. The page draws what lies between them. It is a whole number of world ticks."""
 ANSWERS_AWAITED: Final = 200
-"""How many decisions are remembered until the referee answers them."""
+"""The limit of decisions that are remembered until the referee answers them."""
 _OFFICIAL: Final = {
     Action.HALT: OfficialAction.HALT,
     Action.RESUME: OfficialAction.RESUME,
@@ -55,7 +55,7 @@ class Audience(Protocol):
         """Answer one of them."""
 
     def wishes(self) -> Wishes:
-        """What they have asked for since this was last called."""
+        """Return the requests since this was last called."""
 
 
 class WebNode(Node):

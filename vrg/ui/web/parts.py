@@ -45,7 +45,7 @@ def colours() -> dict[str, str]:
 
 
 def ground(scene: Scene) -> dict[str, Any]:
-    """What stands still: zones and walls. It changes when the zones do, for example in a new round."""
+    """The parts that stand still: zones and walls. They change when the zones do, for example in a new round."""
     game = game_of(scene.game)
     return {
         "t": "ground",
@@ -75,7 +75,7 @@ def _zone(zone: Any, game: Game) -> dict[str, Any]:
 
 
 def state(scene: Scene) -> dict[str, Any]:
-    """What is told in words, and how the robots look. It changes now and then, not with each frame."""
+    """The words about the match, and the look of the robots. They change now and then, not with each frame."""
     game, head = game_of(scene.game), headline(scene)
     lining_up = scene.stage in (Stage.INITIALIZE, Stage.ROUND_OVER)
     return {
@@ -172,7 +172,7 @@ def _player(scene: Scene, player: ScenePlayer, game: Game) -> dict[str, Any]:
 
 
 def strokes(scene: Scene) -> dict[str, Any]:
-    """What players want to be shown about what they think."""
+    """The players' own sketches."""
     game = game_of(scene.game)
     return {
         "t": "strokes",
@@ -188,7 +188,7 @@ def strokes(scene: Scene) -> dict[str, Any]:
 
 
 def frame(scene: Scene) -> dict[str, Any]:
-    """What moves. The bodies and the players are in the order of the state.
+    """The moving parts. The bodies and the players are in the order of the state.
 
     Returns:
         `time` (match time, s), `clock` (as it is written), `left` (the time that is left, in words), `rate`, `bodies`

@@ -1,4 +1,4 @@
-"""What a browser may say to the page's server, and what of it reaches the match.
+"""The requests of browsers to the page's server, and the commands and decisions that follow from them.
 
 Requests come from outside, so each field has bounds. A request that breaks them gets an error in words.
 """
@@ -19,7 +19,7 @@ _TAB = Annotated[str, Meta(max_length=64)]
 
 
 class Action(enum.StrEnum):
-    """What a button of the page asks for."""
+    """The act of a button of the page."""
 
     HALT = "halt"
     RESUME = "resume"
@@ -129,7 +129,7 @@ class Decision:
 
 @dataclass(frozen=True)
 class Wishes:
-    """What people at pages have asked for since the last look.
+    """The requests of people at pages since the last look.
 
     Args:
         commands: the newest command for each player. given_back: players that play by themselves again.

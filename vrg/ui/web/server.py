@@ -38,13 +38,13 @@ from vrg.ui.web.site import PATIENCE, Site
 log = logging.getLogger(__name__)
 
 IN_FLIGHT: Final = 10
-"""How many batches a viewer may have that it has not shown yet. One that is slower gets no more until it has."""
+"""The limit of batches that a viewer has not shown yet. One that is slower gets no more until it has."""
 PING: Final = 10.0
 """The real time in s between two signs of life that are asked of a browser."""
 WRONG_TOKEN_DELAY: Final = 0.5
 """The real time in s that a wrong token's answer takes."""
 DECISIONS_LIMIT: Final = 50
-"""How many decisions may wait for the match."""
+"""The limit of decisions that wait for the match."""
 DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4}
 """The rules of driving for the page; its buttons are those of the browsers' standard gamepad, as in `vrg.ui.acts`."""
 
@@ -108,7 +108,7 @@ class WebServer(Site):
             self._loop.call_soon_threadsafe(self._tell, guest, text)
 
     def wishes(self) -> Wishes:
-        """What people have asked for since this was last called."""
+        """Return the requests since this was last called."""
         with self._lock:
             wishes = Wishes(tuple(self._commands.values()), tuple(self._given_back), tuple(self._decisions))
             self._commands, self._given_back, self._decisions = {}, {}, []

@@ -29,7 +29,7 @@ PATIENCE: Final = 10.0
 """The real time in s that a browser has to say who it is, or to take what it is sent."""
 _TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 WAITING: Final = 512
-"""How many connections may be open before it is known who is there. A browser opens some for the page itself."""
+"""The limit of connections that have not introduced themselves. A browser opens some for the page itself."""
 VISIT: Final = 30.0
 """The real time in s that such a connection stays."""
 
