@@ -70,7 +70,7 @@ def node(
     from vrg.hal.can.workshop.run import run_drives  # python-can is for who uses a bus
 
     spoken = protocol_of(protocol, drive=True)
-    told = options_of(spoken, option)
+    options = options_of(spoken, option)
     problems = [f"--id: {problem}" for one in id_ if (problem := spoken.axis_type.check_node(one))]
     if problems:
         raise ConfigError(problems)
@@ -81,7 +81,7 @@ def node(
         drives = [
             spoken.drive_type(
                 one,
-                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=told),
+                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=options),
                 time.monotonic(),
                 random.Random(first + index),
             )
@@ -119,7 +119,7 @@ def fault(
         if done:
             typer.echo(f"node {one}: {kind} ({WHAT[request.kind].split(':')[0]})")
         elif done is None:
-            typer.echo(f"node {one}: nobody emulates it on {link}; real drives do not listen to this", err=True)
+            typer.echo(f"node {one}: not emulated on {link}; real drives do not listen to this", err=True)
         else:
             typer.echo(f"node {one}: a drive of its protocol cannot have this fault", err=True)
     if failed:

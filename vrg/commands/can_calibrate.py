@@ -75,7 +75,7 @@ class _Asker:
         typer.prompt(f"{words} Then press Enter", default="", show_default=False)
 
     def agrees(self, question: str) -> bool:
-        """Ask a question that is answered by yes or no. Enter alone is no answer: nobody should guess a direction."""
+        """Ask a question that is answered by yes or no. Enter alone is no answer: a direction must not be guessed."""
         return typer.confirm(question, default=None)
 
     def measures(self, question: str, expected: float) -> float:
@@ -83,6 +83,6 @@ class _Asker:
         answer: float = typer.prompt(question, type=float, default=round(expected, 3))
         return answer
 
-    def told(self, words: str) -> None:
+    def shows(self, words: str) -> None:
         """Print something."""
         typer.echo(words)

@@ -58,7 +58,7 @@ def stop(
     interface: InterfaceOption = "socketcan",
     bitrate: BitrateOption = None,
     adapter: AdapterOption = None,
-    seconds: Annotated[float, lasting("How long to go on telling them.", 0.2, 600)] = 1.0,
+    seconds: Annotated[float, lasting("How long to repeat the order.", 0.2, 600)] = 1.0,
 ) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
     from vrg.hal.can.guard import TURNING_SPEED
@@ -81,27 +81,27 @@ def stop(
         heard = bus.look(interrupted, ask=False)
     console.print(table_of(heard))
     for name in unheard():
-        console.print(f"Drives of the protocol {name} were not told to be off: it has no listener.")
+        console.print(f"Drives of the protocol {name} were not switched off: it has no listener.")
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
     turning = [found for found in heard.nodes if abs(found.velocity or 0.0) > TURNING_SPEED]
     for found in turning:
         console.print(
-            f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it says: "
+            f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it reports: "
             "cut the power of its motor[/red]"
         )
     for words in unsent:
         console.print(f"[red]an order could not be sent: {escape(words)}[/red]")
     if not heard.nodes:
         console.print(
-            f"[red]{link}: nobody has said that its motor is off: is it the right bus, wired and powered, and is the "
+            f"[red]{link}: no drive reports that its motor is off: is it the right bus, wired and powered, and is the "
             "bit rate right?[/red]"
         )
     if still or turning or unsent or heard.troubles or not heard.nodes:
         raise typer.Exit(1)
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
-    console.print(f"{link}: every motor was told to be off. Off by their own word: {off or 'none'}.")
+    console.print(f"{link}: every motor was switched off. Off by their own reports: {off or 'none'}.")
 
 
 def clear(
@@ -165,7 +165,7 @@ def address(
         heard.nodes[:] = [f for f in heard.nodes if f not in last or heard.at - f.heard < HEARTBEAT_TIMEOUT]
     console.print(table_of(heard))
     if not new:
-        raise RobotError(f"{link}: expected the drive to have id {to} now, nobody has")
+        raise RobotError(f"{link}: expected the drive to have id {to} now, none has")
     console.print(f"It has id {to} until it is switched off. Save it in the drive to keep it.")
 
 
@@ -186,7 +186,7 @@ def configure(
     ] = None,
     save: Annotated[bool, typer.Option("--save", help="Let the drive keep all its settings for good.")] = False,
 ) -> None:
-    """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back what it then says."""
+    """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back its answer."""
     link = link_of(interface, channel, bitrate, adapter)
     known = None if endpoints is None else read_endpoints(endpoints)
     console = plain_console()
@@ -245,12 +245,12 @@ def jog(
     # A gear with which the top speed of this model is a little more than the motor is asked for: a runaway is noticed.
     ratio = _HEADROOM * abs(speed) * TURN * model.drivetrain.wheel_radius / model.v_max
     axis = WheelAxis(id_, axis=0, ratio=ratio)
-    told = options_of(spoken, option)
-    train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=told, unwatched=unsafe)
+    options = options_of(spoken, option)
+    train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=options, unwatched=unsafe)
     typer.echo(f"Turning {protocol} {id_} on {link} at {speed:g} turn/s for {seconds:g} s. Ctrl-C stops it.")
     logger = logging.getLogger("vrg")
     with ExitStack() as stack:
-        # What goes wrong is told by the error alone.
+        # The error alone reports what goes wrong.
         stack.callback(logger.setLevel, logger.level)
         logger.setLevel(logging.CRITICAL)
         interrupted = stack.enter_context(stoppable())
@@ -333,7 +333,7 @@ def _wanted(heard: Heard, ids: Iterable[int] | None, link: str) -> list[Found]:
         return heard.nodes
     missing = sorted(set(ids) - {found.node for found in heard.nodes})
     if missing:
-        there = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes) or "nobody"
+        there = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes) or "none"
         raise RobotError(f"{link}: expected drives with ids {', '.join(map(str, missing))}, heard {there}")
     return [found for found in heard.nodes if found.node in ids]
 
@@ -352,6 +352,6 @@ def _which(nodes: list[Found], id_: int | None, serial: str | None, link: str) -
     ]
     if len(fitting) == 1:
         return fitting[0]
-    there = ", ".join(f"id {found.node} serial {' and '.join(found.serials) or '?'}" for found in nodes) or "nobody"
+    there = ", ".join(f"id {found.node} serial {' and '.join(found.serials) or '?'}" for found in nodes) or "none"
     what = f"{'id ' + str(id_) if id_ is not None else ''} {'serial ' + serial if serial else ''}".strip()
     raise RobotError(f"{link}: expected one drive with {what}, found {len(fitting)}; heard: {there}")

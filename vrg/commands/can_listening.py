@@ -110,7 +110,7 @@ def listening(link: Link) -> Iterator[Bus]:
 
 
 def unheard() -> list[str]:
-    """The names of the protocols without a listener, whose drives nobody can find, or stop, on a bus."""
+    """The names of the protocols without a listener, whose drives cannot be found, or stopped, on a bus."""
     return [name for name in PROTOCOLS.names() if (found := PROTOCOLS.find(name)) and found.listener is None]
 
 

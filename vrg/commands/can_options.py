@@ -31,7 +31,7 @@ ProtocolOption = Annotated[
 ]
 OptionsOption = Annotated[
     list[str] | None,
-    typer.Option("--option", help="What the wiring says of such drives in its options, NAME=VALUE."),
+    typer.Option("--option", help="An option of such drives as in the wiring, NAME=VALUE."),
 ]
 
 
@@ -53,10 +53,10 @@ def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: l
     except ValueError as error:
         raise ConfigError([f"--interface: {error}"]) from None
     try:
-        told = read_adapter(adapter or [])
+        settings = read_adapter(adapter or [])
     except ValueError as error:
         raise ConfigError([f"--adapter: {error}"]) from None
-    return Link(interface=interface, channel=channel or _some_channel(), bitrate=bitrate, adapter=told)
+    return Link(interface=interface, channel=channel or _some_channel(), bitrate=bitrate, adapter=settings)
 
 
 def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Protocol:
@@ -76,14 +76,14 @@ def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Pr
     return spoken
 
 
-def options_of(protocol: Protocol, told: list[str] | None) -> ProtocolOptions:
+def options_of(protocol: Protocol, typed: list[str] | None) -> ProtocolOptions:
     """Return a protocol's options of its drives.
 
     Raises:
         ConfigError: it has no such options.
     """
     try:
-        return protocol.axis_type.options_type.model_validate(read_adapter(told or []))
+        return protocol.axis_type.options_type.model_validate(read_adapter(typed or []))
     except ValidationError as error:
         raise ConfigError([f"--option: {problem}" for problem in problems_of(error)]) from None
     except ValueError as error:
@@ -91,6 +91,6 @@ def options_of(protocol: Protocol, told: list[str] | None) -> ProtocolOptions:
 
 
 def _some_channel() -> str:
-    """The bus that is meant where none is named: whoever has no real bus means the virtual one."""
+    """The bus that is meant where none is named: without a real bus, the virtual one."""
     names = {name for _, name in socket.if_nameindex()}
     return "vcan0" if "vcan0" in names and "can0" not in names else "can0"

@@ -31,7 +31,7 @@ def scan(
         return
     for words in heard.troubles:
         console.print(f"[red]{escape(words)}[/red]")
-    console.print(f"{link}: nobody. Is the bus wired and powered, and the bit rate right?")
+    console.print(f"{link}: no drives. Is the bus wired and powered, and the bit rate right?")
     raise typer.Exit(1)
 
 
@@ -48,7 +48,7 @@ def monitor(
         bool, typer.Option("--ask", help="Ask the drives too, which disturbs a robot that is just connecting.")
     ] = False,
 ) -> None:
-    """Show the drives on a bus, live, by what they say. Moves nothing, and sends nothing but for `--ask`."""
+    """Show the drives on a bus, live, by their messages. Moves nothing, and sends nothing but for `--ask`."""
     link = link_of(interface, channel, bitrate, adapter)
     console = plain_console()
     with stoppable() as interrupted, listening(link) as bus, Live(console=console, refresh_per_second=5) as live:
@@ -59,4 +59,4 @@ def monitor(
             if heard.nodes or heard.troubles:
                 live.update(table_of(heard))
             else:
-                live.update(f"{link}: nobody yet{'' if ask else '; drives that speak only when asked need --ask'}")
+                live.update(f"{link}: no drives yet{'' if ask else '; drives that speak only when asked need --ask'}")

@@ -73,7 +73,7 @@ def _imported(setup: MatchSetup) -> tuple[Problem, ...]:
 
 
 def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None:
-    """The set-up of the match without the players that have problems, from which the zones can be told; or None."""
+    """The set-up of the match without the players that have problems, which has the zones; or None."""
     bad = sorted({p.path[1] for p in problems if p.path[:1] == ("players",) and len(p.path) > 1}, reverse=True)
     try:
         text = draft.text

@@ -80,7 +80,7 @@ def _endpoint(setup: MatchSetup, machine: str, scheme: str) -> str:
     """The endpoint of the router of a machine.
 
     Raises:
-        ConfigError: nobody knows the machine's address.
+        ConfigError: the machine's address is not known.
     """
     at = setup.machines.get(machine)
     if at is not None and at.address:

@@ -22,9 +22,9 @@ from vrg.launch.remote.remote_host import RemoteHost, StartupStep
 from vrg.launch.run_folder import RunFolder
 
 _TRIPS = 3
-"""The number of words there and back, two in a second, of which the quickest is told."""
+"""The number of words there and back, two in a second, of which the quickest is reported."""
 _ODD = 2.0
-"""A wall clock that is further off than this, s, is told."""
+"""A wall clock that is further off than this, s, is reported."""
 
 
 def examine_machines(match_file: Path) -> dict[str, list[Finding]]:

@@ -59,7 +59,7 @@ def recent_matches(runs: Path, folder: Path) -> list[Recent]:
         if isinstance(table.get("players"), list) and "game" in table:
             when = _time(path)
             name = str(table.get("name", path.stem))
-            found.append((when, Recent(name, str(table["game"]), _told(when), "", path, folder)))
+            found.append((when, Recent(name, str(table["game"]), _local(when), "", path, folder)))
     found.sort(key=lambda pair: pair[0], reverse=True)
     return [recent for _, recent in found[:MOST_RECENT]]
 
@@ -77,16 +77,16 @@ def _run(path: Path, when: float) -> Recent | None:
     folder = RunFolder(path)
     if not folder.match_file.is_file():
         return None
-    name, game, told = path.name, "", "broken off"
+    name, game, end = path.name, "", "broken off"
     try:
         result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
         name, game = str(result["match"]), str(result["game"])
-        told = f"{headline(result)}{summary(result)}"
+        end = f"{headline(result)}{summary(result)}"
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         table = _table(folder.match_file) or {}
         name, game = str(table.get("name", name)), str(table.get("game", game))
     recorded = folder.setup.is_file() and bool(folder.recordings())
-    return Recent(name, game, _told(when), told, folder.match_file, path.resolve(), path, recorded)
+    return Recent(name, game, _local(when), end, folder.match_file, path.resolve(), path, recorded)
 
 
 def _time(path: Path) -> float:
@@ -96,7 +96,7 @@ def _time(path: Path) -> float:
         return 0.0
 
 
-def _told(when: float) -> str:
+def _local(when: float) -> str:
     return f"{datetime.fromtimestamp(when):%d %b %H:%M}"
 
 

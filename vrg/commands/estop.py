@@ -40,7 +40,7 @@ def estop(
         targets = [(*own_match(match, router, "release the emergency stop"), keys)]
     else:
         here = running.running() if match is None and router is None else []
-        # One folder, which VRG_KEYS may name, has no keys for the other matches. Each match has told where its own are.
+        # One folder, which VRG_KEYS may name, has no keys for the other matches: each match records its own.
         several = [(m.match, m.router, Path(m.keys) if m.keys else keys) for m in here]
         targets = several or [(*which_match(match, router), keys)]
     why = shortened(reason, REASON_LENGTH)

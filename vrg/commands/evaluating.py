@@ -30,7 +30,7 @@ FirstSeedOption = Annotated[
 ]
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")]
 LasersOption = Annotated[
-    bool | None, typer.Option("--lasers/--no-lasers", help="In place of what the match file says of lasers.")
+    bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
 ]
 ConfidenceOption = Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")]
 AllOption = Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")]
@@ -48,7 +48,7 @@ RayOption = Annotated[
 
 
 TOLD_EVERY = 20
-"""The number of games after which it is told how far it is, where the output is no terminal."""
+"""The number of games after which the progress is printed, where the output is no terminal."""
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> No
         bar = progress.add_task("games", total=_total(running), running=0, speed="", now=_now(running))
         progress.update(bar, completed=_completed(running))
 
-        def told(row: "GameRecord") -> None:
+        def finished(row: "GameRecord") -> None:
             nonlocal played, seconds
             played += 1
             seconds += row.played.match_time or 0.0
@@ -175,7 +175,7 @@ def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> No
         def looked(games: int) -> None:
             progress.update(bar, running=games)
 
-        running.run(workers, stop, told, looked)
+        running.run(workers, stop, finished, looked)
     if played:
         took = time.monotonic() - began
         how = f"{workers.jobs} at a time" + ("" if wish.ray is None else f" on the cluster {wish.ray}")

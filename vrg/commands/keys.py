@@ -87,11 +87,11 @@ def show(
     now = datetime.now(UTC)
     rows = []
     for entry in KeysFolder(keys).entries():
-        told = entry.validity
-        kind, _, name = told.common_name.partition(".")
+        validity = entry.validity
+        kind, _, name = validity.common_name.partition(".")
         seat = f"{kind}.{name_of(name)}" if name else kind
-        state = "of another authority" if not entry.genuine else "expired" if told.is_over(now) else "valid"
-        rows.append({"seat": seat, "state": state, "until": told.ends.isoformat(), "hosts": list(told.hosts)})
+        state = "of another authority" if not entry.genuine else "expired" if validity.is_over(now) else "valid"
+        rows.append({"seat": seat, "state": state, "until": validity.ends.isoformat(), "hosts": list(validity.hosts)})
     if as_json:
         typer.echo(json.dumps(rows))
         return

@@ -22,7 +22,7 @@ from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands import three
-from vrg.commands.page import print_links, told
+from vrg.commands.page import foxglove_link, print_links
 from vrg.config.files import HERE, LIVE, THREE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
@@ -145,9 +145,9 @@ def _run(
             if name == WEB and show.page is not None:
                 print_links(show.page, show.console)
             if name == LIVE and show.live is not None:
-                show.console.print(told(show.live), soft_wrap=True)
+                show.console.print(foxglove_link(show.live), soft_wrap=True)
             if name == THREE and show.three is not None:
-                show.console.print(three.told(show.three), soft_wrap=True)
+                show.console.print(three.three_link(show.three), soft_wrap=True)
 
         def started(_session: Session) -> None:
             progress.stop()

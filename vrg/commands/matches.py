@@ -32,7 +32,7 @@ class Attached:
 
     Args:
         name: its name. endpoint: of its router.
-        setup: its set-up; None if nobody on this machine knows it.
+        setup: its set-up; None if it is not known on this machine.
         run: its run folder; None if that is not on this machine.
     """
 
@@ -60,7 +60,7 @@ class Attached:
         """Its set-up.
 
         Raises:
-            ConfigError: nobody here knows it.
+            ConfigError: it is not known on this machine.
         """
         if self.setup is None:
             raise ConfigError([f"{self.name} runs on another machine: type its match file in place of its name"])
@@ -144,35 +144,35 @@ def setup_named(typed: str) -> "MatchSetup | None":
 def own_match(typed: str | None, router: str | None, what: str) -> tuple[str, str]:
     """The (name, endpoint) of the running match that a command means which changes it.
 
-    If it is not named, and was started in another folder, the person is asked: it may be somebody else's.
+    If it is not named, and was started in another folder, the person is asked: it may be another person's.
 
     Args:
         what: is to be done, in words.
 
     Raises:
-        ConfigError: it is not clear which match is meant, or nobody can be asked.
+        ConfigError: it is not clear which match is meant, or there is no terminal to ask at.
         typer.Exit: the person does not want it.
     """
     name, endpoint = which_match(typed, router)
     found = next((m for m in running.running() if (m.match, m.router) == (name, endpoint)), None)
     if typed is None and router is None and found is not None and not found.is_own:
-        told = f"the only match that runs here is {name}, started in {found.folder}"
+        there = f"the only match that runs here is {name}, started in {found.folder}"
         if not sys.stdin.isatty():
-            raise ConfigError([f"{told}: if you mean it, add its name, {name}"])
-        if not typer.confirm(f"{told}: {what}?"):
+            raise ConfigError([f"{there}:  if you mean it, add its name, {name}"])
+        if not typer.confirm(f"{there}:  {what}?"):
             raise typer.Exit(1)
     return name, endpoint
 
 
 def keys_of(endpoint: str, typed: Path | None) -> Path | None:
-    """The folder of the keys of a running match; None where its router wants none, or nobody knows the folder.
+    """The folder of the keys of a running match; None where its router wants none, or the folder is not known.
 
     Args:
-        typed: what was typed with --keys, or is in VRG_KEYS. If a match that runs on this machine has told where its
-            keys are, only what was typed stands above that: the variable may be meant for another match.
+        typed: what was typed with --keys, or is in VRG_KEYS. If the record of a running match on this
+            machine names its keys, only what was typed stands above that: the variable may be meant for another match.
     """
     if typed is not None and str(typed) != os.environ.get(KEYS_VARIABLE):
-        # An endpoint that has no use for them is told.
+        # An endpoint that has no use for them refuses them.
         return typed
     if not endpoint.startswith("tls/"):
         return None

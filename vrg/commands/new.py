@@ -178,7 +178,7 @@ def _is_installed(name: str) -> bool:
 def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
     """Players as a match file in a folder names them.
 
-    They are imported, so that a mistake is told before anything is written.
+    They are imported, so that a mistake is reported before anything is written.
 
     Raises:
         ConfigError: there is no such player, or it cannot be imported.
@@ -231,7 +231,7 @@ def _write(files: Mapping[Path, str]) -> None:
         except OSError as error:
             raise ConfigError([f"{file.parent}: the folder cannot be made: {error.strerror}"]) from None
         try:
-            # "x" refuses a file that somebody else has made since.
+            # "x" refuses a file that was made since.
             with file.open("x", encoding="utf-8") as opened:
                 opened.write(text)
         except FileExistsError:

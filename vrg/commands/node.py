@@ -98,7 +98,7 @@ def player(
         str | None, typer.Option(help="Strategy in place of the match file's, such as mine.py:Mine.")
     ] = None,
 ) -> None:
-    """Run one player with its robot. A match that runs takes it in, if nobody else plays for it."""
+    """Run one player with its robot. A match that runs takes it in, if no other process plays for it."""
     # A process with threads cannot be sealed, and the library of numpy, which reads match files, starts some.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _serve("player", match, router, run, keys, name, strategy)

@@ -68,7 +68,7 @@ class Referee:
         session.attach(self.mailbox)
 
     def receive(self) -> None:
-        """Take in what the referee has said since the last call."""
+        """Take in the referee's answers since the last call."""
         self._session.receive()
         self.mailbox.handover(0.0)
 
@@ -76,12 +76,12 @@ class Referee:
         """Send what was published.
 
         Raises:
-            BusError: nobody listens to it within ANSWER_PATIENCE.
+            BusError: no referee listens to it within ANSWER_PATIENCE.
         """
         out = self.mailbox.collect()
         for item in out:
             if not self._session.wait_for_listener(item.message.key, item.topic.qos, ANSWER_PATIENCE):
-                raise BusError(f"nobody in match {self.keys.match!r} listens to {item.message.key}: is it running?")
+                raise BusError(f"no node of match {self.keys.match!r} listens to {item.message.key}: is it running?")
         self._session.send(out)
 
     def answer(self, number: str) -> Call:
@@ -258,7 +258,7 @@ def substitute(
 
     target = whole_target(strategy)
     with trial() as tried:
-        tried.find(target, Path.cwd())  # a mistake is told before the old player is stopped
+        tried.find(target, Path.cwd())  # a mistake is reported before the old player is stopped
     on, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
     answers = mailbox.subscribe(on.seat_answer)
     with connected(endpoint, keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):

@@ -65,13 +65,13 @@ def web(
 def foxglove(
     match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
 ) -> None:
-    """Show a running match in Foxglove: all that a recording holds, as it happens. Nobody can change anything there."""
+    """Show a running match in Foxglove: all that a recording holds, as it happens. It changes nothing."""
     from vrg.launch.serving import serve
 
     address = live_address(listen)
     found = attached(match, router)
     setup = found.known_setup()
-    typer.echo(told(address))
+    typer.echo(foxglove_link(address))
     ended(serve("foxglove", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys)))
 
 
@@ -94,8 +94,8 @@ def live_address(typed: str | None) -> str:
     return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
 
 
-def told(address: str) -> str:
-    """The step by which a person sees the match."""
+def foxglove_link(address: str) -> str:
+    """The link of Foxglove."""
     return f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}"
 
 
@@ -131,7 +131,7 @@ def print_links(page: Admission, console: Console) -> None:
         console.print("the page is for browsers on this machine; --listen 0.0.0.0 serves it to others")
     else:
         console.print(
-            "[yellow]everybody who reaches this machine can watch; whoever has a link with a token can decide "
+            "[yellow]everybody who reaches this machine can watch; a link with a token lets its holder decide "
             "or drive, and all of it goes over the network unencrypted[/yellow]",
             soft_wrap=True,
         )

@@ -26,7 +26,7 @@ DryRunOption = Annotated[
     bool, typer.Option("--dry-run", help="Print which process would run on which machine; start nothing.")
 ]
 HereOption = Annotated[
-    bool, typer.Option("--here", help="Run everything on this machine, whatever the match file says.")
+    bool, typer.Option("--here", help="Run everything on this machine, whatever the match file names.")
 ]
 SeatsOption = Annotated[
     bool | None,
@@ -96,7 +96,7 @@ def play(
     if in_process and (web or listen or foxglove or three):
         raise typer.BadParameter(
             f"{'--foxglove' if foxglove else '--3d' if three else '--web'} needs processes: a match in one process "
-            "serves nobody; leave --in-process out"
+            "serves no one; leave --in-process out"
         )
     if in_process and developer:
         raise typer.BadParameter("--developer needs processes: `vrg play` without --in-process has them")

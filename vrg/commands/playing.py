@@ -42,9 +42,9 @@ class Wish:
         paced: True if a rate was typed as a number. Otherwise a match in one process is as fast as possible.
         window: True opens a window, if there is a display. record: True records for Foxglove and the plot.
         here: True runs everything on this machine. dry: True only prints what would run where.
-        seats: True plays with seats, False without; None as the match file says.
+        seats: True plays with seats, False without; None as in the match file.
         keys: the folder of the keys of the match's seats; None makes keys for this run alone.
-        sandbox: True seals the processes of players, False does not; None as the match file says.
+        sandbox: True seals the processes of players, False does not; None as in the match file.
         web: the address and the port at which browsers see it; None serves no page.
         developer: True opens the developers' view in place of another window.
         foxglove: True lets Foxglove connect. three: True shows it in three dimensions.
@@ -245,8 +245,8 @@ def _conclude(
     """
     over = state is not None and state.stage is Stage.GAME_OVER
     if failure is not None:
-        said = str(failure).splitlines()
-        ended = f"given up: {said[0].rstrip(':')}" + (f": {said[-1]}" if len(said) > 1 else "")
+        lines = str(failure).splitlines()
+        ended = f"given up: {lines[0].rstrip(':')}" + (f": {lines[-1]}" if len(lines) > 1 else "")
     elif over:
         ended = ended_of(state) if state else ""
     else:

@@ -53,7 +53,7 @@ def practice(
     runs: RunsOption = Path("runs"),
     record: RecordOption = True,
 ) -> None:
-    """Try a player on a map: nobody judges it. In the window TAB and the arrow keys drive a robot by hand.
+    """Try a player on a map, without a referee's judgement. In the window TAB and the arrow keys drive a robot by hand.
 
     The first robot begins at --pose, or in the middle; the others stand around it.
     """
@@ -66,7 +66,7 @@ def practice(
         target = None if strategy is None else whole_target(strategy)
         if target is not None:
             with trial(server) as tried:
-                tried.find(target, Path.cwd())  # a mistake is told before anything starts
+                tried.find(target, Path.cwd())  # a mistake is reported before anything starts
         file = Path(folder, "practice.toml")
         file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
         wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)

@@ -94,15 +94,15 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[time]:.0f} s"), TimeElapsedColumn(),
         console=Console(stderr=True), transient=True, disable=as_json,
     )  # fmt: skip
-    told = -_TELL
+    printed = -_TELL
     # What strategies print, as when they are imported, must not stand between the lines of JSON.
     out, prints = sys.stdout, contextlib.redirect_stdout(sys.stderr) if as_json else contextlib.nullcontext()
 
     def progress(time: float) -> None:
-        nonlocal told
-        if time < told + _TELL:
+        nonlocal printed
+        if time < printed + _TELL:
             return
-        told = time
+        printed = time
         what = "repeating what was recorded" if time < since else f"{player} plays {change.name}"
         bar.update(task, description=what, completed=min(time, end), time=time)
         if as_json:
@@ -112,7 +112,7 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         task = bar.add_task("repeating what was recorded", total=end, time=0.0)
         new = play_branch(folder, change, runs, datetime.now(), progress=progress, stop=stop)
     if as_json:
-        typer.echo(json.dumps({"run": str(new.path), "told": compared(folder, new)}))
+        typer.echo(json.dumps({"run": str(new.path), "ending": compared(folder, new)}))
     else:
         typer.echo(compared(folder, new))
     return new

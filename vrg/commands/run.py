@@ -31,7 +31,7 @@ class Listed:
     """A run in a list.
 
     Args:
-        run: the name of its folder. game: empty if nobody can read it. began: when, in local time, as ISO 8601.
+        run: the name of its folder. game: empty if it cannot be read. began: when, in local time, as ISO 8601.
         ended: how the match ended, in a few words. duration: of play, s of match time; None if that is not known.
     """
 
@@ -67,7 +67,7 @@ def _clock(run: Listed) -> str:
 
 
 def listed(runs: Path) -> Iterator[Listed]:
-    """The runs in a folder. One that disappears or is torn while it is read is passed by, or told as far as it goes."""
+    """The runs in a folder. One that disappears or is torn while it is read is passed by, or listed in part."""
     for path in run_folders(runs):
         with suppress(OSError):
             yield _listed(RunFolder(path))

@@ -38,7 +38,7 @@ from vrg.ui.readings import Watched, sensor_table
 REDRAW = 0.25
 """The real time in s between two tables."""
 QUIET = 3.0
-"""The real time in s without a reading after which that is told."""
+"""The real time in s without a reading after which a hint is printed."""
 LEASE = 2.0
 """The match time in s for which the world is asked for pictures at a time."""
 RENEW = 0.5
@@ -62,7 +62,7 @@ def sensors(
     Where the output is no terminal, each reading is a line, or the table comes once after --for.
     """
     found, console = attached(match, router), make_console()
-    watched, now, told = Watched(), 0.0, False
+    watched, now, hinted = Watched(), 0.0, False
     in_lines = seconds is None and not console.is_terminal
     with listening(found.endpoint, keys) as (stop, session):
         _check_player(found, session, player, stop)
@@ -86,8 +86,8 @@ def sensors(
                         ended = True
                 if watched.newest and (console.is_terminal or (ended and not in_lines)):
                     live.update(sensor_table(watched, player, now), refresh=True)
-                elif not watched.newest and not told and time.monotonic() - begun > QUIET:
-                    told = True
+                elif not watched.newest and not hinted and time.monotonic() - begun > QUIET:
+                    hinted = True
                     typer.echo(
                         f"{player}: no reading yet. The world simulates the sensors of virtual robots, and of physical "
                         "ones those that they lack; `vrg topic list` shows what there is.",
@@ -121,13 +121,13 @@ def camera(
 
 
 def _check_player(found: Attached, session: Session, player: str, stop: Stop) -> None:
-    """Make sure that there is such a player. Where the set-up of the match is not known, the referee tells.
+    """Make sure that there is such a player. Where the set-up of the match is not known, the referee's state has them.
 
     Raises:
         LaunchError: there is none.
     """
-    told = found.setup or first_state(session, found.keys, stop)
-    names = [] if told is None else [known.name for known in told.players]
+    match = found.setup or first_state(session, found.keys, stop)
+    names = [] if match is None else [known.name for known in match.players]
     if names and player not in names:
         raise LaunchError(f"PLAYER: {expected_one_of(names, player)}")
 

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 def three(
     match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
 ) -> None:
-    """Show a running match in three dimensions in browsers. Nobody can change anything there."""
+    """Show a running match in three dimensions in browsers. It changes nothing."""
     from vrg.launch.serving import serve
 
     address = three_address(listen)
     found = attached(match, router)
     setup = found.known_setup()
-    typer.echo(told(address))
+    typer.echo(three_link(address))
     ended(serve("three", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys)))
 
 
@@ -39,7 +39,7 @@ def show_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None) 
     replay = ThreeReplay(theatre(setup, address), timeline)
     if since is not None:
         replay.playback = replay.playback.to(since)
-    typer.echo(f"{told(address)}   (Ctrl-C ends it)")
+    typer.echo(f"{three_link(address)}   (Ctrl-C ends it)")
     with stoppable() as stop:
         replay.run(stop.wait)
 
@@ -64,6 +64,6 @@ def three_address(typed: str | None) -> str:
     return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
 
 
-def told(address: str) -> str:
+def three_link(address: str) -> str:
     """The link of the view."""
     return f"in three dimensions: http://{address}"

@@ -28,7 +28,7 @@ from vrg.hal.sensors import message_class
 MOST = 1000
 """The number of messages that wait to be taken."""
 QUIET = 3.0
-"""The real time in s without a message after which `echo` says that none has come."""
+"""The real time in s without a message after which `echo` reports that none has come."""
 
 app = typer.Typer(no_args_is_help=True)
 

@@ -109,8 +109,8 @@ def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "Outcome | None":
             outcome = server.wait(_LOOKS)
     finally:
         server.stop()
-        if told := server.rescue():
-            typer.echo(told, err=True)
+        if message := server.rescue():
+            typer.echo(message, err=True)
     if outcome is not None and outcome.play is not None:
         run(["play", outcome.play, *(["--listen", f"{HOST}:{port}"] if web else [])], runs)
     elif outcome is not None and outcome.watch is not None:

@@ -25,7 +25,7 @@ class Banner:
     Args:
         lines: what happened, then how it is left, where the referee tells it.
         steps: what those who look can do, in order.
-        brief: it is told in one line, because it is no more than news.
+        brief: one line is enough, because it is no more than news.
     """
 
     heading: str

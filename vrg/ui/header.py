@@ -78,10 +78,10 @@ class HeaderPainter:
     def _banner(self, surface: pygame.Surface, place: Rect, grave: list[Banner], ui: float) -> None:
         fonts, size = self._fonts, round(14 * ui)
         first, rest = grave[0], grave[1:]
-        told = [*first.lines, *(f"{banner.heading}: {banner.text}" for banner in rest)]
+        texts = [*first.lines, *(f"{banner.heading}: {banner.text}" for banner in rest)]
         room = place.width - round(24 * ui)
         steps = [line for text in first.steps for line in fonts.wrap(text, room, size, Face.BOLD, lines=1)]
-        lines = [line for text in told for line in fonts.wrap(text, room, size, lines=2)][: _LINES - len(steps)]
+        lines = [line for text in texts for line in fonts.wrap(text, room, size, lines=2)][: _LINES - len(steps)]
         step, head = round(18 * ui), round(30 * ui)
         plate = Rect(place.left, place.top, place.width, 0)
         # What is to be done stands beside each other, so that it has one line.

@@ -1,6 +1,6 @@
 """The acts of a replay's user: play, pause, change the speed, and go to another instant.
 
-This knows no window and no clock: it is told how much real time has passed.
+This knows no window and no clock: the caller passes the real time.
 """
 
 from bisect import bisect_left, bisect_right

@@ -32,7 +32,7 @@ from vrg.ui.thoughts import Thoughts
 from vrg.ui.view import fit
 
 CALLS_IN_WORDS: Final = 8
-"""The most calls in a panel that are told beside their marks. More of them are numbered and told in the legend."""
+"""The most calls in a panel that are written beside their marks. More of them are numbered, with a legend."""
 LETTER: Final = 0.075
 """The width of a letter of the legend, inches."""
 LEGEND_LINES: Final = 36
@@ -65,7 +65,7 @@ def plot_trajectories(
 
     Players have the colour of their role in windows, each in a shade of its own; solid lines are virtual robots, dashed
     ones physical. The field is turned as windows turn it. A round that lasts longer than PART has several panels. A
-    hollow circle is where a player began, its role's marker where it ended. The calls that the game says are marked,
+    hollow circle is where a player began, its role's marker where it ended. The calls that the game names are marked,
     with the player, the play clock and who else took part; where there are many, their numbers stand for that, and the
     legend tells it. Where the game is not installed here, every call that has a place is marked. Small dots are what
     players have seen, and thin dashed lines what a player sketched when a call was made, where the game asks for that.

@@ -105,8 +105,8 @@ class RosterPainter:
             text = self._cell(words, room, size, colour, face, name=begin == begins[0])
             surface.blit(text, text.get_rect(midleft=(place.left + round(place.width * begin), place.centery)))
         if speed and player.speed is not None:
-            told = self._fonts.render(f"{speed_text(player.speed)} m/s", round(12 * ui), palette.MUTED)
-            surface.blit(told, told.get_rect(midright=(place.right, place.centery)))
+            plate = self._fonts.render(f"{speed_text(player.speed)} m/s", round(12 * ui), palette.MUTED)
+            surface.blit(plate, plate.get_rect(midright=(place.right, place.centery)))
 
     def _cell(self, words: str, room: int, size: int, colour: Rgb, face: Face, *, name: bool) -> pygame.Surface:
         """Write a cell. A name is written smaller before it is shortened, and keeps its end: there its number is."""

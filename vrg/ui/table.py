@@ -121,20 +121,20 @@ class TerminalTable(Node):
         # The call tells that the game is over, and what follows tells how it ended.
         over = result(scene)[0] if scene.stage is Stage.GAME_OVER else ""
         found = [banner for banner in banners(scene, Help.COMMANDS) if banner.heading != over]
-        told = {banner.heading for banner in found}
-        if scene.stage is Stage.GAME_OVER and told <= self._alarms:
-            return  # all is told
+        headings = {banner.heading for banner in found}
+        if scene.stage is Stage.GAME_OVER and headings <= self._alarms:
+            return  # all is printed
         due = due_index(scene.time, STATUS_EVERY)
         status = due != self._status_due
         self._status_due = due
         if status:
             self._line(status_line(scene))
-        # What hinders the match is told when it begins and with each status: its words change all the time.
+        # What hinders the match is printed when it begins and with each status: its words change all the time.
         for banner in found:
             if status or banner.heading not in self._alarms:
                 text = few(banner.text.split("; "), "; ") if banner.brief else banner.text
                 self._line(f"{banner.heading}: {text}" if text else banner.heading)
-        self._alarms = told
+        self._alarms = headings
 
     def _line(self, text: str) -> None:
         # Whole lines: what reads a log wants to search it, not to see it wrapped.
@@ -156,7 +156,7 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
     """The match as a table for rich, for a terminal of this many columns and lines.
 
     Where the lines do not suffice, the players stand beside each other and there are fewer calls; where the columns do
-    not, less is told of each player. Words have the terminal's own colours, so that they can be read on any ground.
+    not, each player has fewer columns. Words have the terminal's own colours, so that they can be read on any ground.
     """
     parts: list[RenderableType] = [_heading(scene)]
     for banner in banners(scene, Help.COMMANDS):

@@ -88,7 +88,7 @@ class Thoughts:
                 labels.write(axes, stroke.label, end, colour, bold=False)
 
     def _at(self, call: CallRecord) -> Thought | None:
-        """The first sketch after a call that has a label, which says the most; or else the first one."""
+        """The first sketch after a call that has a label, which explains the most; or else the first one."""
         at = call.timestamp.sec + call.timestamp.nsec / 1e9
         then = [
             t

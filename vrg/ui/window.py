@@ -17,7 +17,7 @@ from vrg.ui.acts import Act, Press, press_of
 log = logging.getLogger(__name__)
 
 UNSEEN: Final = ("dummy", "offscreen")
-"""The drivers of SDL whose windows nobody sees."""
+"""The drivers of SDL without a visible window."""
 GONE: Final = (
     "vrg: the display has gone away, so this window ends. The match goes on, and a robot that was driven here plays by "
     "itself again."
@@ -178,7 +178,7 @@ class Window:
 
 
 def display_available() -> bool:
-    """True if there is a screen to open a window on. Without one SDL draws into memory and nobody sees it."""
+    """True if there is a screen to open a window on. Without one SDL draws into memory, and no one sees it."""
     try:
         pygame.display.init()
     except pygame.error:

@@ -74,7 +74,7 @@ def test_leases_tell_who_drives_whom_and_until_when(bench):
     items = told(referee.referee(bench.node.insight))
     at = items.index("LEASES")
     assert items[at + 1 : at + 3] == [
-        "robot1: the referee drives it, 0.5 m/s and 0 °/s, as long as it says so",
+        "robot1: the referee drives it, 0.5 m/s and 0 °/s, until it ends that",
         "robot2: a person drives it for another 0.4 s",
     ]
 

@@ -56,7 +56,7 @@ def place(tmp_path: Path) -> Path:
 
 def test_recent_matches_are_told_with_their_results_the_newest_first(place: Path) -> None:
     found = recent_matches(place / "runs", place)
-    assert [(r.name, r.game, r.told, r.recorded) for r in found] == [
+    assert [(r.name, r.game, r.ending, r.recorded) for r in found] == [
         ("courtyard", "sharks-and-minnows", "Sharks win (sharks 6, minnows 3, 93.1 s of play)", True),
         ("roboflag", "roboflag", "", False),
         ("courtyard", "sharks-and-minnows", "broken off", False),
@@ -225,7 +225,7 @@ def test_a_match_is_saved_under_a_name_and_played(tmp_path: Path) -> None:
     page = page_in(tmp_path)
     page.set("seed", "7")
     assert page.ask("save", play=True)["ask"]["kind"] == "name"
-    assert "got 'a/b'" in page.ask("save", play=True, name="a/b")["ask"]["says"]
+    assert "got 'a/b'" in page.ask("save", play=True, name="a/b")["ask"]["question"]
     assert page.ask("save", name="final")["notice"] == f"Saved as {tmp_path / 'final.toml'}."
     assert 'name = "final"' in page.desk.draft.text
     assert not page.told["changed"]

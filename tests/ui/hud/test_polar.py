@@ -9,7 +9,7 @@ from tests.ui.hud.making import ROBOT, ring, scan
 from vrg.hal.sensors.depiction import Cones, Rays
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.sonar import SonarSpec
-from vrg.ui.hud.polar import REACHES, RINGS, echoes, fan, nearest, reach_for, told
+from vrg.ui.hud.polar import REACHES, RINGS, echoes, fan, nearest, nearest_words, reach_for
 
 AREA = (100, 50, 400, 200)
 RIGHT, LEFT = -math.pi / 2, math.pi / 2
@@ -72,15 +72,15 @@ def cones(**near: float) -> Cones:
 def test_the_nearest_thing_in_a_scan() -> None:
     found = rays(4.0, nearest=(120, 1.5))
     assert nearest(found) == pytest.approx((1.5, math.radians(30)))
-    assert told(found) == "nearest 1.50 m at +30°"
+    assert nearest_words(found) == "nearest 1.50 m at +30°"
     assert nearest(rays(30.0)) is None
-    assert told(rays(30.0)) == "nothing within 30 m"
+    assert nearest_words(rays(30.0)) == "nothing within 30 m"
     assert len(echoes(rays(30.0, nearest=(3, 2.0)))[0]) == 1
 
 
 def test_the_nearest_echo_of_a_ring() -> None:
     assert nearest(cones(_0=2.0, _3=1.0)) == pytest.approx((1.0, math.radians(10)))
-    assert told(cones(_3=1.0)) == "nearest 1.00 m at +10°"
+    assert nearest_words(cones(_3=1.0)) == "nearest 1.00 m at +10°"
     assert nearest(cones()) is None
 
 

@@ -69,7 +69,7 @@ class Choices:
         self.shown ^= {overlay}
 
     def select(self, player: str | None) -> None:
-        """Show the details of a player; a click on the one that is selected selects nobody."""
+        """Show the details of a player; a click on the one that is selected selects none."""
         self.selected = None if player == self.selected else player
 
     def sort_by(self, heading: str) -> None:

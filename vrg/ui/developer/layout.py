@@ -27,7 +27,7 @@ class Layout:
     Args:
         ui: by how much letters are scaled.
         overlays: the switches of what the field shows. field: the field with its banners.
-        notice: where something is told. buttons: those of an official.
+        notice: of the messages. buttons: those of an official.
         head: the match, over the whole width. panel: everything beside the field. players: their list.
         tabs: the tabs. page: what the tab shows. row: the height of a row of a list.
     """

@@ -82,8 +82,8 @@ class ListPainter:
             if style is not None:
                 self._badge(surface, place, style)
             cells = self._cells(place.left + badge, area.width - badge, place.top, row, grid.columns)
-            for (column, cell), told in zip(cells, line.cells, strict=True):
-                self._write(surface, cell, told.text, size, TONES[told.tone], right=column.right)
+            for (column, box), content in zip(cells, line.cells, strict=True):
+                self._write(surface, box, content.text, size, TONES[content.tone], right=column.right)
             if line.name:
                 places.append(Place(place, name=line.name))
         self._more(surface, area, first, len(grid.lines) - first - len(visible))

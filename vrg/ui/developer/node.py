@@ -32,7 +32,7 @@ class DeveloperWindow(WindowNode):
 
     Args:
         name, mailbox, keys, size, run, explain, official: as for WindowNode.
-        traffic: counts what is heard. Whoever runs the node attaches it to the bus.
+        traffic: counts what is heard. The runner of the node attaches it to the bus.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
     """
 

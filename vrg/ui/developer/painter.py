@@ -113,10 +113,10 @@ class DeveloperPainter:
         self._buttons(surface, places, insight, choices)
         tone = tables.Tone.ALARM if driving is None or insight.refusal else tables.Tone.CAUTION
         size = max(11, round(13 * places.ui))
-        said = insight.refusal or notice
-        if not said:
-            said, tone = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT, tables.Tone.QUIET
-        self._lists.line(surface, places.notice, said, size, tone)
+        notice = insight.refusal or notice
+        if not notice:
+            notice, tone = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT, tables.Tone.QUIET
+        self._lists.line(surface, places.notice, notice, size, tone)
         shown = self._draw_panel(surface, places, insight, choices, view, panel=panel)
         if card is not None:
             self._card.draw(surface, places.field, card, places.ui, turned=view.turned)

@@ -45,7 +45,7 @@ class Column:
 
 @dataclass(frozen=True)
 class Line:
-    """A row of a table. `name` says what it is about, such as a player; empty if a click on it means nothing."""
+    """A row of a table. `name` is its subject, such as a player; empty if a click on it means nothing."""
 
     name: str
     cells: tuple[Cell, ...]
@@ -64,7 +64,7 @@ class Item:
     """A piece of a list.
 
     Args:
-        text: what it says. tone: how urgent it is. heading: it begins a part of the list.
+        text: of the item. tone: how urgent it is. heading: it begins a part of the list.
         label: what stands before it. call: the call that a click on it explains.
     """
 
@@ -132,7 +132,7 @@ def driver(player: ScenePlayer) -> Cell:
         return Cell("a person", Tone.CAUTION)
     if not player.armed:
         return Cell("not armed", Tone.QUIET)
-    return Cell("itself", Tone.GOOD) if player.may_move else Cell("nobody", Tone.QUIET)
+    return Cell("itself", Tone.GOOD) if player.may_move else Cell("no one", Tone.QUIET)
 
 
 def _age_tone(age: float | None) -> Tone:

@@ -34,7 +34,7 @@ Check = Callable[[Draft], Verdict]
 
 
 def fields_of(problem: Problem) -> tuple[Path, ...]:
-    """The fields beside which a problem is told, that to go to first; none for the whole file."""
+    """The fields beside which a problem is shown, that to go to first; none for the whole file."""
     match problem.path:
         case ("players", int(player)):
             return ("players", player, "x"), ("players", player, "y")
@@ -47,7 +47,7 @@ def fields_of(problem: Problem) -> tuple[Path, ...]:
     return ()
 
 
-def told(problem: Problem, draft: Draft) -> str:
+def problem_text(problem: Problem, draft: Draft) -> str:
     """A problem in words, with the name of the field and of the player that it is about."""
     parts = [str(part) for part in problem.path]
     match problem.path:

@@ -61,7 +61,7 @@ class Entry:
     """One player of a draft.
 
     Args:
-        name, role, model, backend, strategy: as the file says; empty where it says nothing.
+        name, role, model, backend, strategy: as in the file; empty where they are not in it.
         pose: where its robot starts, m and rad; None while that is no number.
     """
 

@@ -21,7 +21,7 @@ HOST: Final = "127.0.0.1"
 class EditServer(Site):
     """Serves the page from `start` to `stop`.
 
-    Whoever asks must hold a token. `link` carries one for as long as the page is served. `ticket` carries one that the
+    A request needs a token. `link` carries one for as long as the page is served. `ticket` carries one that the
     first page uses up, because everybody on this machine can read the command that opens a browser.
 
     Args:
@@ -91,7 +91,7 @@ class EditServer(Site):
     def _work(self, text: bytes) -> dict[str, Any]:
         wanted = read_request(text)
         if isinstance(wanted, Check):
-            # A check imports strategies, which may take long; nobody waits for it to go on.
+            # A check imports strategies, which may take long; nothing waits for it to go on.
             with self._checking:
                 self._desk.check()
         with self._turn:

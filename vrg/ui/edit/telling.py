@@ -7,7 +7,7 @@ from vrg.errors import Path
 from vrg.games import GAMES, game_of
 from vrg.hal.backends import BACKENDS
 from vrg.types import Pose
-from vrg.ui.edit.checking import Verdict, fields_of, told
+from vrg.ui.edit.checking import Verdict, fields_of, problem_text
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import COLUMNS, SETTINGS, Draft
 from vrg.ui.edit.placing import size_of
@@ -42,7 +42,7 @@ def match_told(draft: Draft, verdict: Verdict, choices: Choices) -> dict[str, An
             for style in (game_of(draft.game).style(entry.role) for entry in draft.players)
         ],
         "problems": [
-            {"text": told(p, draft), "line": p.line, "fields": [_key(path) for path in fields_of(p)]}
+            {"text": problem_text(p, draft), "line": p.line, "fields": [_key(path) for path in fields_of(p)]}
             for p in verdict.problems
         ],
         "picture": [parts.ground(scene), parts.state(scene), parts.frame(scene)],

@@ -59,7 +59,7 @@ class Dashboard:
         goal: where Goto leads. home: where the robot began; None where that is not known.
         way: the points of the way that it will drive, m.
         texts: what stands in the fields. focus: the number of the field that is typed into.
-        notice: what the person must be told. pad: which gamepad is in use. pad_ready: there is one.
+        notice: a message to the person. pad: which gamepad is in use. pad_ready: there is one.
     """
 
     player: str
@@ -108,8 +108,8 @@ def alert(board: Dashboard) -> Line:
     for banner in banners(scene):
         level = Level.CALM if banner.brief else Level.ALARM if scene.estop or not scene.live else Level.CAUTION
         over = scene.stage is Stage.GAME_OVER and level is Level.CAUTION
-        told = ": ".join(text for text in (banner.heading, banner.text) if text)
-        return Line("", told, Level.GOOD if over else level)
+        text = ": ".join(text for text in (banner.heading, banner.text) if text)
+        return Line("", text, Level.GOOD if over else level)
     if scene.stage is None:
         return Line("", words.WAITING)
     score = "   ".join(f"{title(team)} {points}" for team, points in scene.score) if scored(scene) else ""
@@ -138,8 +138,8 @@ def place(board: Dashboard) -> str:
 
 
 def _speed(speed: float | None, hindrance: str) -> str:
-    told = words.NOT_MEASURED if speed is None else f"{speed_text(speed)} m/s"
-    return f"{told}; stands: {hindrance}" if hindrance else told
+    text = words.NOT_MEASURED if speed is None else f"{speed_text(speed)} m/s"
+    return f"{text}; stands: {hindrance}" if hindrance else text
 
 
 def _link(seen: Telemetry) -> Line:
@@ -147,9 +147,9 @@ def _link(seen: Telemetry) -> Line:
     if not seen.live:
         return Line(words.LINK, words.NO_CLOCK, Level.ALARM)
     ages = {words.OF_PLAYER: seen.player_age, words.OF_ROBOT: seen.robot_age, words.OF_REFEREE: seen.referee_age}
-    told = "   ".join(f"{who} {words.NEVER if age is None else f'{age:.1f} s'}" for who, age in ages.items())
+    ages_text = "   ".join(f"{who} {words.NEVER if age is None else f'{age:.1f} s'}" for who, age in ages.items())
     old = any(age is None or age > OLD for age in ages.values())
-    return Line(words.LINK, told, Level.ALARM if old else Level.CALM)
+    return Line(words.LINK, ages_text, Level.ALARM if old else Level.CALM)
 
 
 def _sensors(seen: Telemetry) -> list[Line]:
@@ -157,6 +157,6 @@ def _sensors(seen: Telemetry) -> list[Line]:
     # The first sensor of each of these has a place of its own on the display.
     drawn = [seen.first(depiction) for depiction in (Rays, Cones, Picture)]
     rest = [s for s in seen.sensors if s not in drawn and s.spec.message not in ELSEWHERE]
-    told = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
+    texts = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
     labels = [s.spec.kind if s.spec.name == "main" else f"{s.spec.kind} {s.spec.name}" for s in rest]
-    return [Line(label.upper(), text) for label, text in zip(labels, told, strict=True)]
+    return [Line(label.upper(), text) for label, text in zip(labels, texts, strict=True)]

@@ -36,7 +36,7 @@ class Desk:
     Attributes:
         wish: what the person wants now. goal: of Goto; None before one was set.
         form: the fields of the goto panel.
-        notice: what the person must be told, in words, such as why a goal was refused; empty if there is nothing.
+        notice: a message to the person, such as why a goal was refused; empty if there is nothing.
     """
 
     driving: Driving
@@ -57,7 +57,7 @@ class Desk:
         return self._helm.where if self.wish is not Wish.WATCH else Wish.WATCH.value
 
     def see(self, others: Sequence[Other]) -> None:
-        """Take in which other robots the player is told of."""
+        """Take in the other robots that the player knows."""
         self._others = others
 
     def aim(self, x: float, y: float) -> bool:

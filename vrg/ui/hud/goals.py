@@ -25,7 +25,7 @@ class Ground:
 
 @dataclass(frozen=True)
 class Other:
-    """Another robot that the player is told of: its name, its centre in m, its velocity in m/s and its radius in m."""
+    """Another robot that the player knows: its name, its centre in m, its velocity in m/s and its radius in m."""
 
     name: str
     place: Vector

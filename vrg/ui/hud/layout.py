@@ -29,7 +29,7 @@ class Layout:
         location, laser, sonar, panel: the four quadrants with their titles. camera: the picture beside the sonar;
             None where the robot has no camera.
         fields: the fields x, y and heading. buttons: by what they are for.
-        notice: where a person is told something. status: the list of what the player and its robot are like.
+        notice: of the messages to the person. status: of the list about the player and its robot.
     """
 
     ui: float

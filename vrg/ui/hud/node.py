@@ -111,7 +111,7 @@ class Hud(WindowNode):
 
     @property
     def typing(self) -> bool:
-        """True if somebody types into one of the fields."""
+        """True if the person types into one of the fields."""
         return self.desk.form.focus is not None
 
     def steer(self, tick: Tick) -> None:
@@ -127,7 +127,7 @@ class Hud(WindowNode):
         super().give_back(notice)
 
     def take_in(self, tick: Tick) -> None:
-        """Take in what the player knows: of the others only what it is told."""
+        """Take in the player's knowledge, and no more than that about the others."""
         self._inlets.feed(self._builder)
         seen = self._seen = self._receiver.look(tick)
         others: list[Other] = []
@@ -143,7 +143,7 @@ class Hud(WindowNode):
         self._builder.poses(Poses(bodies=tuple(bodies)), tick.time)
 
     def press(self, press: Press) -> None:
-        """Answer to a key or a button; while somebody types, most keys are signs."""
+        """Answer to a key or a button; while the person types, most keys are signs."""
         form = self.desk.form
         if self.typing and press.key == pygame.K_BACKSPACE:
             form.erase()

@@ -118,7 +118,7 @@ class HudPainter:
         surface.set_clip(before)
 
     def _notice(self, surface: pygame.Surface, place: pygame.Rect, board: Dashboard, ui: float) -> None:
-        """Write what the person must be told, or else what can be done next."""
+        """Write the notice for the person, or else what can be done next."""
         size, top = max(12, round(14 * ui)), place.top
         colour = palette.WARNING if board.notice else palette.MUTED
         for line in self._fonts.wrap(board.notice or words.HINTS[board.wish], place.width, size, lines=2):
@@ -143,5 +143,5 @@ class HudPainter:
                 self._fonts,
                 Face.BOLD,
             )
-            told = pygame.Rect(place.left + label, top, max(1, place.width - label), row)
-            write(surface, line.words, told, size, INKS[line.level], self._fonts)
+            value = pygame.Rect(place.left + label, top, max(1, place.width - label), row)
+            write(surface, line.words, value, size, INKS[line.level], self._fonts)

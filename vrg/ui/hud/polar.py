@@ -75,7 +75,7 @@ def nearest(found: Rays | Cones) -> Vector | None:
     return min(heard, default=None)
 
 
-def told(found: Rays | Cones) -> str:
+def nearest_words(found: Rays | Cones) -> str:
     """Return the nearest echo, in words."""
     near = nearest(found)
     if near is None:

@@ -15,7 +15,7 @@ from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, place
-from vrg.ui.hud.polar import RINGS, Fan, echoes, fan, nearest, reach_for, told
+from vrg.ui.hud.polar import RINGS, Fan, echoes, fan, nearest, nearest_words, reach_for
 from vrg.ui.kit import blank, frame
 from vrg.ui.text import Fonts
 from vrg.ui.view import View
@@ -45,15 +45,15 @@ class Quadrant(ABC):
         """Draw it into an area; `ui` scales letters."""
         sensed = board.seen.first(self.depiction)
         title, found = (self.title, None) if sensed is None else (sensed.spec.kind.upper(), sensed.depiction)
-        inner = frame(surface, area, title, "" if found is None else self.told(found, board), ui, self._fonts)
+        inner = frame(surface, area, title, "" if found is None else self.caption(found, board), ui, self._fonts)
         if found is None:
             blank(surface, inner, words.NOT_FITTED if sensed is None else self.nothing, ui, self._fonts)
         else:
             self.plot(surface, inner, found, board, ui)
 
-    def told(self, found: Any, board: Dashboard) -> str:
+    def caption(self, found: Any, board: Dashboard) -> str:
         """Return the words beside the title, about a depiction."""
-        return told(found)
+        return nearest_words(found)
 
     @abstractmethod
     def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Any, board: Dashboard, ui: float) -> None:
@@ -229,9 +229,9 @@ class PicturePainter(Quadrant):
 
     def shows(self, board: Dashboard) -> object:
         """The time of the picture, and its age in words."""
-        return super().shows(board), self.told(None, board)
+        return super().shows(board), self.caption(None, board)
 
-    def told(self, found: Picture | None, board: Dashboard) -> str:
+    def caption(self, found: Picture | None, board: Dashboard) -> str:
         """Return the age of the picture."""
         sensed = board.seen.first(self.depiction)
         age = None if sensed is None else board.seen.age(sensed.reading)

@@ -43,8 +43,8 @@ class Telemetry:
 
     Args:
         now: the match time, s. live: the match clock runs.
-        state: the referee's state, with the poses that the player's team is told. me: the player in it.
-        report: what the player's process says of itself, with the match time of that.
+        state: the referee's state, with the poses that the player's team may know. me: the player in it.
+        report: of the player's process, with its match time.
         pose: where the robot is by its own measurement. pose_age: the match time since then, s.
         speed: the speed by the robot's wheels, m/s; below 0 where it drives straight back.
         sensors: the sensors of the robot, in the order of its model.
@@ -119,7 +119,7 @@ class Receiver:
         )
 
     def _seen(self, state: Received[RefereeState]) -> RefereeState:
-        """The referee's state with the poses that only this team is told. Those that are older do not count."""
+        """The referee's state with the poses that only this team may know. Those that are older do not count."""
         sight = self._sight.latest
         if sight is None or not is_fresh(sight.stamp, state.stamp, SIGHT_TIMEOUT):
             return state.body

@@ -70,8 +70,8 @@ STYLE: Final = f"""<style>
 .banner b {{ margin-right: 8px; }}
 .vrg-call {{ left: 50%; transform: translateX(-50%); bottom: 22px; padding: 9px 20px; border-radius: 10px;
   font-size: 17px; background: var(--panel); border: 1px solid var(--line); max-width: 70vw;
-  animation: told 9s ease-in forwards; }}
-@keyframes told {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
+  animation: fade 9s ease-in forwards; }}
+@keyframes fade {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
 .vrg-call.marked {{ border-left: 5px solid var(--caution); }}
 @media (max-width: 600px) {{ .vrg-call {{ bottom: auto; top: 92px; }} }}
 [data-floating-window] div:has(> p > label) {{ width: 4.2em !important; }}

@@ -23,7 +23,7 @@ class RobotLook:
     Args:
         paint: in the colour of its role. dark: rubber and windows. light: lamps and the housing of the range finder.
         tyre, hub: of one wheel, about its axle along y. roof: the height at which its marker lies, m.
-        eye: where somebody in it would look from: how far ahead and how high, m.
+        eye: the viewpoint of a driver in it: how far ahead and how high, m.
     """
 
     paint: Mesh

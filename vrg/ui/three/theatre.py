@@ -99,7 +99,7 @@ class Theatre:
 
     @property
     def followed(self) -> set[str]:
-        """The robots that somebody follows."""
+        """The robots that a viewer follows."""
         return {viewer.robot for viewer in list(self._viewers.values()) if viewer.view in (View.FOLLOW, View.EYES)}
 
     @property

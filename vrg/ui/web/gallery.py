@@ -1,7 +1,7 @@
 """The newest of everything that there is to see, encoded once for all viewers. Each viewer gets what is new to it.
 
 The parts, such as `frame`, replace each other: a viewer that is slow misses some, and gets the newest. Calls are a
-list, and nobody misses any.
+list, and no viewer misses any.
 """
 
 from collections.abc import Mapping, Sequence

@@ -46,7 +46,7 @@ class Audience(Protocol):
         """Send them away."""
 
     def check(self) -> None:
-        """Raise LaunchError if nobody can come any more."""
+        """Raise LaunchError if no viewer can come any more."""
 
     def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
         """Show these parts and calls, texts of JSON, from now on."""

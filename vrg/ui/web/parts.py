@@ -1,4 +1,4 @@
-"""Turns a scene into the parts that the page draws, as JSON. The page knows no game and no colours: it is told them.
+"""Turns a scene into the parts that the page draws, as JSON. The page knows no game and no colours: it gets them.
 
 Lengths are in m and angles in rad, as everywhere. Numbers are rounded to what can be seen, to keep a frame small.
 """
@@ -213,15 +213,15 @@ def parts(scene: Scene) -> dict[str, str]:
     return {part["t"]: encode(part) for part in (ground(scene), state(scene), strokes(scene), frame(scene))}
 
 
-def call(said: Call, game_name: str) -> str:
+def call(call: Call, game_name: str) -> str:
     """A call of the referee with its rule, as a text of JSON."""
-    text = game_of(game_name).rule_text(said.rule)
+    text = game_of(game_name).rule_text(call.rule)
     return encode(
         {
-            "number": said.number,
-            "clock": clock_text(said.clock),
-            "text": said.text,
-            "rule": title(said.rule),
+            "number": call.number,
+            "clock": clock_text(call.clock),
+            "text": call.text,
+            "rule": title(call.rule),
             "words": "" if text is None else text.words,
             "source": "" if text is None else text.source,
         }

@@ -81,7 +81,7 @@ def read_request(text: str) -> Request:
     """Decode a request.
 
     Raises:
-        ValueError: it is none; the message says why in words, and repeats nothing of it.
+        ValueError: it is none; the message gives the reason, and repeats nothing of it.
     """
     try:
         request: Request = _DECODER.decode(text)

@@ -1,7 +1,7 @@
 """The server of a match's page: WebSockets beside the files of a site.
 
 The node of the match never waits for it: it hands over what there is to see, and takes what people have asked for. Each
-viewer has a task that sends it the newest state; one that does not keep up gets fewer frames, and holds up nobody.
+viewer has a task that sends it the newest state; one that does not keep up gets fewer frames, and holds up no other.
 """
 
 import asyncio
@@ -165,7 +165,7 @@ class WebServer(Site):
             return None
         if not isinstance(hello, Hello):
             if not talk.closed:
-                await self._turn_away(talk, "expected that the page first says who it is", "request")
+                await self._turn_away(talk, "expected the page's token first", "request")
             return None
         self._numbers += 1
         guest = _Guest(self._numbers, talk)
@@ -184,7 +184,7 @@ class WebServer(Site):
             other.dismissed = True
             other.tell({"t": "refused", "why": self._lobby.full, "reason": "full"})
         log.info("%s has come", found.role.words)
-        # Whoever is in the dictionary is also in the lobby.
+        # Every guest in the dictionary is also in the lobby.
         self._guests[guest.number] = guest
         guest.tell(
             {
@@ -299,7 +299,7 @@ class WebServer(Site):
                 if waiting >= DECISIONS_LIMIT:
                     guest.tell({"t": "notice", "text": "The match has not taken in what was asked before: wait."})
             case Hello():
-                guest.tell({"t": "notice", "text": "This page has said who it is already."})
+                guest.tell({"t": "notice", "text": "This page has sent its token already."})
 
     def _leave_seat(self, role: Role) -> None:
         if role.kind is RoleKind.SEAT:

@@ -105,7 +105,7 @@ class Site:
     def _run(self) -> None:
         try:
             asyncio.run(self._serve())
-        except BaseException as error:  # whatever it is, the owner must learn that nobody is served any more
+        except BaseException as error:  # whatever it is, the owner must learn that no page is served any more
             log.exception("the page's server has failed")
             self._failure = error
         finally:
