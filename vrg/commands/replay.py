@@ -197,7 +197,7 @@ def _sizes(setup: "MatchSetup") -> tuple[dict[str, tuple[float, float]], list[st
 
 
 def _missing(folder: "RunFolder", match: "RecordedMatch", end: float) -> list[str]:
-    """What is missing of the recording, in sentences."""
+    """The gaps of the recording, in sentences."""
     from vrg.ui.scene import clock_text
 
     last = folder.recordings()[-1]
