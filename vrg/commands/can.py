@@ -16,11 +16,11 @@ from vrg.commands.can_options import (
     InterfaceOption,
     OptionsOption,
     ProtocolOption,
-    link_of,
+    can_link,
     options_of,
     protocol_of,
 )
-from vrg.commands.options import LeashOption, ended, lasting
+from vrg.commands.options import LeashOption, exit_if_interrupted, lasting
 from vrg.errors import ConfigError
 from vrg.hal.can.settings import EMULATING
 from vrg.hal.can.workshop.emulated import DriveOptions
@@ -74,7 +74,7 @@ def node(
     problems = [f"--id: {problem}" for one in id_ if (problem := spoken.axis_type.check_node(one))]
     if problems:
         raise ConfigError(problems)
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     first = secrets.randbits(40) if serial is None else serial
     motor = MotorModel(inertia=inertia, current_limit=current_limit)
     with child_process(leash) as stop:
@@ -89,7 +89,7 @@ def node(
         ]
         names = ", ".join(f"{drive.node} (serial number {drive.options.serial:X})" for drive in drives)
         run_drives(link, drives, stop, ready=lambda: typer.echo(f"{EMULATING} {protocol} on {link}: {names}"))
-    ended(stop)
+    exit_if_interrupted(stop)
 
 
 @app.command()
@@ -111,7 +111,7 @@ def fault(
             f"expected a whole number such as 512 or 0x200, got {value!r}", param_hint="--value"
         ) from None
     request = FaultRequest(FaultKind[kind.name], seconds, number - (1 << 32) if number >= 1 << 31 else number)
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     failed = False
     for one in id_:
         done = ask_for(can_options.medium(), link, one, request)

@@ -11,7 +11,7 @@ from rich.markup import escape
 
 from vrg.bus.stopping import Stop
 from vrg.commands import can_options
-from vrg.commands.can_listening import Heard, listening, plain_console, table_of, unheard
+from vrg.commands.can_listening import BusState, listening, plain_console, table_of, unheard
 from vrg.commands.can_options import (
     AdapterOption,
     AnyChannelOption,
@@ -19,7 +19,7 @@ from vrg.commands.can_options import (
     InterfaceOption,
     OptionsOption,
     ProtocolOption,
-    link_of,
+    can_link,
     options_of,
     protocol_of,
 )
@@ -63,7 +63,7 @@ def stop(
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
     from vrg.hal.can.guard import TURNING_SPEED
 
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     console = plain_console()
     with stoppable() as interrupted, listening(link) as bus:
         end = bus.clock.now() + seconds
@@ -112,7 +112,7 @@ def clear(
     ids: IdsOption = None,
 ) -> None:
     """Let drives forget their latched errors, and say which they have then. Moves nothing."""
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     console = plain_console()
     with stoppable() as interrupted, listening(link) as bus, console.status(f"looking for drives on {link}"):
         heard = bus.look_for(_FIND, interrupted, ask=True)
@@ -135,7 +135,7 @@ def address(
     serial: Annotated[str | None, typer.Option(help="The drive's serial number, as `vrg can scan` shows it.")] = None,
 ) -> None:
     """Give a drive another id. Name it by its id, its serial number, or both. Save it in the drive to keep it."""
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     spoken = protocol_of(protocol, listener=True)
     if problem := spoken.axis_type.check_node(to):
         raise ConfigError([f"the new id: {problem}"])
@@ -187,7 +187,7 @@ def configure(
     save: Annotated[bool, typer.Option("--save", help="Let the drive keep all its settings for good.")] = False,
 ) -> None:
     """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back its answer."""
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     known = None if endpoints is None else read_endpoints(endpoints)
     console = plain_console()
     with stoppable() as interrupted, listening(link) as bus:
@@ -238,7 +238,7 @@ def jog(
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
         raise ConfigError([f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}"])
-    link, spoken = link_of(interface, channel, bitrate, adapter), protocol_of(protocol)
+    link, spoken = can_link(interface, channel, bitrate, adapter), protocol_of(protocol)
     if problem := spoken.axis_type.check_node(id_):
         raise ConfigError([f"--id: {problem}"])
     model = robot_model("P2AT")
@@ -323,7 +323,7 @@ def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, secon
         train.clock.wait(interrupted.is_set, _JOG_PERIOD)
 
 
-def _wanted(heard: Heard, ids: Iterable[int] | None, link: str) -> list[Found]:
+def _wanted(heard: BusState, ids: Iterable[int] | None, link: str) -> list[Found]:
     """The drives of these ids, or all.
 
     Raises:

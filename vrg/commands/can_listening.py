@@ -24,7 +24,7 @@ ASK_PERIOD = 0.25
 
 
 @dataclass(frozen=True)
-class Heard:
+class BusState:
     """The nodes of a bus, the troubles of the bus itself, in words, and the time of the look, in monotonic s."""
 
     nodes: list[Found]
@@ -32,7 +32,7 @@ class Heard:
     at: float
 
 
-class Bus:
+class Listener:
     """A bus that is listened to; open it by `listening`.
 
     Attributes:
@@ -59,7 +59,7 @@ class Bus:
         """Let go of the bus."""
         self._bus.stop()
 
-    def look(self, interrupted: StopSignal, *, ask: bool) -> Heard:
+    def look(self, interrupted: StopSignal, *, ask: bool) -> BusState:
         """Return the present state of the bus.
 
         Args:
@@ -76,9 +76,9 @@ class Bus:
                         self.survey.ask(found)
             except RobotError as error:
                 self._complain(str(error))
-        return Heard(nodes, list(self._troubles), self.clock.now())
+        return BusState(nodes, list(self._troubles), self.clock.now())
 
-    def look_for(self, seconds: float, interrupted: StopSignal, *, ask: bool) -> Heard:
+    def look_for(self, seconds: float, interrupted: StopSignal, *, ask: bool) -> BusState:
         """Look again and again for a while; what has been heard at last."""
         end = self.clock.now() + seconds
         while (left := end - self.clock.now()) > 0 and not interrupted.is_set():
@@ -95,13 +95,13 @@ class Bus:
 
 
 @contextmanager
-def listening(link: Link) -> Iterator[Bus]:
+def listening(link: Link) -> Iterator[Listener]:
     """Listen to a bus.
 
     Raises:
         RobotError: it cannot be opened.
     """
-    bus = Bus(link)
+    bus = Listener(link)
     bus.start()
     try:
         yield bus
@@ -119,7 +119,7 @@ def plain_console() -> Console:
     return Console(highlight=False, emoji=False)
 
 
-def table_of(heard: Heard) -> Group:
+def table_of(heard: BusState) -> Group:
     """A row for each drive, and below them what is wrong, in whole words."""
     table = Table(box=None, pad_edge=False, padding=(0, 1, 0, 0), header_style="bold")
     for name in ("protocol", "id", "serial", "firmware", "state", "turns", "turns/s", "V"):

@@ -42,7 +42,7 @@ def medium() -> "Medium":
     return RealMedium()
 
 
-def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: list[str] | None) -> Link:
+def can_link(interface: str, channel: str | None, bitrate: int | None, adapter: list[str] | None) -> Link:
     """The bus that a command's options mean.
 
     Raises:

@@ -8,7 +8,7 @@ from rich.live import Live
 from rich.markup import escape
 
 from vrg.commands.can_listening import ASK_PERIOD, listening, plain_console, table_of, unheard
-from vrg.commands.can_options import AdapterOption, AnyChannelOption, BitrateOption, InterfaceOption, link_of
+from vrg.commands.can_options import AdapterOption, AnyChannelOption, BitrateOption, InterfaceOption, can_link
 from vrg.commands.options import lasting, stoppable
 
 
@@ -20,7 +20,7 @@ def scan(
     seconds: Annotated[float, lasting("How long to listen.", 0.3, 60)] = 1.5,
 ) -> None:
     """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     console = plain_console()
     with stoppable() as interrupted, listening(link) as bus, console.status(f"listening on {link}"):
         heard = bus.look_for(seconds, interrupted, ask=True)
@@ -49,7 +49,7 @@ def monitor(
     ] = False,
 ) -> None:
     """Show the drives on a bus, live, by their messages. Moves nothing, and sends nothing but for `--ask`."""
-    link = link_of(interface, channel, bitrate, adapter)
+    link = can_link(interface, channel, bitrate, adapter)
     console = plain_console()
     with stoppable() as interrupted, listening(link) as bus, Live(console=console, refresh_per_second=5) as live:
         live.update(f"listening on {link}")

@@ -13,7 +13,7 @@ from vrg.errors import ConfigError, Problem
 from vrg.hal.sim.map import load_map
 from vrg.launch.trial import trial
 from vrg.toml_text import without
-from vrg.ui.edit.checking import Verdict
+from vrg.ui.edit.checking import CheckResult
 from vrg.ui.edit.draft import Draft
 
 UNSAVED: Final = "match.toml"
@@ -30,9 +30,9 @@ class DraftCheck:
     def __init__(self, *, imports: bool = True) -> None:
         self._imports = imports
         self._imported: tuple[object, tuple[Problem, ...]] = (None, ())
-        self._ground: tuple[object, Verdict] = (None, Verdict())
+        self._ground: tuple[object, CheckResult] = (None, CheckResult())
 
-    def __call__(self, draft: Draft) -> Verdict:
+    def __call__(self, draft: Draft) -> CheckResult:
         """Return the faults of a draft, and the ground that it is played on."""
         path = draft.file or draft.base / UNSAVED
         try:
@@ -41,14 +41,14 @@ class DraftCheck:
             return self._with_ground(draft, tuple(error.problems), None)
         return self._with_ground(draft, self._import_problems(setup, draft), setup)
 
-    def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: MatchSetup | None) -> Verdict:
+    def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: MatchSetup | None) -> CheckResult:
         key = (draft.game, draft.shown(("map",)), draft.data.get("rules"))
         if setup is None and self._ground[0] != key:
             setup = _good_part(draft, problems)
         if setup is not None or self._ground[0] != key:
             self._ground = key, _ground(draft, setup)
         ground = self._ground[1]
-        return Verdict(problems, ground.zones, ground.obstacles, ground.bounds)
+        return CheckResult(problems, ground.zones, ground.obstacles, ground.bounds)
 
     def _import_problems(self, setup: MatchSetup, draft: Draft) -> tuple[Problem, ...]:
         """The faults of the strategies that are files or modules."""
@@ -84,13 +84,13 @@ def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None
         return None
 
 
-def _ground(draft: Draft, setup: MatchSetup | None) -> Verdict:
+def _ground(draft: Draft, setup: MatchSetup | None) -> CheckResult:
     """The zones, the obstacles and the bounds, as far as they are known."""
     name = draft.shown(("map",))
     try:
         map_ = load_map(draft.base / name if "/" in name or name.endswith(".toml") else name)
     except ConfigError:
-        return Verdict()
+        return CheckResult()
     book = None if setup is None else rulebook_of(setup)
     zones = () if book is None else tuple(book.zones(book.initial()))
-    return Verdict((), zones, map_.obstacles, map_.bounds)
+    return CheckResult((), zones, map_.obstacles, map_.bounds)

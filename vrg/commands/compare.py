@@ -8,6 +8,7 @@ from rich.markup import escape
 from vrg.commands.evaluating import (
     AllOption,
     ConfidenceOption,
+    EvaluationOptions,
     FirstSeedOption,
     GamesOption,
     JobsOption,
@@ -15,7 +16,6 @@ from vrg.commands.evaluating import (
     LimitOption,
     MatchOption,
     RayOption,
-    Wish,
     experiment,
     finish,
     show,
@@ -48,7 +48,9 @@ def compare(
     from vrg.games import game_of
     from vrg.ui.comparison import plot_comparison
 
-    wish = Wish(match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox)
+    wish = EvaluationOptions(
+        match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox
+    )
     with experiment([first, second], wish, "compare") as played:
         console, folder = make_console(), played.folder
         [(pairing, series)] = played.series.items()
@@ -98,7 +100,9 @@ def tournament(
 
     if len(set(strategies)) < max(2, len(strategies)):
         raise ConfigError([f"expected two or more different strategies, got {', '.join(strategies)}"])
-    wish = Wish(match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox)
+    wish = EvaluationOptions(
+        match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox
+    )
     with experiment(strategies, wish, "tournament", mirror=mirror) as played:
         console, folder = make_console(), played.folder
         rows = played.rows()

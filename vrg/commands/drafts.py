@@ -13,8 +13,8 @@ from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder, write_whole
 from vrg.modules import classes_in
 from vrg.ui.edit.choices import Choices
-from vrg.ui.edit.desk import Recent
 from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.editor import Recent
 
 MOST_RECENT: Final = 12
 """The number of recent matches that are listed."""
@@ -39,7 +39,7 @@ def open_draft(file: Path) -> Draft:
 
 
 def save_draft(draft: Draft, known: str | None) -> None:
-    """Write a match file; see `vrg.ui.edit.desk.Tools`."""
+    """Write a match file; see `vrg.ui.edit.editor.Tools`."""
     assert draft.file is not None
     if known is not None and draft.file.exists() and draft.file.read_text(encoding="utf-8", errors="replace") != known:
         raise FileExistsError(draft.file)

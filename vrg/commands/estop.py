@@ -13,7 +13,7 @@ from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.matches import credentials_for, keys_of, own_match, which_match
-from vrg.commands.official import ANSWER_PATIENCE, Referee, me
+from vrg.commands.official import ANSWER_TIMEOUT, Referee, me
 from vrg.commands.options import KeysOption, MatchArgument, ReasonOption, RouterOption
 from vrg.errors import BusError
 from vrg.launch import running
@@ -72,7 +72,7 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
         BusError: the router cannot be reached, or the referee does not confirm it.
     """
     credentials = _credentials_for_order(endpoint, seats, order)
-    with open_session(endpoint, patience=ANSWER_PATIENCE, credentials=credentials) as session:
+    with open_session(endpoint, patience=ANSWER_TIMEOUT, credentials=credentials) as session:
         referee = Referee(session, Keys(name))
         if isinstance(order, Estop):
             before = True
@@ -91,9 +91,9 @@ def _reports(referee: Referee, *, estop: bool | None) -> bool | None:
     """Wait until the referee reports that an emergency stop is engaged, or is not; with None either will do.
 
     Returns:
-        what it reports; None if it does not within ANSWER_PATIENCE.
+        what it reports; None if it does not within ANSWER_TIMEOUT.
     """
-    deadline = time.monotonic() + ANSWER_PATIENCE
+    deadline = time.monotonic() + ANSWER_TIMEOUT
     while time.monotonic() < deadline:
         referee.receive()
         latest = referee.state.latest

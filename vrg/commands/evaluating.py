@@ -52,7 +52,7 @@ TOLD_EVERY = 20
 
 
 @dataclass(frozen=True)
-class Wish:
+class EvaluationOptions:
     """The user's options; see above."""
 
     match: str
@@ -70,7 +70,9 @@ class Wish:
 
 
 @contextmanager
-def experiment(targets: Sequence[str], wish: Wish, name: str, *, mirror: bool = False) -> "Iterator[Experiment]":
+def experiment(
+    targets: Sequence[str], wish: EvaluationOptions, name: str, *, mirror: bool = False
+) -> "Iterator[Experiment]":
     """Play an experiment of all pairings of some strategies, and let the caller conclude it.
 
     Args:
@@ -138,7 +140,7 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _play(running: "Experiment", wish: Wish, stop: Stop, console: Console) -> None:
+def _play(running: "Experiment", wish: EvaluationOptions, stop: Stop, console: Console) -> None:
     """Play what is missing, and show how it goes."""
     if running.over:
         return

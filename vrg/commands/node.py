@@ -15,7 +15,7 @@ from vrg.commands.options import (
     PlayerArgument,
     RouterOption,
     RunOption,
-    ended,
+    exit_if_interrupted,
     whole_target,
 )
 from vrg.errors import ConfigError
@@ -41,14 +41,14 @@ def router(
                     f"match.toml --keys {keys}`; a router that lets everybody in needs neither --keys nor VRG_KEYS"
                 ]
             )
-        ended(serve_router(at, upstream=upstream, leash=leash))
+        exit_if_interrupted(serve_router(at, upstream=upstream, leash=leash))
         return
     from vrg.config.loading import load_match, match_path  # a router without seats needs no match file
 
     if keys is None:
         raise ConfigError(["expected the folder of the match's keys, with --keys or in VRG_KEYS: see `vrg keys init`"])
     setup = load_match(match_path(match))
-    ended(serve_router(at, upstream=upstream, setup=setup, keys=keys, leash=leash))
+    exit_if_interrupted(serve_router(at, upstream=upstream, setup=setup, keys=keys, leash=leash))
 
 
 def _serve(
@@ -68,7 +68,7 @@ def _serve(
         setup.player(name)
     if strategy is not None:
         setup = setup.substituted(name, whole_target(strategy))
-    ended(serve(kind, setup, router=at, run=run, name=name, keys=keys if at.startswith("tls/") else None))
+    exit_if_interrupted(serve(kind, setup, router=at, run=run, name=name, keys=keys if at.startswith("tls/") else None))
 
 
 def world(match: GameArgument, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None) -> None:

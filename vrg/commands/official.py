@@ -32,7 +32,7 @@ from vrg.errors import BusError, ConfigError
 
 app = typer.Typer(no_args_is_help=True)
 
-ANSWER_PATIENCE = 3.0
+ANSWER_TIMEOUT = 3.0
 """The real time in s to wait for the referee's answer."""
 
 
@@ -76,11 +76,11 @@ class Referee:
         """Send what was published.
 
         Raises:
-            BusError: no referee listens to it within ANSWER_PATIENCE.
+            BusError: no referee listens to it within ANSWER_TIMEOUT.
         """
         out = self.mailbox.collect()
         for item in out:
-            if not self._session.wait_for_listener(item.message.key, item.topic.qos, ANSWER_PATIENCE):
+            if not self._session.wait_for_listener(item.message.key, item.topic.qos, ANSWER_TIMEOUT):
                 raise BusError(f"no node of match {self.keys.match!r} listens to {item.message.key}: is it running?")
         self._session.send(out)
 
@@ -88,16 +88,16 @@ class Referee:
         """Wait for the referee's call that answers the decision with this id.
 
         Raises:
-            BusError: the referee does not answer within ANSWER_PATIENCE.
+            BusError: the referee does not answer within ANSWER_TIMEOUT.
         """
-        deadline = time.monotonic() + ANSWER_PATIENCE
+        deadline = time.monotonic() + ANSWER_TIMEOUT
         while time.monotonic() < deadline:
             self.receive()
             for received in self.calls.take():
                 if received.body.answers == number:
                     return received.body
             time.sleep(0.02)
-        raise BusError(f"the referee of match {self.keys.match!r} did not answer within {ANSWER_PATIENCE:g} s")
+        raise BusError(f"the referee of match {self.keys.match!r} did not answer within {ANSWER_TIMEOUT:g} s")
 
 
 def _decide(
@@ -110,7 +110,7 @@ def _decide(
     value: str | None = None,
 ) -> None:
     name, endpoint = own_match(match, router, str(action))
-    with connected(endpoint, keys, OFFICIAL, patience=ANSWER_PATIENCE) as (_, session):
+    with connected(endpoint, keys, OFFICIAL, patience=ANSWER_TIMEOUT) as (_, session):
         referee = Referee(session, Keys(name))
         number = uuid.uuid4().hex
         why = shortened(reason, REASON_LENGTH)

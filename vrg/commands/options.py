@@ -143,10 +143,10 @@ def stoppable() -> Iterator[Stop]:
     """
     with stop_on_signals() as stop:
         yield stop
-    ended(stop)
+    exit_if_interrupted(stop)
 
 
-def ended(stop: Stop) -> None:
+def exit_if_interrupted(stop: Stop) -> None:
     """End the command with status 130 if Ctrl-C was pressed.
 
     Raises:

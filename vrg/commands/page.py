@@ -20,18 +20,18 @@ from vrg.commands.options import (
     ListenOption,
     MatchArgument,
     RouterOption,
-    ended,
+    exit_if_interrupted,
     make_console,
     web_address,
 )
 from vrg.commands.show import first_state
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import free_port
-from vrg.ui.web.admission import DEFAULT_PORT, Admission, RoleKind, admission
+from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission
 
 _EVERYWHERE = ("0.0.0.0", "::")
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
-_WHO = {RoleKind.VIEWER: "watch", RoleKind.OFFICIAL: "official", RoleKind.SEAT: "drive {}"}
+_WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
 
 def web(
@@ -72,7 +72,9 @@ def foxglove(
     found = attached(match, router)
     setup = found.known_setup()
     typer.echo(foxglove_link(address))
-    ended(serve("foxglove", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys)))
+    exit_if_interrupted(
+        serve("foxglove", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys))
+    )
 
 
 def live_address(typed: str | None) -> str:

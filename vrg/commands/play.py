@@ -48,7 +48,7 @@ def check(match: GameArgument) -> None:
         idle_machines,
         load_match,
         match_path,
-        unproved,
+        unproved_properties,
     )
     from vrg.config.rules import rulebook_of
     from vrg.launch.trial import trial, untried
@@ -60,7 +60,7 @@ def check(match: GameArgument) -> None:
     rounds = "1 round" if book.rounds == 1 else f"{book.rounds} rounds"
     players = f"{len(setup.players)} players"
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
-    for remark in unproved(setup):
+    for remark in unproved_properties(setup):
         typer.echo(f"not proved: {remark}")
     for note in filter(None, (idle_machines(setup), untried())):
         typer.echo(f"note: {note}")
@@ -103,9 +103,9 @@ def play(
     address = web_address(listen) if web or listen else None
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (in_process or dry_run)) as server:
-        from vrg.commands.playing import Wish, play_match
+        from vrg.commands.playing import PlayOptions, play_match
 
-        wish = Wish(
+        wish = PlayOptions(
             in_process=in_process,
             paced=rate not in (None, "max"),
             window=not headless,
@@ -122,10 +122,10 @@ def play(
         )
         again = play_match(match, runs, wish, server, engine=engine, seed=seed, rate=speed)
     if again is not None:
-        from vrg.commands.replay import window_of
+        from vrg.commands.replay import replay_window
         from vrg.ui.replay import show
 
-        show(window_of(*again, runs=runs))
+        show(replay_window(*again, runs=runs))
 
 
 def rate_of(rate: str | None, one_process: bool) -> float | None:

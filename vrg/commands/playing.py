@@ -34,7 +34,7 @@ from vrg.ui.table import TerminalTable
 
 
 @dataclass(frozen=True)
-class Wish:
+class PlayOptions:
     """The user's options of `vrg play`.
 
     Args:
@@ -68,7 +68,7 @@ class Wish:
 def play_match(
     match: str,
     runs: Path,
-    wish: Wish,
+    wish: PlayOptions,
     server: ForkServer,
     *,
     engine: str | None,
@@ -141,7 +141,9 @@ def play_match(
     return folder, setup
 
 
-def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, wish: Wish, security: Security) -> None:
+def _play(
+    setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, wish: PlayOptions, security: Security
+) -> None:
     """Play the match, and conclude it; for what is raised see `play_match`."""
     shown = False
 

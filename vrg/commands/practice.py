@@ -59,7 +59,7 @@ def practice(
     """
     speed = rate_of(rate, in_process)
     with fork_server(wanted=not in_process) as server, tempfile.TemporaryDirectory() as folder:
-        from vrg.commands.playing import Wish, play_match
+        from vrg.commands.playing import PlayOptions, play_match
         from vrg.launch.trial import trial
 
         lasting = seconds if seconds is not None else 60.0 if in_process else 0.0
@@ -69,7 +69,7 @@ def practice(
                 tried.find(target, Path.cwd())  # a mistake is reported before anything starts
         file = Path(folder, "practice.toml")
         file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
-        wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)
+        wish = PlayOptions(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)
         play_match(str(file), runs, wish, server, engine=engine, seed=seed, rate=speed, base=Path.cwd())
 
 

@@ -63,7 +63,7 @@ def replay(
 
     need_display()
 
-    window = window_of(folder, setup, runs=runs)
+    window = replay_window(folder, setup, runs=runs)
     if at is not None:
         window.playback = window.playback.to(at)
     if window.note:
@@ -118,7 +118,7 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
     return new
 
 
-def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs")) -> "ReplayWindow":
+def replay_window(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs")) -> "ReplayWindow":
     """Make the window for the recorded match of a run. It is not opened.
 
     Args:
@@ -164,12 +164,12 @@ def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":
         LaunchError: the recording cannot be shown.
     """
     from vrg.launch.explaining import explain
-    from vrg.recording.recorded import read_match
+    from vrg.recording.recorded import read_recorded
     from vrg.ui.branching import Taken
     from vrg.ui.timeline import Timeline
 
     try:
-        match = read_match(folder.recordings())
+        match = read_recorded(folder.recordings())
         sizes, strange = _sizes(setup)
         timeline = Timeline(match, sizes=sizes, obstacles=setup.obstacles)
     except OSError as error:

@@ -43,7 +43,7 @@ LEASE = 2.0
 """The match time in s for which the world is asked for pictures at a time."""
 RENEW = 0.5
 """The real time in s between two requests."""
-PATIENCE = 10.0
+PICTURE_TIMEOUT = 10.0
 """The real time in s to wait for a picture."""
 
 
@@ -145,11 +145,11 @@ def _picture(session: Session, keys: Keys, robot: str, stop: Stop) -> tuple[floa
     """The next picture of a robot with its stamp, or None if the command is stopped before it comes.
 
     Raises:
-        BusError: none comes within PATIENCE.
+        BusError: none comes within PICTURE_TIMEOUT.
     """
     topic = keys.sensor(Camera, robot)
     arrivals = arrivals_on(session, topic.key)
-    mailbox, asked, deadline = Mailbox(sender()), 0.0, time.monotonic() + PATIENCE
+    mailbox, asked, deadline = Mailbox(sender()), 0.0, time.monotonic() + PICTURE_TIMEOUT
     while not stop.is_set() and (now := time.monotonic()) < deadline:
         if now - asked >= RENEW:
             asked = now
@@ -164,6 +164,6 @@ def _picture(session: Session, keys: Keys, robot: str, stop: Stop) -> tuple[floa
     if stop.is_set():
         return None
     raise BusError(
-        f"{robot}: no picture of its camera within {PATIENCE:g} s: has its model a camera, and does the clock run? "
-        "`vrg topic list` shows what there is"
+        f"{robot}: no picture of its camera within {PICTURE_TIMEOUT:g} s: has its model a camera, and does the clock "
+        "run? `vrg topic list` shows what there is"
     )

@@ -21,7 +21,7 @@ from vrg.commands.options import (
     RouterOption,
     RunOption,
     TeamArgument,
-    ended,
+    exit_if_interrupted,
     make_console,
     need_display,
 )
@@ -69,7 +69,7 @@ def hud(
     setup.player(player)
     need_display()
     try:
-        ended(serve("hud", setup, router=endpoint, name=player, keys=keys_of(endpoint, keys)))
+        exit_if_interrupted(serve("hud", setup, router=endpoint, name=player, keys=keys_of(endpoint, keys)))
     except DuplicateNodeError:
         raise LaunchError(f"{player} has a head-up display already, and a player has only one") from None
 
@@ -81,7 +81,9 @@ def developer(match: MatchArgument = None, router: RouterOption = None, keys: Ke
     found = attached(match, router)
     setup = found.known_setup()
     need_display()
-    ended(serve("developer", setup, router=found.endpoint, run=found.run, keys=keys_of(found.endpoint, keys)))
+    exit_if_interrupted(
+        serve("developer", setup, router=found.endpoint, run=found.run, keys=keys_of(found.endpoint, keys))
+    )
 
 
 def commander(

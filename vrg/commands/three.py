@@ -5,7 +5,15 @@ from typing import TYPE_CHECKING
 import typer
 
 from vrg.commands.matches import attached, keys_of
-from vrg.commands.options import KeysOption, ListenOption, MatchArgument, RouterOption, ended, stoppable, web_address
+from vrg.commands.options import (
+    KeysOption,
+    ListenOption,
+    MatchArgument,
+    RouterOption,
+    exit_if_interrupted,
+    stoppable,
+    web_address,
+)
 from vrg.errors import LaunchError
 
 if TYPE_CHECKING:
@@ -23,7 +31,7 @@ def three(
     found = attached(match, router)
     setup = found.known_setup()
     typer.echo(three_link(address))
-    ended(serve("three", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys)))
+    exit_if_interrupted(serve("three", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys)))
 
 
 def show_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None) -> None:

@@ -43,7 +43,7 @@ class RecordedMatch:
     torn: list[Path] = field(default_factory=list)
 
 
-def read_match(path: Path | Sequence[Path]) -> RecordedMatch:
+def read_recorded(path: Path | Sequence[Path]) -> RecordedMatch:
     """Read all messages.
 
     Args:

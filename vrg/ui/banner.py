@@ -6,7 +6,7 @@ from enum import Enum
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.ui import palette
-from vrg.ui.headline import result, result_lines
+from vrg.ui.headline import result_lines, winner_words
 from vrg.ui.scene import Scene
 
 

@@ -9,7 +9,7 @@ from pygame import Rect
 from vrg.bus.messages import Stage
 from vrg.ui import kit, palette, shapes
 from vrg.ui.banner import Banner, Help, banners
-from vrg.ui.headline import Headline, headline, result, result_lines
+from vrg.ui.headline import Headline, headline, result_lines, winner_words
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts

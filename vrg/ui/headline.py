@@ -126,7 +126,7 @@ def decisive_count(scene: Scene) -> str:
     return f"{left} of {sum(player.team == role.team for player in scene.players)} {role.team} left"
 
 
-def result(scene: Scene) -> tuple[str, Rgb]:
+def winner_words(scene: Scene) -> tuple[str, Rgb]:
     """The winner of a game that is over, in large letters, and its colour."""
     game = game_of(scene.game)
     if scene.ended is not None or not game.competitive:

@@ -26,7 +26,7 @@ def row(area: Rect, shares: tuple[float, ...], gap: int) -> list[Rect]:
     return found
 
 
-def frame(surface: pygame.Surface, area: Rect, name: str, line: str, ui: float, fonts: Fonts) -> Rect:
+def titled_plate(surface: pygame.Surface, area: Rect, name: str, line: str, ui: float, fonts: Fonts) -> Rect:
     """Draw a plate with its name and its text; return the area that is left."""
     shapes.pill(surface, area, palette.PANEL, radius=round(8 * ui))
     bar, pad, size = title_height(ui), round(10 * ui), max(12, round(14 * ui))

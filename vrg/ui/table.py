@@ -21,7 +21,7 @@ from vrg.types import few
 from vrg.ui import palette
 from vrg.ui.banner import Help, banners
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.headline import result
+from vrg.ui.headline import winner_words
 from vrg.ui.pace import Pace
 from vrg.ui.processes import Board, process_table
 from vrg.ui.scene import Scene, ScenePlayer, clock_text, speed_text
@@ -119,7 +119,7 @@ class TerminalTable(Node):
         if scene.stage is None:
             return
         # The call tells that the game is over, and what follows tells how it ended.
-        over = result(scene)[0] if scene.stage is Stage.GAME_OVER else ""
+        over = winner_words(scene)[0] if scene.stage is Stage.GAME_OVER else ""
         found = [banner for banner in banners(scene, Help.COMMANDS) if banner.heading != over]
         headings = {banner.heading for banner in found}
         if scene.stage is Stage.GAME_OVER and headings <= self._alarms:

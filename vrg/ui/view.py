@@ -19,7 +19,7 @@ BODY: Final = 0.4
 
 
 @dataclass(frozen=True)
-class View:
+class Projection:
     """Maps the field into an area of the window and keeps its proportions.
 
     Args:
@@ -56,7 +56,7 @@ class View:
         return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
 
 
-def fit(box: Bounds, area: Area, turned: bool | None = None) -> View:
+def fit(box: Bounds, area: Area, turned: bool | None = None) -> Projection:
     """Show `box` as large as `area` allows.
 
     Args:
@@ -68,7 +68,7 @@ def fit(box: Bounds, area: Area, turned: bool | None = None) -> View:
     if turned is None:
         turned = min(width / tall, height / wide) > min(width / wide, height / tall) * 1.02
     scale = min(width / tall, height / wide) if turned else min(width / wide, height / tall)
-    return View(
+    return Projection(
         x=(box[0] + box[2]) / 2,
         y=(box[1] + box[3]) / 2,
         left=left + width / 2,

@@ -9,7 +9,7 @@ from vrg.bus.traffic import Stream
 from vrg.types import Pose, Twist
 from vrg.ui.acts import Act, Press
 from vrg.ui.developer import details, referee, streams, tables
-from vrg.ui.developer.choices import Choices
+from vrg.ui.developer.choices import ViewState
 from vrg.ui.developer.tables import Tone
 
 
@@ -131,7 +131,7 @@ def test_bad_streams_stand_first_until_a_heading_sorts_them():
     assert shown(("Hz", True))[:2] == ["clock", "poses"]
     assert shown(("kB/s", False))[-1] == "poses"
     assert shown(("key", True)) == ["clock", "estop", "player/ann/report", "poses"]
-    assert "4 streams, 90 messages/s, 10 kB/s, 3 lost" in streams.summary(heard)
+    assert "4 streams, 90 messages/s, 10 kB/s, 3 lost" in streams.totals(heard)
     assert [cell.text for cell in streams.streams([orders], None).lines[0].cells][-1] == "–", "several speak there"
 
 
@@ -153,7 +153,7 @@ def test_columns_fill_the_width(grid):
 
 
 def test_choices_turn_around():
-    choices = Choices()
+    choices = ViewState()
     choices.sort_by("Hz")
     choices.sort_by("Hz")
     choices.sort_by("Hz")

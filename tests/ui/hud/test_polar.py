@@ -9,20 +9,20 @@ from tests.ui.hud.making import ROBOT, ring, scan
 from vrg.hal.sensors.depiction import Cones, Rays
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.sonar import SonarSpec
-from vrg.ui.hud.polar import REACHES, RINGS, echoes, fan, nearest, nearest_words, reach_for
+from vrg.ui.hud.polar import REACHES, RINGS, echoes, nearest, nearest_words, polar_plot, reach_for
 
 AREA = (100, 50, 400, 200)
 RIGHT, LEFT = -math.pi / 2, math.pi / 2
 
 
 def test_a_half_circle_fills_an_area_twice_as_wide_as_high() -> None:
-    plot = fan(AREA, RIGHT, LEFT, 10.0)
+    plot = polar_plot(AREA, RIGHT, LEFT, 10.0)
     assert plot.origin == pytest.approx((300, 250))
     assert plot.scale == pytest.approx(20.0)
 
 
 def test_ahead_is_up_and_left_is_left() -> None:
-    plot = fan(AREA, RIGHT, LEFT, 10.0)
+    plot = polar_plot(AREA, RIGHT, LEFT, 10.0)
     assert plot.polar(10.0, 0.0) == pytest.approx((300, 50))
     assert plot.polar(10.0, LEFT) == pytest.approx((100, 250))
     assert plot.at(0.0, -10.0) == pytest.approx((500, 250))
@@ -32,7 +32,7 @@ def test_every_beam_is_in_the_area() -> None:
     wrong = []
     for fov in (0.5, 1.0, 2.0, math.pi, 4.0, 5.5, math.tau):
         for area in (AREA, (0, 0, 100, 300), (0, 0, 300, 300)):
-            plot = fan(area, -fov / 2, fov / 2, 5.0)
+            plot = polar_plot(area, -fov / 2, fov / 2, 5.0)
             left, top, width, height = area
             for step in range(101):
                 x, y = plot.polar(5.0, fov * (step / 100 - 0.5))

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from vrg.ui.acts import Act, Press
 
 
-class Overlay(enum.Enum):
+class Layer(enum.Enum):
     """A layer of the field besides the robots."""
 
     SCANS = "scans"
@@ -29,7 +29,7 @@ class Tab(enum.Enum):
 
 
 @dataclass
-class Choices:
+class ViewState:
     """The user's choices.
 
     Attributes:
@@ -41,7 +41,7 @@ class Choices:
 
     tab: Tab = Tab.REFEREE
     selected: str | None = None
-    shown: set[Overlay] = field(default_factory=lambda: set(Overlay) - {Overlay.SENSORS})
+    shown: set[Layer] = field(default_factory=lambda: set(Layer) - {Layer.SENSORS})
     sort: tuple[str, bool] | None = None
     scrolled: dict[Tab | None, int] = field(default_factory=dict)
 
@@ -51,7 +51,7 @@ class Choices:
         Args:
             players: those that can be selected, in the order in which N goes through them.
         """
-        overlays, tabs = tuple(Overlay), tuple(Tab)
+        overlays, tabs = tuple(Layer), tuple(Tab)
         if press.act is Act.LAYER and press.number < len(overlays):
             self.toggle(overlays[press.number])
         elif press.act is Act.TAB:
@@ -64,7 +64,7 @@ class Choices:
             return False
         return True
 
-    def toggle(self, overlay: Overlay) -> None:
+    def toggle(self, overlay: Layer) -> None:
         """Switch an overlay on or off."""
         self.shown ^= {overlay}
 

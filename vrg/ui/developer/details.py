@@ -10,7 +10,7 @@ from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.developer import words
 from vrg.ui.developer.insight import Insight
 from vrg.ui.developer.streams import health
-from vrg.ui.developer.tables import Item, Tone, driver
+from vrg.ui.developer.tables import Item, Tone, driver_cell
 from vrg.ui.scene import ScenePlayer, speed_text
 
 
@@ -30,7 +30,7 @@ def _told(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
     yield Item(words.UNKNOWN if report is None else report.body.mode, label="mode")
     if player.fault:
         yield Item(player.fault, Tone.ALARM if player.latched else Tone.CAUTION, label="fault")
-    drives = driver(player)
+    drives = driver_cell(player)
     yield Item(drives.text, drives.tone, label="driven by")
     if report is None:
         return

@@ -14,8 +14,8 @@ from vrg.hal.models import RobotModel
 from vrg.regions import Region
 from vrg.ui.acts import Act, Press
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.developer.choices import Choices, Tab
-from vrg.ui.developer.deciding import ACTS, ON_PLAYER, Button, hindrance
+from vrg.ui.developer.choices import Tab, ViewState
+from vrg.ui.developer.deciding import ACTS, ON_PLAYER, Button, disabled_reason
 from vrg.ui.developer.insight import Hearing, Insight
 from vrg.ui.developer.painter import DeveloperPainter, Shown
 from vrg.ui.developer.sensing import DRAWN
@@ -61,7 +61,7 @@ class DeveloperWindow(WindowNode):
             run=run, explain=explain, period=period, official=official,
         )  # fmt: skip
         self.traffic = traffic
-        self.choices = Choices()
+        self.choices = ViewState()
         self._hearing = Hearing(mailbox, keys, traffic, robots, official=official)
         self._insight = Insight(official=official)
         self._painter = DeveloperPainter(robots)
@@ -122,7 +122,7 @@ class DeveloperWindow(WindowNode):
 
     def _push(self, button: Button) -> None:
         """Do what an official's button is for, or tell why not."""
-        self.notice = hindrance(button, self._insight, self.choices.selected)
+        self.notice = disabled_reason(button, self._insight, self.choices.selected)
         if not self.notice and button in ACTS:
             super().press(Press(ACTS[button]))
         elif not self.notice:

@@ -44,7 +44,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Line:
+class GridRow:
     """A row of a table. `name` is its subject, such as a player; empty if a click on it means nothing."""
 
     name: str
@@ -56,7 +56,7 @@ class Grid:
     """A table."""
 
     columns: tuple[Column, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[GridRow, ...]
 
 
 @dataclass(frozen=True)
@@ -102,7 +102,7 @@ def players(insight: Insight) -> Grid:
     return Grid(PLAYER_COLUMNS, tuple(_player(insight, player) for player in insight.scene.players))
 
 
-def _player(insight: Insight, player: ScenePlayer) -> Line:
+def _player(insight: Insight, player: ScenePlayer) -> GridRow:
     report = insight.reports.get(player.name)
     age = None if report is None else max(0.0, insight.now - report.stamp)
     doing, tone = player.mode or player.state, Tone.PLAIN
@@ -111,20 +111,20 @@ def _player(insight: Insight, player: ScenePlayer) -> Line:
     if player.fault:
         doing, tone = player.fault, Tone.ALARM if player.latched else Tone.CAUTION
     low = player.battery is not None and player.battery < LOW_BATTERY
-    return Line(
+    return GridRow(
         player.name,
         (
             Cell(player.name, Tone.QUIET if player.out_of_play else Tone.PLAIN),
             Cell(doing, tone),
             Cell("" if player.speed is None else speed_text(player.speed), Tone.QUIET),
             Cell("" if player.battery is None else f"{player.battery:.0%}", Tone.CAUTION if low else Tone.QUIET),
-            driver(player),
+            driver_cell(player),
             Cell(words.UNKNOWN if age is None else f"{age:.1f}", _age_tone(age)),
         ),
     )
 
 
-def driver(player: ScenePlayer) -> Cell:
+def driver_cell(player: ScenePlayer) -> Cell:
     """The driver of a player's robot now."""
     if player.leased:
         return Cell("referee", Tone.CAUTION)
@@ -156,7 +156,7 @@ def processes(insight: Insight) -> Grid:
         status, pulse = row.status, row.pulse
         late = None if pulse is None else pulse.late
         lines.append(
-            Line(
+            GridRow(
                 "",
                 (
                     Cell(f"{status.machine}: {status.name}" if further else status.name),

@@ -2,16 +2,16 @@
 
 from typing import Final
 
-from vrg.ui.developer.choices import Overlay, Tab
+from vrg.ui.developer.choices import Layer, Tab
 
 OVERLAYS: Final = {
-    Overlay.SCANS: ("Scans", "^1"),
-    Overlay.SENSORS: ("Sensors", "^2"),
-    Overlay.SIGHTINGS: ("Sightings", "^3"),
-    Overlay.SKETCHES: ("Sketches", "^4"),
-    Overlay.MEASURED: ("Measured", "^5"),
-    Overlay.TRAILS: ("Trails", "^6"),
-    Overlay.NAMES: ("Names", "^7"),
+    Layer.SCANS: ("Scans", "^1"),
+    Layer.SENSORS: ("Sensors", "^2"),
+    Layer.SIGHTINGS: ("Sightings", "^3"),
+    Layer.SKETCHES: ("Sketches", "^4"),
+    Layer.MEASURED: ("Measured", "^5"),
+    Layer.TRAILS: ("Trails", "^6"),
+    Layer.NAMES: ("Names", "^7"),
 }
 """The label of each overlay's switch, and its key."""
 TABS: Final = {

@@ -10,7 +10,7 @@ from vrg.ui.edit.draft import Draft
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CheckResult:
     """The result of a draft's check.
 
     Args:
@@ -29,7 +29,7 @@ class Verdict:
         return tuple(problem for problem in self.problems if path in fields_of(problem))
 
 
-Check = Callable[[Draft], Verdict]
+Check = Callable[[Draft], CheckResult]
 """Checks a draft by the rules of `vrg check`."""
 
 

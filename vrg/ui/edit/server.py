@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from aiohttp import web
 
-from vrg.ui.edit.desk import Desk, Outcome
+from vrg.ui.edit.editor import Editor, NextStep
 from vrg.ui.edit.requests import Check, read_request
 from vrg.ui.web.admission import TOKEN_BYTES
 from vrg.ui.web.parts import encode
@@ -28,7 +28,7 @@ class EditServer(Site):
         desk: answers. port: of the page.
     """
 
-    def __init__(self, desk: Desk, port: int) -> None:
+    def __init__(self, desk: Editor, port: int) -> None:
         super().__init__(HOST, port, "edit.html")
         self._desk = desk
         self._token, self._ticket = secrets.token_urlsafe(TOKEN_BYTES), secrets.token_urlsafe(TOKEN_BYTES)
@@ -36,7 +36,7 @@ class EditServer(Site):
         self._over = threading.Event()
         self.link, self.ticket = (f"http://{HOST}:{port}/#{token}" for token in (self._token, self._ticket))
 
-    def wait(self, patience: float) -> Outcome | None:
+    def wait(self, patience: float) -> NextStep | None:
         """Return the person's wish, once it has been answered; None if nothing has come within `patience`, s.
 
         Raises:

@@ -121,14 +121,14 @@ def scored(scene: Scene) -> bool:
     return game_of(scene.game).competitive
 
 
-def heading(board: Dashboard) -> str:
+def player_line(board: Dashboard) -> str:
     """The role and the state of the player, and the game, in words."""
     me, game = board.seen.me, game_of(board.scene.game)
     parts = [] if me is None else [me.role, *([] if me.state == "active" else [me.state])]
     return ", ".join([*parts, game.title] if game.name else parts)
 
 
-def place(board: Dashboard) -> str:
+def pose_line(board: Dashboard) -> str:
     """The pose of the robot, in words."""
     pose = board.seen.pose
     if pose is None:

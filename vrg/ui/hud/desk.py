@@ -15,12 +15,12 @@ from vrg.types import STILL, Twist, Vector
 from vrg.ui.driving import Driving, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.form import Form
-from vrg.ui.hud.goals import Ground, Other, refusal
+from vrg.ui.hud.goals import Ground, OtherRobot, refusal
 from vrg.ui.hud.telemetry import Telemetry
 
 POSE_TIMEOUT: Final = 0.3
 """The match time in s after which a pose is too old to drive by: the robot stands."""
-GAP: Final = 0.05
+CLEARANCE: Final = 0.05
 """The distance in m that Goto keeps from walls, where there is room for it."""
 
 
@@ -49,14 +49,14 @@ class Desk:
     form: Form = field(default_factory=Form)
     notice: str = ""
     _helm: Helm = field(default_factory=Helm, repr=False)
-    _others: Sequence[Other] = field(default=(), repr=False)
+    _others: Sequence[OtherRobot] = field(default=(), repr=False)
 
     @property
     def where(self) -> str:
         """The mode and the submode of the display's automaton, such as `Goto/Drive`."""
         return self._helm.where if self.wish is not Wish.WATCH else Wish.WATCH.value
 
-    def see(self, others: Sequence[Other]) -> None:
+    def see(self, others: Sequence[OtherRobot]) -> None:
         """Take in the other robots that the player knows."""
         self._others = others
 
@@ -163,7 +163,7 @@ class Desk:
             neighbours=[Neighbour(o.place, o.velocity, radius + o.radius) for o in self._others],
             bounds=self.ground.bounds,
             walls=self.ground.walls,
-            margin=radius + GAP,
+            margin=radius + CLEARANCE,
             speed=self.robot.v_max,
         )
 

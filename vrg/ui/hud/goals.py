@@ -24,7 +24,7 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Other:
+class OtherRobot:
     """Another robot that the player knows: its name, its centre in m, its velocity in m/s and its radius in m."""
 
     name: str
@@ -33,7 +33,7 @@ class Other:
     radius: float
 
 
-def refusal(goal: Goal, ground: Ground, others: Sequence[Other] = ()) -> str | None:
+def refusal(goal: Goal, ground: Ground, others: Sequence[OtherRobot] = ()) -> str | None:
     """Why a robot cannot stand at a goal, in words; None if it can."""
     x, y, radius = goal.x, goal.y, ground.radius
     x_min, y_min, x_max, y_max = ground.bounds.bounds

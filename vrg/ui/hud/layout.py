@@ -6,7 +6,7 @@ from typing import Final
 from pygame import Rect
 
 from vrg.games.hud.helm import Wish
-from vrg.ui.draw import scale_of
+from vrg.ui.draw import letter_scale
 from vrg.ui.hud import words
 from vrg.ui.kit import row, title_height
 
@@ -66,7 +66,7 @@ def layout(width: int, height: int, *, camera: bool) -> Layout:
         width, height: of the window, pixels. camera: whether the robot has a camera.
     """
     wide = width >= WIDE * height
-    ui = scale_of(width, height) if wide else scale_of(width, width)
+    ui = letter_scale(width, height) if wide else letter_scale(width, width)
     gap = round(6 * ui)
     head = Rect(0, 0, width, round(44 * ui))
     room = Rect(gap, head.bottom + gap, max(1, width - 2 * gap), max(1, height - head.height - 2 * gap))

@@ -19,11 +19,11 @@ from vrg.ui.acts import Act, Press
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.hud.dashboard import Dashboard
 from vrg.ui.hud.desk import Desk
-from vrg.ui.hud.goals import Ground, Other
+from vrg.ui.hud.goals import Ground, OtherRobot
 from vrg.ui.hud.layout import SET, STOP, Layout
 from vrg.ui.hud.painter import HudPainter
 from vrg.ui.hud.telemetry import Receiver, Telemetry
-from vrg.ui.view import View
+from vrg.ui.view import Projection
 from vrg.ui.window_node import FRAME, WindowNode
 
 PICTURES: Final = 2.0
@@ -87,7 +87,7 @@ class Hud(WindowNode):
         self._seen = Telemetry()
         self._board = Dashboard(player)
         self._painter = HudPainter()
-        self._shown: tuple[Layout, View] | None = None
+        self._shown: tuple[Layout, Projection] | None = None
 
     @property
     def board(self) -> Dashboard:
@@ -95,7 +95,7 @@ class Hud(WindowNode):
         return self._board
 
     @property
-    def shown(self) -> tuple[Layout, View] | None:
+    def shown(self) -> tuple[Layout, Projection] | None:
         """The places in the window's last frame; None before the first."""
         return self._shown
 
@@ -130,14 +130,14 @@ class Hud(WindowNode):
         """Take in the player's knowledge, and no more than that about the others."""
         self._inlets.feed(self._builder)
         seen = self._seen = self._receiver.look(tick)
-        others: list[Other] = []
+        others: list[OtherRobot] = []
         bodies = [] if seen.pose is None else [_body(self.name, seen.pose, seen.speed or 0.0, self._physical)]
         if seen.state is not None:
             told = {p.name: p for p in seen.state.players if p.pose is not None and p.name != self.name}
             places = {name: (p.pose.x, p.pose.y) for name, p in told.items() if p.pose is not None}
             self._velocities.update(tick.time - (seen.referee_age or 0.0), places)
             known = self._velocities.velocities
-            others = [Other(n, at, known.get(n, (0.0, 0.0)), told[n].radius) for n, at in places.items()]
+            others = [OtherRobot(n, at, known.get(n, (0.0, 0.0)), told[n].radius) for n, at in places.items()]
             bodies += [_body(n, p.pose, 0.0, self._physical) for n, p in told.items() if p.pose is not None]
         self.desk.see(others)
         self._builder.poses(Poses(bodies=tuple(bodies)), tick.time)

@@ -21,7 +21,7 @@ CALM: Final = 0.8
 
 
 @dataclass(frozen=True)
-class Fan:
+class PolarPlot:
     """A plot in a window.
 
     Args:
@@ -41,7 +41,7 @@ class Fan:
         return self.at(distance * math.cos(bearing), distance * math.sin(bearing))
 
 
-def fan(area: tuple[int, int, int, int], first: float, last: float, reach: float) -> Fan:
+def polar_plot(area: tuple[int, int, int, int], first: float, last: float, reach: float) -> PolarPlot:
     """Place a plot of the bearings from `first` to `last` (rad) in an area (left, top, width, height)."""
     marks = [first, last, *(k * math.pi / 2 for k in range(-4, 5) if first <= k * math.pi / 2 <= last)]
     rights, ups = [0.0, *(-math.sin(b) for b in marks)], [0.0, *(math.cos(b) for b in marks)]
@@ -49,7 +49,7 @@ def fan(area: tuple[int, int, int, int], first: float, last: float, reach: float
     size = min(width / max(0.1, max(rights) - min(rights)), height / max(0.1, max(ups) - min(ups)))
     x = left + width / 2 - size * (max(rights) + min(rights)) / 2
     y = top + height / 2 + size * (max(ups) + min(ups)) / 2
-    return Fan((x, y), size / reach, reach)
+    return PolarPlot((x, y), size / reach, reach)
 
 
 def reach_for(farthest: float, before: float | None) -> float:

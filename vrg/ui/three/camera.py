@@ -18,7 +18,7 @@ SMOOTH: Final = 0.35
 """s in which most of the way to a new place is made."""
 
 
-class View(enum.Enum):
+class CameraMode(enum.Enum):
     """The ways to look."""
 
     ORBIT = "Around"

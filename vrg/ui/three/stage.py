@@ -60,7 +60,7 @@ class Lines:
     colours: Bytes
 
 
-class Stage:
+class BatchMaker:
     """Makes batches of scenes. It remembers how far the wheels of each robot have turned.
 
     Args:

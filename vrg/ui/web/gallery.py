@@ -13,7 +13,7 @@ CALLS_KEPT: Final = 200
 
 
 @dataclass(frozen=True)
-class Seen:
+class Delivered:
     """A viewer's state: the versions of the parts, by name, and the number of calls."""
 
     parts: Mapping[str, int] = field(default_factory=dict)
@@ -41,7 +41,7 @@ class Gallery:
             del self._calls[:excess]
             self._forgotten += excess
 
-    def since(self, seen: Seen) -> tuple[str, Seen]:
+    def since(self, seen: Delivered) -> tuple[str, Delivered]:
         """Return the news for a viewer, as a list of JSON without its brackets, and the viewer's next state."""
         new = tuple(name for name, version in self._versions.items() if seen.parts.get(name) != version)
         first = max(0, seen.calls - self._forgotten)
@@ -55,4 +55,4 @@ class Gallery:
             if calls := self._calls[first:]:
                 texts.append(f'{{"t":"calls","calls":[{",".join(calls)}]}}')
             self._joined = wanted, ",".join(texts)
-        return self._joined[1], Seen(dict(self._versions), total)
+        return self._joined[1], Delivered(dict(self._versions), total)

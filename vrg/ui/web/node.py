@@ -16,7 +16,7 @@ from vrg.ui.driving import Driving
 from vrg.ui.pace import Pace
 from vrg.ui.scene import Scene
 from vrg.ui.web import parts
-from vrg.ui.web.requests import Action, Decision, Wishes
+from vrg.ui.web.requests import Decision, PageButton, Wishes
 
 log = logging.getLogger(__name__)
 
@@ -25,10 +25,10 @@ FRAME: Final = 1 / 25
 ANSWERS_AWAITED: Final = 200
 """The limit of decisions that are remembered until the referee answers them."""
 _OFFICIAL: Final = {
-    Action.HALT: OfficialAction.HALT,
-    Action.RESUME: OfficialAction.RESUME,
-    Action.RECOVER: OfficialAction.RECOVER,
-    Action.END: OfficialAction.END,
+    PageButton.HALT: OfficialAction.HALT,
+    PageButton.RESUME: OfficialAction.RESUME,
+    PageButton.RECOVER: OfficialAction.RECOVER,
+    PageButton.END: OfficialAction.END,
 }
 
 
@@ -158,9 +158,9 @@ class WebNode(Node):
 
     def _decide(self, decision: Decision) -> None:
         log.info("%s asks for: %s", decision.by, decision.what)
-        if decision.what is Action.ESTOP:
+        if decision.what is PageButton.ESTOP:
             self.mailbox.publish(self._keys.estop, Estop(by=decision.by))
-        elif decision.what is Action.RELEASE:
+        elif decision.what is PageButton.RELEASE:
             self.mailbox.publish(self._keys.estop_release, EstopRelease(by=decision.by))
         else:
             number = f"web-{self._own}-{next(self._numbers)}"

@@ -11,14 +11,14 @@ import msgspec
 from msgspec import Meta, Struct
 
 from vrg.types import Signed
-from vrg.ui.web.admission import Role, RoleKind
+from vrg.ui.web.admission import VisitorKind, VisitorRole
 
 REQUEST_LIMIT: Final = 2048
 """The number of bytes in a request."""
 _TAB = Annotated[str, Meta(max_length=64)]
 
 
-class Action(enum.StrEnum):
+class PageButton(enum.StrEnum):
     """The act of a button of the page."""
 
     HALT = "halt"
@@ -67,13 +67,13 @@ class GiveBack(_Request, frozen=True, tag="give_back", kw_only=True):
     """The player plays by itself again."""
 
 
-class Act(_Request, frozen=True, tag="act", kw_only=True):
+class Pressed(_Request, frozen=True, tag="act", kw_only=True):
     """A button was pressed."""
 
-    what: Action
+    what: PageButton
 
 
-Request = Hello | Ack | Drive | GiveBack | Act
+Request = Hello | Ack | Drive | GiveBack | Pressed
 _DECODER: Final = msgspec.json.Decoder(Request)
 
 
@@ -92,14 +92,14 @@ def read_request(text: str) -> Request:
     return request
 
 
-def refusal(role: Role, request: Request) -> str:
+def refusal(role: VisitorRole, request: Request) -> str:
     """Why a role may not ask for this, in words; empty if it may."""
     match request:
-        case Drive() | GiveBack() if role.kind is not RoleKind.SEAT:
+        case Drive() | GiveBack() if role.kind is not VisitorKind.SEAT:
             return "driving needs the link of a player's seat, with its token"
-        case Act(what=Action.ESTOP) if role.kind is RoleKind.VIEWER:
+        case Pressed(what=PageButton.ESTOP) if role.kind is VisitorKind.VIEWER:
             return "the emergency stop needs the link of an official or of a player's seat, with its token"
-        case Act(what=what) if what is not Action.ESTOP and role.kind is not RoleKind.OFFICIAL:
+        case Pressed(what=what) if what is not PageButton.ESTOP and role.kind is not VisitorKind.OFFICIAL:
             return "to decide needs the official's link, with its token"
         case _:
             return ""
@@ -124,7 +124,7 @@ class Decision:
 
     guest: int
     by: str
-    what: Action
+    what: PageButton
 
 
 @dataclass(frozen=True)

@@ -15,25 +15,25 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.ui.driving import DEAD_ZONE, SLOW
-from vrg.ui.web.admission import Admission, Role, RoleKind
-from vrg.ui.web.gallery import Gallery, Seen
+from vrg.ui.web.admission import Admission, VisitorKind, VisitorRole
+from vrg.ui.web.gallery import Delivered, Gallery
 from vrg.ui.web.lobby import Allowance, Lobby, Refused
 from vrg.ui.web.parts import colours, encode
 from vrg.ui.web.requests import (
     REQUEST_LIMIT,
     Ack,
-    Act,
     Command,
     Decision,
     Drive,
     GiveBack,
     Hello,
+    Pressed,
     Request,
     Wishes,
     read_request,
     refusal,
 )
-from vrg.ui.web.site import PATIENCE, Site
+from vrg.ui.web.site import PAGE_TIMEOUT, Site
 
 log = logging.getLogger(__name__)
 
@@ -56,7 +56,7 @@ class _Guest:
     number: int
     socket: web.WebSocketResponse
     news: asyncio.Event = field(default_factory=asyncio.Event)
-    seen: Seen = field(default_factory=Seen)
+    seen: Delivered = field(default_factory=Delivered)
     notices: list[str] = field(default_factory=list)
     allowance: Allowance = field(default_factory=Allowance)
     sent: int = 0
@@ -157,7 +157,7 @@ class WebServer(Site):
 
     async def _admit(self, talk: web.WebSocketResponse, address: str) -> _Guest | None:
         """Hear who a browser is, and let it in; None if it is not let in."""
-        message = await talk.receive(PATIENCE)
+        message = await talk.receive(PAGE_TIMEOUT)
         try:
             hello = read_request(message.data) if message.type is WSMsgType.TEXT else None
         except ValueError as error:
@@ -246,7 +246,7 @@ class WebServer(Site):
             if texts:
                 guest.sent += 1
                 try:
-                    async with asyncio.timeout(PATIENCE):
+                    async with asyncio.timeout(PAGE_TIMEOUT):
                         await guest.socket.send_str(f"[{','.join(texts)}]")
                 except (ConnectionError, TimeoutError):
                     guest.ended = WSCloseCode.TRY_AGAIN_LATER
@@ -273,14 +273,14 @@ class WebServer(Site):
             self._refused += 1
             guest.refused += 1
             if is_power_of_ten(guest.refused):
-                what = request.what if isinstance(request, Act) else "drive"
+                what = request.what if isinstance(request, Pressed) else "drive"
                 log.warning("%s, connection %d, wanted to %s: refused", role.words, guest.number, what)
             guest.tell({"t": "notice", "text": f"Refused: {why}."})
         else:
             self._grant(guest, role, request)
         return True
 
-    def _grant(self, guest: _Guest, role: Role, request: Request) -> None:
+    def _grant(self, guest: _Guest, role: VisitorRole, request: Request) -> None:
         match request:
             case Ack(count=count):
                 guest.shown = max(guest.shown, min(count, guest.sent))
@@ -291,7 +291,7 @@ class WebServer(Site):
                     self._commands[role.player] = Command(role.player, forward, turn)
             case GiveBack():
                 self._leave_seat(role)
-            case Act(what=what):
+            case Pressed(what=what):
                 with self._lock:
                     waiting = len(self._decisions)
                     if waiting < DECISIONS_LIMIT:
@@ -301,8 +301,8 @@ class WebServer(Site):
             case Hello():
                 guest.tell({"t": "notice", "text": "This page has sent its token already."})
 
-    def _leave_seat(self, role: Role) -> None:
-        if role.kind is RoleKind.SEAT:
+    def _leave_seat(self, role: VisitorRole) -> None:
+        if role.kind is VisitorKind.SEAT:
             with self._lock:
                 self._commands.pop(role.player, None)
                 self._given_back[role.player] = None

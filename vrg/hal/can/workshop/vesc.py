@@ -170,7 +170,7 @@ class VescListener(AxisListener):
 
     def __init__(self, send: Send, clock: Clock) -> None:
         super().__init__(send, clock)
-        self._host = codec.host_of(os.getpid())
+        self._host = codec.own_id(os.getpid())
 
     def claim(self, frame: Frame) -> Claim:
         """A status message or a pong is likely one: other protocols may use the same identifiers."""

@@ -10,7 +10,7 @@ from vrg.errors import Path, Problem, VrgError
 from vrg.games import GAMES, game_of
 from vrg.types import Pose
 from vrg.ui.edit import checking
-from vrg.ui.edit.checking import Verdict, problem_text
+from vrg.ui.edit.checking import CheckResult, problem_text
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import COLUMNS, SETTINGS, Draft
 from vrg.ui.edit.placing import MOST, with_count
@@ -59,7 +59,7 @@ class Recent:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class NextStep:
     """The person's wish when the page is closed.
 
     Args:
@@ -99,7 +99,7 @@ class _Ask:
     question: str
 
 
-class Desk:
+class Editor:
     """Holds the match, and does what the page asks for, one request after the other.
 
     Args:
@@ -116,8 +116,8 @@ class Desk:
         self._recent: Sequence[Recent] = ()
         self._begins = "start" if draft is None else "edit"
         self._number = 0
-        self.outcome: Outcome | None = None
-        self.verdict = Verdict()
+        self.outcome: NextStep | None = None
+        self.verdict = CheckResult()
         self._checked: Draft | None = None
         found = draft or Draft.of_game(DEFAULT_GAME, base)
         self._take(found, DEFAULT_GAME if draft is None else str(found.file))
@@ -196,9 +196,9 @@ class Desk:
             case Open(match=match):
                 self._reopen(match)
             case Watch(match=match):
-                self.outcome = Outcome(watch=self._of(match).run)
+                self.outcome = NextStep(watch=self._of(match).run)
             case Leave():
-                self.outcome = Outcome()
+                self.outcome = NextStep()
         if isinstance(request, Look | Check | Open | Watch | Leave):
             return None
         return self._change(request)
@@ -298,7 +298,7 @@ class Desk:
             if self.verdict.problems:
                 return f"It cannot be played yet. {problem_text(self.verdict.problems[0], self.draft)}"
             if not self.changed and self._source is not None and not request.name:
-                self.outcome = Outcome(play=self._source)
+                self.outcome = NextStep(play=self._source)
                 return None
         draft = self.draft
         if request.name:
@@ -315,7 +315,7 @@ class Desk:
         known = None if request.replace else self._kept.text if self._kept.file == draft.file else ""
         reply = self._write(draft, known)
         if reply is None and request.play:
-            self.outcome = Outcome(play=self._source)
+            self.outcome = NextStep(play=self._source)
         return reply or f"Saved as {draft.file}."
 
     def _write(self, draft: Draft, known: str | None) -> str | _Ask | None:
