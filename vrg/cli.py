@@ -149,7 +149,9 @@ def _command(name: str, what: Any, about: str) -> Any:
     elif isinstance(found := load_object(what), typer.Typer):
         app = found
     else:
-        app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        from vrg.commands.options import CommandGroup  # noqa: PLC0415 - as above
+
+        app = CommandGroup()
         app.command(name)(found)
     app.info.help, app.info.name = about, name
     app._add_completion = False

@@ -11,19 +11,9 @@ from rich.markup import escape
 
 from vrg.bus.stopping import Stop
 from vrg.commands import can_options
-from vrg.commands.can_listening import BusState, listening, plain_console, table_of, unheard
-from vrg.commands.can_options import (
-    AdapterOption,
-    AnyChannelOption,
-    BitrateOption,
-    InterfaceOption,
-    OptionsOption,
-    ProtocolOption,
-    can_link,
-    options_of,
-    protocol_of,
-)
-from vrg.commands.options import lasting, stoppable
+from vrg.commands.can_listening import BusState, listening, table_of, unheard
+from vrg.commands.can_options import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
+from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.listener import Found
@@ -54,18 +44,14 @@ _HEADROOM = 2.0
 
 
 def stop(
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: BusOptions,
     seconds: Annotated[float, lasting("How long to repeat the order.", 0.2, 600)] = 1.0,
 ) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
     from vrg.hal.can.guard import TURNING_SPEED
 
-    link = can_link(interface, channel, bitrate, adapter)
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus:
+    link, console = on.link(), make_console()
+    with listening(link) as bus:
         end = bus.clock.now() + seconds
         unsent: dict[str, None] = {}
         while True:
@@ -74,11 +60,12 @@ def stop(
                 bus.survey.stop()
             except RobotError as error:
                 unsent.setdefault(str(error))
-            if bus.clock.wait(interrupted.is_set, _REPEAT) or bus.clock.now() >= end:
+            bus.wait(_REPEAT)
+            if bus.stop.is_set() or bus.clock.now() >= end:
                 break
-        bus.look(interrupted, ask=True)
-        bus.clock.wait(interrupted.is_set, _REPEAT)
-        heard = bus.look(interrupted, ask=False)
+        bus.look(ask=True)
+        bus.wait(_REPEAT)
+        heard = bus.look(ask=False)
     console.print(table_of(heard))
     for name in unheard():
         console.print(f"Drives of the protocol {name} were not switched off: it has no listener.")
@@ -105,20 +92,16 @@ def stop(
 
 
 def clear(
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: BusOptions,
     ids: IdsOption = None,
 ) -> None:
     """Let drives forget their latched errors, and say which they have then. Moves nothing."""
-    link = can_link(interface, channel, bitrate, adapter)
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus, console.status(f"looking for drives on {link}"):
-        heard = bus.look_for(_FIND, interrupted, ask=True)
+    link, console = on.link(), make_console()
+    with listening(link) as bus, console.status(f"looking for drives on {link}"):
+        heard = bus.look_for(_FIND)
         for found in _wanted(heard, ids, str(link)):
             bus.survey.listener_of(found).clear(found)
-        heard = bus.look_for(_FIND, interrupted, ask=True)
+        heard = bus.look_for(_FIND)
     console.print(table_of(heard))
     if any(found.errors for found in heard.nodes if ids is None or found.node in ids):
         raise typer.Exit(1)
@@ -126,25 +109,22 @@ def clear(
 
 def address(
     to: Annotated[int, typer.Argument(help="The new id.")],
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: BusOptions,
     protocol: ProtocolOption = "odrive",
     id_: Annotated[int | None, typer.Option("--id", help="The drive's id until now.")] = None,
     serial: Annotated[str | None, typer.Option(help="The drive's serial number, as `vrg can scan` shows it.")] = None,
 ) -> None:
     """Give a drive another id. Name it by its id, its serial number, or both. Save it in the drive to keep it."""
-    link = can_link(interface, channel, bitrate, adapter)
+    link = on.link()
     spoken = protocol_of(protocol, listener=True)
     if problem := spoken.axis_type.check_node(to):
         raise ConfigError([f"the new id: {problem}"])
     if id_ is None and serial is None:
         raise ConfigError(["expected --id or --serial: which drive is to have another id?"])
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus:
+    console = make_console()
+    with listening(link) as bus:
         with console.status(f"looking for drives on {link}"):
-            heard = bus.look_for(_FIND, interrupted, ask=True)
+            heard = bus.look_for(_FIND)
         mine = [f for f in heard.nodes if isinstance(bus.survey.listener_of(f), spoken.listener_type)]
         if any(found.node == to for found in mine):
             raise ConfigError([f"{link}: there is a drive with id {to} already"])
@@ -152,12 +132,8 @@ def address(
         if found.on:
             raise RobotError(f"{found.protocol} {found.node}: expected a motor that is off: `vrg can stop`")
         bus.survey.listener_of(found).rename(found, number, to)
-    with (
-        stoppable() as interrupted,
-        listening(link) as bus,
-        console.status("looking whether it has it"),
-    ):
-        heard = bus.look_for(_FIND, interrupted, ask=True)
+    with listening(link) as bus, console.status("looking whether it has it"):
+        heard = bus.look_for(_FIND)
     new = [f for f in heard.nodes if f.node == to and f.protocol == found.protocol]
     if new:
         # Its last frames by its old id may have waited to be heard.
@@ -177,22 +153,19 @@ def configure(
         ),
     ],
     id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: BusOptions,
     endpoints: Annotated[
         Path | None, typer.Option(help="flat_endpoints.json of an ODrive's firmware, as its maker publishes it.")
     ] = None,
     save: Annotated[bool, typer.Option("--save", help="Let the drive keep all its settings for good.")] = False,
 ) -> None:
     """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back its answer."""
-    link = can_link(interface, channel, bitrate, adapter)
+    link = on.link()
     known = None if endpoints is None else read_endpoints(endpoints)
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus:
+    console = make_console()
+    with listening(link) as bus:
         with console.status(f"looking for drive {id_} on {link}"):
-            heard = bus.look_for(_FIND, interrupted, ask=True)
+            heard = bus.look_for(_FIND)
         (found,) = _wanted(heard, [id_], str(link))
         listener = bus.survey.listener_of(found)
         if isinstance(listener, OdriveListener):
@@ -220,12 +193,9 @@ def configure(
 
 def jog(
     id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
+    on: BusOptions,
     speed: Annotated[float, typer.Option(help="turn/s of the motor, before any gear; negative turns it back.")] = 1.0,
     seconds: Annotated[float, lasting("How long.", 0.1, 60)] = 2.0,
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
     protocol: ProtocolOption = "odrive",
     option: OptionsOption = None,
     unsafe: Annotated[bool, typer.Option("--unsafe", help="Also a drive without a watchdog of its own.")] = False,
@@ -238,7 +208,7 @@ def jog(
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
         raise ConfigError([f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}"])
-    link, spoken = can_link(interface, channel, bitrate, adapter), protocol_of(protocol)
+    link, spoken = on.link(), protocol_of(protocol)
     if problem := spoken.axis_type.check_node(id_):
         raise ConfigError([f"--id: {problem}"])
     model = robot_model("P2AT")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from vrg.bus.hosts import in_endpoint
-from vrg.commands.options import GameArgument
+from vrg.commands.options import CommandGroup, GameArgument
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
@@ -15,7 +15,7 @@ from vrg.errors import ConfigError
 PORT = 7447
 """The port of the routers of a permanent installation."""
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 
 @app.callback()

@@ -14,7 +14,7 @@ from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.matches import credentials_for, keys_of, own_match, which_match
 from vrg.commands.official import ANSWER_TIMEOUT, Referee, me
-from vrg.commands.options import KeysOption, MatchArgument, ReasonOption, RouterOption
+from vrg.commands.options import DecisionOptions
 from vrg.errors import BusError
 from vrg.launch import running
 
@@ -26,24 +26,21 @@ STOPPING = sorted(
 
 
 def estop(
-    match: MatchArgument = None,
+    on: DecisionOptions,
     release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resume.")] = False,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
 ) -> None:
     """Stop every robot at once, of all matches that run here if none is named. It stays so until it is released.
 
     The keys of any seat will do. Releasing needs those of the official.
     """
     if release:
-        targets = [(*own_match(match, router, "release the emergency stop"), keys)]
+        targets = [(*own_match(on, "release the emergency stop"), on.keys)]
     else:
-        here = running.running() if match is None and router is None else []
+        here = running.running() if on.match is None and on.router is None else []
         # One folder, which VRG_KEYS may name, has no keys for the other matches: each match records its own.
-        several = [(m.match, m.router, Path(m.keys) if m.keys else keys) for m in here]
-        targets = several or [(*which_match(match, router), keys)]
-    why = shortened(reason, REASON_LENGTH)
+        several = [(m.match, m.router, Path(m.keys) if m.keys else on.keys) for m in here]
+        targets = several or [(*which_match(on), on.keys)]
+    why = shortened(on.reason, REASON_LENGTH)
     order = EstopRelease(by=me(), reason=why) if release else Estop(by=me(), reason=why)
     # All at once, so that no match waits for another one that does not answer.
     with ThreadPoolExecutor(max_workers=len(targets)) as pool:

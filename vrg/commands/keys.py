@@ -14,11 +14,11 @@ from vrg.bus.credentials import find_credentials
 from vrg.bus.hosts import check_host, is_host
 from vrg.bus.names import check_name, name_of
 from vrg.bus.seats import NAMED, Seat, SeatKind, seats_of_node
-from vrg.commands.options import GameArgument, JsonOption, OutputOption, RouterOption, write_text
+from vrg.commands.options import CommandGroup, GameArgument, JsonOption, OutputOption, RouterOption, write_text
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 FolderOption = Annotated[Path, typer.Option("--keys", envvar="VRG_KEYS", help="Folder of the keys.")]
 DaysOption = Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")]

@@ -15,12 +15,13 @@ from typing import Annotated
 import typer
 
 from vrg.bus.names import NAME_RULE, is_name
+from vrg.commands.options import CommandGroup
 from vrg.errors import ConfigError
 from vrg.modules import classes_in
 from vrg.templates import filled
 from vrg.toml_text import quoted, with_value
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Its name, which the file or folder gets, too.")]
 FolderOption = Annotated[

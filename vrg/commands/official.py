@@ -18,19 +18,18 @@ from vrg.bus.session import Session
 from vrg.bus.topics import Keys
 from vrg.commands.matches import connected, own_match
 from vrg.commands.options import (
-    KeysOption,
-    MatchArgument,
+    CommandGroup,
+    DecisionOptions,
+    MatchOptions,
     PlayerArgument,
     PoseOption,
-    ReasonOption,
-    RouterOption,
     StrategyArgument,
     TeamArgument,
     whole_target,
 )
 from vrg.errors import BusError, ConfigError
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 ANSWER_TIMEOUT = 3.0
 """The real time in s to wait for the referee's answer."""
@@ -102,18 +101,15 @@ class Referee:
 
 def _decide(
     action: OfficialAction,
-    match: str | None,
-    router: str | None,
-    keys: Path | None,
-    reason: str,
+    on: DecisionOptions,
     subject: str | None = None,
     value: str | None = None,
 ) -> None:
-    name, endpoint = own_match(match, router, str(action))
-    with connected(endpoint, keys, OFFICIAL, patience=ANSWER_TIMEOUT) as (_, session):
+    name, endpoint = own_match(on, str(action))
+    with connected(endpoint, on.keys, OFFICIAL, patience=ANSWER_TIMEOUT) as (_, session):
         referee = Referee(session, Keys(name))
         number = uuid.uuid4().hex
-        why = shortened(reason, REASON_LENGTH)
+        why = shortened(on.reason, REASON_LENGTH)
         decision = Official(action=action, by=me(), reason=why, subject=subject, value=value, id=number)
         referee.mailbox.publish(referee.keys.official, decision)
         referee.send()
@@ -126,134 +122,105 @@ def _decide(
 
 
 @app.command()
-def halt(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
-) -> None:
+def halt(on: DecisionOptions) -> None:
     """Stop the clock and the robots."""
-    _decide(OfficialAction.HALT, match, router, keys, reason)
+    _decide(OfficialAction.HALT, on)
 
 
 @app.command()
-def resume(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
-) -> None:
+def resume(on: DecisionOptions) -> None:
     """Go on after a halt."""
-    _decide(OfficialAction.RESUME, match, router, keys, reason)
+    _decide(OfficialAction.RESUME, on)
 
 
 @app.command()
-def end(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
-) -> None:
+def end(on: DecisionOptions) -> None:
     """End the match now."""
-    _decide(OfficialAction.END, match, router, keys, reason)
+    _decide(OfficialAction.END, on)
 
 
 @app.command("set-score")
 def set_score(
     team: TeamArgument,
     points: Annotated[int, typer.Argument(metavar="POINTS", help="Its score from now on.")],
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Overrule the score of a team."""
-    _decide(OfficialAction.SET_SCORE, match, router, keys, reason, team, str(points))
+    _decide(OfficialAction.SET_SCORE, on, team, str(points))
 
 
 @app.command("set-role")
 def set_role(
     player: PlayerArgument,
     role: Annotated[str, typer.Argument(metavar="ROLE", help="A role of the game.")],
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Overrule the role of a player."""
-    _decide(OfficialAction.SET_ROLE, match, router, keys, reason, player, role)
+    _decide(OfficialAction.SET_ROLE, on, player, role)
 
 
 @app.command("set-state")
 def set_state(
     player: PlayerArgument,
     state: Annotated[str, typer.Argument(metavar="STATE", help="A state of the game.")],
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Overrule the state of a player."""
-    _decide(OfficialAction.SET_STATE, match, router, keys, reason, player, state)
+    _decide(OfficialAction.SET_STATE, on, player, state)
 
 
 @app.command()
 def disqualify(
     player: PlayerArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Take a player out: its robot stops and stays as an obstacle, and play goes on."""
-    _decide(OfficialAction.DISQUALIFY, match, router, keys, reason, player)
+    _decide(OfficialAction.DISQUALIFY, on, player)
 
 
 @app.command()
 def reinstate(
     player: PlayerArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Let a player that is out play again, from the next round."""
-    _decide(OfficialAction.REINSTATE, match, router, keys, reason, player)
+    _decide(OfficialAction.REINSTATE, on, player)
 
 
 @app.command()
 def place(
     player: PlayerArgument,
-    match: MatchArgument = None,
+    on: DecisionOptions,
     pose: PoseOption = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
 ) -> None:
     """Tell where a physical robot has been put, so that it counts on from there; put a virtual one there.
 
     Without --pose that is the player's mark.
     """
     value = None if pose is None else " ".join(f"{number:g}" for number in pose)
-    _decide(OfficialAction.PLACE, match, router, keys, reason, player, value)
+    _decide(OfficialAction.PLACE, on, player, value)
 
 
 @app.command()
 def recover(
     player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="Whose robot; all if missing.")] = "all",
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions = DecisionOptions(),
 ) -> None:
     """Let robots clear the faults that they have latched. Go on with `resume`."""
-    _decide(OfficialAction.RECOVER, match, router, keys, reason, None if player == "all" else player)
+    _decide(OfficialAction.RECOVER, on, None if player == "all" else player)
 
 
 @app.command()
 def substitute(
     player: PlayerArgument,
     strategy: StrategyArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
+    options: MatchOptions,
 ) -> None:
     """Let a player go on with another strategy, or with the mended one. One that was disqualified plays again.
 
     Its process is replaced. A player that is out because it has failed is back from the next round.
     """
-    name, endpoint = own_match(match, router, f"let {player} play by {strategy}")
+    name, endpoint = own_match(options, f"let {player} play by {strategy}")
     from vrg.launch.trial import trial  # it loads what checks match files
 
     target = whole_target(strategy)
@@ -261,7 +228,7 @@ def substitute(
         tried.find(target, Path.cwd())  # a mistake is reported before the old player is stopped
     on, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
     answers = mailbox.subscribe(on.seat_answer)
-    with connected(endpoint, keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
+    with connected(endpoint, options.keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
         session.attach(mailbox)
         mailbox.publish(on.seat_request, SeatRequest(player=player, strategy=target, by=me(), id=number))
         for out in (sent := mailbox.collect()):

@@ -1,18 +1,23 @@
 """The arguments and options that several commands share, each declared once, and what they mean."""
 
+import functools
+import inspect
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -134,6 +139,60 @@ JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for progra
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
 
 
+@dataclass(frozen=True)
+class MatchOptions:
+    """The running match that a command means, as it was typed, and the folder of its keys."""
+
+    match: MatchArgument = None
+    router: RouterOption = None
+    keys: KeysOption = None
+
+
+@dataclass(frozen=True)
+class DecisionOptions(MatchOptions):
+    """The running match that a decision is about, and the reason of it."""
+
+    reason: ReasonOption = ""
+
+
+class CommandGroup(typer.Typer):
+    """A group of commands; see `flat`."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(add_completion=False, pretty_exceptions_enable=False, **settings)
+
+    def command(self, name: str | None = None, **settings: Any) -> Callable[[F], F]:
+        """Add a command of which several options may be one parameter."""
+        add = super().command(name, **settings)
+        return lambda function: add(flat(function))  # type: ignore[return-value]
+
+
+def flat(function: Callable[..., None]) -> Callable[..., None]:
+    """A command for typer in place of one that has parameters of dataclasses: their fields are its own parameters."""
+    own = inspect.signature(function, eval_str=True).parameters
+    groups: Mapping[str, Any] = {name: p.annotation for name, p in own.items() if is_dataclass(p.annotation)}
+    taken = {name: [field.name for field in fields(kind)] for name, kind in groups.items()}
+    parameters: list[inspect.Parameter] = []
+    for name, parameter in own.items():
+        parameters += [
+            parameter.replace(
+                name=field.name,
+                annotation=field.type,
+                default=parameter.empty if field.default is MISSING else field.default,
+            )
+            for field in (fields(groups[name]) if name in groups else ())
+        ] or [parameter]
+
+    @functools.wraps(function)
+    def command(**typed: Any) -> None:
+        made = {name: kind(**{field: typed.pop(field) for field in taken[name]}) for name, kind in groups.items()}
+        function(**made, **typed)
+
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return command
+
+
 @contextmanager
 def stoppable() -> Iterator[Stop]:
     """A Stop that SIGINT and SIGTERM set.
@@ -227,6 +286,27 @@ def web_address(typed: str | None) -> tuple[str, int | None]:
     if not host.strip("[]") or (colon and not (port.isdecimal() and 0 < int(port) < 65536)):
         raise typer.BadParameter(f"expected an address such as 0.0.0.0:8080, got {typed!r}", param_hint="--listen")
     return host.strip("[]"), int(port) if colon else None
+
+
+def port_at(host: str, typed: int | None, usual: int, what: str) -> int:
+    """The port at which something is served: the one that was typed, or else the usual one, or the next free.
+
+    Raises:
+        LaunchError: it is not free, or this machine has no such address.
+    """
+    from vrg.launch.endpoints import free_port  # few commands serve something
+
+    try:
+        return free_port(host, usual) if typed is None else free_port(host, typed, tries=1)
+    except OSError as error:
+        raise LaunchError(f"{what} cannot be served: {error}") from error
+
+
+def listening_address(typed: str | None, usual: int, what: str) -> str:
+    """The address and a free port, as `HOST:PORT`; see `web_address` and `port_at`."""
+    host, port = web_address(typed)
+    found = port_at(host, port, usual, what)
+    return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
 
 
 def write_text(file: Path, text: str | bytes) -> None:

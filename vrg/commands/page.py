@@ -14,19 +14,9 @@ from rich.console import Console
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
 from vrg.bus.seats import SeatKind, seats_of_node
-from vrg.commands.matches import attached, connected, credentials_for, keys_of
-from vrg.commands.options import (
-    KeysOption,
-    ListenOption,
-    MatchArgument,
-    RouterOption,
-    exit_if_interrupted,
-    make_console,
-    web_address,
-)
+from vrg.commands.matches import attached, connected, credentials_for
+from vrg.commands.options import ListenOption, MatchOptions, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
-from vrg.errors import LaunchError
-from vrg.launch.endpoints import free_port
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission
 
 _EVERYWHERE = ("0.0.0.0", "::")
@@ -34,19 +24,17 @@ _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
 
-def web(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
-) -> None:
+def web(on: MatchOptions, listen: ListenOption = None) -> None:
     """Show a running match in browsers. Without the official's keys everybody may only watch."""
     from vrg.launch.serving import WINDOW_PERIOD
     from vrg.ui.web.node import WebNode
     from vrg.ui.web.server import WebServer
 
     host, port = web_address(listen)
-    found, seats = attached(match, router), seats_of_node("web", "")
-    credentials = credentials_for(found.endpoint, keys, *seats)
+    found, seats = attached(on), seats_of_node("web", "")
+    credentials = credentials_for(found.endpoint, on.keys, *seats)
     official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
-    with connected(found.endpoint, keys, *seats, patience=10.0) as (stop, session):
+    with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
         if state is not None:
             page = open_page(host, port, [player.name for player in state.players], deciding=official)
@@ -62,38 +50,23 @@ def web(
             run_node(node, session, found.keys, stop, idle=WINDOW_PERIOD)
 
 
-def foxglove(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
-) -> None:
+def foxglove(on: MatchOptions, listen: ListenOption = None) -> None:
     """Show a running match in Foxglove: all that a recording holds, as it happens. It changes nothing."""
-    from vrg.launch.serving import serve
-
-    address = live_address(listen)
-    found = attached(match, router)
-    setup = found.known_setup()
+    address, found = live_address(listen), attached(on)
+    found.known_setup()
     typer.echo(foxglove_link(address))
-    exit_if_interrupted(
-        serve("foxglove", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys))
-    )
+    found.serve("foxglove", address)
 
 
 def live_address(typed: str | None) -> str:
-    """The address and a free port for Foxglove's server, as `HOST:PORT`.
-
-    Args:
-        typed: such as `0.0.0.0:8765`; None for this machine only.
+    """The address and a free port for Foxglove's server; see `listening_address`.
 
     Raises:
-        typer.BadParameter: it is no address. LaunchError: no port is free there, or the SDK is not installed.
+        LaunchError: no port is free there, or the SDK is not installed.
     """
     from vrg.recording.live import PORT
 
-    host, port = web_address(typed)
-    try:
-        found = free_port(host, PORT) if port is None else free_port(host, port, tries=1)
-    except OSError as error:
-        raise LaunchError(f"no server for Foxglove can be opened: {error}") from error
-    return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
+    return listening_address(typed, PORT, "Foxglove's server")
 
 
 def foxglove_link(address: str) -> str:
@@ -111,11 +84,7 @@ def open_page(host: str, port: int | None, players: Sequence[str], *, deciding: 
     Raises:
         LaunchError: the port is not free, or this machine has no such address.
     """
-    try:
-        found = free_port(host, DEFAULT_PORT) if port is None else free_port(host, port, tries=1)
-    except OSError as error:
-        raise LaunchError(f"the page cannot be served: {error}") from error
-    return admission(host, found, players, deciding=deciding)
+    return admission(host, port_at(host, port, DEFAULT_PORT, "the page"), players, deciding=deciding)
 
 
 def print_links(page: Admission, console: Console) -> None:

@@ -17,16 +17,7 @@ from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.commands.matches import Attached, attached
 from vrg.commands.official import sender
-from vrg.commands.options import (
-    KeysOption,
-    MatchArgument,
-    OutputOption,
-    PlayerArgument,
-    RouterOption,
-    lasting,
-    make_console,
-    write_text,
-)
+from vrg.commands.options import MatchOptions, OutputOption, PlayerArgument, lasting, make_console, write_text
 from vrg.commands.show import first_state
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import BusError, ConfigError, LaunchError, MessageError
@@ -49,22 +40,17 @@ PICTURE_TIMEOUT = 10.0
 
 def sensors(
     player: PlayerArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    seconds: Annotated[
-        float | None,
-        lasting("Show one table after so long, and end.", 0.5),
-    ] = None,
+    on: MatchOptions,
+    seconds: Annotated[float | None, lasting("Show one table after so long, and end.", 0.5)] = None,
 ) -> None:
     """Show what the sensors of a robot measure now: those that the world simulates. Ends with the match.
 
     Where the output is no terminal, each reading is a line, or the table comes once after --for.
     """
-    found, console = attached(match, router), make_console()
+    found, console = attached(on), make_console()
     watched, now, hinted = Watched(), 0.0, False
     in_lines = seconds is None and not console.is_terminal
-    with listening(found.endpoint, keys) as (stop, session):
+    with listening(found.endpoint, on.keys) as (stop, session):
         _check_player(found, session, player, stop)
         begun = time.monotonic()
         readings = f"{found.keys.root}/robot/{chunk_of(player)}/sensor/**"
@@ -97,19 +83,13 @@ def sensors(
         raise typer.Exit(1)
 
 
-def camera(
-    player: PlayerArgument,
-    match: MatchArgument = None,
-    output: OutputOption = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-) -> None:
+def camera(player: PlayerArgument, on: MatchOptions, output: OutputOption = None) -> None:
     """Save a picture of what the camera of a robot sees now, as PLAYER.png or another file that is named."""
     file = output or Path(f"{player}.png")
     if file.suffix.lower() != ".png":
         raise ConfigError([f"expected a file that ends in .png, got {file}"])
-    found = attached(match, router)
-    with listening(found.endpoint, keys) as (stop, session):
+    found = attached(on)
+    with listening(found.endpoint, on.keys) as (stop, session):
         _check_player(found, session, player, stop)
         picture = _picture(session, found.keys, player, stop)
     if picture is None:

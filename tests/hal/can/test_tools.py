@@ -3,7 +3,6 @@
 import pytest
 
 from tests.hal.can.bench import Drives
-from vrg.bus.stopping import Stop
 from vrg.commands.can_listening import BusState, listening
 from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
@@ -40,11 +39,11 @@ def mute_node(lab: Simulation) -> list[Frame]:
 
 def looks(lab: Simulation, seconds: float) -> tuple[BusState, int]:
     """Look again and again; what was heard at last, and how many looks that were."""
-    stop, count = Stop(), 0
+    count = 0
     with listening(LINK) as bus:
         end = lab.clock.now() + seconds
         while lab.clock.now() < end:
-            heard = bus.look(stop, ask=True)
+            heard = bus.look(ask=True)
             count += 1
             lab.clock.sleep(0.1)
     return heard, count
