@@ -11,8 +11,8 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from vrg.cli import make_app
+from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, ended_run
-from vrg.commands.options import MatchOptions
 from vrg.commands.run import listed
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import write_setup

@@ -149,7 +149,7 @@ def _command(name: str, what: Any, about: str) -> Any:
     elif isinstance(found := load_object(what), typer.Typer):
         app = found
     else:
-        from vrg.commands.options import CommandGroup  # noqa: PLC0415 - as above
+        from vrg.commands.groups import CommandGroup  # noqa: PLC0415 - as above
 
         app = CommandGroup()
         app.command(name)(found)

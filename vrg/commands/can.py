@@ -10,7 +10,8 @@ import typer
 
 from vrg.commands import can_calibrate, can_control, can_listening, can_options
 from vrg.commands.can_options import EmulatedBusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
-from vrg.commands.options import CommandGroup, LeashOption, exit_if_interrupted, lasting
+from vrg.commands.groups import CommandGroup
+from vrg.commands.options import LeashOption, exit_if_interrupted, lasting
 from vrg.errors import ConfigError
 from vrg.hal.can.settings import EMULATING
 from vrg.hal.can.workshop.emulated import DriveOptions

@@ -5,41 +5,12 @@ from typing import Annotated
 import typer
 from rich.markup import escape
 
-from vrg.commands.evaluating import (
-    AllOption,
-    ConfidenceOption,
-    EvaluationOptions,
-    FirstSeedOption,
-    GamesOption,
-    JobsOption,
-    LasersOption,
-    LimitOption,
-    MatchOption,
-    RayOption,
-    experiment,
-    finish,
-    show,
-)
-from vrg.commands.options import EngineOption, OutputOption, SandboxOption, StrategyArgument, make_console
+from vrg.commands.evaluating import EvaluationOptions, experiment, finish, show
+from vrg.commands.options import StrategyArgument, make_console
 from vrg.errors import ConfigError
 
 
-def compare(
-    first: StrategyArgument,
-    second: StrategyArgument,
-    match: MatchOption,
-    games: GamesOption = 200,
-    seed: FirstSeedOption = 0,
-    jobs: JobsOption = None,
-    engine: EngineOption = "planar",
-    lasers: LasersOption = None,
-    output: OutputOption = None,
-    confidence: ConfidenceOption = 0.95,
-    play_all: AllOption = False,
-    limit: LimitOption = 3600.0,
-    ray: RayOption = None,
-    sandbox: SandboxOption = None,
-) -> None:
+def compare(first: StrategyArgument, second: StrategyArgument, options: EvaluationOptions) -> None:
     """Let two strategies play many games, each seed twice with the sides swapped, until one is shown to be better.
 
     If it is interrupted, the same command goes on where it stopped.
@@ -48,14 +19,11 @@ def compare(
     from vrg.games import game_of
     from vrg.ui.comparison import plot_comparison
 
-    wish = EvaluationOptions(
-        match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox
-    )
-    with experiment([first, second], wish, "compare") as played:
+    with experiment([first, second], options, "compare") as played:
         console, folder = make_console(), played.folder
         [(pairing, series)] = played.series.items()
         rows, teams = played.rows(), folder.definition.teams
-        sentence = report.sentence(pairing, series, confidence)
+        sentence = report.sentence(pairing, series, options.confidence)
         tables = [report.sides(rows, teams), report.calls(rows)]
         remarks = report.irregular(rows)
         files.write(folder.path, "games", files.games(rows, folder.again))
@@ -77,18 +45,7 @@ def tournament(
     strategies: Annotated[
         list[str], typer.Argument(metavar="STRATEGY...", help="Names of strategies, or file.py:Class, or module:Class.")
     ],
-    match: MatchOption,
-    games: GamesOption = 200,
-    seed: FirstSeedOption = 0,
-    jobs: JobsOption = None,
-    engine: EngineOption = "planar",
-    lasers: LasersOption = None,
-    output: OutputOption = None,
-    confidence: ConfidenceOption = 0.95,
-    play_all: AllOption = False,
-    limit: LimitOption = 3600.0,
-    ray: RayOption = None,
-    sandbox: SandboxOption = None,
+    options: EvaluationOptions,
     mirror: Annotated[bool, typer.Option("--mirror", help="Let each strategy play against itself, too.")] = False,
 ) -> None:
     """Let each strategy play against each other one, as `vrg compare` does, and rate them all.
@@ -100,10 +57,7 @@ def tournament(
 
     if len(set(strategies)) < max(2, len(strategies)):
         raise ConfigError([f"expected two or more different strategies, got {', '.join(strategies)}"])
-    wish = EvaluationOptions(
-        match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox
-    )
-    with experiment(strategies, wish, "tournament", mirror=mirror) as played:
+    with experiment(strategies, options, "tournament", mirror=mirror) as played:
         console, folder = make_console(), played.folder
         rows = played.rows()
         rated = standings.ratings([contender.label for contender in folder.definition.contenders], rows)
@@ -111,7 +65,7 @@ def tournament(
         crossed = standings.crossed(labels, played.series)
         cells = standings.cells(crossed)
         table = standings.table(rated, cells)
-        sentences = [report.sentence(pairing, series, confidence) for pairing, series in played.series.items()]
+        sentences = [report.sentence(pairing, series, options.confidence) for pairing, series in played.series.items()]
         remarks = report.irregular(rows)
         files.write(folder.path, "games", files.games(rows, folder.again))
         files.write(folder.path, "pairings", files.pairings(played.series))

@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from vrg.bus.hosts import in_endpoint
-from vrg.commands.options import CommandGroup, GameArgument
+from vrg.commands.groups import CommandGroup
+from vrg.commands.options import GameArgument
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError

@@ -12,9 +12,9 @@ from vrg.bus.messages import REASON_LENGTH, Estop, EstopRelease, shortened
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
+from vrg.commands.groups import DecisionOptions
 from vrg.commands.matches import credentials_for, keys_of, own_match, which_match
 from vrg.commands.official import ANSWER_TIMEOUT, Referee, me
-from vrg.commands.options import DecisionOptions
 from vrg.errors import BusError
 from vrg.launch import running
 

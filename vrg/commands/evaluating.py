@@ -14,38 +14,21 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.options import TIME, duration, make_console, print_table, whole_target
+from vrg.commands.options import (
+    TIME,
+    EngineOption,
+    OutputOption,
+    SandboxOption,
+    duration,
+    make_console,
+    print_table,
+    whole_target,
+)
 
 if TYPE_CHECKING:
     from vrg.evaluation.folder import ExperimentFolder
     from vrg.evaluation.games import GameRecord
     from vrg.evaluation.running import Experiment
-
-MatchOption = Annotated[
-    str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
-]
-GamesOption = Annotated[int, typer.Option(min=2, help="The most games of two strategies; an odd number is rounded up.")]
-FirstSeedOption = Annotated[
-    int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")
-]
-JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")]
-LasersOption = Annotated[
-    bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
-]
-ConfidenceOption = Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")]
-AllOption = Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")]
-LimitOption = Annotated[
-    float, typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off.")
-]
-RayOption = Annotated[
-    str | None,
-    typer.Option(
-        "--ray",
-        metavar="ADDRESS",
-        help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here.",
-    ),
-]
-
 
 TOLD_EVERY = 20
 """The number of games after which the progress is printed, where the output is no terminal."""
@@ -53,25 +36,42 @@ TOLD_EVERY = 20
 
 @dataclass(frozen=True)
 class EvaluationOptions:
-    """The user's options; see above."""
+    """The match of an experiment, and how its games are played."""
 
-    match: str
-    games: int
-    seed: int
-    jobs: int | None
-    engine: str | None
-    lasers: bool | None
-    out: Path | None
-    confidence: float
-    play_all: bool
-    limit: float
-    ray: str | None = None
-    sandbox: bool | None = None
+    match: Annotated[
+        str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
+    ]
+    games: Annotated[
+        int, typer.Option(min=2, help="The most games of two strategies; an odd number is rounded up.")
+    ] = 200
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")] = 0
+    jobs: Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")] = None
+    engine: EngineOption = "planar"
+    lasers: Annotated[
+        bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
+    ] = None
+    output: OutputOption = None
+    confidence: Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")] = 0.95
+    play_all: Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")] = (
+        False
+    )
+    limit: Annotated[
+        float, typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off.")
+    ] = 3600.0
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            "--ray",
+            metavar="ADDRESS",
+            help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here.",
+        ),
+    ] = None
+    sandbox: SandboxOption = None
 
 
 @contextmanager
 def experiment(
-    targets: Sequence[str], wish: EvaluationOptions, name: str, *, mirror: bool = False
+    targets: Sequence[str], options: EvaluationOptions, name: str, *, mirror: bool = False
 ) -> "Iterator[Experiment]":
     """Play an experiment of all pairings of some strategies, and let the caller conclude it.
 
@@ -96,7 +96,7 @@ def experiment(
     from vrg.launch.sandbox.seal import missing
 
     console = make_console()
-    if wish.ray is not None:
+    if options.ray is not None:
         from vrg.evaluation.ray_workers import require_ray
 
         require_ray()
@@ -105,7 +105,9 @@ def experiment(
     if lacking is None:
         apart.start_as_fork()  # before this process has read the match
     try:
-        setup = load_match(match_path(wish.match), engine=wish.engine, lasers=wish.lasers, sandbox=wish.sandbox)
+        setup = load_match(
+            match_path(options.match), engine=options.engine, lasers=options.lasers, sandbox=options.sandbox
+        )
         teams = contenders.teams_of(setup)
         found = contenders.contenders([whole_target(target) for target in targets])
         contenders.check(setup, found, apart if lacking is None else None)
@@ -116,20 +118,20 @@ def experiment(
         console.print(
             f"[yellow]strategies decide where the referee does, and can change it: {escape(lacking)}[/yellow]"
         )
-    definition = define(setup, found, seed=wish.seed, limit=wish.limit)
+    definition = define(setup, found, seed=options.seed, limit=options.limit)
     labels = [contender.label for contender in found]
     pairs = [Pairing(a, b) for i, a in enumerate(labels) for b in labels[i if mirror else i + 1 :]]
-    series = {p: Series((wish.games + 1) // 2, wish.confidence, play_all=wish.play_all) for p in pairs}
-    out = wish.out or Path("runs") / f"{name}-{definition.digest}"
+    series = {p: Series((options.games + 1) // 2, options.confidence, play_all=options.play_all) for p in pairs}
+    out = options.output or Path("runs") / f"{name}-{definition.digest}"
     with stop_on_signals() as stop, ExperimentFolder(out, definition) as folder:
         before = len(folder.rows)
         running = Experiment(folder, setup, series)
         console.print(
-            f"{setup.name}: {setup.game}, {setup.engine}, from seed {wish.seed}; games in {out}", soft_wrap=True
+            f"{setup.name}: {setup.game}, {setup.engine}, from seed {options.seed}; games in {out}", soft_wrap=True
         )
         if before:
             console.print(f"{before} games are in {out} already")
-        _play(running, wish, stop, console)
+        _play(running, options, stop, console)
         yield running
         if stop.is_set():
             raise typer.Exit(130)
@@ -140,18 +142,18 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _play(running: "Experiment", wish: EvaluationOptions, stop: Stop, console: Console) -> None:
+def _play(running: "Experiment", options: EvaluationOptions, stop: Stop, console: Console) -> None:
     """Play what is missing, and show how it goes."""
     if running.over:
         return
     from vrg.evaluation.workers import Workers
 
-    if wish.ray is not None:
+    if options.ray is not None:
         from vrg.evaluation.ray_workers import RayWorkers
 
-        workers: Workers = RayWorkers(wish.ray, wish.jobs, cores(), running.folder)
+        workers: Workers = RayWorkers(options.ray, options.jobs, cores(), running.folder)
     else:
-        workers = Workers(wish.jobs or cores(), running.folder, running.setup)
+        workers = Workers(options.jobs or cores(), running.folder, running.setup)
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
@@ -180,7 +182,7 @@ def _play(running: "Experiment", wish: EvaluationOptions, stop: Stop, console: C
         running.run(workers, stop, finished, looked)
     if played:
         took = time.monotonic() - began
-        how = f"{workers.jobs} at a time" + ("" if wish.ray is None else f" on the cluster {wish.ray}")
+        how = f"{workers.jobs} at a time" + ("" if options.ray is None else f" on the cluster {options.ray}")
         console.print(f"{played} games played in {took:.0f} s ({played / took:.2f} a second, {how})")
 
 

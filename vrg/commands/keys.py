@@ -14,7 +14,8 @@ from vrg.bus.credentials import find_credentials
 from vrg.bus.hosts import check_host, is_host
 from vrg.bus.names import check_name, name_of
 from vrg.bus.seats import NAMED, Seat, SeatKind, seats_of_node
-from vrg.commands.options import CommandGroup, GameArgument, JsonOption, OutputOption, RouterOption, write_text
+from vrg.commands.groups import CommandGroup
+from vrg.commands.options import GameArgument, JsonOption, OutputOption, RouterOption, write_text
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 

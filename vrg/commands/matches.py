@@ -15,7 +15,8 @@ from vrg.bus.seats import Seat
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
-from vrg.commands.options import KEYS_VARIABLE, MatchOptions, exit_if_interrupted, stoppable
+from vrg.commands.groups import MatchOptions
+from vrg.commands.options import KEYS_VARIABLE, exit_if_interrupted, stoppable
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch import running
 from vrg.regions import Region

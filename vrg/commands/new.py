@@ -15,7 +15,7 @@ from typing import Annotated
 import typer
 
 from vrg.bus.names import NAME_RULE, is_name
-from vrg.commands.options import CommandGroup
+from vrg.commands.groups import CommandGroup
 from vrg.errors import ConfigError
 from vrg.modules import classes_in
 from vrg.templates import filled

@@ -16,17 +16,9 @@ from vrg.bus.node import sender_of
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys
+from vrg.commands.groups import CommandGroup, DecisionOptions, MatchOptions
 from vrg.commands.matches import connected, own_match
-from vrg.commands.options import (
-    CommandGroup,
-    DecisionOptions,
-    MatchOptions,
-    PlayerArgument,
-    PoseOption,
-    StrategyArgument,
-    TeamArgument,
-    whole_target,
-)
+from vrg.commands.options import PlayerArgument, PoseOption, StrategyArgument, TeamArgument, whole_target
 from vrg.errors import BusError, ConfigError
 
 app = CommandGroup(no_args_is_help=True)
@@ -39,6 +31,7 @@ _SUBSTITUTING = 10.0
 """The real time in s to wait for the launcher, which gives the old player time to stop its robot."""
 
 OFFICIAL = Seat(SeatKind.OFFICIAL)
+_ANY = DecisionOptions()
 
 
 def me() -> str:
@@ -204,7 +197,7 @@ def place(
 @app.command()
 def recover(
     player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="Whose robot; all if missing.")] = "all",
-    on: DecisionOptions = DecisionOptions(),
+    on: DecisionOptions = _ANY,
 ) -> None:
     """Let robots clear the faults that they have latched. Go on with `resume`."""
     _decide(OfficialAction.RECOVER, on, None if player == "all" else player)

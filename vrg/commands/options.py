@@ -1,23 +1,18 @@
 """The arguments and options that several commands share, each declared once, and what they mean."""
 
-import functools
-import inspect
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import MISSING, dataclass, fields, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
-
-F = TypeVar("F", bound=Callable[..., Any])
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -108,19 +103,10 @@ RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to wri
 EngineOption = Annotated[
     str | None, typer.Option(callback=_known_engine, help="Physics engine that replaces the match file's.")
 ]
-SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 SandboxOption = Annotated[
     bool | None,
     typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
 ]
-InProcessOption = Annotated[
-    bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
-]
-RateOption = Annotated[
-    str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
-]
-HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")]
-RecordOption = Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")]
 
 # When, where and in which form.
 AtOption = Annotated[float | None, typer.Option("--at", metavar=TIME, parser=duration(), help="The match time.")]
@@ -137,60 +123,6 @@ ListenOption = Annotated[
 OutputOption = Annotated[Path | None, typer.Option("--output", "-o", help="File or folder to write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]
-
-
-@dataclass(frozen=True)
-class MatchOptions:
-    """The running match that a command means, as it was typed, and the folder of its keys."""
-
-    match: MatchArgument = None
-    router: RouterOption = None
-    keys: KeysOption = None
-
-
-@dataclass(frozen=True)
-class DecisionOptions(MatchOptions):
-    """The running match that a decision is about, and the reason of it."""
-
-    reason: ReasonOption = ""
-
-
-class CommandGroup(typer.Typer):
-    """A group of commands; see `flat`."""
-
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(add_completion=False, pretty_exceptions_enable=False, **settings)
-
-    def command(self, name: str | None = None, **settings: Any) -> Callable[[F], F]:
-        """Add a command of which several options may be one parameter."""
-        add = super().command(name, **settings)
-        return lambda function: add(flat(function))  # type: ignore[return-value]
-
-
-def flat(function: Callable[..., None]) -> Callable[..., None]:
-    """A command for typer in place of one that has parameters of dataclasses: their fields are its own parameters."""
-    own = inspect.signature(function, eval_str=True).parameters
-    groups: Mapping[str, Any] = {name: p.annotation for name, p in own.items() if is_dataclass(p.annotation)}
-    taken = {name: [field.name for field in fields(kind)] for name, kind in groups.items()}
-    parameters: list[inspect.Parameter] = []
-    for name, parameter in own.items():
-        parameters += [
-            parameter.replace(
-                name=field.name,
-                annotation=field.type,
-                default=parameter.empty if field.default is MISSING else field.default,
-            )
-            for field in (fields(groups[name]) if name in groups else ())
-        ] or [parameter]
-
-    @functools.wraps(function)
-    def command(**typed: Any) -> None:
-        made = {name: kind(**{field: typed.pop(field) for field in taken[name]}) for name, kind in groups.items()}
-        function(**made, **typed)
-
-    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    command.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
-    return command
 
 
 @contextmanager

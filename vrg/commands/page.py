@@ -14,8 +14,9 @@ from rich.console import Console
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
 from vrg.bus.seats import SeatKind, seats_of_node
+from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
-from vrg.commands.options import ListenOption, MatchOptions, listening_address, make_console, port_at, web_address
+from vrg.commands.options import ListenOption, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission
 

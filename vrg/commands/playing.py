@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -14,6 +14,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.commands.groups import PlayOptions
 from vrg.commands.launching import Security, Show, play_processes
 from vrg.commands.options import has_display
 from vrg.commands.page import live_address, open_page
@@ -33,56 +34,14 @@ from vrg.launch.specs import window_of
 from vrg.ui.table import TerminalTable
 
 
-@dataclass(frozen=True)
-class PlayOptions:
-    """The user's options of `vrg play`.
-
-    Args:
-        in_process: True plays the match in one process.
-        paced: True if a rate was typed as a number. Otherwise a match in one process is as fast as possible.
-        window: True opens a window, if there is a display. record: True records for Foxglove and the plot.
-        here: True runs everything on this machine. dry: True only prints what would run where.
-        seats: True plays with seats, False without; None as in the match file.
-        keys: the folder of the keys of the match's seats; None makes keys for this run alone.
-        sandbox: True seals the processes of players, False does not; None as in the match file.
-        web: the address and the port at which browsers see it; None serves no page.
-        developer: True opens the developers' view in place of another window.
-        foxglove: True lets Foxglove connect. three: True shows it in three dimensions.
-    """
-
-    in_process: bool
-    paced: bool
-    window: bool
-    record: bool
-    here: bool = False
-    dry: bool = False
-    seats: bool | None = None
-    keys: Path | None = None
-    sandbox: bool | None = None
-    web: tuple[str, int | None] | None = None
-    developer: bool = False
-    foxglove: bool = False
-    three: bool = False
-
-
 def play_match(
-    match: str,
-    runs: Path,
-    wish: PlayOptions,
-    server: ForkServer,
-    *,
-    engine: str | None,
-    seed: int | None,
-    rate: float | None,
-    base: Path | None = None,
+    match: str, options: PlayOptions, server: ForkServer, base: Path | None = None
 ) -> tuple[RunFolder, MatchSetup] | None:
     """Play a match, show it, and print who won and where the run is recorded.
 
     Args:
-        match: a match file, or a game's name. runs: the folder for run folders.
-        wish: what the user has asked for.
+        match: a match file, or a game's name. options: of the command.
         server: the fork server that starts the match's processes.
-        engine, seed, rate: these replace the values of the match file; None keeps the file's value.
         base: the folder that relative paths in the match file start from; its own if missing.
 
     Returns:
@@ -93,30 +52,36 @@ def play_match(
         LaunchError: a process does not start, or dies too often.
         typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off.
     """
-    setup = load_match(match_path(match), base=base, engine=engine, seed=seed, rate=rate, sandbox=wish.sandbox)
-    if wish.here:
+    setup = load_match(
+        match_path(match), base=base, engine=options.engine, seed=options.seed, rate=options.speed,
+        sandbox=options.sandbox,
+    )  # fmt: skip
+    if options.here or options.in_process:
         setup = setup.all_here()
-    if wish.developer:
+    if options.developer:
         setup = _for_developers(setup)
     console = Console(highlight=False, emoji=False)
     elsewhere = WINDOW in setup.place
-    page = None
-    if wish.web is not None and not wish.dry:
-        page = open_page(*wish.web, [player.name for player in setup.players])
-    live = live_address(None) if wish.foxglove and not wish.dry else None
-    three = three_address(None) if wish.three and not wish.dry else None
-    window = wish.window and (elsewhere or has_display())
-    show = Show(console, window=window, record=wish.record, page=page, live=live, three=three)
-    if wish.dry:
-        print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
+    page, address = None, options.address
+    if address is not None and not options.dry_run:
+        page = open_page(*address, [player.name for player in setup.players])
+    live = live_address(None) if options.foxglove and not options.dry_run else None
+    three = three_address(None) if options.three and not options.dry_run else None
+    window = not options.headless and (elsewhere or has_display())
+    show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
+    if options.dry_run:
+        print_plan(setup, console, window=show.window, record=show.record, web=address is not None)
         return None
-    secured = not wish.in_process and (wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats))
-    show.announce(*sealing(setup, seats=secured, in_process=wish.in_process))
-    if wish.in_process:
+    keys = None if options.seats is False else options.keys
+    secured = not options.in_process and (
+        keys is not None or (setup.has_seats if options.seats is None else options.seats)
+    )
+    show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
+    if options.in_process:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
         check_strategies(setup, nodes.strategy_of)
-    folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
+    folder = RunFolder.create(options.runs, setup.name, datetime.now(), setup.text)
     try:
         keep(setup, folder)
     except OSError as error:
@@ -124,7 +89,7 @@ def play_match(
             f"[yellow]the files that the match names cannot be kept with the run: {escape(str(error))}[/yellow]"
         )
     try:
-        if wish.record:
+        if options.record:
             keep_layout(setup, folder)
     except OSError as error:
         console.print(f"[yellow]the layout for Foxglove cannot be written: {escape(str(error))}[/yellow]")
@@ -134,7 +99,7 @@ def play_match(
     )
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
-    _play(setup, folder, show, server, wish, Security(wanted=secured, given=wish.keys))
+    _play(setup, folder, show, server, options, Security(wanted=secured, given=keys))
     if not folder.again.exists():
         return None
     folder.again.unlink()
@@ -142,7 +107,7 @@ def play_match(
 
 
 def _play(
-    setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, wish: PlayOptions, security: Security
+    setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, options: PlayOptions, security: Security
 ) -> None:
     """Play the match, and conclude it; for what is raised see `play_match`."""
     shown = False
@@ -155,9 +120,10 @@ def _play(
     state: RefereeState | None
     with stop_on_signals() as stop:
         server.stop = stop
-        if wish.in_process:
-            setup = setup if wish.paced else setup.at_rate(0.0)
-            state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
+        if options.in_process:
+            paced = options.speed is not None
+            setup = setup if paced else setup.at_rate(0.0)
+            state, failure = _play_in_process(setup, folder, show, stop, paced=paced)
         else:
             state, failure = play_processes(setup, folder, show, stop, server, security, over)
     # After a window, once more with what the processes have counted and the end of the recording, and without a word.

@@ -15,9 +15,10 @@ from vrg.bus.names import chunk_of, name_of
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
+from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import Attached, attached
 from vrg.commands.official import sender
-from vrg.commands.options import MatchOptions, OutputOption, PlayerArgument, lasting, make_console, write_text
+from vrg.commands.options import OutputOption, PlayerArgument, lasting, make_console, write_text
 from vrg.commands.show import first_state
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import BusError, ConfigError, LaunchError, MessageError

@@ -13,10 +13,10 @@ from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
+from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for, setup_named, which_match
 from vrg.commands.options import (
     MatchArgument,
-    MatchOptions,
     PlayerArgument,
     RouterOption,
     RunOption,

@@ -4,8 +4,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached
-from vrg.commands.options import ListenOption, MatchOptions, listening_address, stoppable
+from vrg.commands.options import ListenOption, listening_address, stoppable
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup

@@ -20,8 +20,9 @@ from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
+from vrg.commands.groups import CommandGroup, MatchOptions
 from vrg.commands.matches import connected, which_match
-from vrg.commands.options import CommandGroup, JsonOption, MatchOptions, lasting
+from vrg.commands.options import JsonOption, lasting
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_class
 
