@@ -43,10 +43,7 @@ _HEADROOM = 2.0
 """The speed at which a motor is a runaway, as a multiple of the commanded one."""
 
 
-def stop(
-    on: BusOptions,
-    seconds: Annotated[float, lasting("How long to repeat the order.", 0.2, 600)] = 1.0,
-) -> None:
+def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat the order.", 0.2, 600)] = 1.0) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
     from vrg.hal.can.guard import TURNING_SPEED
 
@@ -91,10 +88,7 @@ def stop(
     console.print(f"{link}: every motor was switched off. Off by their own reports: {off or 'none'}.")
 
 
-def clear(
-    on: BusOptions,
-    ids: IdsOption = None,
-) -> None:
+def clear(on: BusOptions, ids: IdsOption = None) -> None:
     """Let drives forget their latched errors, and say which they have then. Moves nothing."""
     link, console = on.link(), make_console()
     with listening(link) as bus, console.status(f"looking for drives on {link}"):
@@ -118,16 +112,16 @@ def address(
     link = on.link()
     spoken = protocol_of(protocol, listener=True)
     if problem := spoken.axis_type.check_node(to):
-        raise ConfigError([f"the new id: {problem}"])
+        raise ConfigError(f"the new id: {problem}")
     if id_ is None and serial is None:
-        raise ConfigError(["expected --id or --serial: which drive is to have another id?"])
+        raise ConfigError("expected --id or --serial: which drive is to have another id?")
     console = make_console()
     with listening(link) as bus:
         with console.status(f"looking for drives on {link}"):
             heard = bus.look_for(_FIND)
         mine = [f for f in heard.nodes if isinstance(bus.survey.listener_of(f), spoken.listener_type)]
         if any(found.node == to for found in mine):
-            raise ConfigError([f"{link}: there is a drive with id {to} already"])
+            raise ConfigError(f"{link}: there is a drive with id {to} already")
         found, number = _which(mine, id_, serial, str(link))
         if found.on:
             raise RobotError(f"{found.protocol} {found.node}: expected a motor that is off: `vrg can stop`")
@@ -187,7 +181,7 @@ def configure(
             if save:
                 listener.save(found)
         except ValueError as error:
-            raise ConfigError([str(error)]) from None
+            raise ConfigError(str(error)) from None
     console.print("Saved." if save else "It has this until it is switched off; --save keeps it." if changes else "")
 
 
@@ -207,10 +201,10 @@ def jog(
     from vrg.hal.can.train import DriveTrain
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
-        raise ConfigError([f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}"])
+        raise ConfigError(f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}")
     link, spoken = on.link(), protocol_of(protocol)
     if problem := spoken.axis_type.check_node(id_):
-        raise ConfigError([f"--id: {problem}"])
+        raise ConfigError(f"--id: {problem}")
     model = robot_model("P2AT")
     # A gear with which the top speed of this model is a little more than the motor is asked for: a runaway is noticed.
     ratio = _HEADROOM * abs(speed) * TURN * model.drivetrain.wheel_radius / model.v_max

@@ -158,10 +158,7 @@ def _number(value: float | None, digits: int) -> str:
     return "?" if value is None else f"{value:.{digits}f}"
 
 
-def scan(
-    on: BusOptions,
-    seconds: Annotated[float, lasting("How long to listen.", 0.3, 60)] = 1.5,
-) -> None:
+def scan(on: BusOptions, seconds: Annotated[float, lasting("How long to listen.", 0.3, 60)] = 1.5) -> None:
     """Say which drives are on a bus: protocol, id, serial number, firmware, state and errors. Moves nothing."""
     link, console = on.link(), make_console()
     with listening(link) as bus, console.status(f"listening on {link}"):

@@ -80,7 +80,7 @@ def _read(option: str, read: Callable[[T], U], typed: T) -> U:
     try:
         return read(typed)
     except ValueError as error:
-        raise ConfigError([f"{option}: {error}"]) from None
+        raise ConfigError(f"{option}: {error}") from None
 
 
 def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Protocol:

@@ -56,7 +56,7 @@ def tournament(
     from vrg.ui.crosstable import plot_cross_table
 
     if len(set(strategies)) < max(2, len(strategies)):
-        raise ConfigError([f"expected two or more different strategies, got {', '.join(strategies)}"])
+        raise ConfigError(f"expected two or more different strategies, got {', '.join(strategies)}")
     with experiment(strategies, options, "tournament", mirror=mirror) as played:
         console, folder = make_console(), played.folder
         rows = played.rows()

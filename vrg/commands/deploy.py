@@ -45,14 +45,12 @@ def systemd(
     setup = load_match(match_path(match))
     if keys is None and setup.has_seats:
         raise ConfigError(
-            [
-                f"expected the folder of the keys with --keys, as the match {setup.name} has seats, got none: make "
-                "them by `vrg keys init`, hand each machine those of its own seats, and name their folder there; or "
-                "write `seats = false` at the top of the match file"
-            ]
+            f"expected the folder of the keys with --keys, as the match {setup.name} has seats, got none: make "
+            "them by `vrg keys init`, hand each machine those of its own seats, and name their folder there; or "
+            "write `seats = false` at the top of the match file"
         )
     if keys is not None and not PurePosixPath(keys).is_absolute():
-        raise ConfigError([f"--keys: expected a folder on the machines that begins with /, got {keys!r}"])
+        raise ConfigError(f"--keys: expected a folder on the machines that begins with /, got {keys!r}")
     scheme = "tcp" if keys is None else "tls"
     installations = {
         machine: Installation(
@@ -89,5 +87,5 @@ def _endpoint(setup: MatchSetup, machine: str, scheme: str) -> str:
     if not setup.hosts:
         return f"{scheme}/127.0.0.1:{PORT}"
     raise ConfigError(
-        [f"expected `address = ...` in [machines.{machine}], as its router must be found without ssh, found none"]
+        f"expected `address = ...` in [machines.{machine}], as its router must be found without ssh, found none"
     )

@@ -33,9 +33,9 @@ def open_draft(file: Path) -> Draft:
     try:
         return Draft(file.read_text(encoding="utf-8"), file.resolve().parent, file)
     except FileNotFoundError:
-        raise ConfigError([f"{file}: no such file"]) from None
+        raise ConfigError(f"{file}: no such file") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError([f"{file}: cannot be read: {error}"]) from None
+        raise ConfigError(f"{file}: cannot be read: {error}") from None
 
 
 def save_draft(draft: Draft, known: str | None) -> None:

@@ -1,6 +1,5 @@
 """The command `vrg estop`, which engages or releases the emergency stop and waits until the referee confirms it."""
 
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +13,7 @@ from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.groups import DecisionOptions
 from vrg.commands.matches import credentials_for, keys_of, own_match, which_match
-from vrg.commands.official import ANSWER_TIMEOUT, Referee, me
+from vrg.commands.official import ANSWER_TIMEOUT, Conversation, me
 from vrg.errors import BusError
 from vrg.launch import running
 
@@ -70,7 +69,7 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
     """
     credentials = _credentials_for_order(endpoint, seats, order)
     with open_session(endpoint, patience=ANSWER_TIMEOUT, credentials=credentials) as session:
-        referee = Referee(session, Keys(name))
+        referee = Conversation(session, Keys(name))
         if isinstance(order, Estop):
             before = True
             referee.mailbox.publish(referee.keys.estop, order)
@@ -84,20 +83,18 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
     return before
 
 
-def _reports(referee: Referee, *, estop: bool | None) -> bool | None:
+def _reports(referee: Conversation, *, estop: bool | None) -> bool | None:
     """Wait until the referee reports that an emergency stop is engaged, or is not; with None either will do.
 
     Returns:
-        what it reports; None if it does not within ANSWER_TIMEOUT.
+        what it reports; None if it does not in time.
     """
-    deadline = time.monotonic() + ANSWER_TIMEOUT
-    while time.monotonic() < deadline:
-        referee.receive()
+
+    def engaged() -> bool | None:
         latest = referee.state.latest
-        if latest is not None and estop in (None, latest.body.estop):
-            return latest.body.estop
-        time.sleep(0.02)
-    return None
+        return latest.body.estop if latest is not None and estop in (None, latest.body.estop) else None
+
+    return referee.wait_for(engaged)
 
 
 def _credentials_for_order(endpoint: str, seats: Path | None, order: Estop | EstopRelease) -> Credentials | None:

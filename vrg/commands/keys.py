@@ -2,6 +2,8 @@
 
 import json
 import socket
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Annotated
@@ -22,21 +24,28 @@ from vrg.errors import ConfigError
 app = CommandGroup(no_args_is_help=True)
 
 FolderOption = Annotated[Path, typer.Option("--keys", envvar="VRG_KEYS", help="Folder of the keys.")]
-DaysOption = Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")]
-HostOption = Annotated[
-    list[str] | None,
-    typer.Option("--host", help="Host name or IP address of the router's machine, besides this machine's; may repeat."),
-]
 KEYS = Path("keys")
 """The folder of keys, unless another one is named."""
 
 
+@dataclass(frozen=True)
+class MakingOptions:
+    """The match whose keys are made, and how long and where they are valid."""
+
+    match: GameArgument
+    keys: FolderOption = KEYS
+    days: Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")] = 30.0
+    host: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--host", help="Host name or IP address of the router's machine, besides this machine's; may repeat."
+        ),
+    ] = None
+
+
 @app.command()
 def init(
-    match: GameArgument,
-    keys: FolderOption = KEYS,
-    days: DaysOption = 30.0,
-    host: HostOption = None,
+    on: MakingOptions,
     replace: Annotated[
         bool,
         typer.Option("--replace", help="Remove these keys, and make others: none that was handed out is good."),
@@ -45,43 +54,32 @@ def init(
     """Make an authority and the keys of all seats of a match."""
     from vrg.seats.folder import KeysFolder
 
-    setup = _setup(match)
-    roster, folder = setup.roster, KeysFolder(keys)
+    setup, folder = _setup(on.match), KeysFolder(on.keys)
     if folder.has_keys and not replace:
         raise ConfigError(
-            [
-                f"{keys}: there are keys already: renew them by `vrg keys renew` where they were made, choose another "
-                "folder, or add --replace, which removes them"
-            ]
+            f"{on.keys}: there are keys already: renew them by `vrg keys renew` where they were made, choose "
+            "another folder, or add --replace, which removes them"
         )
-    now, lasts = datetime.now(UTC), timedelta(days=days)
-    folder.make(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, host))
-    typer.echo(f"{keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}")
+    typer.echo(_make(folder.make, setup, on))
 
 
 @app.command()
-def renew(
-    match: GameArgument,
-    keys: FolderOption = KEYS,
-    days: DaysOption = 30.0,
-    host: HostOption = None,
-) -> None:
+def renew(on: MakingOptions) -> None:
     """Make new keys for all seats, those new in the match file too. Old ones are good until they expire."""
     from vrg.seats.folder import KeysFolder
 
-    setup, now, lasts = _setup(match), datetime.now(UTC), timedelta(days=days)
-    roster = setup.roster
-    KeysFolder(keys).renew(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, host))
-    typer.echo(
-        f"{keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}: hand them out again"
-    )
+    typer.echo(f"{_make(KeysFolder(on.keys).renew, _setup(on.match), on)}: hand them out again")
+
+
+def _make(make: Callable[..., None], setup: MatchSetup, on: MakingOptions) -> str:
+    """Make the keys of all seats, and return a sentence about them."""
+    roster, now, lasts = setup.roster, datetime.now(UTC), timedelta(days=on.days)
+    make(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, on.host))
+    return f"{on.keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}"
 
 
 @app.command()
-def show(
-    keys: FolderOption = KEYS,
-    as_json: JsonOption = False,
-) -> None:
+def show(keys: FolderOption = KEYS, as_json: JsonOption = False) -> None:
     """List the seats that a folder has keys of, and until when they are valid."""
     from vrg.seats.folder import KeysFolder
 
@@ -145,7 +143,7 @@ def seat_of(text: str) -> Seat:
         return Seat(SeatKind(kind), check_name(name) if name else "")
     except ValueError:
         known = ", ".join(f"{k}.NAME" if k in NAMED else k for k in SeatKind)
-        raise ConfigError([f"expected a seat ({known}), got {text!r}"]) from None
+        raise ConfigError(f"expected a seat ({known}), got {text!r}") from None
 
 
 def _setup(match: str) -> MatchSetup:
@@ -167,5 +165,5 @@ def _hosts(setup: MatchSetup, given: list[str] | None) -> list[str]:
     try:
         typed = [check_host(host) for host in given or ()]
     except ValueError as error:
-        raise ConfigError([f"--host: {error}"]) from None
+        raise ConfigError(f"--host: {error}") from None
     return [*LOCAL_HOSTS, *([own] if is_host(own) else []), *addresses, *typed]

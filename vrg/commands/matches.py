@@ -65,7 +65,7 @@ class Attached:
             ConfigError: it is not known on this machine.
         """
         if self.setup is None:
-            raise ConfigError([f"{self.name} runs on another machine: type its match file in place of its name"])
+            raise ConfigError(f"{self.name} runs on another machine: type its match file in place of its name")
         return self.setup
 
     def serve(self, kind: str, name: str = "", run: Path | None = None) -> None:
@@ -120,7 +120,7 @@ def _named(on: MatchOptions) -> "tuple[str | None, str | None, MatchSetup | None
         run = str(Path(typed).resolve())
         match = next((match for match in here if match.run == run), None)
         if match is None:
-            raise ConfigError([f"{typed}: the match of this run does not run any more: `vrg run` looks at it"])
+            raise ConfigError(f"{typed}: the match of this run does not run any more: `vrg run` looks at it")
         return match.match, router or match.router, None
     setup = setup_named(typed)
     return typed if setup is None else setup.name, router, setup
@@ -164,7 +164,7 @@ def own_match(on: MatchOptions, what: str) -> tuple[str, str]:
     if on.match is None and on.router is None and found is not None and not found.is_own:
         there = f"the only match that runs here is {name}, started in {found.folder}"
         if not sys.stdin.isatty():
-            raise ConfigError([f"{there}: if you mean it, add its name, {name}"])
+            raise ConfigError(f"{there}: if you mean it, add its name, {name}")
         if not typer.confirm(f"{there}: {what}?"):
             raise typer.Exit(1)
     return name, endpoint

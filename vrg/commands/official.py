@@ -3,14 +3,15 @@
 import getpass
 import time
 import uuid
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
 from vrg.bus.access import DECIDING
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import REASON_LENGTH, Call, Official, OfficialAction, RefereeState, SeatRequest, shortened
+from vrg.bus.messages import REASON_LENGTH, Official, OfficialAction, RefereeState, SeatRequest, shortened
 from vrg.bus.names import is_name
 from vrg.bus.node import sender_of
 from vrg.bus.seats import Seat, SeatKind
@@ -20,6 +21,8 @@ from vrg.commands.groups import CommandGroup, DecisionOptions, MatchOptions
 from vrg.commands.matches import connected, own_match
 from vrg.commands.options import PlayerArgument, PoseOption, StrategyArgument, TeamArgument, whole_target
 from vrg.errors import BusError, ConfigError
+
+T = TypeVar("T")
 
 app = CommandGroup(no_args_is_help=True)
 
@@ -48,65 +51,60 @@ def sender() -> str:
     return sender_of(DECIDING, me())
 
 
-class Referee:
-    """A connection to the referee of a running match."""
+class Conversation:
+    """A connection to a running match, on which a command asks and waits for an answer.
 
-    def __init__(self, session: Session, keys: Keys) -> None:
+    Args:
+        patience: the real time in s to wait for a listener and for an answer.
+
+    Attributes:
+        keys: of the match. mailbox: what is published there is sent by `send`. state: the referee's.
+    """
+
+    def __init__(self, session: Session, keys: Keys, patience: float = ANSWER_TIMEOUT) -> None:
         self._session = session
+        self._patience = patience
         self.keys = keys
         self.mailbox = Mailbox(sender())
         self.state: Inlet[RefereeState] = self.mailbox.subscribe(keys.referee_state)
-        self.calls: Inlet[Call] = self.mailbox.subscribe(keys.referee_event)
         session.attach(self.mailbox)
 
-    def receive(self) -> None:
-        """Take in the referee's answers since the last call."""
-        self._session.receive()
-        self.mailbox.handover(0.0)
-
-    def send(self) -> None:
+    def send(self, advice: str = "is it running?") -> None:
         """Send what was published.
 
         Raises:
-            BusError: no referee listens to it within ANSWER_TIMEOUT.
+            BusError: no node listens to it in time; the message ends with the advice.
         """
         out = self.mailbox.collect()
         for item in out:
-            if not self._session.wait_for_listener(item.message.key, item.topic.qos, ANSWER_TIMEOUT):
-                raise BusError(f"no node of match {self.keys.match!r} listens to {item.message.key}: is it running?")
+            if not self._session.wait_for_listener(item.message.key, item.topic.qos, self._patience):
+                raise BusError(f"no node of match {self.keys.match!r} listens to {item.message.key}: {advice}")
         self._session.send(out)
 
-    def answer(self, number: str) -> Call:
-        """Wait for the referee's call that answers the decision with this id.
-
-        Raises:
-            BusError: the referee does not answer within ANSWER_TIMEOUT.
-        """
-        deadline = time.monotonic() + ANSWER_TIMEOUT
+    def wait_for(self, look: Callable[[], T | None]) -> T | None:
+        """Receive messages until a look at them finds something, and return that; None if it does not in time."""
+        deadline = time.monotonic() + self._patience
         while time.monotonic() < deadline:
-            self.receive()
-            for received in self.calls.take():
-                if received.body.answers == number:
-                    return received.body
+            self._session.receive()
+            self.mailbox.handover(0.0)
+            if (found := look()) is not None:
+                return found
             time.sleep(0.02)
-        raise BusError(f"the referee of match {self.keys.match!r} did not answer within {ANSWER_TIMEOUT:g} s")
+        return None
 
 
-def _decide(
-    action: OfficialAction,
-    on: DecisionOptions,
-    subject: str | None = None,
-    value: str | None = None,
-) -> None:
+def _decide(action: OfficialAction, on: DecisionOptions, subject: str | None = None, value: str | None = None) -> None:
     name, endpoint = own_match(on, str(action))
     with connected(endpoint, on.keys, OFFICIAL, patience=ANSWER_TIMEOUT) as (_, session):
-        referee = Referee(session, Keys(name))
-        number = uuid.uuid4().hex
+        referee, number = Conversation(session, Keys(name)), uuid.uuid4().hex
+        calls = referee.mailbox.subscribe(referee.keys.referee_event)
         why = shortened(on.reason, REASON_LENGTH)
         decision = Official(action=action, by=me(), reason=why, subject=subject, value=value, id=number)
         referee.mailbox.publish(referee.keys.official, decision)
         referee.send()
-        call = referee.answer(number)
+        call = referee.wait_for(lambda: next((c.body for c in calls.take() if c.body.answers == number), None))
+    if call is None:
+        raise BusError(f"the referee of match {name!r} did not answer within {ANSWER_TIMEOUT:g} s")
     typer.echo(f"{name}: {call.text}")
     if call.rule == "refused":
         if referee.state.latest is not None and referee.state.latest.body.estop:
@@ -163,29 +161,19 @@ def set_state(
 
 
 @app.command()
-def disqualify(
-    player: PlayerArgument,
-    on: DecisionOptions,
-) -> None:
+def disqualify(player: PlayerArgument, on: DecisionOptions) -> None:
     """Take a player out: its robot stops and stays as an obstacle, and play goes on."""
     _decide(OfficialAction.DISQUALIFY, on, player)
 
 
 @app.command()
-def reinstate(
-    player: PlayerArgument,
-    on: DecisionOptions,
-) -> None:
+def reinstate(player: PlayerArgument, on: DecisionOptions) -> None:
     """Let a player that is out play again, from the next round."""
     _decide(OfficialAction.REINSTATE, on, player)
 
 
 @app.command()
-def place(
-    player: PlayerArgument,
-    on: DecisionOptions,
-    pose: PoseOption = None,
-) -> None:
+def place(player: PlayerArgument, on: DecisionOptions, pose: PoseOption = None) -> None:
     """Tell where a physical robot has been put, so that it counts on from there; put a virtual one there.
 
     Without --pose that is the player's mark.
@@ -204,42 +192,26 @@ def recover(
 
 
 @app.command()
-def substitute(
-    player: PlayerArgument,
-    strategy: StrategyArgument,
-    options: MatchOptions,
-) -> None:
+def substitute(player: PlayerArgument, strategy: StrategyArgument, on: MatchOptions) -> None:
     """Let a player go on with another strategy, or with the mended one. One that was disqualified plays again.
 
     Its process is replaced. A player that is out because it has failed is back from the next round.
     """
-    name, endpoint = own_match(options, f"let {player} play by {strategy}")
+    name, endpoint = own_match(on, f"let {player} play by {strategy}")
     from vrg.launch.trial import trial  # it loads what checks match files
 
     target = whole_target(strategy)
     with trial() as tried:
         tried.find(target, Path.cwd())  # a mistake is reported before the old player is stopped
-    on, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
-    answers = mailbox.subscribe(on.seat_answer)
-    with connected(endpoint, options.keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
-        session.attach(mailbox)
-        mailbox.publish(on.seat_request, SeatRequest(player=player, strategy=target, by=me(), id=number))
-        for out in (sent := mailbox.collect()):
-            if not session.wait_for_listener(out.message.key, out.topic.qos, _SUBSTITUTING):
-                raise BusError(
-                    f"no `vrg play` runs a match with the name {name} there; if its processes were started by hand, "
-                    "use `vrg node player`"
-                )
-        session.send(sent)
-        deadline = time.monotonic() + _SUBSTITUTING
-        while time.monotonic() < deadline:
-            session.receive()
-            mailbox.handover(0.0)
-            for received in answers.take():
-                if received.body.id == number:
-                    if received.body.refused is not None:
-                        raise ConfigError([received.body.refused])
-                    typer.echo(f"{name}: {player} plays by {strategy} now")
-                    return
-            time.sleep(0.02)
-    raise BusError(f"the launcher of match {name} did not answer within {_SUBSTITUTING:g} s")
+    with connected(endpoint, on.keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
+        launcher, number = Conversation(session, Keys(name), _SUBSTITUTING), uuid.uuid4().hex
+        answers = launcher.mailbox.subscribe(launcher.keys.seat_answer)
+        request = SeatRequest(player=player, strategy=target, by=me(), id=number)
+        launcher.mailbox.publish(launcher.keys.seat_request, request)
+        launcher.send("no `vrg play` runs it there; if its processes were started by hand, use `vrg node player`")
+        answer = launcher.wait_for(lambda: next((a.body for a in answers.take() if a.body.id == number), None))
+    if answer is None:
+        raise BusError(f"the launcher of match {name} did not answer within {_SUBSTITUTING:g} s")
+    if answer.refused is not None:
+        raise ConfigError([answer.refused])
+    typer.echo(f"{name}: {player} plays by {strategy} now")

@@ -250,4 +250,4 @@ def write_text(file: Path, text: str | bytes) -> None:
     try:
         file.write_bytes(text.encode() if isinstance(text, str) else text)
     except OSError as error:
-        raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None
+        raise ConfigError(f"{file}: cannot be written: {error.strerror}: choose another place") from None

@@ -158,9 +158,7 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
         ConfigError: its window is on another machine.
     """
     if WINDOW in setup.place:
-        raise ConfigError(
-            [f"--developer: the window is on {setup.place[WINDOW]}: `vrg show developer` opens one there"]
-        )
+        raise ConfigError(f"--developer: the window is on {setup.place[WINDOW]}: `vrg show developer` opens one there")
     return setup.for_developers()
 
 

@@ -77,11 +77,11 @@ def match_text(
         if ground.footprint_clear(pose, body.length, body.width):
             places.append(pose)
         elif at is not None and not places:
-            raise ConfigError([f"--pose: expected a place on map {ground.name!r} that is free of walls, got {at}"])
+            raise ConfigError(f"--pose: expected a place on map {ground.name!r} that is free of walls, got {at}")
         if len(places) == robots:
             break
     if len(places) < robots:
-        raise ConfigError([f"--robots: map {ground.name!r} has room for {len(places)}, got {robots}"])
+        raise ConfigError(f"--robots: map {ground.name!r} has room for {len(places)}, got {robots}")
     players = [
         {
             **{"name": f"robot{number}", "role": "player", "model": model},

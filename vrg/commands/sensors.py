@@ -88,7 +88,7 @@ def camera(player: PlayerArgument, on: MatchOptions, output: OutputOption = None
     """Save a picture of what the camera of a robot sees now, as PLAYER.png or another file that is named."""
     file = output or Path(f"{player}.png")
     if file.suffix.lower() != ".png":
-        raise ConfigError([f"expected a file that ends in .png, got {file}"])
+        raise ConfigError(f"expected a file that ends in .png, got {file}")
     found = attached(on)
     with listening(found.endpoint, on.keys) as (stop, session):
         _check_player(found, session, player, stop)

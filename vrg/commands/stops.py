@@ -16,10 +16,7 @@ if TYPE_CHECKING:
     from vrg.recording.stops import RobotStop
 
 
-def stops(
-    run: RunArgument = None,
-    as_json: JsonOption = False,
-) -> None:
+def stops(run: RunArgument = None, as_json: JsonOption = False) -> None:
     """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
     from vrg.launch.certificate import certificate_of, data_of, summary_line
 

@@ -115,12 +115,7 @@ def list_topics(
 
 
 @app.command()
-def echo(
-    key: KeyArgument,
-    on: MatchOptions,
-    count: CountOption = None,
-    as_json: JsonOption = False,
-) -> None:
+def echo(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json: JsonOption = False) -> None:
     """Print messages as they come."""
     keys, endpoint = _bus(on)
     shown = 0
@@ -141,12 +136,7 @@ def echo(
 
 
 @app.command()
-def hz(
-    key: KeyArgument,
-    on: MatchOptions,
-    count: CountOption = None,
-    as_json: JsonOption = False,
-) -> None:
+def hz(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json: JsonOption = False) -> None:
     """Measure how often messages come, in real time, each second."""
     keys, endpoint = _bus(on)
     expression = _full_key(keys, key)

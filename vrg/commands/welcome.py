@@ -40,7 +40,7 @@ def edit(
 
     draft = open_draft(match)
     if not has_browser() and not sys.stdin.isatty():
-        raise ConfigError([f"{match}: expected a browser or a terminal to change it in, found neither"])
+        raise ConfigError(f"{match}: expected a browser or a terminal to change it in, found neither")
     begin(runs, draft, terminal=terminal, web=web)
 
 

@@ -82,5 +82,5 @@ class SensorSuite:
             kind: type[SensorSimulation[Any]] = load_object(target)
         except Exception as error:
             # A sensor of another package may raise anything while it is imported.
-            raise ConfigError([f"sensor: cannot import its simulation {target}: {error!r}"]) from error
+            raise ConfigError(f"sensor: cannot import its simulation {target}: {error!r}") from error
         return kind(self._surroundings)
