@@ -97,18 +97,8 @@ class ProcessBrancher:
         # A pipe would fill up, as it is read only at the end.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
         whole = [str(self._folder.path.resolve()), "--at", f"{time:.3f}", "--play", f"{player}={strategy}"]
-        command = [
-            sys.executable,
-            "-P",
-            "-m",
-            "vrg",
-            "run",
-            "replay",
-            *whole,
-            "--runs",
-            str(self._runs.resolve()),
-            "--json",
-        ]
+        whole += ["--runs", str(self._runs.resolve())]
+        command = [sys.executable, "-P", "-m", "vrg", "run", "replay", *whole, "--json"]
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors, cwd=self._folder.path
         )

@@ -15,7 +15,7 @@ from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.commands.groups import PlayOptions
-from vrg.commands.launching import Security, Show, play_processes
+from vrg.commands.launching import Launch, Show
 from vrg.commands.options import has_display
 from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
@@ -61,17 +61,15 @@ def play_match(
     if options.developer:
         setup = _for_developers(setup)
     console = Console(highlight=False, emoji=False)
-    elsewhere = WINDOW in setup.place
-    page, address = None, options.address
-    if address is not None and not options.dry_run:
-        page = open_page(*address, [player.name for player in setup.players])
-    live = live_address(None) if options.foxglove and not options.dry_run else None
-    three = three_address(None) if options.three and not options.dry_run else None
-    window = not options.headless and (elsewhere or has_display())
-    show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
+    address = options.address
+    window = not options.headless and (WINDOW in setup.place or has_display())
     if options.dry_run:
-        print_plan(setup, console, window=show.window, record=show.record, web=address is not None)
+        print_plan(setup, console, window=window, record=options.record, web=address is not None)
         return None
+    page = None if address is None else open_page(*address, [player.name for player in setup.players])
+    live = live_address(None) if options.foxglove else None
+    three = three_address(None) if options.three else None
+    show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
     keys = None if options.seats is False else options.keys
     secured = not options.in_process and (
         keys is not None or (setup.has_seats if options.seats is None else options.seats)
@@ -85,31 +83,26 @@ def play_match(
     try:
         keep(setup, folder)
     except OSError as error:
-        console.print(
-            f"[yellow]the files that the match names cannot be kept with the run: {escape(str(error))}[/yellow]"
-        )
+        show.announce(f"the files that the match names cannot be kept with the run: {error}")
     try:
         if options.record:
             keep_layout(setup, folder)
     except OSError as error:
-        console.print(f"[yellow]the layout for Foxglove cannot be written: {escape(str(error))}[/yellow]")
-    console.print(
-        f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}",
-        soft_wrap=True,
-    )
+        show.announce(f"the layout for Foxglove cannot be written: {error}")
+    about = f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}"
+    console.print(about, soft_wrap=True)
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
-    _play(setup, folder, show, server, options, Security(wanted=secured, given=keys))
+    _play(Launch(setup, folder, show, server, secured, keys), options)
     if not folder.again.exists():
         return None
     folder.again.unlink()
     return folder, setup
 
 
-def _play(
-    setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, options: PlayOptions, security: Security
-) -> None:
+def _play(launch: Launch, options: PlayOptions) -> None:
     """Play the match, and conclude it; for what is raised see `play_match`."""
+    setup, folder, show = launch.setup, launch.folder, launch.show
     shown = False
 
     def over(state: RefereeState | None) -> None:
@@ -119,13 +112,13 @@ def _play(
 
     state: RefereeState | None
     with stop_on_signals() as stop:
-        server.stop = stop
+        launch.server.stop = stop
         if options.in_process:
             paced = options.speed is not None
             setup = setup if paced else setup.at_rate(0.0)
             state, failure = _play_in_process(setup, folder, show, stop, paced=paced)
         else:
-            state, failure = play_processes(setup, folder, show, stop, server, security, over)
+            state, failure = launch.play(stop, over)
     # After a window, once more with what the processes have counted and the end of the recording, and without a word.
     last = replace(show, console=Console(quiet=True)) if shown else show
     _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
