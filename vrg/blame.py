@@ -39,10 +39,10 @@ def tell_of_refusals(remark: str) -> None:
 def failure_of(error: BaseException) -> StrategyError:
     """The exception of a strategy in one line, with the innermost place in the student's own code."""
     try:
-        said = printable(" ".join(str(error).split()))
+        text = printable(" ".join(str(error).split()))
     except BaseException:  # its own `__str__` is a student's code, too
-        said = ""
-    words = f"{type(error).__name__}: {said}" if said else type(error).__name__
+        text = ""
+    words = f"{type(error).__name__}: {text}" if text else type(error).__name__
     if isinstance(error, PermissionError | socket.gaierror) and _REFUSED:
         words = f"{words}; {_REFUSED[0]}"
     if isinstance(error, SyntaxError) and error.filename:

@@ -199,8 +199,8 @@ def main() -> None:
             welcome_app()()
         make_app()()
     except VrgError as error:
-        said = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
-        print(printable(said, lines=True), file=sys.stderr)
+        text = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
+        print(printable(text, lines=True), file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)

@@ -7,13 +7,14 @@ from typing import Annotated
 import typer
 
 from vrg.bus.credentials import Credentials, find_credentials_of
+from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import REASON_LENGTH, Estop, EstopRelease, shortened
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.groups import DecisionOptions
 from vrg.commands.matches import credentials_for, keys_of, own_match, which_match
-from vrg.commands.official import ANSWER_TIMEOUT, Conversation, me
+from vrg.commands.official import ANSWER_TIMEOUT, Conversation, me, sender
 from vrg.errors import BusError
 from vrg.launch import running
 
@@ -69,7 +70,7 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
     """
     credentials = _credentials_for_order(endpoint, seats, order)
     with open_session(endpoint, patience=ANSWER_TIMEOUT, credentials=credentials) as session:
-        referee = Conversation(session, Keys(name))
+        referee = Conversation(session, Keys(name), Mailbox(sender()))
         if isinstance(order, Estop):
             before = True
             referee.mailbox.publish(referee.keys.estop, order)

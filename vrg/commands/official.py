@@ -55,17 +55,18 @@ class Conversation:
     """A connection to a running match, on which a command asks and waits for an answer.
 
     Args:
+        mailbox: what is published there is sent by `send`. Its subscriptions must have been made.
         patience: the real time in s to wait for a listener and for an answer.
 
     Attributes:
-        keys: of the match. mailbox: what is published there is sent by `send`. state: the referee's.
+        state: the referee's.
     """
 
-    def __init__(self, session: Session, keys: Keys, patience: float = ANSWER_TIMEOUT) -> None:
+    def __init__(self, session: Session, keys: Keys, mailbox: Mailbox, patience: float = ANSWER_TIMEOUT) -> None:
         self._session = session
         self._patience = patience
         self.keys = keys
-        self.mailbox = Mailbox(sender())
+        self.mailbox = mailbox
         self.state: Inlet[RefereeState] = self.mailbox.subscribe(keys.referee_state)
         session.attach(self.mailbox)
 
@@ -96,11 +97,12 @@ class Conversation:
 def _decide(action: OfficialAction, on: DecisionOptions, subject: str | None = None, value: str | None = None) -> None:
     name, endpoint = own_match(on, str(action))
     with connected(endpoint, on.keys, OFFICIAL, patience=ANSWER_TIMEOUT) as (_, session):
-        referee, number = Conversation(session, Keys(name)), uuid.uuid4().hex
-        calls = referee.mailbox.subscribe(referee.keys.referee_event)
+        bus, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
+        calls = mailbox.subscribe(bus.referee_event)
+        referee = Conversation(session, bus, mailbox)
         why = shortened(on.reason, REASON_LENGTH)
         decision = Official(action=action, by=me(), reason=why, subject=subject, value=value, id=number)
-        referee.mailbox.publish(referee.keys.official, decision)
+        mailbox.publish(bus.official, decision)
         referee.send()
         call = referee.wait_for(lambda: next((c.body for c in calls.take() if c.body.answers == number), None))
     if call is None:
@@ -204,10 +206,11 @@ def substitute(player: PlayerArgument, strategy: StrategyArgument, on: MatchOpti
     with trial() as tried:
         tried.find(target, Path.cwd())  # a mistake is reported before the old player is stopped
     with connected(endpoint, on.keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
-        launcher, number = Conversation(session, Keys(name), _SUBSTITUTING), uuid.uuid4().hex
-        answers = launcher.mailbox.subscribe(launcher.keys.seat_answer)
+        bus, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
+        answers = mailbox.subscribe(bus.seat_answer)
+        launcher = Conversation(session, bus, mailbox, _SUBSTITUTING)
         request = SeatRequest(player=player, strategy=target, by=me(), id=number)
-        launcher.mailbox.publish(launcher.keys.seat_request, request)
+        mailbox.publish(bus.seat_request, request)
         launcher.send("no `vrg play` runs it there; if its processes were started by hand, use `vrg node player`")
         answer = launcher.wait_for(lambda: next((a.body for a in answers.take() if a.body.id == number), None))
     if answer is None:

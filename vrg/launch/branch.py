@@ -41,8 +41,8 @@ class Branch(Struct, frozen=True):
     changes: list[Change]
 
     def __str__(self) -> str:
-        told = [f"from {change.time:.1f} s on {change.player} plays {change.name}" for change in self.changes]
-        return ", ".join(told)
+        parts = [f"from {change.time:.1f} s on {change.player} plays {change.name}" for change in self.changes]
+        return ", ".join(parts)
 
 
 def branch_of(folder: RunFolder) -> Branch | None:

@@ -40,8 +40,8 @@ class Link:
     def __str__(self) -> str:
         where = self.channel if self.interface == "socketcan" else f"{self.interface}:{self.channel}"
         # Two servers may each have a can0.
-        told = [f"{name} {self.adapter[name]}" for name in ("host", "port") if name in self.adapter]
-        return f"{where} ({', '.join(told)})" if told else where
+        extras = [f"{name} {self.adapter[name]}" for name in ("host", "port") if name in self.adapter]
+        return f"{where} ({', '.join(extras)})" if extras else where
 
     @property
     def arguments(self) -> list[str]:

@@ -63,8 +63,8 @@ class VescDrive(EmulatedDrive):
 
     @property
     def _pairs(self) -> int:
-        said = self.options.protocol
-        return (said.pole_pairs if isinstance(said, VescOptions) else None) or POLE_PAIRS
+        options = self.options.protocol
+        return (options.pole_pairs if isinstance(options, VescOptions) else None) or POLE_PAIRS
 
     @property
     def _energised(self) -> bool:
