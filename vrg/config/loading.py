@@ -306,7 +306,7 @@ class _Checker:
             self.problems.append(Problem(text, (*where, "strategy")))
         if path.endswith(".py") and not (self._base / path).is_file():
             self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
-        # What needs no import is told before anything starts, also where strategies are imported in a sandbox only.
+        # What needs no import is reported before anything starts, also where strategies are imported in a sandbox only.
         elif path.endswith(".py") and (found := classes_in(self._base / path).get(name)) and found.acts is False:
             self.problems.append(Problem(no_method(str(strategy), "act", found.methods), (*where, "strategy")))
 

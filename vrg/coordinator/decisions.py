@@ -121,7 +121,7 @@ def _place(match: Match, official: Official, now: Observation, who: str, silent:
         at = "somewhere"  # not everybody may know where
     physical = name in now.physical
     if physical and name in silent:
-        raise ConfigError(f"{name} does not report, so its robot cannot be told: ask again when it does")
+        raise ConfigError(f"{name} does not report, so its robot cannot take it in: ask again when it does")
     if physical and (why := match.no_room(name, pose)):
         raise ConfigError(f"{name}: {why}")
     verb = "stands" if physical else "is put"

@@ -4,8 +4,8 @@ Intruders cross a convex area that pursuers guard. Pursuers stand at their posts
 seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
 intruders an escape. Then the players are reset: the intruder is put back to where it started, if its robot is a virtual
 one, and the pursuer drives back to its post. Who guesses what it has not seen is not listened to for a while, and an
-intruder that does not drive straight on at its top speed counts as captured. No player is told the true pose of an
-intruder in play, nor that of a pursuer, except in the calls that it is dispatched and that it captures somebody.
+intruder that does not drive straight on at its top speed counts as captured. No player learns the true pose of an
+intruder in play, nor that of a pursuer, except in the calls that it is dispatched and that it captures another.
 """
 
 import math

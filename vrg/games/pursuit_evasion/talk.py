@@ -1,8 +1,8 @@
 """The messages of pursuers to one another over the radio, and their decoding.
 
 Everything fits into one message of the radio (1024 bytes): the speaker's pose and motion, its new sightings, and from
-time to time the free space that it has seen while the scene was empty. No more sightings are said than the referee may
-be told; the others are left out, because there will be newer ones.
+time to time the free space that it has seen while the scene was empty. It has no more sightings than the referee may
+be sent; the others are left out, because there will be newer ones.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """A CAN bus by python-can, with a receive thread of its own. It knows frames, and nothing of motors.
 
 Met in practice, and worked around here: after an interface went down `recv` returns None for ever and the bus still
-calls itself active, so nobody judges health by the absence of errors; after an interface was deleted the socket stays
+calls itself active, so health is not judged by the absence of errors; after an interface was deleted the socket stays
 dead for good; a full transmit queue is an error at once, whatever the time-out; the receive queue overflows silently.
 """
 

@@ -260,7 +260,7 @@ class CanSettings(BackendSettings):
             wiring = self.robots[name]
             if wiring.calibration is None:
                 found.append(
-                    f"{name}: its directions, gear ratio and track are as the file says: nobody has measured them, as "
+                    f"{name}: its directions, gear ratio and track are as in the file: they were not measured, as "
                     "`vrg can calibrate` does"
                 )
             if wiring.watchdog == "unsafe":

@@ -348,7 +348,7 @@ class DriveTrain:
                 route = self._routes.get(key)
                 if route is None:
                     if len(self._routes) >= _ROUTES:
-                        self._routes.clear()  # somebody sends random identifiers
+                        self._routes.clear()  # a node sends random identifiers
                     wanting = [a for a in self._axes.values() if any(f.passes(frame) for f in a.filters)]
                     route = self._routes[key] = tuple(wanting)
                 axes = route

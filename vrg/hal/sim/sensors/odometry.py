@@ -1,6 +1,6 @@
 """The simulation of odometry from the encoders, with each axis' calibration error and slip.
 
-The way of each tick is integrated, whatever the rate of the readings is. But that is done only when somebody needs the
+The way of each tick is integrated, whatever the rate of the readings is. But that is done only when a node needs the
 result, for all ticks since the last time at once, because numpy takes little longer for several ticks than for one.
 """
 
