@@ -43,7 +43,7 @@ class DecisionOptions(MatchOptions):
 
 @dataclass(frozen=True)
 class PracticeOptions:
-    """How a match is played: in one process or several, how fast, and where it is shown and recorded."""
+    """The options of a match: in one process or several, its speed, its window and its recording."""
 
     in_process: Annotated[
         bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
@@ -81,7 +81,7 @@ class PracticeOptions:
 
 @dataclass(frozen=True)
 class PlayOptions(PracticeOptions):
-    """How a match is played by `vrg play`."""
+    """The options of `vrg play`."""
 
     here: Annotated[
         bool, typer.Option("--here", help="Run everything on this machine, whatever the match file names.")

@@ -45,7 +45,7 @@ def banners(scene: Scene, help_: Help = Help.NONE) -> list[Banner]:
     found = []
     over = scene.stage is Stage.GAME_OVER
     if over:
-        heading, colour = result(scene)
+        heading, colour = winner_words(scene)
         found.append(Banner(heading, result_lines(scene), colour))
     elif scene.estop:
         # The referee halts because of it: the reason is the same.

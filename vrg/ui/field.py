@@ -149,7 +149,7 @@ class FieldPainter:
             x, y = points[-1]
             surface.blit(text, text.get_rect(midleft=(round(x + 7 * ui), round(y))))
 
-    def _word(self, rect: pygame.Rect, flash: Flash, view: View, ui: float) -> tuple[pygame.Surface, pygame.Rect]:
+    def _word(self, rect: pygame.Rect, flash: Flash, view: Projection, ui: float) -> tuple[pygame.Surface, pygame.Rect]:
         """The word of a flash, and its plate above the ring, or below it where that has no room."""
         centre, radius = view.point(*flash.at), 1.25 * _ring(view, ui)
         text = self._fonts.render(flash.word.upper(), max(14, round(18 * ui)), palette.INK, Face.BOLD)
@@ -161,7 +161,7 @@ class FieldPainter:
 
     @staticmethod
     def _flash(
-        surface: pygame.Surface, flash: Flash, word: tuple[pygame.Surface, pygame.Rect], view: View, ui: float
+        surface: pygame.Surface, flash: Flash, word: tuple[pygame.Surface, pygame.Rect], view: Projection, ui: float
     ) -> None:
         """Draw a ring that grows and fades about what was called, with a word for it."""
         centre = view.point(*flash.at)
@@ -180,12 +180,12 @@ class FieldPainter:
         surface.blit(text, text.get_rect(center=plate.center))
 
 
-def _ring(view: View, ui: float) -> float:
+def _ring(view: Projection, ui: float) -> float:
     """The radius with which the ring of a flash begins, pixels; it doubles."""
     return min(max(0.6 * view.scale, SMALLEST), 60 * ui)
 
 
-def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -> None:
+def _trail(surface: pygame.Surface, body: SceneBody, view: Projection, style: Style) -> None:
     points = [view.point(x, y) for x, y in (*body.trail, (body.pose.x, body.pose.y))]
     last = len(points) - 1
     for index in range(last):

@@ -135,7 +135,7 @@ class HeaderPainter:
 
     @staticmethod
     def _counted(head: Headline) -> str:
-        """What the points count; where they do not decide, with the points."""
+        """The unit of the points; where they do not decide, with the points."""
         words = list(dict.fromkeys(team.counts for team in head.teams if team.counts))
         if head.count:
             return ",  ".join(f"{team.team}: {team.points} {team.words}" for team in head.teams)
@@ -170,7 +170,7 @@ class ResultPainter:
     def draw(self, surface: pygame.Surface, area: Rect, scene: Scene, hint: str, ui: float) -> Rect:
         """Draw the card in the middle of an area, with a hint of what can be done; return where it is."""
         fonts, pad = self._fonts, round(18 * ui)
-        heading, colour = result(scene)
+        heading, colour = winner_words(scene)
         width = min(area.width - 2 * pad, round(700 * ui))
         lines = [line for text in result_lines(scene) for line in fonts.wrap(text, width - 2 * pad, round(16 * ui))]
         step, top = round(23 * ui), round(70 * ui)

@@ -162,7 +162,7 @@ class BatchMaker:
 
 
 def trails(scene: Scene) -> Lines:
-    """Where robots were lately, fading into the ground."""
+    """The recent ways of robots, fading into the ground."""
     game = game_of(scene.game)
     points: list[Floats] = [np.zeros((0, 2, 3), np.float32)]
     colours: list[Bytes] = [np.zeros((0, 2, 3), np.uint8)]

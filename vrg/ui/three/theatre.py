@@ -20,7 +20,7 @@ from vrg.ui import palette
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.three import camera
 from vrg.ui.three.board import STYLE, board, last_call
-from vrg.ui.three.camera import Shot, View
+from vrg.ui.three.camera import CameraMode, Shot
 from vrg.ui.three.ground import Extent, extent, ground
 from vrg.ui.three.robots import robot_look
 from vrg.ui.three.stage import Batch, BatchMaker, Lines, fan, trails
