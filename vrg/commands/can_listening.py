@@ -38,7 +38,7 @@ class BusState:
     at: float
 
 
-class Listener:
+class ListenedBus:
     """A bus that is listened to; open it by `listening`.
 
     Attributes:
@@ -106,7 +106,7 @@ class Listener:
 
 
 @contextmanager
-def listening(link: Link) -> Iterator[Listener]:
+def listening(link: Link) -> Iterator[ListenedBus]:
     """Listen to a bus.
 
     Raises:
@@ -114,7 +114,7 @@ def listening(link: Link) -> Iterator[Listener]:
         typer.Exit: at the end of the context, with status 130, if Ctrl-C was pressed.
     """
     with stoppable() as stop:
-        bus = Listener(link, stop)
+        bus = ListenedBus(link, stop)
         bus.start()
         try:
             yield bus
