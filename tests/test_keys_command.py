@@ -14,6 +14,7 @@ from vrg.bus.session import configuration
 from vrg.cli import make_app
 from vrg.commands import node
 from vrg.commands.keys import seat_of
+from vrg.commands.page import open_page
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError, CredentialsError
 from vrg.games import GAMES
@@ -148,3 +149,28 @@ def test_what_is_no_seat_is_refused(text: str) -> None:
 def test_a_seat_is_read_as_it_is_shown() -> None:
     for seat in (Seat(SeatKind.WORLD), Seat(SeatKind.PLAYER, "Łukasz"), Seat(SeatKind.HOST, "pi")):
         assert seat_of(str(seat)) == seat
+
+
+def test_the_sheet_has_a_link_for_each_player_that_the_page_admits(folder: Path, tmp_path: Path) -> None:
+    file = tmp_path / "sheet.html"
+    command = ("sheet", GAME, "--keys", str(folder), "--listen", "10.0.0.5:9000", "--output", str(file))
+    done = keys(*command)
+    assert done.exit_code == 0, done.output
+    assert file.stat().st_mode & 0o077 == (folder / "page.json").stat().st_mode & 0o077 == 0
+    players = [player.name for player in load_match(GAMES.get(GAME).default_match()).players]
+    page = open_page("127.0.0.1", None, players, keys=folder)
+    assert page.port == 9000
+    text = file.read_text()
+    links = page.links("10.0.0.5")
+    assert len(links) == text.count("<svg") == len(players) + 2
+    assert all(link in text for _, link in links)
+    assert keys(*command).exit_code == 0
+    assert file.read_text() == text, "links that were printed stay good"
+
+
+def test_each_player_is_handed_its_own_keys(folder: Path, tmp_path: Path) -> None:
+    done = keys("hand", "--keys", str(folder), "--output", str(tmp_path))
+    assert done.exit_code == 0, done.output
+    players = load_match(GAMES.get(GAME).default_match()).players
+    assert {path.name for path in tmp_path.iterdir()} == {player.name for player in players}
+    assert [path.name for path in (tmp_path / "player1").iterdir()] == ["player.player1"]

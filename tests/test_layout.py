@@ -25,6 +25,7 @@ ONLY_IN = {
     "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/edit/server.py"),
+    "segno": ("ui/sheet.py",),
     "viser": ("ui/three/theatre.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
 }

@@ -39,7 +39,9 @@ def tell_of_refusals(remark: str) -> None:
 def failure_of(error: BaseException) -> StrategyError:
     """The exception of a strategy in one line, with the innermost place in the student's own code."""
     try:
-        text = printable(" ".join(str(error).split()))
+        # The text of a SyntaxError ends with its place, which follows anyway.
+        words = error.msg if isinstance(error, SyntaxError) and error.filename else str(error)
+        text = printable(" ".join(words.split()))
     except BaseException:  # its own `__str__` is a student's code, too
         text = ""
     words = f"{type(error).__name__}: {text}" if text else type(error).__name__
@@ -48,18 +50,19 @@ def failure_of(error: BaseException) -> StrategyError:
     if isinstance(error, SyntaxError) and error.filename:
         where = f"{Path(error.filename).name}, line {error.lineno}"
     else:
-        where = place_of(error.__traceback__)
+        # A strategy that decides elsewhere was only waited for here.
+        where = place_of(error.__traceback__, ours=not isinstance(error, DecisionTimeoutError))
     failure = StrategyError(f"{words} ({where})" if where else words, final=isinstance(error, FINAL))
     failure.__cause__ = error
     return failure
 
 
-def place_of(trace: TracebackType | None) -> str:
+def place_of(trace: TracebackType | None, *, ours: bool = True) -> str:
     """The innermost place of a traceback that is neither in VRG nor in a library, such as `ann.py, line 7, in act`.
 
-    If there is none, it is the innermost place of all; empty without a traceback.
+    If there is none, it is the innermost place of all, or empty if `ours` is False; empty without a traceback.
     """
-    frames = traceback.extract_tb(trace)
+    frames = [frame for frame in traceback.extract_tb(trace) if ours or is_students(frame.filename)]
     if not frames:
         return ""
     foreign = [frame for frame in frames if is_students(frame.filename)]

@@ -18,3 +18,8 @@ RED: Final[Rgb] = (228, 70, 56)
 GREY: Final[Rgb] = (142, 149, 160)
 
 WHITE: Final[Rgb] = (255, 255, 255)
+
+
+def hexadecimal(colour: Rgb) -> str:
+    """A colour as browsers and terminals read it, such as `#0c1016`."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)

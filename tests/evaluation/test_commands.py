@@ -88,6 +88,36 @@ def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[
     assert "| sharks-and-minnows |" in (tmp_path / "here" / "report.md").read_text()
 
 
+def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Callable[..., Done], tmp_path: Path) -> None:
+    own = "from vrg.agents import STILL, Strategy\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        "
+    (tmp_path / "class").mkdir()
+    for name, code in (
+        ("Anna Maria", f"{own}return STILL\n"),
+        ("ben", f"{own}return STILL\n"),
+        ("cem", f"{own}raise ValueError('no idea')\n"),
+        ("dora", f"{own}return STILL)\n"),
+        ("eve", "from vrg.agents import Strategy\n\n\nclass Mine(Strategy):\n    pass\n"),
+        ("_notes", "what is this?\n"),
+    ):
+        (tmp_path / "class" / f"{name}.py").write_text(code)
+    done = vrg("tournament", "class", "--match", "tiny.toml", "--games", "2", "--output", "a cup")
+    assert done.status == 0
+    assert "left out: cem: " in done.out
+    assert "ValueError: no idea (cem.py, line 6, in act)" in done.out
+    assert (
+        "left out: dora: class/dora.py: cannot be read as Python: SyntaxError: unmatched ')' (dora.py, line 6)"
+        in done.out
+    )
+    assert "left out: eve: class/eve.py: expected one class with a method `act`, found none" in done.out
+    assert "at most 2 games of 1 pairing" in done.out
+    assert "vrg play 'a cup/matches/" in done.out
+    board = (tmp_path / "a cup" / "leaderboard.html").read_text()
+    assert "<td>Anna Maria</td>" in board
+    assert "left out: dora, eve, cem" in board
+    assert "refresh" not in board
+    assert "| Anna Maria | ben | 2 | 0 |" in (tmp_path / "a cup" / "schedule.md").read_text()
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -12,7 +12,7 @@ from tests.evaluation.conftest import Play, target
 from vrg.cli import main
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError, LaunchError
-from vrg.evaluation.contenders import check, contenders
+from vrg.evaluation.contenders import contenders, unable
 from vrg.evaluation.experiment import Definition, define
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import BROKEN_OFF, OVER, GameRecord
@@ -146,12 +146,21 @@ def test_two_processes_cannot_use_one_folder(match: Path) -> None:
         ExperimentFolder(match.parent / "out", some)
 
 
-def test_a_strategy_that_cannot_be_imported_is_told_once(match: Path) -> None:
-    (match.parent / "broken.py").write_text("import no_such_module\n")
-    found = contenders([f"{match.parent / 'broken.py'}:Mine", target(match, "Lazy")])
-    with pytest.raises(ConfigError) as caught:
-        check(load_match(match), found)
-    assert str(caught.value).count("no_such_module") == 1
+def test_strategies_that_cannot_play_are_named_with_the_reason(match: Path) -> None:
+    loop = (
+        "from vrg.agents import Strategy\nclass Mine(Strategy):\n def act(self, view): return None\nwhile True: pass\n"
+    )
+    for name, text in {"broken": "import no_such_module\n", "loops": loop}.items():
+        (match.parent / f"{name}.py").write_text(text)
+    own = [f"{match.parent / name}.py:Mine" for name in ("broken", "loops")]
+    found = contenders([*own, *(target(match, name) for name in ("Lazy", "Raises", "Dies", "Ahead"))])
+    problems = unable(load_match(match), found, 2, match_time=3.0, patience=10.0)
+    words = {contender.label: why for contender, why in problems.items()}
+    assert list(words) == ["Mine-1", "Mine-2", "Raises", "Dies"]
+    assert words["Mine-1"].count("no_such_module") == 1
+    assert "loops.py:Mine: the first 3 s of a game were not over after 10 s" in words["Mine-2"]
+    assert "it fails too often: ValueError: no idea (players.py, line 23, in act)" in words["Raises"]
+    assert "ended" in words["Dies"]
 
 
 def test_a_match_of_other_than_two_teams_is_refused(match: Path) -> None:
@@ -168,7 +177,7 @@ def one_team(match: Path) -> Path:
 
 def test_strategies_with_one_name_get_numbers() -> None:
     labels = [c.label for c in contenders(["a.py:Mine", "b.py:Mine", "other", "my.module:Odd name"])]
-    assert labels == ["Mine-1", "Mine-2", "other", "Odd-name"]
+    assert labels == ["Mine-1", "Mine-2", "other", "Odd name"]
 
 
 def test_calls_are_counted_by_rule_and_team() -> None:

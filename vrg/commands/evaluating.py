@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,11 +19,13 @@ from vrg.commands.options import (
     EngineOption,
     OutputOption,
     SandboxOption,
+    class_in,
     duration,
     make_console,
     print_table,
     whole_target,
 )
+from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
     from vrg.evaluation.folder import ExperimentFolder
@@ -32,6 +34,10 @@ if TYPE_CHECKING:
 
 TOLD_EVERY = 20
 """The number of games after which the progress is printed, where the output is no terminal."""
+FOLLOWED_EVERY = 2.0
+"""The real time in s between two times at which what follows an experiment is called."""
+TRIAL = 30.0
+"""The match time in s of the game that a strategy plays alone before it takes part."""
 
 
 @dataclass(frozen=True)
@@ -71,16 +77,26 @@ class EvaluationOptions:
 
 @contextmanager
 def experiment(
-    targets: Sequence[str], options: EvaluationOptions, name: str, *, mirror: bool = False
+    targets: Sequence[str],
+    options: EvaluationOptions,
+    name: str,
+    *,
+    mirror: bool = False,
+    leave_out: bool = False,
+    follow: "Callable[[Experiment, float | None], None]" = lambda *_: None,
 ) -> "Iterator[Experiment]":
     """Play an experiment of all pairings of some strategies, and let the caller conclude it.
 
     Args:
         targets: the strategies as they were typed. name: the beginning of the name of its folder.
         mirror: True lets each strategy play against itself, too.
+        leave_out: True leaves out strategies that cannot play, or fail in a trial; False ends the command by the first.
+        follow: called before the first game and then again and again, with the real time in s that is left at most;
+            None before a game has been measured.
 
     Raises:
-        ConfigError: the match or a strategy cannot be used, or the folder is that of another experiment.
+        ConfigError: the match or a strategy cannot be used, too few are left, or the folder is that of another
+            experiment.
         LaunchError: the folder cannot be used.
         typer.Exit: at the end of the context, with status 130, if the experiment was interrupted.
     """
@@ -92,7 +108,6 @@ def experiment(
     from vrg.evaluation.games import Pairing
     from vrg.evaluation.running import Experiment
     from vrg.evaluation.series import Series
-    from vrg.launch.fork_server import ForkServer
     from vrg.launch.sandbox.seal import missing
 
     console = make_console()
@@ -101,18 +116,20 @@ def experiment(
 
         require_ray()
     lacking = missing()
-    apart = ForkServer()
-    if lacking is None:
-        apart.start_as_fork()  # before this process has read the match
-    try:
-        setup = load_match(
-            match_path(options.match), engine=options.engine, lasers=options.lasers, sandbox=options.sandbox
-        )
-        teams = contenders.teams_of(setup)
-        found = contenders.contenders([whole_target(target) for target in targets])
-        contenders.check(setup, found, apart if lacking is None else None)
-    finally:
-        apart.close()
+    setup = load_match(match_path(options.match), engine=options.engine, lasers=options.lasers, sandbox=options.sandbox)
+    teams = contenders.teams_of(setup)
+    entered, left_out = _entered(targets)
+    found = contenders.contenders([target for _, target in entered], [own for own, _ in entered])
+    if leave_out:
+        console.print(f"{len(found)} strategies play {TRIAL:g} s alone, to see whether they can")
+    unable = contenders.unable(setup, found, options.jobs or cores(), match_time=TRIAL if leave_out else 0.0)
+    left_out |= {contender.label: why for contender, why in unable.items()}
+    found = [contender for contender in found if contender not in unable]
+    if left_out and (not leave_out or len(found) < 2):
+        named = [f"{own}: {why}" for own, why in left_out.items()] if leave_out else left_out.values()
+        raise ConfigError(list(dict.fromkeys(named)))
+    for own, why in left_out.items():
+        console.print(f"[yellow]left out: {escape(own)}: {escape(why)}[/yellow]", soft_wrap=True)
     playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
     if lacking is not None and any(map(seals, playing)):
         console.print(
@@ -125,13 +142,13 @@ def experiment(
     out = options.output or Path("runs") / f"{name}-{definition.digest}"
     with stop_on_signals() as stop, ExperimentFolder(out, definition) as folder:
         before = len(folder.rows)
-        running = Experiment(folder, setup, series)
+        running = Experiment(folder, setup, series, left_out)
         console.print(
             f"{setup.name}: {setup.game}, {setup.engine}, from seed {options.seed}; games in {out}", soft_wrap=True
         )
         if before:
             console.print(f"{before} games are in {out} already")
-        _play(running, options, stop, console)
+        _play(running, options, stop, console, follow)
         yield running
         if stop.is_set():
             raise typer.Exit(130)
@@ -142,10 +159,36 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _play(running: "Experiment", options: EvaluationOptions, stop: Stop, console: Console) -> None:
+def _entered(typed: Sequence[str]) -> tuple[list[tuple[str, str]], dict[str, str]]:
+    """The name and the whole target of each strategy; and those that cannot be found, by their names with the reason.
+
+    A folder stands for all files of Python in it. A file gives its strategy its own name.
+    """
+    entered, wrong = [], dict[str, str]()
+    for target in typed:
+        folder = Path(target)
+        for file in sorted(folder.glob("[!._]*.py")) if folder.is_dir() else [folder]:
+            if file.suffix != ".py":
+                entered.append((target.rpartition(":")[2], whole_target(target)))
+                continue
+            try:
+                entered.append((file.stem, whole_target(f"{file}:{class_in(file)}")))
+            except ConfigError as error:
+                wrong[file.stem] = str(error)
+    return entered, wrong
+
+
+def _play(
+    running: "Experiment",
+    options: EvaluationOptions,
+    stop: Stop,
+    console: Console,
+    follow: "Callable[[Experiment, float | None], None]",
+) -> None:
     """Play what is missing, and show how it goes."""
     if running.over:
         return
+    from vrg.evaluation import report
     from vrg.evaluation.workers import Workers
 
     if options.ray is not None:
@@ -160,21 +203,30 @@ def _play(running: "Experiment", options: EvaluationOptions, stop: Stop, console
         TextColumn("games, {task.fields[running]} running{task.fields[speed]}{task.fields[now]}"),
         TimeRemainingColumn(),
     )
-    began, played, seconds = time.monotonic(), 0, 0.0
+    began, played, seconds, followed = time.monotonic(), 0, 0.0, 0.0
+    console.print(report.schedule(running.series, workers.jobs, None), soft_wrap=True)
+    follow(running, None)
     with Progress(*columns, console=console, transient=True) as progress:
-        bar = progress.add_task("games", total=_total(running), running=0, speed="", now=_now(running))
-        progress.update(bar, completed=_completed(running))
+        bar = progress.add_task("games", total=running.total, running=0, speed="", now=_now(running))
+        progress.update(bar, completed=running.completed)
 
         def finished(row: "GameRecord") -> None:
-            nonlocal played, seconds
+            nonlocal played, seconds, followed
             played += 1
             seconds += row.played.match_time or 0.0
             took = time.monotonic() - began
             speed = f", {played / took:.2f} a second, {seconds / took:.0f} times real time"
-            completed, total = _completed(running), _total(running)
+            completed, total = running.completed, running.total
+            left = (total - completed) * took / played
             progress.update(bar, completed=completed, total=total, speed=speed, now=_now(running))
+            if played == 2 * workers.jobs:
+                console.print(report.schedule(running.series, workers.jobs, left), soft_wrap=True)
             if not console.is_terminal and played % TOLD_EVERY == 0:
-                console.print(f"{completed} of at most {total} games{speed}{_now(running)}", soft_wrap=True)
+                until = f", {report.lasting(left)} left at most"
+                console.print(f"{completed} of at most {total} games{speed}{_now(running)}{until}", soft_wrap=True)
+            if took - followed > FOLLOWED_EVERY:
+                followed = took
+                follow(running, left)
 
         def looked(games: int) -> None:
             progress.update(bar, running=games)
@@ -184,15 +236,6 @@ def _play(running: "Experiment", options: EvaluationOptions, stop: Stop, console
         took = time.monotonic() - began
         how = f"{workers.jobs} at a time" + ("" if options.ray is None else f" on the cluster {options.ray}")
         console.print(f"{played} games played in {took:.0f} s ({played / took:.2f} a second, {how})")
-
-
-def _completed(running: "Experiment") -> int:
-    return sum(series.counted for series in running.series.values())
-
-
-def _total(running: "Experiment") -> int:
-    """The most games that may still count."""
-    return sum(s.counted if s.over else 2 * s.pairs for s in running.series.values())
 
 
 def _now(running: "Experiment") -> str:
@@ -230,9 +273,9 @@ def finish(
     Raises:
         LaunchError: the report cannot be written.
     """
-    from vrg.evaluation.folder import write_report
+    from vrg.evaluation.folder import write_text
 
-    write_report(folder.path, parts)
+    write_text(folder.path, "report.md", "\n\n".join(part.strip() for part in parts if part.strip()) + "\n")
     for remark in remarks:
         console.print(f"[yellow]{escape(remark)}[/yellow]", soft_wrap=True)
     if folder.failures.is_dir():

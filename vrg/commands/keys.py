@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,9 +17,20 @@ from vrg.bus.hosts import check_host, is_host
 from vrg.bus.names import check_name, name_of
 from vrg.bus.seats import NAMED, Seat, SeatKind, seats_of_node
 from vrg.commands.groups import CommandGroup
-from vrg.commands.options import GameArgument, JsonOption, OutputOption, RouterOption, write_text
+from vrg.commands.options import (
+    GameArgument,
+    JsonOption,
+    ListenOption,
+    OutputOption,
+    RouterOption,
+    web_address,
+    write_text,
+)
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
+
+if TYPE_CHECKING:
+    from vrg.seats.folder import SeatKeys
 
 app = CommandGroup(no_args_is_help=True)
 
@@ -86,9 +97,7 @@ def show(keys: FolderOption = KEYS, as_json: JsonOption = False) -> None:
     now = datetime.now(UTC)
     rows = []
     for entry in KeysFolder(keys).entries():
-        validity = entry.validity
-        kind, _, name = validity.common_name.partition(".")
-        seat = f"{kind}.{name_of(name)}" if name else kind
+        validity, seat = entry.validity, str(_read(entry))
         state = "of another authority" if not entry.genuine else "expired" if validity.is_over(now) else "valid"
         rows.append({"seat": seat, "state": state, "until": validity.ends.isoformat(), "hosts": list(validity.hosts)})
     if as_json:
@@ -101,15 +110,67 @@ def show(keys: FolderOption = KEYS, as_json: JsonOption = False) -> None:
 
 @app.command()
 def hand(
-    seats: Annotated[list[str], typer.Argument(metavar="SEAT...", help="Such as player.ann or commander.red.")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Folder to copy them to, such as a USB stick.")],
+    seats: Annotated[
+        list[str] | None, typer.Argument(metavar="[SEAT]...", help="Such as player.ann or commander.red.")
+    ] = None,
     keys: FolderOption = KEYS,
 ) -> None:
-    """Copy the keys of some seats, and nothing else, for one machine."""
+    """Copy the keys of some seats, and nothing else, for one machine.
+
+    Without a SEAT each player's are copied to a folder of its own, which has the player's name.
+    """
     from vrg.seats.folder import KeysFolder
 
-    for made in KeysFolder(keys).hand_out([seat_of(text) for text in seats], output):
-        typer.echo(made)
+    folder = KeysFolder(keys)
+    made = folder.hand_out([seat_of(text) for text in seats or ()], output)
+    if not seats:
+        everybody = [seat for entry in folder.entries() if (seat := _read(entry)).kind is SeatKind.PLAYER]
+        made = [path for seat in everybody for path in folder.hand_out([seat], output / seat.name)]
+    for path in made:
+        typer.echo(path)
+
+
+@app.command()
+def sheet(
+    match: GameArgument,
+    keys: FolderOption = KEYS,
+    listen: ListenOption = None,
+    output: OutputOption = None,
+) -> None:
+    """Write a sheet for the printer: a strip with a link and its QR code for each player, the official and the public.
+
+    The links are good whenever `vrg play` serves the page with these keys.
+    """
+    from vrg.commands.page import known_page, own_addresses
+    from vrg.seats.folder import KeysFolder, write_private
+    from vrg.ui.sheet import Strip
+    from vrg.ui.sheet import sheet as sheet_of
+    from vrg.ui.web.admission import DEFAULT_PORT, VisitorKind, admission
+
+    folder, setup = KeysFolder(keys), _setup(match)
+    if not folder.has_keys:
+        raise ConfigError([f"{keys}: expected a folder of keys, found none: make one by `vrg keys init {match}`"])
+    host, port = web_address(listen) if listen else (own_addresses()[0], None)
+    known = known_page(keys)
+    players = [player.name for player in setup.players]
+    page = admission(host, port or DEFAULT_PORT, players, known=known)
+    purposes = {
+        VisitorKind.VIEWER: "watch",
+        VisitorKind.OFFICIAL: "halt, continue and end the match: keep this one",
+        VisitorKind.SEAT: "drive with a telephone",
+    }
+    strips = [Strip(role.player or role.kind, purposes[role.kind], link) for role, link in page.links(host)]
+    file = output or keys / "sheet.html"
+    try:
+        write_private(folder.page, page.encoded().encode())
+        write_private(file, sheet_of(setup.name, strips).encode())
+    except OSError as error:
+        raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None
+    typer.echo(
+        f"{file}: {len(strips)} strips to print, for the page at {host}:{page.port}; a strip is the right to its seat"
+    )
+    typer.echo(f"to play with them: vrg play {match} --keys {keys} --listen 0.0.0.0:{page.port}")
 
 
 @app.command()
@@ -130,6 +191,12 @@ def rules(
         return
     write_text(output, f"{text}\n")
     typer.echo(f"{output}: {len(roster.seats) - 1} seats may connect; the files of the keys are named, not copied")
+
+
+def _read(entry: "SeatKeys") -> Seat:
+    """The seat whose keys were found."""
+    kind, _, name = entry.validity.common_name.partition(".")
+    return Seat(SeatKind(kind), name_of(name))
 
 
 def seat_of(text: str) -> Seat:

@@ -16,8 +16,8 @@ import typer
 
 from vrg.bus.names import NAME_RULE, is_name
 from vrg.commands.groups import CommandGroup
+from vrg.commands.options import class_in
 from vrg.errors import ConfigError
-from vrg.modules import classes_in
 from vrg.templates import filled
 from vrg.toml_text import quoted, with_value
 
@@ -191,7 +191,7 @@ def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
     found = []
     with trial() as tried:
         for typed in targets:
-            target = f"{typed}:{_class_in(Path(typed))}" if typed.endswith(".py") else typed
+            target = f"{typed}:{class_in(Path(typed))}" if typed.endswith(".py") else typed
             path, colon, name = target.rpartition(":")
             if path.endswith(".py") and not Path(path).is_file():
                 raise ConfigError(f"{target}: no such file: {path}; `vrg new player` writes one")
@@ -199,22 +199,6 @@ def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
             own_file = path.endswith(".py")
             found.append(Path(os.path.relpath(path, folder)).as_posix() + colon + name if own_file else target)
     return found
-
-
-def _class_in(file: Path) -> str:
-    """The name of the class of the strategy in a file.
-
-    Raises:
-        ConfigError: there is no such file, or not exactly one such class in it.
-    """
-    if not file.is_file():
-        raise ConfigError(f"{file}: no such file; `vrg new player` writes one")
-    names = [name for name, kind in classes_in(file).items() if kind.acts]
-    if len(names) != 1:
-        raise ConfigError(
-            f"{file}: expected one class with a method `act`, found {', '.join(names) or 'none'}: type {file}:CLASS"
-        )
-    return names[0]
 
 
 def _write(files: Mapping[Path, str]) -> None:

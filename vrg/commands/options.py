@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vrg.blame import failure_of
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
+from vrg.modules import classes_in
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -199,6 +201,28 @@ def whole_target(strategy: str) -> str:
     path, colon, name = strategy.rpartition(":")
     file = path if path.endswith(".py") else f"{path}.py"
     return f"{Path(file).resolve()}{colon}{name}" if colon and Path(file).is_file() else strategy
+
+
+def class_in(file: Path) -> str:
+    """The name of the class of the strategy in a file, which is read and not run.
+
+    Raises:
+        ConfigError: there is no such file, it is no Python, or it has not exactly one such class.
+    """
+    try:
+        compile(file.read_bytes(), file, "exec")
+    except OSError:
+        raise ConfigError([f"{file}: no such file; `vrg new player` writes one"]) from None
+    except (SyntaxError, ValueError) as error:
+        raise ConfigError([f"{file}: cannot be read as Python: {failure_of(error)}"]) from None
+    found = classes_in(file).items()
+    # A class that is made from one of another file may have its method there.
+    names = [name for name, kind in found if kind.acts] or [name for name, kind in found if kind.acts is None]
+    if len(names) != 1:
+        raise ConfigError(
+            [f"{file}: expected one class with a method `act`, found {', '.join(names) or 'none'}: type {file}:CLASS"]
+        )
+    return names[0]
 
 
 def web_address(typed: str | None) -> tuple[str, int | None]:

@@ -6,6 +6,7 @@
 import os
 import socket
 from collections.abc import Sequence
+from pathlib import Path
 
 import psutil
 import typer
@@ -18,7 +19,9 @@ from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import ListenOption, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
-from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission
+from vrg.errors import ConfigError
+from vrg.seats.folder import KeysFolder
+from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission
 
 _EVERYWHERE = ("0.0.0.0", "::")
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
@@ -75,22 +78,43 @@ def foxglove_link(address: str) -> str:
     return f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}"
 
 
-def open_page(host: str, port: int | None, players: Sequence[str], *, deciding: bool = True) -> Admission:
+def open_page(
+    host: str, port: int | None, players: Sequence[str], *, deciding: bool = True, keys: Path | None = None
+) -> Admission:
     """Choose a port for the page, and make its tokens. The process that serves it opens the port.
 
     Args:
         host: the address to listen on. port: the port that was asked for; None takes the usual one, or the next free.
         players: those that may be driven. deciding: False lets everybody only watch.
+        keys: the folder of the keys of the match. Where `vrg keys sheet` has printed links, these are good.
 
     Raises:
+        ConfigError: the tokens in the folder cannot be read.
         LaunchError: the port is not free, or this machine has no such address.
     """
-    return admission(host, port_at(host, port, DEFAULT_PORT, "the page"), players, deciding=deciding)
+    known = None if keys is None else known_page(keys)
+    if known is not None:
+        port = port or known.port
+    found = port_at(host, port, DEFAULT_PORT, "the page")
+    return admission(host, found, players, deciding=deciding, known=known)
+
+
+def known_page(keys: Path) -> Admission | None:
+    """The tokens that `vrg keys sheet` has put into a folder of keys; None if there are none.
+
+    Raises:
+        ConfigError: they cannot be read.
+    """
+    file = KeysFolder(keys).page
+    try:
+        return read_admission(file.read_text(encoding="utf-8")) if file.exists() else None
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{file}: {error}: make new ones by `vrg keys init --replace`") from None
 
 
 def print_links(page: Admission, console: Console) -> None:
     """Print the links of the page, and who can open it."""
-    addresses = _addresses() if page.host in _EVERYWHERE else [page.host]
+    addresses = own_addresses() if page.host in _EVERYWHERE else [page.host]
     for address in addresses:
         links = [(_WHO[role.kind].format(role.player), link) for role, link in page.links(address)]
         width = max(len(who) for who, _ in links)
@@ -109,7 +133,7 @@ def print_links(page: Admission, console: Console) -> None:
         )
 
 
-def _addresses() -> list[str]:
+def own_addresses() -> list[str]:
     """The addresses of this machine at which others reach it; its own if there are none."""
     found = [
         entry.address

@@ -66,11 +66,12 @@ def play_match(
     if options.dry_run:
         print_plan(setup, console, window=window, record=options.record, web=address is not None)
         return None
-    page = None if address is None else open_page(*address, [player.name for player in setup.players])
+    keys = None if options.seats is False else options.keys
+    names = [player.name for player in setup.players]
+    page = None if address is None else open_page(*address, names, keys=keys)
     live = live_address(None) if options.foxglove else None
     three = three_address(None) if options.three else None
     show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
-    keys = None if options.seats is False else options.keys
     secured = not options.in_process and (
         keys is not None or (setup.has_seats if options.seats is None else options.seats)
     )

@@ -1,19 +1,23 @@
 """The strategies that are compared."""
 
 import os
+import time
 from collections import Counter
 from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrg.bus.names import normal
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.launch.apart import StrategyApart
-from vrg.launch.fork_server import ForkServer
-from vrg.launch.nodes import strategy_of
-from vrg.launch.run_folder import RunFolder, scratch_folder
+from vrg.evaluation.game_process import GameProcess, ended, server_for
+from vrg.evaluation.games import FAILED
+from vrg.launch.run_folder import scratch_folder
+
+_LOOK = 0.1
+"""The real time in s between two looks at whether a game takes too long."""
 
 
 class Contender(Struct, frozen=True, kw_only=True):
@@ -28,21 +32,28 @@ class Contender(Struct, frozen=True, kw_only=True):
     target: str
 
 
-def contenders(targets: Sequence[str]) -> list[Contender]:
-    """Give each strategy a label: its name or the name of its class, with a number if others have the same."""
-    short = [_short(target) for target in targets]
-    count, used = Counter(short), Counter[str]()
+def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Contender]:
+    """Give each strategy a label, with a number if others have the same.
+
+    Args:
+        names: that of each strategy; without them, each has its own name or that of its class.
+    """
+    short = [_short(name) for name in names or [target.rpartition(":")[2] for target in targets]]
+    count = Counter(short)
+    taken = {label for label in short if count[label] == 1}
     found = []
     for label, target in zip(short, targets, strict=True):
-        used[label] += 1
-        found.append(Contender(label=f"{label}-{used[label]}" if count[label] > 1 else label, target=target))
+        numbered = (f"{label}-{number}" for number in range(1, len(short) + 1))
+        own = label if count[label] == 1 else next(words for words in numbered if words not in taken)
+        taken.add(own)
+        found.append(Contender(label=own, target=target))
     return found
 
 
-def _short(target: str) -> str:
-    """The name of a strategy or of its class, with only such signs as may stand in the name of a file."""
-    word = normal(target.rpartition(":")[2])
-    return "".join(sign if sign.isalnum() or sign in "-_" else "-" for sign in word) or "strategy"
+def _short(name: str) -> str:
+    """A name with only such signs as may stand in the name of a file."""
+    words = " ".join(normal(name).split())
+    return "".join(sign if sign.isalnum() or sign in "-_ " else "-" for sign in words) or "strategy"
 
 
 def teams_of(setup: MatchSetup) -> tuple[str, str]:
@@ -75,26 +86,43 @@ def seen_from(base: Path, target: str) -> str:
     return target
 
 
-def check(setup: MatchSetup, found: Sequence[Contender], apart: ForkServer | None = None) -> None:
-    """Check that every strategy can play for every player.
+def unable(
+    setup: MatchSetup, found: Sequence[Contender], jobs: int, *, match_time: float, patience: float = 60.0
+) -> dict[Contender, str]:
+    """Let each strategy play the beginning of a game alone, for both teams, and return why some of them cannot play.
 
     Args:
-        apart: forks the processes of the strategies that are to be sealed; None makes all of them in this process.
+        jobs: the number of games at a time.
+        match_time: of each game, s. If it is 0, the strategies are only made; otherwise one that fails too often in it
+            cannot play, either.
+        patience: the real time in s after which a game is given up.
 
     Raises:
-        ConfigError: one cannot be imported or made. The error lists all such problems, each of them once.
+        ConfigError: the match has not two teams.
+        LaunchError: no game can be played.
     """
-    problems: dict[str, None] = {}
-    with scratch_folder() as place:
-        for contender in found:
-            playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
-            for player in playing.players:
-                try:
-                    if apart is not None and playing.sandboxed(player.name, seats=True):
-                        StrategyApart(apart, playing, player.name, RunFolder(place)).close()
-                    else:
-                        strategy_of(playing, player.name)
-                except ConfigError as error:
-                    problems.update(dict.fromkeys(map(str, error.problems)))
-    if problems:
-        raise ConfigError(list(problems))
+    # A match in which nobody is disqualified ends as soon as a strategy has failed for good.
+    setup = structs.replace(setup, on_fault="halt")
+    problems: dict[Contender, str] = {}
+    waiting, running = list(found), dict[GameProcess, tuple[Contender, float]]()
+    with scratch_folder() as place, ExitStack() as stack:
+        server = server_for(setup.game, setup.engine)
+        stack.callback(server.close)
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                contender = waiting.pop(0)
+                playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
+                game = GameProcess(server, playing, setup.seed, place / str(len(waiting)), match_time)
+                stack.callback(game.kill)
+                running[game] = contender, time.monotonic()
+            for game, played in ended(list(running), _LOOK):
+                contender, _ = running.pop(game)
+                if played.ended == FAILED:
+                    problems[contender] = played.problem
+            for game, (contender, began) in list(running.items()):
+                if time.monotonic() - began > patience:
+                    game.kill()
+                    del running[game]
+                    what = f"the first {match_time:g} s of a game were not over after {patience:g} s"
+                    problems[contender] = f"{contender.target}: {what}: look for a loop that does not end"
+    return {contender: problems[contender] for contender in found if contender in problems}

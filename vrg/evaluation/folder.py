@@ -3,7 +3,7 @@
 import fcntl
 import logging
 import os
-from collections.abc import Sequence
+import shlex
 from pathlib import Path
 from typing import IO, Self
 
@@ -77,7 +77,7 @@ class ExperimentFolder:
 
     def again(self, game: ScheduledGame) -> str:
         """The command that plays a game again."""
-        return f"vrg play {self.match_file(game)} --in-process --seed {game.seed}"
+        return f"vrg play {shlex.quote(str(self.match_file(game)))} --in-process --seed {game.seed}"
 
     def write_match(self, setup: MatchSetup, game: ScheduledGame) -> MatchSetup:
         """Write the match file of a game, with all files that it names, and return the match of this file.
@@ -171,14 +171,13 @@ class ExperimentFolder:
         return list(rows.values())
 
 
-def write_report(folder: Path, parts: Sequence[str]) -> None:
-    """Write the parts of a report, which are Markdown, with empty lines between them.
+def write_text(folder: Path, name: str, text: str) -> None:
+    """Replace a file of the folder of an experiment in one step.
 
     Raises:
         LaunchError: it cannot be written.
     """
-    text = "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
     try:
-        (folder / "report.md").write_text(text, encoding="utf-8")
+        write_whole(folder / name, text.encode())
     except OSError as error:
-        raise LaunchError(f"{folder}: the report cannot be written: {error.strerror}") from None
+        raise LaunchError(f"{folder}: {name} cannot be written: {error.strerror}: free some space") from None

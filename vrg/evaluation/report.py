@@ -131,6 +131,32 @@ def _named(rows: Sequence[GameRecord]) -> str:
     return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
 
 
+def schedule(series: Mapping[Pairing, Series], jobs: int, seconds: float | None) -> str:
+    """The games that are still to be played and the time that they take, in one sentence.
+
+    Args:
+        jobs: the number of games at a time. seconds: the time at most, s; None if no game has been measured.
+    """
+    left, pairings = sum(s.left for s in series.values()), sum(not s.over for s in series.values())
+    took = "the first games will show how long that takes" if seconds is None else f"about {lasting(seconds)}"
+    number = "1 pairing" if pairings == 1 else f"{pairings} pairings"
+    return f"at most {_games(left)} of {number}, {jobs} at a time: {took}"
+
+
+def lasting(seconds: float) -> str:
+    """A time as people say it, such as `40 s`, `12 min` or `2 h 5 min`."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    hours, minutes = divmod(round(seconds / 60), 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min"
+
+
+def pairings(series: Mapping[Pairing, Series]) -> TextTable:
+    """The schedule: a row for each pairing, in the order in which they play."""
+    rows = [[p.first, p.second, str(s.counted), str(s.left)] for p, s in series.items()]
+    return [["first", "second", "games that count", "to play at most"], *rows]
+
+
 def markdown(table: TextTable) -> str:
     """A table as Markdown."""
     if not table:

@@ -20,9 +20,17 @@ class Experiment:
         folder: the open folder of the experiment. The games in it count.
         setup: the match as its user has written it.
         series: the series of each pairing, without games.
+        left_out: the strategies that take no part, by their names, each with the reason.
     """
 
-    def __init__(self, folder: ExperimentFolder, setup: MatchSetup, series: Mapping[Pairing, Series]) -> None:
+    def __init__(
+        self,
+        folder: ExperimentFolder,
+        setup: MatchSetup,
+        series: Mapping[Pairing, Series],
+        left_out: Mapping[str, str] | None = None,
+    ) -> None:
+        self.left_out = dict(left_out or {})
         self.folder = folder
         self.series = dict(series)
         self._setups: dict[tuple[Pairing, str], MatchSetup] = {}
@@ -38,6 +46,16 @@ class Experiment:
     def over(self) -> bool:
         """True if no more game is needed."""
         return all(series.over for series in self.series.values())
+
+    @property
+    def completed(self) -> int:
+        """The number of games that count."""
+        return sum(series.counted for series in self.series.values())
+
+    @property
+    def total(self) -> int:
+        """The most games that may count in the end."""
+        return self.completed + sum(series.left for series in self.series.values())
 
     @property
     def setup(self) -> MatchSetup:
@@ -88,13 +106,13 @@ class Experiment:
         return sorted(counting, key=lambda row: (row.game.pair, order[row.game.pairing], row.game.number))
 
     def _fill(self, workers: Workers) -> None:
-        """Start games. All pairings go on at the same pace."""
+        """Start games. All pairings go on at the same pace, pair by pair, so that no side is ahead in what counts."""
         for _ in range(workers.free):
             waiting = [(series.upcoming, pairing) for pairing, series in self.series.items()]
             games = [(number, pairing) for number, pairing in waiting if number is not None]
             if not games:
                 return
-            number, pairing = min(games, key=lambda game: game[0])
+            number, pairing = min(games, key=lambda game: game[0] // 2)
             game = self.folder.definition.game_of(pairing, number)
             self.series[pairing].begin()
             workers.start(game, self._setups[pairing, game.first_team], self.folder.definition.limit)

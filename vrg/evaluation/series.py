@@ -79,6 +79,11 @@ class Series:
         return 2 * len(self.standings)
 
     @property
+    def left(self) -> int:
+        """The most games that may still count."""
+        return 0 if self.over else 2 * self.pairs - self.counted
+
+    @property
     def upcoming(self) -> int | None:
         """The number of the next game to begin with; None if none is needed any more."""
         while self._next in self._points:

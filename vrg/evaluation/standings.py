@@ -1,5 +1,6 @@
 """The standings of a tournament: the ratings of the strategies, and their results against each other, as a table."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -76,3 +77,30 @@ def table(rated: Sequence[Rating], shares: TextTable) -> TextTable:
     head = ["share of the points of", *(f"against {rating.label}" for rating in rated), "mu", "sigma"]
     lines = zip(rated, shares, strict=True)
     return [head, *([rating.label, *line, f"{rating.mu:.1f}", f"{rating.sigma:.1f}"] for rating, line in lines)]
+
+
+def board(rated: Sequence[Rating], rows: Sequence[GameRecord], series: Mapping[Pairing, Series]) -> TextTable:
+    """The leaderboard: a row for each strategy, in the order of `rated`. Strategies with equal ratings share a rank.
+
+    Args:
+        rows: the games that count. Those of a strategy against itself are left out.
+    """
+    table = [["rank", "strategy", "rating", "points", "won", "drawn", "lost", "games", "to play"]]
+    results: dict[str, list[float]] = {rating.label: [] for rating in rated}
+    left = Counter[str]()
+    for row in rows:
+        first, second = row.game.pairing.first, row.game.pairing.second
+        if first != second:
+            results[first].append(row.points)
+            results[second].append(1.0 - row.points)
+    for pairing, of_pairing in series.items():
+        if pairing.first != pairing.second:
+            left.update({pairing.first: of_pairing.left, pairing.second: of_pairing.left})
+    rank = 1
+    for number, rating in enumerate(rated, 1):
+        rank = rank if number > 1 and rating.mu == rated[number - 2].mu else number
+        points = results[rating.label]
+        won, drawn, lost = (str(points.count(kind)) for kind in (1.0, 0.5, 0.0))
+        numbers = [f"{sum(points):g}", won, drawn, lost, str(len(points)), str(left[rating.label])]
+        table.append([str(rank) if points else "-", rating.label, f"{rating.mu:.1f}", *numbers])
+    return table

@@ -22,7 +22,7 @@ from msgspec import Struct
 
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
 from vrg.agents.telling import Once, Payload, sendable
-from vrg.blame import failure_of, tell_of_refusals
+from vrg.blame import DecisionTimeoutError, failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
@@ -176,10 +176,14 @@ class StrategyApart(RemoteStrategy):
 
         Raises:
             StrategyError: it has failed, or its process has ended.
+            DecisionTimeoutError: it takes too long.
         """
         if self._sent is not view:
             self.send(view)
-        answer = self._answer()
+        try:
+            answer = self._answer()
+        except DecisionTimeoutError as error:
+            raise DecisionTimeoutError(str(self.complaint(str(error)))) from None
         if isinstance(answer, _Failed):
             self.close()
             raise StrategyError(answer.words, final=answer.final)

@@ -83,8 +83,8 @@ class KeysFolder:
             if keep_authority:
                 folder = self.path / _AUTHORITY_FOLDER
                 _private_folder(folder)
-                _write(folder / _AUTHORITY_KEY, authority.private_key)
-                _write(folder / AUTHORITY, authority.certificate)
+                write_private(folder / _AUTHORITY_KEY, authority.private_key)
+                write_private(folder / AUTHORITY, authority.certificate)
             self._make_seats(authority, seats, now, lasts, hosts)
 
     def renew(
@@ -164,6 +164,11 @@ class KeysFolder:
                 return (self.path / folder / AUTHORITY).read_bytes()
         return None
 
+    @property
+    def page(self) -> Path:
+        """The file of the tokens of the page, for links that are printed before the match."""
+        return self.path / "page.json"
+
     def hand_out(self, seats: Iterable[Seat], to: Path) -> list[Path]:
         """Copy the folders of some seats, and nothing else, to a folder that goes to another machine.
 
@@ -188,7 +193,7 @@ class KeysFolder:
                 source, target = self.path / seat.common_name, to / seat.common_name
                 _private_folder(target)
                 for name in (CERTIFICATE, PRIVATE_KEY, AUTHORITY):
-                    _write(target / name, (source / name).read_bytes())
+                    write_private(target / name, (source / name).read_bytes())
                 made.append(target)
         return made
 
@@ -199,6 +204,7 @@ class KeysFolder:
 
     def _remove_keys(self) -> None:
         """Remove the keys of the authority and of all seats, and nothing else that may be in the folder."""
+        self.page.unlink(missing_ok=True)
         seats = {path.parent for name in (CERTIFICATE, PRIVATE_KEY) for path in self.path.glob(f"*/{name}")}
         for folder in (self.path / _AUTHORITY_FOLDER, *seats):
             for name in (_AUTHORITY_KEY, PRIVATE_KEY, CERTIFICATE, AUTHORITY):
@@ -214,9 +220,9 @@ class KeysFolder:
             made = make_seat(authority, seat, now, lasts, hosts)
             folder = self.path / seat.common_name
             _private_folder(folder)
-            _write(folder / PRIVATE_KEY, made.private_key)
-            _write(folder / CERTIFICATE, made.certificate)
-            _write(folder / AUTHORITY, authority.certificate)
+            write_private(folder / PRIVATE_KEY, made.private_key)
+            write_private(folder / CERTIFICATE, made.certificate)
+            write_private(folder / AUTHORITY, authority.certificate)
 
 
 @contextmanager
@@ -233,7 +239,7 @@ def _private_folder(path: Path) -> None:
     path.mkdir(mode=0o700, parents=True, exist_ok=True)
 
 
-def _write(path: Path, data: bytes) -> None:
+def write_private(path: Path, data: bytes) -> None:
     """Write a file that only its owner can read, from the first byte on, and replace an old one in one step."""
     partial = path.with_name(f".{path.name}.partial")
     with suppress(FileNotFoundError):

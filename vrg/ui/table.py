@@ -14,7 +14,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.topics import Keys
-from vrg.colours import Rgb
+from vrg.colours import hexadecimal
 from vrg.games import game_of
 from vrg.games.game import Game, Marker, title
 from vrg.types import few
@@ -160,7 +160,10 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
     """
     parts: list[RenderableType] = [_heading(scene)]
     for banner in banners(scene, Help.COMMANDS):
-        text = Text(f" {banner.heading} ", style=f"bold {_hex(palette.ink_on(banner.colour))} on {_hex(banner.colour)}")
+        text = Text(
+            f" {banner.heading} ",
+            style=f"bold {hexadecimal(palette.ink_on(banner.colour))} on {hexadecimal(banner.colour)}",
+        )
         text.append("  " + banner.text, style="not bold")
         parts.append(text)
     inside = max(1, width - 4)
@@ -254,7 +257,7 @@ def _name(player: ScenePlayer, game: Game, longest: int = LONGEST_NAME) -> Text:
     if len(name) > longest:
         # Names often differ at their ends.
         name = f"{name[: (longest - 1) // 2]}…{name[-(longest // 2) :]}"
-    return Text.assemble((_SIGNS[style.marker], _hex(style.colour)), f" {name}")
+    return Text.assemble((_SIGNS[style.marker], hexadecimal(style.colour)), f" {name}")
 
 
 def _calls(scene: Scene, width: int, room: int) -> Group:
@@ -269,7 +272,3 @@ def _calls(scene: Scene, width: int, room: int) -> Group:
 
 def _degrees(theta: float) -> float:
     return math.degrees(math.remainder(theta, 2 * math.pi))
-
-
-def _hex(rgb: Rgb) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*rgb)

@@ -6,6 +6,7 @@ import pytest
 
 from tests.ui import synthetic
 from vrg.bus import messages as m
+from vrg.colours import hexadecimal
 from vrg.games import GAMES
 from vrg.ui import palette
 from vrg.ui.scene import Scene
@@ -19,7 +20,7 @@ def test_the_ground_has_zones_and_walls_with_the_colours_of_the_window(scene_at)
     assert len(ground["walls"]) == len(synthetic.OBSTACLES)
     corner = ground["zones"][0]
     assert corner["safe"]
-    assert corner["tint"] == parts.hexadecimal(palette.mix(palette.FIELD, palette.SAFE, 0.2))
+    assert corner["tint"] == hexadecimal(palette.mix(palette.FIELD, palette.SAFE, 0.2))
     assert ground["box"][0] < synthetic.X_MIN < synthetic.X_MAX < ground["box"][2]
 
 

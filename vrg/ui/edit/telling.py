@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
+from vrg.colours import hexadecimal
 from vrg.errors import Path
 from vrg.games import GAMES, game_of
 from vrg.hal.backends import BACKENDS
@@ -38,7 +39,7 @@ def match_told(draft: Draft, verdict: CheckResult, choices: Choices) -> dict[str
             [_field(draft, ("players", number, name)) for name in COLUMNS] for number in range(len(draft.players))
         ],
         "styles": [
-            {"colour": parts.hexadecimal(style.colour), "marker": style.marker.value}
+            {"colour": hexadecimal(style.colour), "marker": style.marker.value}
             for style in (game_of(draft.game).style(entry.role) for entry in draft.players)
         ],
         "problems": [
@@ -58,9 +59,7 @@ def games_told() -> list[dict[str, Any]]:
             "name": name,
             "title": game.title,
             "about": game.about,
-            "roles": [
-                {"name": r.name, "colour": parts.hexadecimal(r.colour), "marker": r.marker.value} for r in game.roles
-            ],
+            "roles": [{"name": r.name, "colour": hexadecimal(r.colour), "marker": r.marker.value} for r in game.roles],
         }
         for name in names
         if (game := GAMES.find(name)) is not None

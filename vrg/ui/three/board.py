@@ -3,7 +3,7 @@
 from html import escape
 from typing import Final
 
-from vrg.colours import Rgb
+from vrg.colours import hexadecimal as _css
 from vrg.games import game_of
 from vrg.games.game import capitalised
 from vrg.ui import palette
@@ -42,10 +42,6 @@ def last_call(scene: Scene) -> str:
     call = scene.calls[-1]
     marked = " marked" if call.rule in game_of(scene.game).marked else ""
     return f'<div class="vrg-call{marked}">{escape(capitalised(call.text))}</div>'
-
-
-def _css(colour: Rgb) -> str:
-    return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
 STYLE: Final = f"""<style>

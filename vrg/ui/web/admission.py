@@ -91,19 +91,23 @@ class Admission:
         return msgspec.json.encode(self).decode()
 
 
-def admission(host: str, port: int, players: Sequence[str], *, deciding: bool = True) -> Admission:
-    """Make new tokens.
+def admission(
+    host: str, port: int, players: Sequence[str], *, deciding: bool = True, known: Admission | None = None
+) -> Admission:
+    """Make tokens.
 
     Args:
         players: those that may be driven. deciding: False makes a page on which everybody may only watch.
+        known: what was made for this match before; its tokens are kept.
     """
     if not deciding:
         return Admission(host, port)
+    official, seats = ("", {}) if known is None else (known.official, known.seats)
     return Admission(
         host,
         port,
-        secrets.token_urlsafe(TOKEN_BYTES),
-        {player: secrets.token_urlsafe(TOKEN_BYTES) for player in players},
+        official or secrets.token_urlsafe(TOKEN_BYTES),
+        {player: seats.get(player) or secrets.token_urlsafe(TOKEN_BYTES) for player in players},
     )
 
 

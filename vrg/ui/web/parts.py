@@ -9,7 +9,7 @@ from typing import Any, Final
 import msgspec
 
 from vrg.bus.messages import Call, Stage
-from vrg.colours import Rgb
+from vrg.colours import Rgb, hexadecimal
 from vrg.games import game_of
 from vrg.games.game import Game, title
 from vrg.regions import Region
@@ -32,11 +32,6 @@ _ENCODER: Final = msgspec.json.Encoder()
 def encode(part: Any) -> str:
     """Plain data as a text of JSON."""
     return _ENCODER.encode(part).decode()
-
-
-def hexadecimal(colour: Rgb) -> str:
-    """A colour as browsers read it, such as `#0c1016`."""
-    return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
 def colours() -> dict[str, str]:

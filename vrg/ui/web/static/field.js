@@ -219,7 +219,9 @@ function writeZone(c, view, zone, top, height, right, ui) {
   const [long, high] = upright ? [roomY, roomX] : [roomX, roomY];
   if (width > long - 4 && zone.team) {
     // A corner has more room along its border than about its middle.
-    const lines = zone.words.split(" "), step = 1.2 * size;
+    const lines = zone.words.split(" "), step = 1.2 * size, [x0, y0, x1, y1] = zone.bounds;
+    const widest = Math.max(...lines.map((line) => c.measureText(line).width));
+    if (widest > (view.turned ? y1 - y0 : x1 - x0) * view.scale) return;
     lines.forEach((line, index) => c.fillText(line, x, y + (index - (lines.length - 1) / 2) * step));
     return;
   }

@@ -1,0 +1,55 @@
+"""The leaderboard and the schedule of a tournament, as tables of texts."""
+
+import pytest
+
+from vrg.evaluation.games import OVER, GameRecord, Pairing, Played, ScheduledGame
+from vrg.evaluation.report import lasting, pairings, schedule
+from vrg.evaluation.series import Series
+from vrg.evaluation.standings import board, ratings
+
+NAMES = ["Anna Maria", "bob", "cem"]
+
+
+def game(first: str, second: str, number: int, winner: str) -> GameRecord:
+    """A game that a strategy, or nobody, has won."""
+    scheduled = ScheduledGame(
+        pairing=Pairing(first, second), number=number, seed=0, first_team="red", second_team="blue"
+    )
+    team = {first: "red", second: "blue"}.get(winner, "draw")
+    return GameRecord(game=scheduled, played=Played(ended=OVER, winner=team), teams={})
+
+
+def test_strategies_are_ranked_with_what_they_won_and_have_still_to_play() -> None:
+    rows = [game("Anna Maria", "bob", 0, "bob"), game("Anna Maria", "bob", 1, "")]
+    rows += [game("bob", "bob", number, "bob") for number in (0, 1)]
+    series = {Pairing(a, b): Series(3, 0.95, play_all=True) for a, b in (("Anna Maria", "bob"), ("bob", "cem"))}
+    for row in rows[:2]:
+        series[row.game.pairing].add(row.game.number, row.points)
+    head, *lines = board(ratings(NAMES, rows), rows, series)
+    assert head[:2] == ["rank", "strategy"]
+    assert [line[1] for line in lines] == ["bob", "cem", "Anna Maria"]
+    assert lines[0][3:] == ["1.5", "1", "1", "0", "2", "10"]
+    assert lines[1] == ["-", "cem", "25.0", "0", "0", "0", "0", "0", "6"]
+    assert lines[2][3:] == ["0.5", "0", "1", "1", "2", "4"]
+
+
+def test_equal_strategies_share_a_rank() -> None:
+    rows = [game("bob", "cem", 0, ""), game("bob", "cem", 1, "")]
+    rated = ratings(["bob", "cem"], rows)
+    assert [line[0] for line in board(rated, rows, {})[1:]] == ["1", "1"]
+
+
+def test_the_schedule_tells_the_games_between_whom_and_how_long() -> None:
+    series = {Pairing("Anna Maria", "bob"): Series(5, 0.95, play_all=True)}
+    assert schedule(series, 2, None) == (
+        "at most 10 games of 1 pairing, 2 at a time: the first games will show how long that takes"
+    )
+    assert schedule(series, 2, 754.0) == "at most 10 games of 1 pairing, 2 at a time: about 13 min"
+    assert pairings(series)[1] == ["Anna Maria", "bob", "0", "10"]
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(40.2, "40 s"), (90, "2 min"), (3599, "1 h 0 min"), (7500, "2 h 5 min")]
+)
+def test_times_are_read_easily(seconds: float, words: str) -> None:
+    assert lasting(seconds) == words

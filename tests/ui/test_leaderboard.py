@@ -1,0 +1,22 @@
+"""The leaderboard as a page."""
+
+from vrg.ui.leaderboard import page
+
+TABLE = [["rank", "strategy", "points"], ["1", "<script>alert('x')</script>", "3"], ["2", "Anna Maria", "1"]]
+
+
+def test_names_are_text_and_no_html() -> None:
+    text = page("a & b", ["left out: <i>"], TABLE, reloads=True)
+    assert "<script" not in text
+    assert "<td>&lt;script&gt;alert(&#x27;x&#x27;)&lt;/script&gt;</td>" in text
+    assert "<title>a &amp; b</title>" in text
+    assert "<p>left out: &lt;i&gt;</p>" in text
+    assert '<tr class="first"><td>1</td>' in text
+
+
+def test_it_reloads_itself_until_the_tournament_is_over_and_needs_no_network() -> None:
+    assert 'http-equiv="refresh"' in page("cup", [], TABLE, reloads=True)
+    last = page("cup", [], TABLE, reloads=False)
+    assert "refresh" not in last
+    assert "http:" not in last
+    assert "src=" not in last
