@@ -59,10 +59,10 @@ def ask(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
             yield Stop(), world
 
         monkeypatch.setattr(sensors, "listening", listening)
-        monkeypatch.setattr(sensors, "attached", lambda match, router: Attached("m", "tcp/127.0.0.1:1"))
+        monkeypatch.setattr(sensors, "attached", lambda _: Attached("m", "tcp/127.0.0.1:1"))
         monkeypatch.setattr(sensors, "first_state", lambda *_: None)
         monkeypatch.setattr(sensors, "RENEW", 0.0)
-        monkeypatch.setattr(sensors, "PATIENCE", patience)
+        monkeypatch.setattr(sensors, "PICTURE_TIMEOUT", patience)
         return CliRunner().invoke(make_app(), ["show", "camera", *arguments])
 
     return run

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 
 from tests.system.harness import short_match
 from vrg.cli import make_app
-from vrg.commands.replay import window_of
+from vrg.commands.replay import replay_window
 from vrg.config.setup import read_setup
 from vrg.coordinator.journal import read_journal
 from vrg.errors import LaunchError
@@ -44,7 +44,7 @@ def run(played: Path, tmp_path: Path) -> Path:
 
 def window_in(run: Path) -> ReplayWindow:
     folder = RunFolder(run)
-    return window_of(folder, read_setup(folder.setup))
+    return replay_window(folder, read_setup(folder.setup))
 
 
 def error_of(run: Path, monkeypatch: pytest.MonkeyPatch) -> str:

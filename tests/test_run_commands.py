@@ -11,6 +11,7 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from vrg.cli import make_app
+from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, ended_run
 from vrg.commands.run import listed
 from vrg.config.loading import load_match, match_path
@@ -106,17 +107,17 @@ def test_a_running_match_is_meant_by_name_file_game_or_run_folder() -> None:
     name = load_match(GAME).name
     with running(run, name):
         for typed in (None, name, str(run), str(run / "match.toml"), "sharks-and-minnows"):
-            found = attached(typed, None)
+            found = attached(MatchOptions(typed))
             assert (found.name, found.endpoint, found.run) == (name, "tcp/127.0.0.1:1", run.resolve())
             assert len(found.known_setup().players) == 7
         with pytest.raises(ConfigError, match=f"did you mean '{name}'"):
-            attached(f"{name}s", None)
+            attached(MatchOptions(f"{name}s"))
     with pytest.raises(ConfigError, match="does not run any more"):
-        attached(str(run), None)
+        attached(MatchOptions(str(run)))
 
 
 def test_a_match_elsewhere_is_known_by_its_file() -> None:
-    found = attached("sharks-and-minnows", "tcp/lab:7447")
+    found = attached(MatchOptions("sharks-and-minnows", "tcp/lab:7447"))
     assert (found.endpoint, found.run, len(found.known_setup().players)) == ("tcp/lab:7447", None, 7)
     with pytest.raises(ConfigError, match="type its match file"):
-        attached("final", "tcp/lab:7447").known_setup()
+        attached(MatchOptions("final", "tcp/lab:7447")).known_setup()

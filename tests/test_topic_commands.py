@@ -56,8 +56,8 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
 
         for module in (sensors, topic):
             monkeypatch.setattr(module, "listening", listening)
-        monkeypatch.setattr(topic, "which_match", lambda match, router: ("m", "tcp/127.0.0.1:1"))
-        monkeypatch.setattr(sensors, "attached", lambda match, router: Attached("m", "tcp/127.0.0.1:1"))
+        monkeypatch.setattr(topic, "which_match", lambda _: ("m", "tcp/127.0.0.1:1"))
+        monkeypatch.setattr(sensors, "attached", lambda _: Attached("m", "tcp/127.0.0.1:1"))
         monkeypatch.setattr(sensors, "first_state", lambda *_: OVER)
         return CliRunner().invoke(make_app(), list(arguments))
 

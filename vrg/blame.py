@@ -41,10 +41,10 @@ def failure_of(error: BaseException) -> StrategyError:
     try:
         # The text of a SyntaxError ends with its place, which follows anyway.
         words = error.msg if isinstance(error, SyntaxError) and error.filename else str(error)
-        said = printable(" ".join(words.split()))
+        text = printable(" ".join(words.split()))
     except BaseException:  # its own `__str__` is a student's code, too
-        said = ""
-    words = f"{type(error).__name__}: {said}" if said else type(error).__name__
+        text = ""
+    words = f"{type(error).__name__}: {text}" if text else type(error).__name__
     if isinstance(error, PermissionError | socket.gaierror) and _REFUSED:
         words = f"{words}; {_REFUSED[0]}"
     if isinstance(error, SyntaxError) and error.filename:

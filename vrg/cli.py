@@ -149,7 +149,9 @@ def _command(name: str, what: Any, about: str) -> Any:
     elif isinstance(found := load_object(what), typer.Typer):
         app = found
     else:
-        app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+        from vrg.commands.groups import CommandGroup  # noqa: PLC0415 - as above
+
+        app = CommandGroup()
         app.command(name)(found)
     app.info.help, app.info.name = about, name
     app._add_completion = False
@@ -197,8 +199,8 @@ def main() -> None:
             welcome_app()()
         make_app()()
     except VrgError as error:
-        said = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
-        print(printable(said, lines=True), file=sys.stderr)
+        text = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
+        print(printable(text, lines=True), file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)

@@ -101,10 +101,10 @@ class Registry(Generic[T]):
         # A plug-in may raise any exception while it is imported, and that must not look like a fault of VRG.
         except Exception as error:
             where = target or f"{plugin.value} of the entry point group {self.group}"  # type: ignore[union-attr]
-            raise ConfigError([f"{self.what} {name}: cannot import {where}: {error!r}"]) from error
+            raise ConfigError(f"{self.what} {name}: cannot import {where}: {error!r}") from error
         why = self._check(found)
         if why is not None:
-            raise ConfigError([f"{self.what} {name}: {why}, got {found!r}"])
+            raise ConfigError(f"{self.what} {name}: {why}, got {found!r}")
         return found  # type: ignore[no-any-return]
 
     def _plugins(self) -> "dict[str, EntryPoint]":

@@ -390,7 +390,7 @@ def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench, caplog: p
         told = telling(bench, Action(Twist(0.2, 0.1), "x" * (5000 + number // 50), sightings=[SIGHTING]))
         assert told == [m.Sightings(seen=(SIGHTING,))]
     assert bench.robot.told[-1] == "drive 0.20 0.10"
-    assert "Ahead.act: say left out: expected at most 1024 bytes to be said at a tick, got 5003" in caplog.text
+    assert "Ahead.act: say left out: expected at most 1024 bytes to be sent at a tick, got 5003" in caplog.text
     assert len(caplog.messages) == 2, "each text is logged once"
 
 

@@ -191,8 +191,8 @@ def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: 
     assert "{'debug': 1}" in done.stderr
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     assert lines[0] == {"time": 0.02}
-    assert lines[-1]["told"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
-    assert "Recorded: " in lines[-1]["told"]
+    assert lines[-1]["ending"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
+    assert "Recorded: " in lines[-1]["ending"]
     lacking = CliRunner().invoke(make_app(), ["run", "replay", str(run.path), "--play", "shark=x"])
     assert "expected --at too" in str(lacking.exception)
     wrong = CliRunner().invoke(make_app(), ["run", "replay", str(run.path), "--at", "4", "--play", "shark"])
@@ -203,7 +203,7 @@ def test_what_else_is_printed_tells_nothing_of_the_progress() -> None:
     for line in (b"{'debug': 1}", b'{"debug": 1}', b'{"time": "late"}', b"[1]", b"\xff", b""):
         assert progress_of(line) == Progress()
     assert progress_of(b'{"time": 4.5}').time == 4.5
-    assert progress_of(b'{"run": "/r", "told": "it ended"}').run == "/r"
+    assert progress_of(b'{"run": "/r", "ending": "it ended"}').run == "/r"
 
 
 def test_the_strategies_of_a_game_are_those_of_its_package() -> None:

@@ -189,11 +189,10 @@ def test_the_clock_tells_how_fast_a_match_is_played(
     monkeypatch.setattr(playing, "_pace", lambda _stop, _rate: lambda _time: next(ticks) < 20)
     monkeypatch.setattr(playing.nodes, "recorder_node", watched)
     monkeypatch.setattr(playing, "plot", lambda *_: None)
-    wish = playing.Wish(in_process=True, paced=paced, window=False, record=True)
+    typed = "2.5" if paced else None
+    options = playing.PlayOptions(in_process=True, engine="planar", rate=typed, seed=0, headless=True, runs=tmp_path)
     with pytest.raises(typer.Exit):
-        playing.play_match(
-            "sharks-and-minnows", tmp_path, wish, ForkServer(), engine="planar", seed=0, rate=2.5 if paced else None
-        )
+        playing.play_match("sharks-and-minnows", options, ForkServer())
     assert watch[0].rates == {rate}
 
 

@@ -11,14 +11,14 @@ from vrg.bus.node import Tick
 from vrg.errors import MessageError
 from vrg.recording.foxglove import Time
 from vrg.recording.mcap_file import McapFile
-from vrg.recording.recorded import read_match
+from vrg.recording.recorded import read_recorded
 from vrg.recording.recorder import Recorder
 from vrg.recording.records import StateRecord
 from vrg.types import Pose
 
 
 def test_everything_that_windows_hear_comes_back(file):
-    match = read_match(file)
+    match = read_recorded(file)
     assert [stamp for stamp, _ in match.poses] == [tick / 10 for tick in range(400)]
     stamp, poses = match.poses[123]
     for body, said in zip(poses.bodies, synthetic.poses(stamp).bodies, strict=True):
@@ -63,7 +63,7 @@ def test_the_marks_on_which_players_line_up_come_back(recorder, path):
     marked = replace(state, players=(replace(state.players[0], mark=mark), *state.players[1:]))
     hear(recorder, match, (KEYS.referee_state, marked, 1.0))
     recorder.stop()
-    (_, read) = read_match(path).states[0]
+    (_, read) = read_recorded(path).states[0]
     assert [player.mark for player in read.players] == [mark, *[None] * (len(state.players) - 1)]
 
 
@@ -73,7 +73,7 @@ def test_orders_of_the_emergency_stop_and_sketches_come_back(recorder, path):
     hear(recorder, match, (KEYS.estop, m.Estop(by="ann", reason="smoke"), 1.0), (KEYS.sketch("nemo"), sketch, 1.0))
     hear(recorder, match, (KEYS.estop_release, m.EstopRelease(by="bob"), 2.0))
     recorder.stop()
-    found = read_match(path)
+    found = read_recorded(path)
     assert found.estops == [(1.0, m.Estop(by="ann", reason="smoke")), (2.0, m.EstopRelease(by="bob"))]
     [(stamp, back)] = found.sketches["nemo"]
     assert (stamp, [(list(map(tuple, s.points)), s.label) for s in back.strokes]) == (1.0, [([(1, 2), (3, 4)], "goal")])
@@ -84,7 +84,7 @@ def test_a_robot_that_was_taken_out_of_the_world_is_not_there_any_more(recorder,
     hear(recorder, match, (KEYS.poses, synthetic.poses(1.0), 1.0))
     hear(recorder, match, (KEYS.poses, m.Poses(bodies=synthetic.poses(1.1).bodies[2:]), 1.1))
     recorder.stop()
-    assert [len(poses.bodies) for _, poses in read_match(path).poses] == [7, 5]
+    assert [len(poses.bodies) for _, poses in read_recorded(path).poses] == [7, 5]
 
 
 def test_a_battery_that_empties_is_a_part_of_the_report(recorder, path):
@@ -93,7 +93,7 @@ def test_a_battery_that_empties_is_a_part_of_the_report(recorder, path):
         report = m.Report(mode="Play", armed=True, battery=charge)
         hear(recorder, match, (KEYS.report("nemo"), report, tick / 10))
     recorder.stop()
-    assert [(stamp, report.mode, report.battery) for stamp, report in read_match(path).reports["nemo"]] == [
+    assert [(stamp, report.mode, report.battery) for stamp, report in read_recorded(path).reports["nemo"]] == [
         (0.0, "Play", 0.9),
         (0.2, "Play", 0.5),
     ]
@@ -108,7 +108,7 @@ def test_the_parts_of_a_recorder_that_was_started_again_are_one_match(tmp_path):
     recorder = Recorder("recorder", Mailbox(), KEYS, second)
     go_on(recorder, 12.0, 15.0)
     recorder.stop()
-    match = read_match([first, second])
+    match = read_recorded([first, second])
     assert match.torn == [first]
     assert [call.number for _, call in match.calls] == [1, 2]
     times = [stamp for stamp, _ in match.poses]
@@ -120,7 +120,7 @@ def test_after_a_restart_of_the_world_only_what_happened_is_left_and_all_that_wa
     recorder = record(path, 10.0)
     go_on(recorder, 8.0, 9.5)
     recorder.stop()
-    match = read_match(path)
+    match = read_recorded(path)
     assert [stamp for stamp, _ in match.poses] == [tick / 10 for tick in range(95)]
     assert [(stamp, call.number) for stamp, call in match.calls] == [(8.0, 1)], "it is not called twice"
     assert max(stamp for stamp, _ in match.states) == 9.4
@@ -132,7 +132,7 @@ def test_an_instant_of_which_a_part_is_missing_is_left_out(file, tmp_path):
     whole, cut = file.read_bytes(), tmp_path / "cut.mcap"
     for size in range(len(whole) // 2, len(whole) // 2 + 2000, 40):
         cut.write_bytes(whole[:size])
-        match = read_match(cut)
+        match = read_recorded(cut)
         assert match.torn == [cut]
         assert {len(poses.bodies) for _, poses in match.poses} == {len(synthetic.NAMES)}
 
@@ -142,7 +142,7 @@ def test_a_recording_of_another_version_is_refused(path):
     file.write("/referee/state", Time(0, 0), 0.0, 0)
     file.finish()
     with pytest.raises(MessageError, match=r"/referee/state: expected vrg\.RefereeState"):
-        read_match(path)
+        read_recorded(path)
 
 
 def test_a_stage_that_this_version_does_not_know_is_refused(path):
@@ -152,12 +152,12 @@ def test_a_stage_that_this_version_does_not_know_is_refused(path):
     file.write("/referee/state", record, 0.0, 0)
     file.finish()
     with pytest.raises(MessageError, match=r"stage: expected one of initialize, .*, got 'siesta'"):
-        read_match(path)
+        read_recorded(path)
 
 
 def test_a_file_of_another_kind_is_refused_and_an_empty_one_is_torn(path):
     path.write_bytes(b"this is some other file, long enough")
     with pytest.raises(MessageError, match="expected an MCAP recording"):
-        read_match(path)
+        read_recorded(path)
     path.write_bytes(b"")
-    assert read_match(path).torn == [path]
+    assert read_recorded(path).torn == [path]

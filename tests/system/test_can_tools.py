@@ -91,7 +91,7 @@ def test_scan_finds_two_drives_with_one_id(node: Callable[..., object]) -> None:
 def test_scan_of_an_empty_bus_says_so() -> None:
     done = vrg("can", "scan", *ON, "--for", "0.5")
     assert done.returncode == 1
-    assert "nobody" in done.stdout
+    assert "no drives" in done.stdout
 
 
 def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) -> None:
@@ -166,7 +166,7 @@ def test_a_node_stops_when_it_is_told(node: Callable[..., "subprocess.Popen[byte
         (("can", "jog", *ON, "--id", "9"), "expected a heartbeat of odrive node 9"),
         (("can", "jog", *ON, "--id", "9", "--speed", "90"), "expected up to 20 turn/s either way"),
         (("can", "jog", *ON, "--id", "9", "--protocol", "vesc", "--option", "poles=7"), "--option: poles"),
-        (("can", "clear", *ON, "--id", "9"), "expected drives with ids 9, heard nobody"),
+        (("can", "clear", *ON, "--id", "9"), "expected drives with ids 9, heard none"),
         (("can", "address", "5", *ON, "--id", "9"), "expected one drive with id 9"),
         (("can", "scan", *ON, "--adapter", "fd"), "--adapter: expected NAME=VALUE"),
         (("can", "fault", "error", *ON, "--id", "0", "--value", "much"), "expected a whole number"),

@@ -8,7 +8,7 @@ import pygame
 import pytest
 
 from tests.ui import synthetic
-from vrg.recording.recorded import read_match
+from vrg.recording.recorded import read_recorded
 from vrg.ui.branching import Choice, Taken
 from vrg.ui.proof import Proof
 from vrg.ui.replay import ReplayWindow
@@ -69,7 +69,7 @@ def brancher() -> Made:
 
 @pytest.fixture
 def window(recorded: Path, brancher: Made) -> Iterator[ReplayWindow]:
-    timeline = Timeline(read_match(recorded), obstacles=synthetic.OBSTACLES)
+    timeline = Timeline(read_recorded(recorded), obstacles=synthetic.OBSTACLES)
     window = ReplayWindow(timeline, title="test", size=(1280, 720), brancher=brancher)
     window.open()
     window.frame(0.0)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.ui import synthetic
 from vrg.games import game_of
-from vrg.recording.recorded import read_match
+from vrg.recording.recorded import read_recorded
 from vrg.ui.acts import Act
 from vrg.ui.replay import KEYS, MOVES, ReplayWindow, show
 from vrg.ui.text import Fonts
@@ -18,7 +18,7 @@ SIZE = (1280, 720)
 
 @pytest.fixture(scope="module")
 def timeline(recorded):
-    return Timeline(read_match(recorded), obstacles=synthetic.OBSTACLES)
+    return Timeline(read_recorded(recorded), obstacles=synthetic.OBSTACLES)
 
 
 @pytest.fixture

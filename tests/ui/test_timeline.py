@@ -6,7 +6,7 @@ import pytest
 
 from tests.ui import synthetic
 from vrg.bus import messages as m
-from vrg.recording.recorded import RecordedMatch, read_match
+from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.types import STILL, Pose
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.timeline import Timeline
@@ -16,7 +16,7 @@ SIZES = {"bruce": (0.8, 0.6)}
 
 @pytest.fixture(scope="module")
 def timeline(recorded):
-    return Timeline(read_match(recorded), sizes=SIZES, obstacles=synthetic.OBSTACLES)
+    return Timeline(read_recorded(recorded), sizes=SIZES, obstacles=synthetic.OBSTACLES)
 
 
 def live(ticks):
@@ -175,6 +175,6 @@ def test_a_recording_without_a_pose_is_refused():
 def test_a_recording_that_is_cut_in_half_is_shown_as_far_as_it_goes(recorded, tmp_path):
     cut = tmp_path / "cut.mcap"
     cut.write_bytes(recorded.read_bytes()[: recorded.stat().st_size // 2])
-    timeline = Timeline(read_match(cut))
+    timeline = Timeline(read_recorded(cut))
     assert 10.0 < timeline.end < 30.0
     assert len(timeline.at(timeline.end).bodies) == len(synthetic.NAMES)

@@ -21,9 +21,9 @@ def import_object(target: str, base: Path) -> object:
     """
     module_name, _, name = target.rpartition(":")
     if not module_name or not name:
-        raise ConfigError([f"expected `module:Class` or `file.py:Class`, got {target!r}"])
+        raise ConfigError(f"expected `module:Class` or `file.py:Class`, got {target!r}")
     if module_name.endswith(".py") and not (base / module_name).is_file():
-        raise ConfigError([f"{target}: no such file: {(base / module_name).resolve()}"])
+        raise ConfigError(f"{target}: no such file: {(base / module_name).resolve()}")
     try:
         if module_name.endswith(".py"):
             module = _import_file((base / module_name).resolve())
@@ -31,11 +31,11 @@ def import_object(target: str, base: Path) -> object:
             _append_path(base.resolve())
             module = importlib.import_module(module_name)
     except (Exception, SystemExit) as error:
-        raise ConfigError([f"{target}: cannot be imported: {failure_of(error)}"]) from error
+        raise ConfigError(f"{target}: cannot be imported: {failure_of(error)}") from error
     if not hasattr(module, name):
         own = [n for n, v in vars(module).items() if isinstance(v, type) and v.__module__ == module.__name__]
         classes = ", ".join(sorted(own)) or "none"
-        raise ConfigError([f"{target}: expected the name of a class in {module_name} ({classes}), got {name!r}"])
+        raise ConfigError(f"{target}: expected the name of a class in {module_name} ({classes}), got {name!r}")
     found: object = getattr(module, name)
     return found
 

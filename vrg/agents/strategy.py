@@ -53,7 +53,7 @@ class View:
         robot: the description of its own robot.
         pose: where this player is according to its robot's own measurement, in the map's frame.
         heard: the messages of its team mates since the last tick.
-        priority: what the person who commands the team wants, one of the strategy's `priorities`; None if nobody
+        priority: what the person who commands the team wants, one of the strategy's `priorities`; None if no one
             commands it.
         obstacles: the ground that walls and obstacles of the map cover, m in the map's frame.
     """

@@ -62,7 +62,7 @@ def sendable(action: Action) -> tuple[Payload, list[str]]:
             problems.append(f"{what} left out: {error}")
             return otherwise
 
-    said = Payload(
+    payload = Payload(
         None if action.say is None else attempt("say", lambda: packed(action.say), None),
         attempt("sightings", lambda: checked(Sightings(seen=tuple(action.sightings))), None)
         if action.sightings
@@ -72,7 +72,7 @@ def sendable(action: Action) -> tuple[Payload, list[str]]:
         if action.sketch is None
         else attempt("sketch", lambda: checked(Sketch(strokes=tuple(action.sketch or ()))), None),
     )
-    return said, problems
+    return payload, problems
 
 
 def _bids(bids: Mapping[str, float | None]) -> list[Bid]:
@@ -104,15 +104,15 @@ class Telling:
         Args:
             place: where the player measures itself to be, m.
         """
-        said, problems = sendable(action)
-        if said.say is not None:
-            self._radio.say(said.say, place)
-        if said.sightings is not None:
-            self._mailbox.publish(self._sightings, said.sightings)
-        for bid in said.bids:
+        payload, problems = sendable(action)
+        if payload.say is not None:
+            self._radio.say(payload.say, place)
+        if payload.sightings is not None:
+            self._mailbox.publish(self._sightings, payload.sightings)
+        for bid in payload.bids:
             self._mailbox.publish(self._bid, bid)
-        if said.sketch is not None:
-            self._mailbox.publish(self._sketch, said.sketch)
+        if payload.sketch is not None:
+            self._mailbox.publish(self._sketch, payload.sketch)
         return problems
 
     def heard(self, place: Vector) -> Sequence[TeamMessage]:

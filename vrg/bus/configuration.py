@@ -71,7 +71,7 @@ def check_endpoint(endpoint: str, credentials: Credentials | None = None) -> Non
     if not secure and credentials is not None:
         raise BusError(
             f"expected an endpoint that begins with {_SECURE}, because keys were given, got {endpoint!r}: without "
-            "encryption nobody can prove who it is"
+            "encryption no process can prove its identity"
         )
 
 

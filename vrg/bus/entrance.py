@@ -1,6 +1,6 @@
 """The entrance of a router with seats: the public port, in front of several listeners of the router's own.
 
-Each listener of zenoh's for TLS rests for 100 ms after a handshake that has failed, and lets nobody in meanwhile. So a
+Each listener of zenoh's for TLS rests for 100 ms after a handshake that has failed, and lets none in meanwhile. So a
 few hundred strangers would keep every newcomer out for half a minute, the emergency stop too. The entrance opens a
 connection to the router only for a program that begins a handshake, to each listener in turn, so that a failed one
 holds up only its own. It passes the bytes on as they are: seat and router encrypt and prove who they are, and it reads

@@ -61,9 +61,9 @@ def refusal(endpoint: str, credentials: Credentials) -> str | None:
     return None
 
 
-def _meaning(said: str) -> str:
-    folded = said.replace(" ", "_").upper()
+def _meaning(message: str) -> str:
+    folded = message.replace(" ", "_").upper()
     for words, meaning in _REASONS:
         if words.replace(" ", "_").upper() in folded:
             return meaning
-    return f"the handshake fails: {said}"
+    return f"the handshake fails: {message}"

@@ -65,7 +65,7 @@ Recipe = Callable[[zenoh.Session], Declared]
 """A function that declares something on a session."""
 
 
-class Link:
+class RouterLink:
     """One process' link to the router.
 
     Args:

@@ -1,7 +1,7 @@
 """A model of the radio links between players: range, loss, delay, jitter and bandwidth (thesis 5.2).
 
 Whether a message is lost, and by how much its delay varies, is drawn by the seed, the link, the key and the number of
-the message alone. So a match in one process and one over processes lose the same messages, if the same are said.
+the message alone. So a match in one process and one over processes lose the same messages, if the same are sent.
 """
 
 import hashlib

@@ -134,7 +134,7 @@ class Inlet(Generic[T]):
         if key in self._keys or self._known:
             return key in self._keys
         if len(self._keys) >= KEYS_LIMIT:
-            self.refuse(MessageError(f"{key}: expected at most {KEYS_LIMIT} keys: somebody invents more and more"))
+            self.refuse(MessageError(f"{key}: expected at most {KEYS_LIMIT} keys: a sender invents more and more"))
             return False
         self._keys.add(key)
         return True

@@ -34,7 +34,7 @@ def check_name(name: str, what: str = "name") -> str:
         ConfigError: it is none.
     """
     if not is_name(name):
-        raise ConfigError([f"{what}: {NAME_RULE}, got {name!r}"])
+        raise ConfigError(f"{what}: {NAME_RULE}, got {name!r}")
     return name
 
 

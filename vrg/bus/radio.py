@@ -79,7 +79,7 @@ def packed(words: Any) -> bytes:
     """
     data = msgspec.msgpack.encode(words, enc_hook=plain)
     if len(data) > SAY_LIMIT:
-        raise ValueError(f"expected at most {SAY_LIMIT} bytes to be said at a tick, got {len(data)}")
+        raise ValueError(f"expected at most {SAY_LIMIT} bytes to be sent at a tick, got {len(data)}")
     return data
 
 

@@ -71,21 +71,21 @@ class Refusals:
 
     def read(self, data: bytes, now: float) -> list[str]:
         """Take in the next bytes of zenoh's log, and return the lines to write. The bytes may end within a line."""
-        said = self._turn(now)
+        texts = self._turn(now)
         *whole, self._rest = (self._rest + data).split(b"\n")
         for line in whole:
             if b" is authorized to " in line:
                 continue
-            told = self._line(line)
-            if told is None:
+            entry = self._line(line)
+            if entry is None:
                 continue
-            who, words = told
+            who, words = entry
             if self._written.get(who, 0) >= MAX_LINES:
                 self._unlisted[who] = self._unlisted.get(who, 0) + 1
                 continue
             self._written[who] = self._written.get(who, 0) + 1
-            said.append(f"{who} {words}")
-        return said
+            texts.append(f"{who} {words}")
+        return texts
 
     def end(self) -> list[str]:
         """Return the lines to write at the end of zenoh's log: what was not listed in the last window."""

@@ -23,7 +23,7 @@ from vrg.bus.codec import Header, encode, header
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
 from vrg.bus.credentials import Credentials
 from vrg.bus.flood import MAX_MESSAGE_RATE, FlowMeter
-from vrg.bus.link import Link, kept_events, subscription
+from vrg.bus.link import RouterLink, kept_events, subscription
 from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.stopping import StopSignal
@@ -144,7 +144,7 @@ class Session:
         self._failed: Exception | None = None
         self._floods: set[str] = set()
         self._meters: dict[Mailbox, FlowMeter] = {}
-        self._link = Link(raw, connect, lost=self._hold, back=self._catch_up)
+        self._link = RouterLink(raw, connect, lost=self._hold, back=self._catch_up)
 
     @property
     def connected(self) -> bool:

@@ -1,6 +1,6 @@
 """The key map: every key expression of a match, the message that travels on it, how it is delivered, and who may.
 
-`Keys` is the table: one line for each key, and nobody else writes a key by hand. docs/bus.md shows it to people who
+`Keys` is the table: one line for each key, and no other module writes a key by hand. docs/bus.md shows it to people who
 write programs in other languages, and `vrg.bus.access` makes the router's rules of it.
 """
 

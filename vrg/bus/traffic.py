@@ -1,6 +1,6 @@
 """The traffic on the keys of a match: the rate of messages, the number of lost ones, the age of the newest.
 
-The messages are counted by their headers; a body is decoded only if somebody asks for it.
+The messages are counted by their headers; a body is decoded only on request.
 """
 
 import time

@@ -29,14 +29,14 @@ Opened = Callable[[RunFolder], "Taken"]
 
 
 def compared(recorded: RunFolder, folder: RunFolder) -> str:
-    """How the recorded match and the one that was taken up ended, in sentences."""
+    """The ends of the recorded match and of the one that was taken up, in sentences."""
     changed = str(branch_of(folder) or "played again")
-    told = f"{capitalised(changed)}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
-    return f"{told} It is in {folder.path}."
+    text = f"{capitalised(changed)}: {ending_of(folder)}. Recorded: {ending_of(recorded)}."
+    return f"{text} It is in {folder.path}."
 
 
 def ending_of(folder: RunFolder) -> str:
-    """How a match ended, in words."""
+    """The end of a match, in words."""
     try:
         result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
         return f"{headline(result)}{summary(result)}"
@@ -83,7 +83,7 @@ class ProcessBrancher:
         self._runs = runs
         self._opened = opened
         self._process: subprocess.Popen[bytes] | None = None
-        self._told = ""
+        self._progress = ""
         self._rest = b""
 
     @property
@@ -94,44 +94,34 @@ class ProcessBrancher:
     def begin(self, time: float, player: str, strategy: str) -> None:
         """Begin to play from a match time, s, with another strategy for a player."""
         self.close()
-        # A pipe would fill up, as nobody reads it before the end.
+        # A pipe would fill up, as it is read only at the end.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
         whole = [str(self._folder.path.resolve()), "--at", f"{time:.3f}", "--play", f"{player}={strategy}"]
-        command = [
-            sys.executable,
-            "-P",
-            "-m",
-            "vrg",
-            "run",
-            "replay",
-            *whole,
-            "--runs",
-            str(self._runs.resolve()),
-            "--json",
-        ]
+        whole += ["--runs", str(self._runs.resolve())]
+        command = [sys.executable, "-P", "-m", "vrg", "run", "replay", *whole, "--json"]
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors, cwd=self._folder.path
         )
         assert self._process.stdout is not None
         os.set_blocking(self._process.stdout.fileno(), False)
-        self._told, self._rest = "repeating what was recorded", b""
+        self._progress, self._rest = "repeating what was recorded", b""
 
     def look(self) -> "Taken | str | None":
-        """What has come of it; see `vrg.ui.branching.Brancher`."""
+        """Return the outcome; see `vrg.ui.branching.Brancher`."""
         if self._process is None:
             return None
         assert self._process.stdout is not None
         ended = self._process.poll() is not None
         lines = (self._rest + (self._process.stdout.read() or b"")).split(b"\n")
         self._rest = lines.pop()
-        for told in map(progress_of, lines):
-            if told.run is not None:
+        for line in map(progress_of, lines):
+            if line.run is not None:
                 self.close()
-                return self._opened(RunFolder(Path(told.run)))
-            if told.time is not None:
-                self._told = f"{told.time:.0f} s of match time are played"
+                return self._opened(RunFolder(Path(line.run)))
+            if line.time is not None:
+                self._progress = f"{line.time:.0f} s of match time are played"
         if not ended:
-            return self._told
+            return self._progress
         self._errors.seek(0)
         last = self._errors.read().decode(errors="replace").strip().splitlines()[-1:]
         self.close()

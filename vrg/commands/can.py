@@ -8,19 +8,10 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands import can_calibrate, can_control, can_options, can_tools
-from vrg.commands.can_options import (
-    AdapterOption,
-    BitrateOption,
-    ChannelOption,
-    InterfaceOption,
-    OptionsOption,
-    ProtocolOption,
-    link_of,
-    options_of,
-    protocol_of,
-)
-from vrg.commands.options import LeashOption, ended, lasting
+from vrg.commands import can_calibrate, can_control, can_listening, can_options
+from vrg.commands.can_options import EmulatedBusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
+from vrg.commands.groups import CommandGroup
+from vrg.commands.options import LeashOption, exit_if_interrupted, lasting
 from vrg.errors import ConfigError
 from vrg.hal.can.settings import EMULATING
 from vrg.hal.can.workshop.emulated import DriveOptions
@@ -28,11 +19,10 @@ from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, ask_for
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.launch.serving import child_process
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 for command in (
-    can_tools.scan, can_tools.monitor, can_control.stop, can_control.clear, can_control.jog, can_control.address,
-    can_control.configure,
-    can_calibrate.calibrate,
+    can_listening.scan, can_listening.monitor, can_control.stop, can_control.clear, can_control.jog,
+    can_control.address, can_control.configure, can_calibrate.calibrate,
 ):  # fmt: skip
     app.command()(command)
 
@@ -45,10 +35,7 @@ _MOTOR = MotorModel()
 @app.command()
 def node(
     id_: Annotated[list[int], typer.Option("--id", help="A drive's id; may be given several times.")],
-    channel: ChannelOption = "vcan0",
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: EmulatedBusOptions,
     protocol: ProtocolOption = "odrive",
     option: OptionsOption = None,
     watchdog: Annotated[
@@ -70,18 +57,18 @@ def node(
     from vrg.hal.can.workshop.run import run_drives  # python-can is for who uses a bus
 
     spoken = protocol_of(protocol, drive=True)
-    told = options_of(spoken, option)
+    options = options_of(spoken, option)
     problems = [f"--id: {problem}" for one in id_ if (problem := spoken.axis_type.check_node(one))]
     if problems:
         raise ConfigError(problems)
-    link = link_of(interface, channel, bitrate, adapter)
+    link = on.link()
     first = secrets.randbits(40) if serial is None else serial
     motor = MotorModel(inertia=inertia, current_limit=current_limit)
     with child_process(leash) as stop:
         drives = [
             spoken.drive_type(
                 one,
-                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=told),
+                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=options),
                 time.monotonic(),
                 random.Random(first + index),
             )
@@ -89,17 +76,14 @@ def node(
         ]
         names = ", ".join(f"{drive.node} (serial number {drive.options.serial:X})" for drive in drives)
         run_drives(link, drives, stop, ready=lambda: typer.echo(f"{EMULATING} {protocol} on {link}: {names}"))
-    ended(stop)
+    exit_if_interrupted(stop)
 
 
 @app.command()
 def fault(
     kind: Annotated[FaultName, typer.Argument(help="; ".join(f"{k.name.lower()}: {w}" for k, w in WHAT.items()))],
     id_: Annotated[list[int], typer.Option("--id", help="An emulated drive's id; may be given several times.")],
-    channel: ChannelOption = "vcan0",
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: EmulatedBusOptions,
     seconds: Annotated[float, lasting("How long it lasts; 0 = until end.", 0, 655)] = 0.0,
     value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
 ) -> None:
@@ -111,7 +95,7 @@ def fault(
             f"expected a whole number such as 512 or 0x200, got {value!r}", param_hint="--value"
         ) from None
     request = FaultRequest(FaultKind[kind.name], seconds, number - (1 << 32) if number >= 1 << 31 else number)
-    link = link_of(interface, channel, bitrate, adapter)
+    link = on.link()
     failed = False
     for one in id_:
         done = ask_for(can_options.medium(), link, one, request)
@@ -119,7 +103,7 @@ def fault(
         if done:
             typer.echo(f"node {one}: {kind} ({WHAT[request.kind].split(':')[0]})")
         elif done is None:
-            typer.echo(f"node {one}: nobody emulates it on {link}; real drives do not listen to this", err=True)
+            typer.echo(f"node {one}: not emulated on {link}; real drives do not listen to this", err=True)
         else:
             typer.echo(f"node {one}: a drive of its protocol cannot have this fault", err=True)
     if failed:

@@ -35,12 +35,12 @@ def calibrate(
     settings = can_settings(file.backends.get("can", {}))
     if player not in settings.robots:
         known = ", ".join(settings.robots) or "none"
-        raise ConfigError([f"{match}: expected a robot of [backends.can.robots] ({known}), got {player!r}"])
+        raise ConfigError(f"{match}: expected a robot of [backends.can.robots] ({known}), got {player!r}")
     wiring = settings.robots[player]
     own = base / (wiring.calibration or f"{player}.cal.toml")
     where = output or own
     if not os.access(where.parent, os.W_OK) or where.is_dir():
-        raise ConfigError([f"{where}: expected a place to write the calibration to, this is none"])
+        raise ConfigError(f"{where}: expected a place to write the calibration to, this is none")
     before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
     model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
     axes = wiring.wheel_axes(model.drivetrain.axes, before)
@@ -58,7 +58,7 @@ def calibrate(
     try:
         found = calibrating.calibrate(train, model, _Asker(), plan)
     except ValueError as error:
-        raise ConfigError([f"{player}: a measurement that cannot be: {error}"]) from None
+        raise ConfigError(f"{player}: a measurement that cannot be: {error}") from None
     finally:
         train.close()
     where.write_text(calibration_text(found), encoding="utf-8")
@@ -75,7 +75,7 @@ class _Asker:
         typer.prompt(f"{words} Then press Enter", default="", show_default=False)
 
     def agrees(self, question: str) -> bool:
-        """Ask a question that is answered by yes or no. Enter alone is no answer: nobody should guess a direction."""
+        """Ask a question that is answered by yes or no. Enter alone is no answer: a direction must not be guessed."""
         return typer.confirm(question, default=None)
 
     def measures(self, question: str, expected: float) -> float:
@@ -83,6 +83,6 @@ class _Asker:
         answer: float = typer.prompt(question, type=float, default=round(expected, 3))
         return answer
 
-    def told(self, words: str) -> None:
+    def shows(self, words: str) -> None:
         """Print something."""
         typer.echo(words)

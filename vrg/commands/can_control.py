@@ -11,19 +11,9 @@ from rich.markup import escape
 
 from vrg.bus.stopping import Stop
 from vrg.commands import can_options
-from vrg.commands.can_listening import Heard, listening, plain_console, table_of, unheard
-from vrg.commands.can_options import (
-    AdapterOption,
-    AnyChannelOption,
-    BitrateOption,
-    InterfaceOption,
-    OptionsOption,
-    ProtocolOption,
-    link_of,
-    options_of,
-    protocol_of,
-)
-from vrg.commands.options import lasting, stoppable
+from vrg.commands.can_listening import BusState, listening, table_of, unheard
+from vrg.commands.can_options import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
+from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.listener import Found
@@ -50,22 +40,15 @@ _JOG_JUDGED = 0.5
 _JOG_FASTEST = 20.0
 """turn/s of a motor."""
 _HEADROOM = 2.0
-"""How many times faster than it is asked a motor may turn before it is a runaway."""
+"""The speed at which a motor is a runaway, as a multiple of the commanded one."""
 
 
-def stop(
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
-    seconds: Annotated[float, lasting("How long to go on telling them.", 0.2, 600)] = 1.0,
-) -> None:
+def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat the order.", 0.2, 600)] = 1.0) -> None:
     """Switch off every motor on a bus, whatever has switched it on. Needs no match, no router and no file."""
     from vrg.hal.can.guard import TURNING_SPEED
 
-    link = link_of(interface, channel, bitrate, adapter)
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus:
+    link, console = on.link(), make_console()
+    with listening(link) as bus:
         end = bus.clock.now() + seconds
         unsent: dict[str, None] = {}
         while True:
@@ -74,51 +57,45 @@ def stop(
                 bus.survey.stop()
             except RobotError as error:
                 unsent.setdefault(str(error))
-            if bus.clock.wait(interrupted.is_set, _REPEAT) or bus.clock.now() >= end:
+            bus.wait(_REPEAT)
+            if bus.stop.is_set() or bus.clock.now() >= end:
                 break
-        bus.look(interrupted, ask=True)
-        bus.clock.wait(interrupted.is_set, _REPEAT)
-        heard = bus.look(interrupted, ask=False)
+        bus.look(ask=True)
+        bus.wait(_REPEAT)
+        heard = bus.look(ask=False)
     console.print(table_of(heard))
     for name in unheard():
-        console.print(f"Drives of the protocol {name} were not told to be off: it has no listener.")
+        console.print(f"Drives of the protocol {name} were not switched off: it has no listener.")
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
     turning = [found for found in heard.nodes if abs(found.velocity or 0.0) > TURNING_SPEED]
     for found in turning:
         console.print(
-            f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it says: "
+            f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it reports: "
             "cut the power of its motor[/red]"
         )
     for words in unsent:
         console.print(f"[red]an order could not be sent: {escape(words)}[/red]")
     if not heard.nodes:
         console.print(
-            f"[red]{link}: nobody has said that its motor is off: is it the right bus, wired and powered, and is the "
+            f"[red]{link}: no drive reports that its motor is off: is it the right bus, wired and powered, and is the "
             "bit rate right?[/red]"
         )
     if still or turning or unsent or heard.troubles or not heard.nodes:
         raise typer.Exit(1)
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
-    console.print(f"{link}: every motor was told to be off. Off by their own word: {off or 'none'}.")
+    console.print(f"{link}: every motor was switched off. Off by their own reports: {off or 'none'}.")
 
 
-def clear(
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
-    ids: IdsOption = None,
-) -> None:
+def clear(on: BusOptions, ids: IdsOption = None) -> None:
     """Let drives forget their latched errors, and say which they have then. Moves nothing."""
-    link = link_of(interface, channel, bitrate, adapter)
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus, console.status(f"looking for drives on {link}"):
-        heard = bus.look_for(_FIND, interrupted, ask=True)
+    link, console = on.link(), make_console()
+    with listening(link) as bus, console.status(f"looking for drives on {link}"):
+        heard = bus.look_for(_FIND)
         for found in _wanted(heard, ids, str(link)):
             bus.survey.listener_of(found).clear(found)
-        heard = bus.look_for(_FIND, interrupted, ask=True)
+        heard = bus.look_for(_FIND)
     console.print(table_of(heard))
     if any(found.errors for found in heard.nodes if ids is None or found.node in ids):
         raise typer.Exit(1)
@@ -126,38 +103,31 @@ def clear(
 
 def address(
     to: Annotated[int, typer.Argument(help="The new id.")],
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: BusOptions,
     protocol: ProtocolOption = "odrive",
     id_: Annotated[int | None, typer.Option("--id", help="The drive's id until now.")] = None,
     serial: Annotated[str | None, typer.Option(help="The drive's serial number, as `vrg can scan` shows it.")] = None,
 ) -> None:
     """Give a drive another id. Name it by its id, its serial number, or both. Save it in the drive to keep it."""
-    link = link_of(interface, channel, bitrate, adapter)
+    link = on.link()
     spoken = protocol_of(protocol, listener=True)
     if problem := spoken.axis_type.check_node(to):
-        raise ConfigError([f"the new id: {problem}"])
+        raise ConfigError(f"the new id: {problem}")
     if id_ is None and serial is None:
-        raise ConfigError(["expected --id or --serial: which drive is to have another id?"])
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus:
+        raise ConfigError("expected --id or --serial: which drive is to have another id?")
+    console = make_console()
+    with listening(link) as bus:
         with console.status(f"looking for drives on {link}"):
-            heard = bus.look_for(_FIND, interrupted, ask=True)
+            heard = bus.look_for(_FIND)
         mine = [f for f in heard.nodes if isinstance(bus.survey.listener_of(f), spoken.listener_type)]
         if any(found.node == to for found in mine):
-            raise ConfigError([f"{link}: there is a drive with id {to} already"])
+            raise ConfigError(f"{link}: there is a drive with id {to} already")
         found, number = _which(mine, id_, serial, str(link))
         if found.on:
             raise RobotError(f"{found.protocol} {found.node}: expected a motor that is off: `vrg can stop`")
         bus.survey.listener_of(found).rename(found, number, to)
-    with (
-        stoppable() as interrupted,
-        listening(link) as bus,
-        console.status("looking whether it has it"),
-    ):
-        heard = bus.look_for(_FIND, interrupted, ask=True)
+    with listening(link) as bus, console.status("looking whether it has it"):
+        heard = bus.look_for(_FIND)
     new = [f for f in heard.nodes if f.node == to and f.protocol == found.protocol]
     if new:
         # Its last frames by its old id may have waited to be heard.
@@ -165,7 +135,7 @@ def address(
         heard.nodes[:] = [f for f in heard.nodes if f not in last or heard.at - f.heard < HEARTBEAT_TIMEOUT]
     console.print(table_of(heard))
     if not new:
-        raise RobotError(f"{link}: expected the drive to have id {to} now, nobody has")
+        raise RobotError(f"{link}: expected the drive to have id {to} now, none has")
     console.print(f"It has id {to} until it is switched off. Save it in the drive to keep it.")
 
 
@@ -177,22 +147,19 @@ def configure(
         ),
     ],
     id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
+    on: BusOptions,
     endpoints: Annotated[
         Path | None, typer.Option(help="flat_endpoints.json of an ODrive's firmware, as its maker publishes it.")
     ] = None,
     save: Annotated[bool, typer.Option("--save", help="Let the drive keep all its settings for good.")] = False,
 ) -> None:
-    """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back what it then says."""
-    link = link_of(interface, channel, bitrate, adapter)
+    """Read and change settings of an ODrive or a CiA 402 drive whose motor is off, and read back its answer."""
+    link = on.link()
     known = None if endpoints is None else read_endpoints(endpoints)
-    console = plain_console()
-    with stoppable() as interrupted, listening(link) as bus:
+    console = make_console()
+    with listening(link) as bus:
         with console.status(f"looking for drive {id_} on {link}"):
-            heard = bus.look_for(_FIND, interrupted, ask=True)
+            heard = bus.look_for(_FIND)
         (found,) = _wanted(heard, [id_], str(link))
         listener = bus.survey.listener_of(found)
         if isinstance(listener, OdriveListener):
@@ -214,18 +181,15 @@ def configure(
             if save:
                 listener.save(found)
         except ValueError as error:
-            raise ConfigError([str(error)]) from None
+            raise ConfigError(str(error)) from None
     console.print("Saved." if save else "It has this until it is switched off; --save keeps it." if changes else "")
 
 
 def jog(
     id_: Annotated[int, typer.Option("--id", help="The drive's id.")],
+    on: BusOptions,
     speed: Annotated[float, typer.Option(help="turn/s of the motor, before any gear; negative turns it back.")] = 1.0,
     seconds: Annotated[float, lasting("How long.", 0.1, 60)] = 2.0,
-    channel: AnyChannelOption = None,
-    interface: InterfaceOption = "socketcan",
-    bitrate: BitrateOption = None,
-    adapter: AdapterOption = None,
     protocol: ProtocolOption = "odrive",
     option: OptionsOption = None,
     unsafe: Annotated[bool, typer.Option("--unsafe", help="Also a drive without a watchdog of its own.")] = False,
@@ -237,20 +201,20 @@ def jog(
     from vrg.hal.can.train import DriveTrain
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
-        raise ConfigError([f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}"])
-    link, spoken = link_of(interface, channel, bitrate, adapter), protocol_of(protocol)
+        raise ConfigError(f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}")
+    link, spoken = on.link(), protocol_of(protocol)
     if problem := spoken.axis_type.check_node(id_):
-        raise ConfigError([f"--id: {problem}"])
+        raise ConfigError(f"--id: {problem}")
     model = robot_model("P2AT")
     # A gear with which the top speed of this model is a little more than the motor is asked for: a runaway is noticed.
     ratio = _HEADROOM * abs(speed) * TURN * model.drivetrain.wheel_radius / model.v_max
     axis = WheelAxis(id_, axis=0, ratio=ratio)
-    told = options_of(spoken, option)
-    train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=told, unwatched=unsafe)
+    options = options_of(spoken, option)
+    train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=options, unwatched=unsafe)
     typer.echo(f"Turning {protocol} {id_} on {link} at {speed:g} turn/s for {seconds:g} s. Ctrl-C stops it.")
     logger = logging.getLogger("vrg")
     with ExitStack() as stack:
-        # What goes wrong is told by the error alone.
+        # The error alone reports what goes wrong.
         stack.callback(logger.setLevel, logger.level)
         logger.setLevel(logging.CRITICAL)
         interrupted = stack.enter_context(stoppable())
@@ -323,7 +287,7 @@ def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, secon
         train.clock.wait(interrupted.is_set, _JOG_PERIOD)
 
 
-def _wanted(heard: Heard, ids: Iterable[int] | None, link: str) -> list[Found]:
+def _wanted(heard: BusState, ids: Iterable[int] | None, link: str) -> list[Found]:
     """The drives of these ids, or all.
 
     Raises:
@@ -333,7 +297,7 @@ def _wanted(heard: Heard, ids: Iterable[int] | None, link: str) -> list[Found]:
         return heard.nodes
     missing = sorted(set(ids) - {found.node for found in heard.nodes})
     if missing:
-        there = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes) or "nobody"
+        there = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes) or "none"
         raise RobotError(f"{link}: expected drives with ids {', '.join(map(str, missing))}, heard {there}")
     return [found for found in heard.nodes if found.node in ids]
 
@@ -352,6 +316,6 @@ def _which(nodes: list[Found], id_: int | None, serial: str | None, link: str) -
     ]
     if len(fitting) == 1:
         return fitting[0]
-    there = ", ".join(f"id {found.node} serial {' and '.join(found.serials) or '?'}" for found in nodes) or "nobody"
+    there = ", ".join(f"id {found.node} serial {' and '.join(found.serials) or '?'}" for found in nodes) or "none"
     what = f"{'id ' + str(id_) if id_ is not None else ''} {'serial ' + serial if serial else ''}".strip()
     raise RobotError(f"{link}: expected one drive with {what}, found {len(fitting)}; heard: {there}")

@@ -1,7 +1,9 @@
 """The options that the commands of `vrg can` share, and what they mean."""
 
 import socket
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 from pydantic import ValidationError
@@ -15,23 +17,16 @@ from vrg.tables import problems_of
 if TYPE_CHECKING:
     from vrg.hal.can.link import Medium
 
-InterfaceOption = Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")]
-ChannelOption = Annotated[str, typer.Option("--channel", help="The bus, such as can0.")]
-AnyChannelOption = Annotated[
-    str | None, typer.Option("--channel", help="The bus; can0 if missing, or vcan0 where there is no can0.")
-]
-BitrateOption = Annotated[int | None, typer.Option("--bitrate", help="bit/s, where the interface sets it itself.")]
-AdapterOption = Annotated[
-    list[str] | None,
-    typer.Option("--adapter", help="A further option of python-can's interface, NAME=VALUE; several are possible."),
-]
+T = TypeVar("T")
+U = TypeVar("U")
+
 ProtocolOption = Annotated[
     str,
     typer.Option("--protocol", help="What the drives speak: odrive, cia402, moteus, vesc, or another package's."),
 ]
 OptionsOption = Annotated[
     list[str] | None,
-    typer.Option("--option", help="What the wiring says of such drives in its options, NAME=VALUE."),
+    typer.Option("--option", help="An option of such drives as in the wiring, NAME=VALUE."),
 ]
 
 
@@ -42,21 +37,50 @@ def medium() -> "Medium":
     return RealMedium()
 
 
-def link_of(interface: str, channel: str | None, bitrate: int | None, adapter: list[str] | None) -> Link:
-    """The bus that a command's options mean.
+@dataclass(frozen=True)
+class BusOptions:
+    """The bus that a command means."""
+
+    channel: Annotated[
+        str | None, typer.Option("--channel", help="The bus; can0 if missing, or vcan0 where there is no can0.")
+    ] = None
+    interface: Annotated[str, typer.Option("--interface", help="python-can's name of the interface.")] = "socketcan"
+    bitrate: Annotated[int | None, typer.Option("--bitrate", help="bit/s, where the interface sets it itself.")] = None
+    adapter: Annotated[
+        list[str] | None,
+        typer.Option("--adapter", help="A further option of python-can's interface, NAME=VALUE; several are possible."),
+    ] = None
+
+    def link(self) -> Link:
+        """The bus, with its interface.
+
+        Raises:
+            ConfigError: there is no such interface, or an option of the adapter makes no sense.
+        """
+        _read("--interface", known_interface, self.interface)
+        adapter = _read("--adapter", read_adapter, self.adapter or [])
+        return Link(
+            interface=self.interface, channel=self.channel or _some_channel(), bitrate=self.bitrate, adapter=adapter
+        )
+
+
+@dataclass(frozen=True)
+class EmulatedBusOptions(BusOptions):
+    """The bus of emulated drives."""
+
+    channel: Annotated[str, typer.Option("--channel", help="The bus, such as can0.")] = "vcan0"
+
+
+def _read(option: str, read: Callable[[T], U], typed: T) -> U:
+    """Read what was typed for an option.
 
     Raises:
-        ConfigError: there is no such interface, or an option of the adapter makes no sense.
+        ConfigError: it makes no sense.
     """
     try:
-        known_interface(interface)
+        return read(typed)
     except ValueError as error:
-        raise ConfigError([f"--interface: {error}"]) from None
-    try:
-        told = read_adapter(adapter or [])
-    except ValueError as error:
-        raise ConfigError([f"--adapter: {error}"]) from None
-    return Link(interface=interface, channel=channel or _some_channel(), bitrate=bitrate, adapter=told)
+        raise ConfigError(f"{option}: {error}") from None
 
 
 def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Protocol:
@@ -76,21 +100,19 @@ def protocol_of(name: str, *, drive: bool = False, listener: bool = False) -> Pr
     return spoken
 
 
-def options_of(protocol: Protocol, told: list[str] | None) -> ProtocolOptions:
-    """What a protocol is told of its drives.
+def options_of(protocol: Protocol, typed: list[str] | None) -> ProtocolOptions:
+    """Return a protocol's options of its drives.
 
     Raises:
         ConfigError: it has no such options.
     """
     try:
-        return protocol.axis_type.options_type.model_validate(read_adapter(told or []))
+        return protocol.axis_type.options_type.model_validate(_read("--option", read_adapter, typed or []))
     except ValidationError as error:
         raise ConfigError([f"--option: {problem}" for problem in problems_of(error)]) from None
-    except ValueError as error:
-        raise ConfigError([f"--option: {error}"]) from None
 
 
 def _some_channel() -> str:
-    """The bus that is meant where none is named: whoever has no real bus means the virtual one."""
+    """The bus that is meant where none is named: without a real bus, the virtual one."""
     names = {name for _, name in socket.if_nameindex()}
     return "vcan0" if "vcan0" in names and "can0" not in names else "can0"

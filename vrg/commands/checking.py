@@ -13,11 +13,11 @@ from vrg.errors import ConfigError, Problem
 from vrg.hal.sim.map import load_map
 from vrg.launch.trial import trial
 from vrg.toml_text import without
-from vrg.ui.edit.checking import Verdict
+from vrg.ui.edit.checking import CheckResult
 from vrg.ui.edit.draft import Draft
 
 UNSAVED: Final = "match.toml"
-"""What a file is called in messages that has no name yet."""
+"""The name in messages of a file that has none yet."""
 
 
 class DraftCheck:
@@ -30,10 +30,10 @@ class DraftCheck:
     def __init__(self, *, imports: bool = True) -> None:
         self._imports = imports
         self._imported: tuple[object, tuple[Problem, ...]] = (None, ())
-        self._ground: tuple[object, Verdict] = (None, Verdict())
+        self._ground: tuple[object, CheckResult] = (None, CheckResult())
 
-    def __call__(self, draft: Draft) -> Verdict:
-        """What is wrong with a draft, and the ground that it is played on."""
+    def __call__(self, draft: Draft) -> CheckResult:
+        """Return the faults of a draft, and the ground that it is played on."""
         path = draft.file or draft.base / UNSAVED
         try:
             setup = check_match(draft.text, path, draft.base)
@@ -41,17 +41,17 @@ class DraftCheck:
             return self._with_ground(draft, tuple(error.problems), None)
         return self._with_ground(draft, self._import_problems(setup, draft), setup)
 
-    def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: MatchSetup | None) -> Verdict:
+    def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: MatchSetup | None) -> CheckResult:
         key = (draft.game, draft.shown(("map",)), draft.data.get("rules"))
         if setup is None and self._ground[0] != key:
             setup = _good_part(draft, problems)
         if setup is not None or self._ground[0] != key:
             self._ground = key, _ground(draft, setup)
         ground = self._ground[1]
-        return Verdict(problems, ground.zones, ground.obstacles, ground.bounds)
+        return CheckResult(problems, ground.zones, ground.obstacles, ground.bounds)
 
     def _import_problems(self, setup: MatchSetup, draft: Draft) -> tuple[Problem, ...]:
-        """What is wrong with the strategies that are files or modules."""
+        """The faults of the strategies that are files or modules."""
         own = {(player.number, player.strategy) for player in setup.players if ":" in player.strategy}
         files = {Path(setup.base) / strategy.rpartition(":")[0] for _, strategy in own}
         key = (own, setup.base, {(file, file.stat().st_mtime_ns) for file in files if file.is_file()})
@@ -73,7 +73,7 @@ def _imported(setup: MatchSetup) -> tuple[Problem, ...]:
 
 
 def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None:
-    """The set-up of the match without the players that have problems, from which the zones can be told; or None."""
+    """The set-up of the match without the players that have problems, which has the zones; or None."""
     bad = sorted({p.path[1] for p in problems if p.path[:1] == ("players",) and len(p.path) > 1}, reverse=True)
     try:
         text = draft.text
@@ -84,13 +84,13 @@ def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None
         return None
 
 
-def _ground(draft: Draft, setup: MatchSetup | None) -> Verdict:
+def _ground(draft: Draft, setup: MatchSetup | None) -> CheckResult:
     """The zones, the obstacles and the bounds, as far as they are known."""
     name = draft.shown(("map",))
     try:
         map_ = load_map(draft.base / name if "/" in name or name.endswith(".toml") else name)
     except ConfigError:
-        return Verdict()
+        return CheckResult()
     book = None if setup is None else rulebook_of(setup)
     zones = () if book is None else tuple(book.zones(book.initial()))
-    return Verdict((), zones, map_.obstacles, map_.bounds)
+    return CheckResult((), zones, map_.obstacles, map_.bounds)

@@ -6,22 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.markup import escape
 
-from vrg.commands.evaluating import (
-    AllOption,
-    ConfidenceOption,
-    FirstSeedOption,
-    GamesOption,
-    JobsOption,
-    LasersOption,
-    LimitOption,
-    MatchOption,
-    RayOption,
-    Wish,
-    experiment,
-    finish,
-    show,
-)
-from vrg.commands.options import EngineOption, OutputOption, SandboxOption, StrategyArgument, make_console
+from vrg.commands.evaluating import EvaluationOptions, experiment, finish, show
+from vrg.commands.options import StrategyArgument, make_console
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -33,22 +19,7 @@ MOST_CROSSED = 8
 """The number of strategies up to which the cross table is printed; the report always has it."""
 
 
-def compare(
-    first: StrategyArgument,
-    second: StrategyArgument,
-    match: MatchOption,
-    games: GamesOption = 200,
-    seed: FirstSeedOption = 0,
-    jobs: JobsOption = None,
-    engine: EngineOption = "planar",
-    lasers: LasersOption = None,
-    output: OutputOption = None,
-    confidence: ConfidenceOption = 0.95,
-    play_all: AllOption = False,
-    limit: LimitOption = 3600.0,
-    ray: RayOption = None,
-    sandbox: SandboxOption = None,
-) -> None:
+def compare(first: StrategyArgument, second: StrategyArgument, options: EvaluationOptions) -> None:
     """Let two strategies play many games, each seed twice with the sides swapped, until one is shown to be better.
 
     If it is interrupted, the same command goes on where it stopped.
@@ -57,12 +28,11 @@ def compare(
     from vrg.games import game_of
     from vrg.ui.comparison import plot_comparison
 
-    wish = Wish(match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox)
-    with experiment([first, second], wish, "compare") as played:
+    with experiment([first, second], options, "compare") as played:
         console, folder = make_console(), played.folder
         [(pairing, series)] = played.series.items()
         rows, teams = played.rows(), folder.definition.teams
-        sentence = report.sentence(pairing, series, confidence)
+        sentence = report.sentence(pairing, series, options.confidence)
         tables = [report.sides(rows, teams), report.calls(rows)]
         remarks = report.irregular(rows)
         files.write(folder.path, "games", files.games(rows, folder.again))
@@ -87,18 +57,7 @@ def tournament(
             metavar="STRATEGY...", help="Files or folders of files, names of strategies, file.py:Class, module:Class."
         ),
     ],
-    match: MatchOption,
-    games: GamesOption = 200,
-    seed: FirstSeedOption = 0,
-    jobs: JobsOption = None,
-    engine: EngineOption = "planar",
-    lasers: LasersOption = None,
-    output: OutputOption = None,
-    confidence: ConfidenceOption = 0.95,
-    play_all: AllOption = False,
-    limit: LimitOption = 3600.0,
-    ray: RayOption = None,
-    sandbox: SandboxOption = None,
+    options: EvaluationOptions,
     mirror: Annotated[bool, typer.Option("--mirror", help="Let each strategy play against itself, too.")] = False,
 ) -> None:
     """Let each strategy play against each other one, as `vrg compare` does, and rate them all.
@@ -111,8 +70,9 @@ def tournament(
 
     if len(set(strategies)) < len(strategies) or (len(strategies) < 2 and not Path(strategies[0]).is_dir()):
         raise ConfigError([f"expected two or more different strategies, got {', '.join(strategies)}"])
-    wish = Wish(match, games, seed, jobs, engine, lasers, output, confidence, play_all, limit, ray, sandbox)
-    with experiment(strategies, wish, "tournament", mirror=mirror, leave_out=True, follow=_write_leaderboard) as played:
+    with experiment(
+        strategies, options, "tournament", mirror=mirror, leave_out=True, follow=_write_leaderboard
+    ) as played:
         console, folder = make_console(), played.folder
         rows, rated = _rated(played)
         _write_leaderboard(played, None)
@@ -120,7 +80,7 @@ def tournament(
         crossed = standings.crossed(labels, played.series)
         cells = standings.cells(crossed)
         table = standings.table(rated, cells)
-        sentences = [report.sentence(pairing, series, confidence) for pairing, series in played.series.items()]
+        sentences = [report.sentence(pairing, series, options.confidence) for pairing, series in played.series.items()]
         remarks = [f"{name} was left out: {why}" for name, why in played.left_out.items()] + report.irregular(rows)
         files.write(folder.path, "games", files.games(rows, folder.again))
         files.write(folder.path, "pairings", files.pairings(played.series))

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from vrg.bus.hosts import in_endpoint
+from vrg.commands.groups import CommandGroup
 from vrg.commands.options import GameArgument
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
@@ -15,7 +16,7 @@ from vrg.errors import ConfigError
 PORT = 7447
 """The port of the routers of a permanent installation."""
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 
 @app.callback()
@@ -44,14 +45,12 @@ def systemd(
     setup = load_match(match_path(match))
     if keys is None and setup.has_seats:
         raise ConfigError(
-            [
-                f"expected the folder of the keys with --keys, as the match {setup.name} has seats, got none: make "
-                "them by `vrg keys init`, hand each machine those of its own seats, and name their folder there; or "
-                "write `seats = false` at the top of the match file"
-            ]
+            f"expected the folder of the keys with --keys, as the match {setup.name} has seats, got none: make "
+            "them by `vrg keys init`, hand each machine those of its own seats, and name their folder there; or "
+            "write `seats = false` at the top of the match file"
         )
     if keys is not None and not PurePosixPath(keys).is_absolute():
-        raise ConfigError([f"--keys: expected a folder on the machines that begins with /, got {keys!r}"])
+        raise ConfigError(f"--keys: expected a folder on the machines that begins with /, got {keys!r}")
     scheme = "tcp" if keys is None else "tls"
     installations = {
         machine: Installation(
@@ -80,7 +79,7 @@ def _endpoint(setup: MatchSetup, machine: str, scheme: str) -> str:
     """The endpoint of the router of a machine.
 
     Raises:
-        ConfigError: nobody knows the machine's address.
+        ConfigError: the machine's address is not known.
     """
     at = setup.machines.get(machine)
     if at is not None and at.address:
@@ -88,5 +87,5 @@ def _endpoint(setup: MatchSetup, machine: str, scheme: str) -> str:
     if not setup.hosts:
         return f"{scheme}/127.0.0.1:{PORT}"
     raise ConfigError(
-        [f"expected `address = ...` in [machines.{machine}], as its router must be found without ssh, found none"]
+        f"expected `address = ...` in [machines.{machine}], as its router must be found without ssh, found none"
     )

@@ -99,7 +99,7 @@ def _matches() -> Finding:
 
 
 def _messages() -> Finding:
-    """How many messages the running matches have refused, because they came under a wrong key."""
+    """The number of messages that the running matches have refused, because they came under a wrong key."""
     found = []
     for match in running():
         mailbox, keys = Mailbox(), Keys(match.match)

@@ -1,4 +1,4 @@
-"""What `vrg doctor match.toml` does: it reaches the machines of a match, and checks each before anything is started."""
+"""The checks of `vrg doctor match.toml`: it reaches each machine of a match and checks it before anything starts."""
 
 import contextlib
 import tempfile
@@ -22,9 +22,9 @@ from vrg.launch.remote.remote_host import RemoteHost, StartupStep
 from vrg.launch.run_folder import RunFolder
 
 _TRIPS = 3
-"""The number of words there and back, two in a second, of which the quickest is told."""
+"""The number of words there and back, two in a second, of which the quickest is reported."""
 _ODD = 2.0
-"""A wall clock that is further off than this, s, is told."""
+"""A wall clock that is further off than this, s, is reported."""
 
 
 def examine_machines(match_file: Path) -> dict[str, list[Finding]]:
@@ -99,7 +99,7 @@ def _connected(
 
 
 def _clock(host: RemoteHost) -> list[Finding]:
-    """How long a word takes, and how far its wall clock is off."""
+    """The round trip of a message, and the offset of the machine's wall clock."""
     if not host.trips:
         return []
     quickest = min(host.trips)

@@ -1,4 +1,4 @@
-"""What the configurator needs of the folder that it works in: match files, maps, strategies, and recent matches."""
+"""The configurator's access to its folder: match files, maps, strategies, and recent matches."""
 
 import json
 import tomllib
@@ -13,15 +13,15 @@ from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder, write_whole
 from vrg.modules import classes_in
 from vrg.ui.edit.choices import Choices
-from vrg.ui.edit.desk import Recent
 from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.editor import Recent
 
 MOST_RECENT: Final = 12
-"""How many recent matches are listed."""
+"""The number of recent matches that are listed."""
 _LONGEST: Final = 200_000
 """The size in bytes above which a file is taken for something else."""
 _MOST_FILES: Final = 300
-"""How many files of a folder are looked at."""
+"""The number of files of a folder that are read."""
 
 
 def open_draft(file: Path) -> Draft:
@@ -33,13 +33,13 @@ def open_draft(file: Path) -> Draft:
     try:
         return Draft(file.read_text(encoding="utf-8"), file.resolve().parent, file)
     except FileNotFoundError:
-        raise ConfigError([f"{file}: no such file"]) from None
+        raise ConfigError(f"{file}: no such file") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError([f"{file}: cannot be read: {error}"]) from None
+        raise ConfigError(f"{file}: cannot be read: {error}") from None
 
 
 def save_draft(draft: Draft, known: str | None) -> None:
-    """Write a match file; see `vrg.ui.edit.desk.Tools`."""
+    """Write a match file; see `vrg.ui.edit.editor.Tools`."""
     assert draft.file is not None
     if known is not None and draft.file.exists() and draft.file.read_text(encoding="utf-8", errors="replace") != known:
         raise FileExistsError(draft.file)
@@ -59,7 +59,7 @@ def recent_matches(runs: Path, folder: Path) -> list[Recent]:
         if isinstance(table.get("players"), list) and "game" in table:
             when = _time(path)
             name = str(table.get("name", path.stem))
-            found.append((when, Recent(name, str(table["game"]), _told(when), "", path, folder)))
+            found.append((when, Recent(name, str(table["game"]), _local(when), "", path, folder)))
     found.sort(key=lambda pair: pair[0], reverse=True)
     return [recent for _, recent in found[:MOST_RECENT]]
 
@@ -77,16 +77,16 @@ def _run(path: Path, when: float) -> Recent | None:
     folder = RunFolder(path)
     if not folder.match_file.is_file():
         return None
-    name, game, told = path.name, "", "broken off"
+    name, game, end = path.name, "", "broken off"
     try:
         result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
         name, game = str(result["match"]), str(result["game"])
-        told = f"{headline(result)}{summary(result)}"
+        end = f"{headline(result)}{summary(result)}"
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         table = _table(folder.match_file) or {}
         name, game = str(table.get("name", name)), str(table.get("game", game))
     recorded = folder.setup.is_file() and bool(folder.recordings())
-    return Recent(name, game, _told(when), told, folder.match_file, path.resolve(), path, recorded)
+    return Recent(name, game, _local(when), end, folder.match_file, path.resolve(), path, recorded)
 
 
 def _time(path: Path) -> float:
@@ -96,7 +96,7 @@ def _time(path: Path) -> float:
         return 0.0
 
 
-def _told(when: float) -> str:
+def _local(when: float) -> str:
     return f"{datetime.fromtimestamp(when):%d %b %H:%M}"
 
 
@@ -109,7 +109,7 @@ def _tables(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
 
 
 def _table(path: Path) -> dict[str, Any] | None:
-    """What a file says; None if it cannot be read as TOML."""
+    """The content of a file; None if it cannot be read as TOML."""
     try:
         if path.stat().st_size > _LONGEST:
             return None

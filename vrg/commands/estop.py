@@ -1,6 +1,5 @@
 """The command `vrg estop`, which engages or releases the emergency stop and waits until the referee confirms it."""
 
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Annotated
@@ -8,13 +7,14 @@ from typing import Annotated
 import typer
 
 from vrg.bus.credentials import Credentials, find_credentials_of
+from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import REASON_LENGTH, Estop, EstopRelease, shortened
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
+from vrg.commands.groups import DecisionOptions
 from vrg.commands.matches import credentials_for, keys_of, own_match, which_match
-from vrg.commands.official import ANSWER_PATIENCE, Referee, me
-from vrg.commands.options import KeysOption, MatchArgument, ReasonOption, RouterOption
+from vrg.commands.official import ANSWER_TIMEOUT, Conversation, me, sender
 from vrg.errors import BusError
 from vrg.launch import running
 
@@ -26,24 +26,21 @@ STOPPING = sorted(
 
 
 def estop(
-    match: MatchArgument = None,
+    on: DecisionOptions,
     release: Annotated[bool, typer.Option("--release", help="Release it; robots stay disarmed until resume.")] = False,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
 ) -> None:
     """Stop every robot at once, of all matches that run here if none is named. It stays so until it is released.
 
     The keys of any seat will do. Releasing needs those of the official.
     """
     if release:
-        targets = [(*own_match(match, router, "release the emergency stop"), keys)]
+        targets = [(*own_match(on, "release the emergency stop"), on.keys)]
     else:
-        here = running.running() if match is None and router is None else []
-        # One folder, which VRG_KEYS may name, has no keys for the other matches. Each match has told where its own are.
-        several = [(m.match, m.router, Path(m.keys) if m.keys else keys) for m in here]
-        targets = several or [(*which_match(match, router), keys)]
-    why = shortened(reason, REASON_LENGTH)
+        here = running.running() if on.match is None and on.router is None else []
+        # One folder, which VRG_KEYS may name, has no keys for the other matches: each match records its own.
+        several = [(m.match, m.router, Path(m.keys) if m.keys else on.keys) for m in here]
+        targets = several or [(*which_match(on), on.keys)]
+    why = shortened(on.reason, REASON_LENGTH)
     order = EstopRelease(by=me(), reason=why) if release else Estop(by=me(), reason=why)
     # All at once, so that no match waits for another one that does not answer.
     with ThreadPoolExecutor(max_workers=len(targets)) as pool:
@@ -72,8 +69,8 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
         BusError: the router cannot be reached, or the referee does not confirm it.
     """
     credentials = _credentials_for_order(endpoint, seats, order)
-    with open_session(endpoint, patience=ANSWER_PATIENCE, credentials=credentials) as session:
-        referee = Referee(session, Keys(name))
+    with open_session(endpoint, patience=ANSWER_TIMEOUT, credentials=credentials) as session:
+        referee = Conversation(session, Keys(name), Mailbox(sender()))
         if isinstance(order, Estop):
             before = True
             referee.mailbox.publish(referee.keys.estop, order)
@@ -87,20 +84,18 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
     return before
 
 
-def _reports(referee: Referee, *, estop: bool | None) -> bool | None:
+def _reports(referee: Conversation, *, estop: bool | None) -> bool | None:
     """Wait until the referee reports that an emergency stop is engaged, or is not; with None either will do.
 
     Returns:
-        what it reports; None if it does not within ANSWER_PATIENCE.
+        what it reports; None if it does not in time.
     """
-    deadline = time.monotonic() + ANSWER_PATIENCE
-    while time.monotonic() < deadline:
-        referee.receive()
+
+    def engaged() -> bool | None:
         latest = referee.state.latest
-        if latest is not None and estop in (None, latest.body.estop):
-            return latest.body.estop
-        time.sleep(0.02)
-    return None
+        return latest.body.estop if latest is not None and estop in (None, latest.body.estop) else None
+
+    return referee.wait_for(engaged)
 
 
 def _credentials_for_order(endpoint: str, seats: Path | None, order: Estop | EstopRelease) -> Credentials | None:

@@ -1,4 +1,4 @@
-"""What `vrg compare` and `vrg tournament` share: their options, and how an experiment is prepared, played and shown."""
+"""The common part of `vrg compare` and `vrg tournament`: their options, and the course of an experiment."""
 
 import os
 import time
@@ -14,7 +14,17 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.options import TIME, class_in, duration, make_console, print_table, whole_target
+from vrg.commands.options import (
+    TIME,
+    EngineOption,
+    OutputOption,
+    SandboxOption,
+    class_in,
+    duration,
+    make_console,
+    print_table,
+    whole_target,
+)
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -22,34 +32,8 @@ if TYPE_CHECKING:
     from vrg.evaluation.games import GameRecord
     from vrg.evaluation.running import Experiment
 
-MatchOption = Annotated[
-    str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
-]
-GamesOption = Annotated[int, typer.Option(min=2, help="The most games of two strategies; an odd number is rounded up.")]
-FirstSeedOption = Annotated[
-    int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")
-]
-JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")]
-LasersOption = Annotated[
-    bool | None, typer.Option("--lasers/--no-lasers", help="In place of what the match file says of lasers.")
-]
-ConfidenceOption = Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")]
-AllOption = Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")]
-LimitOption = Annotated[
-    float, typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off.")
-]
-RayOption = Annotated[
-    str | None,
-    typer.Option(
-        "--ray",
-        metavar="ADDRESS",
-        help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here.",
-    ),
-]
-
-
 TOLD_EVERY = 20
-"""The number of games after which it is told how far it is, where the output is no terminal."""
+"""The number of games after which the progress is printed, where the output is no terminal."""
 FOLLOWED_EVERY = 2.0
 """The real time in s between two times at which what follows an experiment is called."""
 TRIAL = 30.0
@@ -57,27 +41,44 @@ TRIAL = 30.0
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What the user has asked for; see the options above."""
+class EvaluationOptions:
+    """The match of an experiment, and how its games are played."""
 
-    match: str
-    games: int
-    seed: int
-    jobs: int | None
-    engine: str | None
-    lasers: bool | None
-    out: Path | None
-    confidence: float
-    play_all: bool
-    limit: float
-    ray: str | None = None
-    sandbox: bool | None = None
+    match: Annotated[
+        str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
+    ]
+    games: Annotated[
+        int, typer.Option(min=2, help="The most games of two strategies; an odd number is rounded up.")
+    ] = 200
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")] = 0
+    jobs: Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")] = None
+    engine: EngineOption = "planar"
+    lasers: Annotated[
+        bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
+    ] = None
+    output: OutputOption = None
+    confidence: Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")] = 0.95
+    play_all: Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")] = (
+        False
+    )
+    limit: Annotated[
+        float, typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off.")
+    ] = 3600.0
+    ray: Annotated[
+        str | None,
+        typer.Option(
+            "--ray",
+            metavar="ADDRESS",
+            help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here.",
+        ),
+    ] = None
+    sandbox: SandboxOption = None
 
 
 @contextmanager
 def experiment(
     targets: Sequence[str],
-    wish: Wish,
+    options: EvaluationOptions,
     name: str,
     *,
     mirror: bool = False,
@@ -110,18 +111,18 @@ def experiment(
     from vrg.launch.sandbox.seal import missing
 
     console = make_console()
-    if wish.ray is not None:
+    if options.ray is not None:
         from vrg.evaluation.ray_workers import require_ray
 
         require_ray()
     lacking = missing()
-    setup = load_match(match_path(wish.match), engine=wish.engine, lasers=wish.lasers, sandbox=wish.sandbox)
+    setup = load_match(match_path(options.match), engine=options.engine, lasers=options.lasers, sandbox=options.sandbox)
     teams = contenders.teams_of(setup)
     entered, left_out = _entered(targets)
     found = contenders.contenders([target for _, target in entered], [own for own, _ in entered])
     if leave_out:
         console.print(f"{len(found)} strategies play {TRIAL:g} s alone, to see whether they can")
-    unable = contenders.unable(setup, found, wish.jobs or cores(), match_time=TRIAL if leave_out else 0.0)
+    unable = contenders.unable(setup, found, options.jobs or cores(), match_time=TRIAL if leave_out else 0.0)
     left_out |= {contender.label: why for contender, why in unable.items()}
     found = [contender for contender in found if contender not in unable]
     if left_out and (not leave_out or len(found) < 2):
@@ -134,20 +135,20 @@ def experiment(
         console.print(
             f"[yellow]strategies decide where the referee does, and can change it: {escape(lacking)}[/yellow]"
         )
-    definition = define(setup, found, seed=wish.seed, limit=wish.limit)
+    definition = define(setup, found, seed=options.seed, limit=options.limit)
     labels = [contender.label for contender in found]
     pairs = [Pairing(a, b) for i, a in enumerate(labels) for b in labels[i if mirror else i + 1 :]]
-    series = {p: Series((wish.games + 1) // 2, wish.confidence, play_all=wish.play_all) for p in pairs}
-    out = wish.out or Path("runs") / f"{name}-{definition.digest}"
+    series = {p: Series((options.games + 1) // 2, options.confidence, play_all=options.play_all) for p in pairs}
+    out = options.output or Path("runs") / f"{name}-{definition.digest}"
     with stop_on_signals() as stop, ExperimentFolder(out, definition) as folder:
         before = len(folder.rows)
         running = Experiment(folder, setup, series, left_out)
         console.print(
-            f"{setup.name}: {setup.game}, {setup.engine}, from seed {wish.seed}; games in {out}", soft_wrap=True
+            f"{setup.name}: {setup.game}, {setup.engine}, from seed {options.seed}; games in {out}", soft_wrap=True
         )
         if before:
             console.print(f"{before} games are in {out} already")
-        _play(running, wish, stop, console, follow)
+        _play(running, options, stop, console, follow)
         yield running
         if stop.is_set():
             raise typer.Exit(130)
@@ -179,7 +180,7 @@ def _entered(typed: Sequence[str]) -> tuple[list[tuple[str, str]], dict[str, str
 
 def _play(
     running: "Experiment",
-    wish: Wish,
+    options: EvaluationOptions,
     stop: Stop,
     console: Console,
     follow: "Callable[[Experiment, float | None], None]",
@@ -190,12 +191,12 @@ def _play(
     from vrg.evaluation import report
     from vrg.evaluation.workers import Workers
 
-    if wish.ray is not None:
+    if options.ray is not None:
         from vrg.evaluation.ray_workers import RayWorkers
 
-        workers: Workers = RayWorkers(wish.ray, wish.jobs, cores(), running.folder)
+        workers: Workers = RayWorkers(options.ray, options.jobs, cores(), running.folder)
     else:
-        workers = Workers(wish.jobs or cores(), running.folder, running.setup)
+        workers = Workers(options.jobs or cores(), running.folder, running.setup)
     columns = (
         BarColumn(),
         MofNCompleteColumn(),
@@ -209,7 +210,7 @@ def _play(
         bar = progress.add_task("games", total=running.total, running=0, speed="", now=_now(running))
         progress.update(bar, completed=running.completed)
 
-        def told(row: "GameRecord") -> None:
+        def finished(row: "GameRecord") -> None:
             nonlocal played, seconds, followed
             played += 1
             seconds += row.played.match_time or 0.0
@@ -230,15 +231,15 @@ def _play(
         def looked(games: int) -> None:
             progress.update(bar, running=games)
 
-        running.run(workers, stop, told, looked)
+        running.run(workers, stop, finished, looked)
     if played:
         took = time.monotonic() - began
-        how = f"{workers.jobs} at a time" + ("" if wish.ray is None else f" on the cluster {wish.ray}")
+        how = f"{workers.jobs} at a time" + ("" if options.ray is None else f" on the cluster {options.ray}")
         console.print(f"{played} games played in {took:.0f} s ({played / took:.2f} a second, {how})")
 
 
 def _now(running: "Experiment") -> str:
-    """What is known so far, in a few words."""
+    """The present result, in a few words."""
     from vrg.evaluation.report import between, percent
 
     [*all_series] = running.series.items()

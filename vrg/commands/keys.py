@@ -2,6 +2,8 @@
 
 import json
 import socket
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -14,6 +16,7 @@ from vrg.bus.credentials import find_credentials
 from vrg.bus.hosts import check_host, is_host
 from vrg.bus.names import check_name, name_of
 from vrg.bus.seats import NAMED, Seat, SeatKind, seats_of_node
+from vrg.commands.groups import CommandGroup
 from vrg.commands.options import (
     GameArgument,
     JsonOption,
@@ -29,24 +32,31 @@ from vrg.errors import ConfigError
 if TYPE_CHECKING:
     from vrg.seats.folder import SeatKeys
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 FolderOption = Annotated[Path, typer.Option("--keys", envvar="VRG_KEYS", help="Folder of the keys.")]
-DaysOption = Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")]
-HostOption = Annotated[
-    list[str] | None,
-    typer.Option("--host", help="Host name or IP address of the router's machine, besides this machine's; may repeat."),
-]
 KEYS = Path("keys")
 """The folder of keys, unless another one is named."""
 
 
+@dataclass(frozen=True)
+class MakingOptions:
+    """The match whose keys are made, and how long and where they are valid."""
+
+    match: GameArgument
+    keys: FolderOption = KEYS
+    days: Annotated[float, typer.Option(min=0.01, max=730, help="For how many days the keys are valid.")] = 30.0
+    host: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--host", help="Host name or IP address of the router's machine, besides this machine's; may repeat."
+        ),
+    ] = None
+
+
 @app.command()
 def init(
-    match: GameArgument,
-    keys: FolderOption = KEYS,
-    days: DaysOption = 30.0,
-    host: HostOption = None,
+    on: MakingOptions,
     replace: Annotated[
         bool,
         typer.Option("--replace", help="Remove these keys, and make others: none that was handed out is good."),
@@ -55,52 +65,41 @@ def init(
     """Make an authority and the keys of all seats of a match."""
     from vrg.seats.folder import KeysFolder
 
-    setup = _setup(match)
-    roster, folder = setup.roster, KeysFolder(keys)
+    setup, folder = _setup(on.match), KeysFolder(on.keys)
     if folder.has_keys and not replace:
         raise ConfigError(
-            [
-                f"{keys}: there are keys already: renew them by `vrg keys renew` where they were made, choose another "
-                "folder, or add --replace, which removes them"
-            ]
+            f"{on.keys}: there are keys already: renew them by `vrg keys renew` where they were made, choose "
+            "another folder, or add --replace, which removes them"
         )
-    now, lasts = datetime.now(UTC), timedelta(days=days)
-    folder.make(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, host))
-    typer.echo(f"{keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}")
+    typer.echo(_make(folder.make, setup, on))
 
 
 @app.command()
-def renew(
-    match: GameArgument,
-    keys: FolderOption = KEYS,
-    days: DaysOption = 30.0,
-    host: HostOption = None,
-) -> None:
+def renew(on: MakingOptions) -> None:
     """Make new keys for all seats, those new in the match file too. Old ones are good until they expire."""
     from vrg.seats.folder import KeysFolder
 
-    setup, now, lasts = _setup(match), datetime.now(UTC), timedelta(days=days)
-    roster = setup.roster
-    KeysFolder(keys).renew(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, host))
-    typer.echo(
-        f"{keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}: hand them out again"
-    )
+    typer.echo(f"{_make(KeysFolder(on.keys).renew, _setup(on.match), on)}: hand them out again")
+
+
+def _make(make: Callable[..., None], setup: MatchSetup, on: MakingOptions) -> str:
+    """Make the keys of all seats, and return a sentence about them."""
+    roster, now, lasts = setup.roster, datetime.now(UTC), timedelta(days=on.days)
+    make(roster.match, roster.seats, now, lasts=lasts, hosts=_hosts(setup, on.host))
+    return f"{on.keys}: the keys of {len(roster.seats)} seats, valid until {now + lasts:%Y-%m-%d}"
 
 
 @app.command()
-def show(
-    keys: FolderOption = KEYS,
-    as_json: JsonOption = False,
-) -> None:
+def show(keys: FolderOption = KEYS, as_json: JsonOption = False) -> None:
     """List the seats that a folder has keys of, and until when they are valid."""
     from vrg.seats.folder import KeysFolder
 
     now = datetime.now(UTC)
     rows = []
     for entry in KeysFolder(keys).entries():
-        told, seat = entry.validity, str(_read(entry))
-        state = "of another authority" if not entry.genuine else "expired" if told.is_over(now) else "valid"
-        rows.append({"seat": seat, "state": state, "until": told.ends.isoformat(), "hosts": list(told.hosts)})
+        validity, seat = entry.validity, str(_read(entry))
+        state = "of another authority" if not entry.genuine else "expired" if validity.is_over(now) else "valid"
+        rows.append({"seat": seat, "state": state, "until": validity.ends.isoformat(), "hosts": list(validity.hosts)})
     if as_json:
         typer.echo(json.dumps(rows))
         return
@@ -147,7 +146,7 @@ def sheet(
     from vrg.seats.folder import KeysFolder, write_private
     from vrg.ui.sheet import Strip
     from vrg.ui.sheet import sheet as sheet_of
-    from vrg.ui.web.admission import DEFAULT_PORT, RoleKind, admission
+    from vrg.ui.web.admission import DEFAULT_PORT, VisitorKind, admission
 
     folder, setup = KeysFolder(keys), _setup(match)
     if not folder.has_keys:
@@ -157,9 +156,9 @@ def sheet(
     players = [player.name for player in setup.players]
     page = admission(host, port or DEFAULT_PORT, players, known=known)
     purposes = {
-        RoleKind.VIEWER: "watch",
-        RoleKind.OFFICIAL: "halt, continue and end the match: keep this one",
-        RoleKind.SEAT: "drive with a telephone",
+        VisitorKind.VIEWER: "watch",
+        VisitorKind.OFFICIAL: "halt, continue and end the match: keep this one",
+        VisitorKind.SEAT: "drive with a telephone",
     }
     strips = [Strip(role.player or role.kind, purposes[role.kind], link) for role, link in page.links(host)]
     file = output or keys / "sheet.html"
@@ -169,7 +168,7 @@ def sheet(
     except OSError as error:
         raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None
     typer.echo(
-        f"{file}: {len(strips)} strips to print, for the page at {host}:{page.port}; whoever has one has the seat"
+        f"{file}: {len(strips)} strips to print, for the page at {host}:{page.port}; a strip is the right to its seat"
     )
     typer.echo(f"to play with them: vrg play {match} --keys {keys} --listen 0.0.0.0:{page.port}")
 
@@ -211,7 +210,7 @@ def seat_of(text: str) -> Seat:
         return Seat(SeatKind(kind), check_name(name) if name else "")
     except ValueError:
         known = ", ".join(f"{k}.NAME" if k in NAMED else k for k in SeatKind)
-        raise ConfigError([f"expected a seat ({known}), got {text!r}"]) from None
+        raise ConfigError(f"expected a seat ({known}), got {text!r}") from None
 
 
 def _setup(match: str) -> MatchSetup:
@@ -221,7 +220,7 @@ def _setup(match: str) -> MatchSetup:
 
 
 def _hosts(setup: MatchSetup, given: list[str] | None) -> list[str]:
-    """What the machines of routers are called: this one, those of the match file, and what was typed besides.
+    """The names of the machines of routers: this one, those of the match file, and what was typed besides.
 
     Raises:
         ConfigError: what was typed is no host.
@@ -233,5 +232,5 @@ def _hosts(setup: MatchSetup, given: list[str] | None) -> list[str]:
     try:
         typed = [check_host(host) for host in given or ()]
     except ValueError as error:
-        raise ConfigError([f"--host: {error}"]) from None
+        raise ConfigError(f"--host: {error}") from None
     return [*LOCAL_HOSTS, *([own] if is_host(own) else []), *addresses, *typed]

@@ -22,7 +22,7 @@ from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands import three
-from vrg.commands.page import print_links, told
+from vrg.commands.page import foxglove_link, print_links
 from vrg.config.files import HERE, LIVE, THREE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
@@ -47,7 +47,7 @@ ENDPOINTS_TRIED = 3
 
 @dataclass(frozen=True)
 class Show:
-    """What people see of a match, and what is kept of it.
+    """The views of a match, and its recordings.
 
     Args:
         console: where texts are printed.
@@ -71,213 +71,197 @@ class Show:
                 self.console.print(f"[yellow]{escape(printable(text, lines=True))}[/yellow]", soft_wrap=True)
 
 
-@dataclass(frozen=True)
-class Security:
-    """True if a match has seats.
+@dataclass
+class Launch:
+    """A match that is played as processes.
 
     Args:
-        wanted: True lets only processes with keys in.
-        given: the folder of the keys of the match's seats; None makes keys for this run alone.
+        secured: True lets only processes with keys in.
+        keys: the folder of the keys of the match's seats; None makes keys for this run alone.
     """
 
-    wanted: bool
-    given: Path | None = None
+    setup: MatchSetup
+    folder: RunFolder
+    show: Show
+    server: ForkServer
+    secured: bool
+    keys: Path | None
 
+    def play(
+        self, stop: Stop, over: Callable[[RefereeState | None], None]
+    ) -> tuple[RefereeState | None, LaunchError | None]:
+        """Play it. Return the last state of the referee, and the error if the match was given up.
 
-def play_processes(
-    setup: MatchSetup,
-    folder: RunFolder,
-    show: Show,
-    stop: Stop,
-    server: ForkServer,
-    security: Security,
-    over: Callable[[RefereeState | None], None],
-) -> tuple[RefereeState | None, LaunchError | None]:
-    """Play the match as processes. Return the last state of the referee, and the error if the match was given up.
+        Args:
+            over: called with the state when the game is over and a window goes on showing it.
 
-    Args:
-        over: called with the state when the game is over and a window goes on showing it.
+        Raises:
+            ConfigError: the keys that were given are not good for this match.
+            LaunchError: a machine cannot be used, or the router cannot run anywhere.
+        """
+        with ExitStack() as stack:
+            launched = self._served(stop, stack)
+            if launched is None:
+                return None, None
+            self._tell_of_router(launched)
+            return self._run(launched, stop, over)
 
-    Raises:
-        ConfigError: the keys that were given are not good for this match.
-        LaunchError: a machine cannot be used, or the router cannot run anywhere.
-    """
-    with ExitStack() as stack:
-        launched = _served(setup, folder, show, stop, server, security, stack)
-        if launched is None:
-            return None, None
-        _tell_of_router(setup, launched, show)
-        return _run(setup, launched, show, stop, over)
-
-
-def _tell_of_router(setup: MatchSetup, launched: LaunchedMatch, show: Show) -> None:
-    if launched.keys is not None:
-        show.console.print(
-            f"router {launched.endpoint}, for seats only: commands of other users and machines need keys (yours find "
-            f"them in {launched.keys})",
-            soft_wrap=True,
-        )
-    elif not setup.hosts and launched.endpoint != DEFAULT_ENDPOINT:
-        show.console.print(f"router {launched.endpoint}, because another program has the port of the usual one")
-    if (setup.hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
-        show.console.print(
-            f"[yellow]another program has port {port_of(DEFAULT_ENDPOINT)}: the router uses port "
-            f"{port_of(launched.endpoint)}, which a firewall may keep others from[/yellow]",
-            soft_wrap=True,
-        )
-
-
-def _run(
-    setup: MatchSetup,
-    launched: LaunchedMatch,
-    show: Show,
-    stop: Stop,
-    over: Callable[[RefereeState | None], None],
-) -> tuple[RefereeState | None, LaunchError | None]:
-    done = threading.Event()
-    table = threading.Thread(target=_show_table, args=(setup, launched, show.console, done))
-    bar = Progress(TextColumn("starting {task.description}"), BarColumn(), console=show.console, transient=True)
-    with bar as progress:
-        task = progress.add_task("processes", total=len(launched.names) - 1)
-
-        def ready(name: str) -> None:
-            progress.update(task, advance=1, description=name)
-            if name == WEB and show.page is not None:
-                print_links(show.page, show.console)
-            if name == LIVE and show.live is not None:
-                show.console.print(told(show.live), soft_wrap=True)
-            if name == THREE and show.three is not None:
-                show.console.print(three.told(show.three), soft_wrap=True)
-
-        def started(_session: Session) -> None:
-            progress.stop()
-            table.start()
-
-        def ending() -> None:
-            done.set()
-            for thread in (table, concluding):
-                if thread.ident is not None:
-                    thread.join()
-
-        def conclude() -> None:
-            done.set()
-            table.join()
-            over(launched.state)
-            show.announce("close the window (Q) to end the match")
-
-        # A plot takes a second, in which the processes must be looked at.
-        concluding = threading.Thread(target=conclude)
-
-        try:
-            launched.run(
-                stop,
-                progress=ready,
-                started=started,
-                ending=ending,
-                until_closed=concluding.start if show.window else None,
+    def _tell_of_router(self, launched: LaunchedMatch) -> None:
+        hosts, console = self.setup.hosts, self.show.console
+        if launched.keys is not None:
+            console.print(
+                f"router {launched.endpoint}, for seats only: commands of other users and machines need keys (yours "
+                f"find them in {launched.keys})",
+                soft_wrap=True,
             )
-        except LaunchError as failure:
-            return launched.state, failure
-        except Exception as error:
-            # A fault of VRG itself. What was played until then still has a result.
-            path = launched.folder.logs / f"{LAUNCHER}.log"
-            with contextlib.suppress(OSError), path.open("a", encoding="utf-8") as log:
-                traceback.print_exception(error, file=log)
-            what = f"{type(error).__name__}: {error}"
-            return launched.state, LaunchError(f"the launcher itself has failed ({what}); see {path}")
-        return launched.state, None
-
-
-def _served(
-    setup: MatchSetup,
-    folder: RunFolder,
-    show: Show,
-    stop: Stop,
-    server: ForkServer,
-    security: Security,
-    stack: ExitStack,
-) -> LaunchedMatch | None:
-    """Reach all machines of a match, and start its router; return None if that was interrupted.
-
-    Args:
-        stack: keys that are made for this run are deleted when it is closed.
-
-    Raises:
-        ConfigError, LaunchError: see `play_processes`; no process then runs.
-    """
-    sealed = security.wanted or any(setup.sandboxed(player.name, seats=False) for player in setup.players)
-    if sealed and not setup.secret:
-        # Where players cannot read the match's other files, its seed must not tell them what those hold.
-        setup = setup.with_secret(folder.secret())
-    folder.hand_out(setup)
-    listening = Listening(setup.keys, EventLog(folder.events), [player.name for player in setup.players])
-    remote = remote_hosts(
-        setup, folder, window=show.window, record=show.record, announce=show.announce, notes=listening
-    )
-    served = False
-    try:
-        if remote and not _reached(remote, show, stop):
-            return None
-        keys: Path | None = None
-        for attempt in range(1, ENDPOINTS_TRIED + 1):
-            endpoints = router_endpoints(setup, remote, secure=security.wanted)
-            # They are good for addresses, and another attempt only has another port.
-            keys = keys or _keys(setup, endpoints.values(), security, stack)
-            for host in remote.values():
-                host.keys = keys
-            main, endpoint = setup.place.get("router", HERE), endpoints[setup.router_at(HERE)]
-            here = Supervisor(
-                specs(
-                    setup,
-                    folder.path,
-                    endpoint,
-                    window=show.window,
-                    record=show.record,
-                    keys=keys,
-                    page=show.page,
-                    live=show.live,
-                    three=show.three,
-                ),
-                endpoint,
-                setup.keys,
-                folder.logs,
-                show.announce,
-                server,
-                disqualify=setup.on_fault == "disqualify",
-                memory=setup.memory,
-                notes=listening,
-                credentials=None if keys is None else find_credentials(keys, [Seat(SeatKind.LAUNCHER)]),
+        elif not hosts and launched.endpoint != DEFAULT_ENDPOINT:
+            console.print(f"router {launched.endpoint}, because another program has the port of the usual one")
+        if (hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
+            console.print(
+                f"[yellow]another program has port {port_of(DEFAULT_ENDPOINT)}: the router uses port "
+                f"{port_of(launched.endpoint)}, which a firewall may keep others from[/yellow]",
+                soft_wrap=True,
             )
-            # The router of the match is started before those that are linked to it.
-            hosts: list[Host] = [here, *remote.values()]
-            hosts.sort(key=lambda host: host.machine != main)
-            launched = LaunchedMatch(setup, folder, endpoint, hosts, show.announce, listening, keys=keys)
+
+    def _run(
+        self, launched: LaunchedMatch, stop: Stop, over: Callable[[RefereeState | None], None]
+    ) -> tuple[RefereeState | None, LaunchError | None]:
+        setup, show = self.setup, self.show
+        done = threading.Event()
+        table = threading.Thread(target=_show_table, args=(setup, launched, show.console, done))
+        bar = Progress(TextColumn("starting {task.description}"), BarColumn(), console=show.console, transient=True)
+        with bar as progress:
+            task = progress.add_task("processes", total=len(launched.names) - 1)
+
+            def ready(name: str) -> None:
+                progress.update(task, advance=1, description=name)
+                if name == WEB and show.page is not None:
+                    print_links(show.page, show.console)
+                if name == LIVE and show.live is not None:
+                    show.console.print(foxglove_link(show.live), soft_wrap=True)
+                if name == THREE and show.three is not None:
+                    show.console.print(three.three_link(show.three), soft_wrap=True)
+
+            def started(_session: Session) -> None:
+                progress.stop()
+                table.start()
+
+            def ending() -> None:
+                done.set()
+                for thread in (table, concluding):
+                    if thread.ident is not None:
+                        thread.join()
+
+            def conclude() -> None:
+                done.set()
+                table.join()
+                over(launched.state)
+                show.announce("close the window (Q) to end the match")
+
+            # A plot takes a second, in which the processes must be looked at.
+            concluding = threading.Thread(target=conclude)
+
             try:
-                served = launched.serve(stop)
-                return launched if served else None
-            except LaunchError:
-                # Another launcher may have taken the port of this machine in between.
-                if attempt == ENDPOINTS_TRIED or remote:
-                    raise
-    finally:
-        if not served:
-            for host in remote.values():
-                host.close()
-    return None
+                launched.run(
+                    stop,
+                    progress=ready,
+                    started=started,
+                    ending=ending,
+                    until_closed=concluding.start if show.window else None,
+                )
+            except LaunchError as failure:
+                return launched.state, failure
+            except Exception as error:
+                # A fault of VRG itself. What was played until then still has a result.
+                path = launched.folder.logs / f"{LAUNCHER}.log"
+                with contextlib.suppress(OSError), path.open("a", encoding="utf-8") as log:
+                    traceback.print_exception(error, file=log)
+                what = f"{type(error).__name__}: {error}"
+                return launched.state, LaunchError(f"the launcher itself has failed ({what}); see {path}")
+            return launched.state, None
 
+    def _served(self, stop: Stop, stack: ExitStack) -> LaunchedMatch | None:
+        """Reach all machines of a match, and start its router; return None if that was interrupted.
 
-def _keys(setup: MatchSetup, endpoints: Iterable[str], security: Security, stack: ExitStack) -> Path | None:
-    """The folder of the keys of all seats, good for routers at these endpoints; None in a match without seats.
+        Args:
+            stack: keys that are made for this run are deleted when it is closed.
 
-    Raises:
-        ConfigError: the keys that were given are not good for this match.
-    """
-    if not security.wanted:
+        Raises:
+            ConfigError, LaunchError: see `play`; no process then runs.
+        """
+        setup, folder, show = self.setup, self.folder, self.show
+        sealed = self.secured or any(setup.sandboxed(player.name, seats=False) for player in setup.players)
+        if sealed and not setup.secret:
+            # Where players cannot read the match's other files, its seed must not tell them what those hold.
+            setup = setup.with_secret(folder.secret())
+        folder.hand_out(setup)
+        listening = Listening(setup.keys, EventLog(folder.events), [player.name for player in setup.players])
+        remote = remote_hosts(
+            setup, folder, window=show.window, record=show.record, announce=show.announce, notes=listening
+        )
+        served = False
+        try:
+            if remote and not _reached(remote, show, stop):
+                return None
+            keys: Path | None = None
+            for attempt in range(1, ENDPOINTS_TRIED + 1):
+                endpoints = router_endpoints(setup, remote, secure=self.secured)
+                # They are good for addresses, and another attempt only has another port.
+                keys = keys or self._keys(endpoints.values(), stack)
+                for host in remote.values():
+                    host.keys = keys
+                main, endpoint = setup.place.get("router", HERE), endpoints[setup.router_at(HERE)]
+                here = Supervisor(
+                    specs(
+                        setup,
+                        folder.path,
+                        endpoint,
+                        window=show.window,
+                        record=show.record,
+                        keys=keys,
+                        page=show.page,
+                        live=show.live,
+                        three=show.three,
+                    ),
+                    endpoint,
+                    setup.keys,
+                    folder.logs,
+                    show.announce,
+                    self.server,
+                    disqualify=setup.on_fault == "disqualify",
+                    memory=setup.memory,
+                    notes=listening,
+                    credentials=None if keys is None else find_credentials(keys, [Seat(SeatKind.LAUNCHER)]),
+                )
+                # The router of the match is started before those that are linked to it.
+                hosts: list[Host] = [here, *remote.values()]
+                hosts.sort(key=lambda host: host.machine != main)
+                launched = LaunchedMatch(setup, folder, endpoint, hosts, show.announce, listening, keys=keys)
+                try:
+                    served = launched.serve(stop)
+                    return launched if served else None
+                except LaunchError:
+                    # Another launcher may have taken the port of this machine in between.
+                    if attempt == ENDPOINTS_TRIED or remote:
+                        raise
+        finally:
+            if not served:
+                for host in remote.values():
+                    host.close()
         return None
-    from vrg.launch.match_keys import keys_for  # certificates take a tenth of a second to load
 
-    addresses = [host_of(endpoint) for endpoint in endpoints]
-    return stack.enter_context(keys_for(setup.roster, security.given, datetime.now(UTC), addresses))
+    def _keys(self, endpoints: Iterable[str], stack: ExitStack) -> Path | None:
+        """The folder of the keys of all seats, good for routers at these endpoints; None in a match without seats.
+
+        Raises:
+            ConfigError: the keys that were given are not good for this match.
+        """
+        if not self.secured:
+            return None
+        from vrg.launch.match_keys import keys_for  # certificates take a tenth of a second to load
+
+        addresses = [host_of(endpoint) for endpoint in endpoints]
+        return stack.enter_context(keys_for(self.setup.roster, self.keys, datetime.now(UTC), addresses))
 
 
 def _reached(remote: dict[str, RemoteHost], show: Show, stop: Stop) -> bool:

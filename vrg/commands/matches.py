@@ -15,7 +15,8 @@ from vrg.bus.seats import Seat
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
-from vrg.commands.options import KEYS_VARIABLE, stoppable
+from vrg.commands.groups import MatchOptions
+from vrg.commands.options import KEYS_VARIABLE, exit_if_interrupted, stoppable
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch import running
 from vrg.regions import Region
@@ -31,13 +32,14 @@ class Attached:
     """A running match.
 
     Args:
-        name: its name. endpoint: of its router.
-        setup: its set-up; None if nobody on this machine knows it.
+        name: its name. endpoint: of its router. typed_keys: the folder of keys that was typed, if one was.
+        setup: its set-up; None if it is not known on this machine.
         run: its run folder; None if that is not on this machine.
     """
 
     name: str
     endpoint: str
+    typed_keys: Path | None = None
     setup: "MatchSetup | None" = None
     run: Path | None = None
 
@@ -60,28 +62,32 @@ class Attached:
         """Its set-up.
 
         Raises:
-            ConfigError: nobody here knows it.
+            ConfigError: it is not known on this machine.
         """
         if self.setup is None:
-            raise ConfigError([f"{self.name} runs on another machine: type its match file in place of its name"])
+            raise ConfigError(f"{self.name} runs on another machine: type its match file in place of its name")
         return self.setup
 
+    def serve(self, kind: str, name: str = "", run: Path | None = None) -> None:
+        """Run a node of it in this process until it ends; see `vrg.launch.serving.serve`."""
+        from vrg.launch.serving import serve  # a decision needs no node
 
-def which_match(typed: str | None, router: str | None) -> tuple[str, str]:
+        keys = keys_of(self.endpoint, self.typed_keys)
+        exit_if_interrupted(serve(kind, self.known_setup(), router=self.endpoint, run=run, name=name, keys=keys))
+
+
+def which_match(on: MatchOptions) -> tuple[str, str]:
     """The (name, endpoint) of the running match that is meant.
 
     Raises:
         ConfigError: it is not clear which match is meant.
     """
-    name, router, _ = _named(typed, router)
+    name, router, _ = _named(on)
     return running.find(name, router, DEFAULT_ENDPOINT)
 
 
-def attached(typed: str | None, router: str | None) -> Attached:
+def attached(on: MatchOptions) -> Attached:
     """The running match that is meant. One that runs on this machine has left its set-up in its run folder.
-
-    Args:
-        typed: its name, its match file, a game, or its run folder. router: the endpoint of its router.
 
     Raises:
         ConfigError: it is not clear which match is meant.
@@ -89,32 +95,32 @@ def attached(typed: str | None, router: str | None) -> Attached:
     from vrg.config.setup import read_setup  # a decision needs no set-up
     from vrg.launch.run_folder import RunFolder
 
-    name, router, setup = _named(typed, router)
+    name, router, setup = _named(on)
     found, endpoint = running.find(name, router, DEFAULT_ENDPOINT)
     here = next((m for m in running.running() if (m.match, m.router) == (found, endpoint)), None)
     if here is None:
-        return Attached(found, endpoint, setup)
+        return Attached(found, endpoint, on.keys, setup)
     run = RunFolder(Path(here.run))
     try:
-        return Attached(found, endpoint, setup or read_setup(run.setup), run.path)
+        return Attached(found, endpoint, on.keys, setup or read_setup(run.setup), run.path)
     except LaunchError:
-        return Attached(found, endpoint)
+        return Attached(found, endpoint, on.keys)
 
 
-def _named(typed: str | None, router: str | None) -> "tuple[str | None, str | None, MatchSetup | None]":
+def _named(on: MatchOptions) -> "tuple[str | None, str | None, MatchSetup | None]":
     """The name of the match that was typed, the endpoint of its router, and its set-up if a match file was typed.
 
     Raises:
         ConfigError: there is no such match file, or the match of the run folder does not run.
     """
-    here = running.running()
+    typed, router, here = on.match, on.router, running.running()
     if typed is None or any(match.match == typed for match in here):
         return typed, router, None
     if Path(typed, "setup.json").is_file():
         run = str(Path(typed).resolve())
         match = next((match for match in here if match.run == run), None)
         if match is None:
-            raise ConfigError([f"{typed}: the match of this run does not run any more: `vrg run` looks at it"])
+            raise ConfigError(f"{typed}: the match of this run does not run any more: `vrg run` looks at it")
         return match.match, router or match.router, None
     setup = setup_named(typed)
     return typed if setup is None else setup.name, router, setup
@@ -141,38 +147,38 @@ def setup_named(typed: str) -> "MatchSetup | None":
     return None
 
 
-def own_match(typed: str | None, router: str | None, what: str) -> tuple[str, str]:
+def own_match(on: MatchOptions, what: str) -> tuple[str, str]:
     """The (name, endpoint) of the running match that a command means which changes it.
 
-    If it is not named, and was started in another folder, the person is asked: it may be somebody else's.
+    If it is not named, and was started in another folder, the person is asked: it may be another person's.
 
     Args:
         what: is to be done, in words.
 
     Raises:
-        ConfigError: it is not clear which match is meant, or nobody can be asked.
+        ConfigError: it is not clear which match is meant, or there is no terminal to ask at.
         typer.Exit: the person does not want it.
     """
-    name, endpoint = which_match(typed, router)
+    name, endpoint = which_match(on)
     found = next((m for m in running.running() if (m.match, m.router) == (name, endpoint)), None)
-    if typed is None and router is None and found is not None and not found.is_own:
-        told = f"the only match that runs here is {name}, started in {found.folder}"
+    if on.match is None and on.router is None and found is not None and not found.is_own:
+        there = f"the only match that runs here is {name}, started in {found.folder}"
         if not sys.stdin.isatty():
-            raise ConfigError([f"{told}: if you mean it, add its name, {name}"])
-        if not typer.confirm(f"{told}: {what}?"):
+            raise ConfigError(f"{there}: if you mean it, add its name, {name}")
+        if not typer.confirm(f"{there}: {what}?"):
             raise typer.Exit(1)
     return name, endpoint
 
 
 def keys_of(endpoint: str, typed: Path | None) -> Path | None:
-    """The folder of the keys of a running match; None where its router wants none, or nobody knows the folder.
+    """The folder of the keys of a running match; None where its router wants none, or the folder is not known.
 
     Args:
-        typed: what was typed with --keys, or is in VRG_KEYS. If a match that runs on this machine has told where its
-            keys are, only what was typed stands above that: the variable may be meant for another match.
+        typed: what was typed with --keys, or is in VRG_KEYS. If the record of a running match on this
+            machine names its keys, only what was typed stands above that: the variable may be meant for another match.
     """
     if typed is not None and str(typed) != os.environ.get(KEYS_VARIABLE):
-        # An endpoint that has no use for them is told.
+        # An endpoint that has no use for them refuses them.
         return typed
     if not endpoint.startswith("tls/"):
         return None
@@ -276,7 +282,7 @@ def run_folders(runs: Path) -> list[Path]:
 
 
 def played_at(run: Path) -> float:
-    """When the match of a run folder began, as seconds since 1970: what a run writes first is the match file.
+    """The begin of a run folder's match, in s since 1970: a run writes the match file first.
 
     Raises:
         OSError: the folder is gone.

@@ -15,12 +15,13 @@ from typing import Annotated
 import typer
 
 from vrg.bus.names import NAME_RULE, is_name
+from vrg.commands.groups import CommandGroup
 from vrg.commands.options import class_in
 from vrg.errors import ConfigError
 from vrg.templates import filled
 from vrg.toml_text import quoted, with_value
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", help="Its name, which the file or folder gets, too.")]
 FolderOption = Annotated[
@@ -37,9 +38,9 @@ def player(name: NameArgument, output: FolderOption = Path()) -> None:
     text = filled("player.py.template", class_name=class_name)
     file = output / f"{name}.py"
     if name in sys.stdlib_module_names or name == "vrg":
-        raise ConfigError([f"{name}: choose another name: {file} could hide the module {name}"])
+        raise ConfigError(f"{name}: choose another name: {file} could hide the module {name}")
     if class_name in {node.id for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Name)}:
-        raise ConfigError([f"{name}: choose another name: the player itself uses something called {class_name}"])
+        raise ConfigError(f"{name}: choose another name: the player itself uses something called {class_name}")
     _write({file: text})
     typer.echo(
         f'\nIn a match file beside it, this line of a player lets it play:\n\n    strategy = "{file.name}:{class_name}"'
@@ -99,7 +100,7 @@ def _spread(text: str, own: Sequence[str]) -> dict[int, str]:
         teams.setdefault(role.team if role else "", []).append(number)
     places = sorted(teams.values(), key=len, reverse=True)
     if len(own) > len(data["players"]):
-        raise ConfigError([f"expected up to {len(data['players'])} players for {data['game']}, got {len(own)}"])
+        raise ConfigError(f"expected up to {len(data['players'])} players for {data['game']}, got {len(own)}")
     dealt: list[list[str]] = [[] for _ in places]
     turn = 0
     for strategy in own:
@@ -125,9 +126,9 @@ def driver(name: NameArgument, output: FolderOption = Path()) -> None:
     class_name = _class_name(name) + "Driver"
     package = output / name
     if os.path.lexists(package):
-        raise ConfigError([_already_there(package)])
+        raise ConfigError(_already_there(package))
     if name == "tests" or _is_installed(name):
-        raise ConfigError([f"{name}: choose another name: another Python package has this name"])
+        raise ConfigError(f"{name}: choose another name: another Python package has this name")
     words = {"name": name, "class_name": class_name}
     _write(
         {
@@ -156,17 +157,17 @@ def _class_name(name: str) -> str:
     class_name = "".join(part[:1].upper() + part[1:] for part in name.split("_"))
     if not _IDENTIFIER.fullmatch(name):
         raise ConfigError(
-            [f"expected a name of 1 to 64 characters, A-Z a-z 0-9 _, beginning with a letter, got {name!r}"]
+            f"expected a name of 1 to 64 characters, A-Z a-z 0-9 _, beginning with a letter, got {name!r}"
         )
     if keyword.iskeyword(name) or keyword.iskeyword(class_name):
-        raise ConfigError([f"{name}: choose another name: it is a word of Python itself"])
+        raise ConfigError(f"{name}: choose another name: it is a word of Python itself")
     return class_name
 
 
 def _check_name(name: str) -> None:
     """Raise a ConfigError if the name cannot be the name of a match or a map."""
     if not is_name(name):
-        raise ConfigError([f"{NAME_RULE}, got {name!r}"])
+        raise ConfigError(f"{NAME_RULE}, got {name!r}")
 
 
 def _is_installed(name: str) -> bool:
@@ -178,7 +179,7 @@ def _is_installed(name: str) -> bool:
 def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
     """Players as a match file in a folder names them.
 
-    They are imported, so that a mistake is told before anything is written.
+    They are imported, so that a mistake is reported before anything is written.
 
     Raises:
         ConfigError: there is no such player, or it cannot be imported.
@@ -193,7 +194,7 @@ def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
             target = f"{typed}:{class_in(Path(typed))}" if typed.endswith(".py") else typed
             path, colon, name = target.rpartition(":")
             if path.endswith(".py") and not Path(path).is_file():
-                raise ConfigError([f"{target}: no such file: {path}; `vrg new player` writes one"])
+                raise ConfigError(f"{target}: no such file: {path}; `vrg new player` writes one")
             tried.find(target, Path.cwd())
             own_file = path.endswith(".py")
             found.append(Path(os.path.relpath(path, folder)).as_posix() + colon + name if own_file else target)
@@ -213,15 +214,15 @@ def _write(files: Mapping[Path, str]) -> None:
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise ConfigError([f"{file.parent}: the folder cannot be made: {error.strerror}"]) from None
+            raise ConfigError(f"{file.parent}: the folder cannot be made: {error.strerror}") from None
         try:
-            # "x" refuses a file that somebody else has made since.
+            # "x" refuses a file that was made since.
             with file.open("x", encoding="utf-8") as opened:
                 opened.write(text)
         except FileExistsError:
-            raise ConfigError([_already_there(file)]) from None
+            raise ConfigError(_already_there(file)) from None
         except OSError as error:
-            raise ConfigError([f"{file}: cannot be written: {error.strerror}"]) from None
+            raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
         typer.echo(f"wrote {file}")
 
 

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Annotated
 
 import typer
@@ -15,11 +15,21 @@ from vrg.commands.options import (
     PlayerArgument,
     RouterOption,
     RunOption,
-    ended,
+    exit_if_interrupted,
     whole_target,
 )
 from vrg.errors import ConfigError
 from vrg.launch.serving import child_process, serve, serve_router
+
+
+@dataclass(frozen=True)
+class NodeOptions:
+    """The match file of a process, and its place in the match."""
+
+    match: GameArgument
+    router: RouterOption = None
+    run: RunOption = None
+    keys: KeysOption = None
 
 
 def router(
@@ -36,72 +46,58 @@ def router(
     if match is None:
         if keys is not None:
             raise ConfigError(
-                [
-                    f"expected the match file whose seats have the keys in {keys}, got none: `vrg node router "
-                    f"match.toml --keys {keys}`; a router that lets everybody in needs neither --keys nor VRG_KEYS"
-                ]
+                f"expected the match file whose seats have the keys in {keys}, got none: `vrg node router "
+                f"match.toml --keys {keys}`; a router that lets everybody in needs neither --keys nor VRG_KEYS"
             )
-        ended(serve_router(at, upstream=upstream, leash=leash))
+        exit_if_interrupted(serve_router(at, upstream=upstream, leash=leash))
         return
     from vrg.config.loading import load_match, match_path  # a router without seats needs no match file
 
     if keys is None:
-        raise ConfigError(["expected the folder of the match's keys, with --keys or in VRG_KEYS: see `vrg keys init`"])
+        raise ConfigError("expected the folder of the match's keys, with --keys or in VRG_KEYS: see `vrg keys init`")
     setup = load_match(match_path(match))
-    ended(serve_router(at, upstream=upstream, setup=setup, keys=keys, leash=leash))
+    exit_if_interrupted(serve_router(at, upstream=upstream, setup=setup, keys=keys, leash=leash))
 
 
-def _serve(
-    kind: str,
-    match: str,
-    router: str | None,
-    run: Path | None,
-    keys: Path | None,
-    name: str = "",
-    strategy: str | None = None,
-) -> None:
+def _serve(kind: str, on: NodeOptions, name: str = "", strategy: str | None = None) -> None:
     """Read the match file and run the node until it is stopped."""
     from vrg.config.loading import load_match, match_path  # the router needs no match file
 
-    setup, at = load_match(match_path(match)), router or DEFAULT_ENDPOINT
+    setup, at = load_match(match_path(on.match)), on.router or DEFAULT_ENDPOINT
     if kind == "player":
         setup.player(name)
     if strategy is not None:
         setup = setup.substituted(name, whole_target(strategy))
-    ended(serve(kind, setup, router=at, run=run, name=name, keys=keys if at.startswith("tls/") else None))
+    keys = on.keys if at.startswith("tls/") else None
+    exit_if_interrupted(serve(kind, setup, router=at, run=on.run, name=name, keys=keys))
 
 
-def world(match: GameArgument, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None) -> None:
+def world(on: NodeOptions) -> None:
     """Run the world: physics, sensors and the match clock. Goes on from the run folder's snapshot, if there is one."""
-    _serve("world", match, router, run, keys)
+    _serve("world", on)
 
 
-def coordinator(
-    match: GameArgument, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None
-) -> None:
+def coordinator(on: NodeOptions) -> None:
     """Run the referee. Goes on from the run folder's journal, in HALT, if there is one."""
-    _serve("coordinator", match, router, run, keys)
+    _serve("coordinator", on)
 
 
-def recorder(match: GameArgument, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None) -> None:
+def recorder(on: NodeOptions) -> None:
     """Record a match to the run folder, for Foxglove."""
-    _serve("recorder", match, router, run, keys)
+    _serve("recorder", on)
 
 
 def player(
     name: PlayerArgument,
-    match: GameArgument,
-    router: RouterOption = None,
-    run: RunOption = None,
-    keys: KeysOption = None,
+    on: NodeOptions,
     strategy: Annotated[
         str | None, typer.Option(help="Strategy in place of the match file's, such as mine.py:Mine.")
     ] = None,
 ) -> None:
-    """Run one player with its robot. A match that runs takes it in, if nobody else plays for it."""
+    """Run one player with its robot. A match that runs takes it in, if no other process plays for it."""
     # A process with threads cannot be sealed, and the library of numpy, which reads match files, starts some.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    _serve("player", match, router, run, keys, name, strategy)
+    _serve("player", on, name, strategy)
 
 
 def host() -> None:

@@ -3,36 +3,30 @@
 import getpass
 import time
 import uuid
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, TypeVar
 
 import typer
 
 from vrg.bus.access import DECIDING
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import REASON_LENGTH, Call, Official, OfficialAction, RefereeState, SeatRequest, shortened
+from vrg.bus.messages import REASON_LENGTH, Official, OfficialAction, RefereeState, SeatRequest, shortened
 from vrg.bus.names import is_name
 from vrg.bus.node import sender_of
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys
+from vrg.commands.groups import CommandGroup, DecisionOptions, MatchOptions
 from vrg.commands.matches import connected, own_match
-from vrg.commands.options import (
-    KeysOption,
-    MatchArgument,
-    PlayerArgument,
-    PoseOption,
-    ReasonOption,
-    RouterOption,
-    StrategyArgument,
-    TeamArgument,
-    whole_target,
-)
+from vrg.commands.options import PlayerArgument, PoseOption, StrategyArgument, TeamArgument, whole_target
 from vrg.errors import BusError, ConfigError
 
-app = typer.Typer(no_args_is_help=True)
+T = TypeVar("T")
 
-ANSWER_PATIENCE = 3.0
+app = CommandGroup(no_args_is_help=True)
+
+ANSWER_TIMEOUT = 3.0
 """The real time in s to wait for the referee's answer."""
 
 
@@ -40,10 +34,11 @@ _SUBSTITUTING = 10.0
 """The real time in s to wait for the launcher, which gives the old player time to stop its robot."""
 
 OFFICIAL = Seat(SeatKind.OFFICIAL)
+_ANY = DecisionOptions()
 
 
 def me() -> str:
-    """Who decides: the user's name."""
+    """The name of the user, who decides."""
     try:
         name = getpass.getuser()
     except (KeyError, OSError):
@@ -52,72 +47,66 @@ def me() -> str:
 
 
 def sender() -> str:
-    """What stands in the messages of a command, as of a node."""
+    """The sender in the messages of a command, as of a node."""
     return sender_of(DECIDING, me())
 
 
-class Referee:
-    """A connection to the referee of a running match."""
+class Conversation:
+    """A connection to a running match, on which a command asks and waits for an answer.
 
-    def __init__(self, session: Session, keys: Keys) -> None:
+    Args:
+        mailbox: what is published there is sent by `send`. Its subscriptions must have been made.
+        patience: the real time in s to wait for a listener and for an answer.
+
+    Attributes:
+        state: the referee's.
+    """
+
+    def __init__(self, session: Session, keys: Keys, mailbox: Mailbox, patience: float = ANSWER_TIMEOUT) -> None:
         self._session = session
+        self._patience = patience
         self.keys = keys
-        self.mailbox = Mailbox(sender())
+        self.mailbox = mailbox
         self.state: Inlet[RefereeState] = self.mailbox.subscribe(keys.referee_state)
-        self.calls: Inlet[Call] = self.mailbox.subscribe(keys.referee_event)
         session.attach(self.mailbox)
 
-    def receive(self) -> None:
-        """Take in what the referee has said since the last call."""
-        self._session.receive()
-        self.mailbox.handover(0.0)
-
-    def send(self) -> None:
+    def send(self, advice: str = "is it running?") -> None:
         """Send what was published.
 
         Raises:
-            BusError: nobody listens to it within ANSWER_PATIENCE.
+            BusError: no node listens to it in time; the message ends with the advice.
         """
         out = self.mailbox.collect()
         for item in out:
-            if not self._session.wait_for_listener(item.message.key, item.topic.qos, ANSWER_PATIENCE):
-                raise BusError(f"nobody in match {self.keys.match!r} listens to {item.message.key}: is it running?")
+            if not self._session.wait_for_listener(item.message.key, item.topic.qos, self._patience):
+                raise BusError(f"no node of match {self.keys.match!r} listens to {item.message.key}: {advice}")
         self._session.send(out)
 
-    def answer(self, number: str) -> Call:
-        """Wait for the referee's call that answers the decision with this id.
-
-        Raises:
-            BusError: the referee does not answer within ANSWER_PATIENCE.
-        """
-        deadline = time.monotonic() + ANSWER_PATIENCE
+    def wait_for(self, look: Callable[[], T | None]) -> T | None:
+        """Receive messages until a look at them finds something, and return that; None if it does not in time."""
+        deadline = time.monotonic() + self._patience
         while time.monotonic() < deadline:
-            self.receive()
-            for received in self.calls.take():
-                if received.body.answers == number:
-                    return received.body
+            self._session.receive()
+            self.mailbox.handover(0.0)
+            if (found := look()) is not None:
+                return found
             time.sleep(0.02)
-        raise BusError(f"the referee of match {self.keys.match!r} did not answer within {ANSWER_PATIENCE:g} s")
+        return None
 
 
-def _decide(
-    action: OfficialAction,
-    match: str | None,
-    router: str | None,
-    keys: Path | None,
-    reason: str,
-    subject: str | None = None,
-    value: str | None = None,
-) -> None:
-    name, endpoint = own_match(match, router, str(action))
-    with connected(endpoint, keys, OFFICIAL, patience=ANSWER_PATIENCE) as (_, session):
-        referee = Referee(session, Keys(name))
-        number = uuid.uuid4().hex
-        why = shortened(reason, REASON_LENGTH)
+def _decide(action: OfficialAction, on: DecisionOptions, subject: str | None = None, value: str | None = None) -> None:
+    name, endpoint = own_match(on, str(action))
+    with connected(endpoint, on.keys, OFFICIAL, patience=ANSWER_TIMEOUT) as (_, session):
+        bus, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
+        calls = mailbox.subscribe(bus.referee_event)
+        referee = Conversation(session, bus, mailbox)
+        why = shortened(on.reason, REASON_LENGTH)
         decision = Official(action=action, by=me(), reason=why, subject=subject, value=value, id=number)
-        referee.mailbox.publish(referee.keys.official, decision)
+        mailbox.publish(bus.official, decision)
         referee.send()
-        call = referee.answer(number)
+        call = referee.wait_for(lambda: next((c.body for c in calls.take() if c.body.answers == number), None))
+    if call is None:
+        raise BusError(f"the referee of match {name!r} did not answer within {ANSWER_TIMEOUT:g} s")
     typer.echo(f"{name}: {call.text}")
     if call.rule == "refused":
         if referee.state.latest is not None and referee.state.latest.body.estop:
@@ -126,160 +115,106 @@ def _decide(
 
 
 @app.command()
-def halt(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
-) -> None:
+def halt(on: DecisionOptions) -> None:
     """Stop the clock and the robots."""
-    _decide(OfficialAction.HALT, match, router, keys, reason)
+    _decide(OfficialAction.HALT, on)
 
 
 @app.command()
-def resume(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
-) -> None:
+def resume(on: DecisionOptions) -> None:
     """Go on after a halt."""
-    _decide(OfficialAction.RESUME, match, router, keys, reason)
+    _decide(OfficialAction.RESUME, on)
 
 
 @app.command()
-def end(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, reason: ReasonOption = ""
-) -> None:
+def end(on: DecisionOptions) -> None:
     """End the match now."""
-    _decide(OfficialAction.END, match, router, keys, reason)
+    _decide(OfficialAction.END, on)
 
 
 @app.command("set-score")
 def set_score(
     team: TeamArgument,
     points: Annotated[int, typer.Argument(metavar="POINTS", help="Its score from now on.")],
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Overrule the score of a team."""
-    _decide(OfficialAction.SET_SCORE, match, router, keys, reason, team, str(points))
+    _decide(OfficialAction.SET_SCORE, on, team, str(points))
 
 
 @app.command("set-role")
 def set_role(
     player: PlayerArgument,
     role: Annotated[str, typer.Argument(metavar="ROLE", help="A role of the game.")],
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Overrule the role of a player."""
-    _decide(OfficialAction.SET_ROLE, match, router, keys, reason, player, role)
+    _decide(OfficialAction.SET_ROLE, on, player, role)
 
 
 @app.command("set-state")
 def set_state(
     player: PlayerArgument,
     state: Annotated[str, typer.Argument(metavar="STATE", help="A state of the game.")],
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions,
 ) -> None:
     """Overrule the state of a player."""
-    _decide(OfficialAction.SET_STATE, match, router, keys, reason, player, state)
+    _decide(OfficialAction.SET_STATE, on, player, state)
 
 
 @app.command()
-def disqualify(
-    player: PlayerArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
-) -> None:
+def disqualify(player: PlayerArgument, on: DecisionOptions) -> None:
     """Take a player out: its robot stops and stays as an obstacle, and play goes on."""
-    _decide(OfficialAction.DISQUALIFY, match, router, keys, reason, player)
+    _decide(OfficialAction.DISQUALIFY, on, player)
 
 
 @app.command()
-def reinstate(
-    player: PlayerArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
-) -> None:
+def reinstate(player: PlayerArgument, on: DecisionOptions) -> None:
     """Let a player that is out play again, from the next round."""
-    _decide(OfficialAction.REINSTATE, match, router, keys, reason, player)
+    _decide(OfficialAction.REINSTATE, on, player)
 
 
 @app.command()
-def place(
-    player: PlayerArgument,
-    match: MatchArgument = None,
-    pose: PoseOption = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
-) -> None:
+def place(player: PlayerArgument, on: DecisionOptions, pose: PoseOption = None) -> None:
     """Tell where a physical robot has been put, so that it counts on from there; put a virtual one there.
 
     Without --pose that is the player's mark.
     """
     value = None if pose is None else " ".join(f"{number:g}" for number in pose)
-    _decide(OfficialAction.PLACE, match, router, keys, reason, player, value)
+    _decide(OfficialAction.PLACE, on, player, value)
 
 
 @app.command()
 def recover(
     player: Annotated[str, typer.Argument(metavar="[PLAYER|all]", help="Whose robot; all if missing.")] = "all",
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    reason: ReasonOption = "",
+    on: DecisionOptions = _ANY,
 ) -> None:
     """Let robots clear the faults that they have latched. Go on with `resume`."""
-    _decide(OfficialAction.RECOVER, match, router, keys, reason, None if player == "all" else player)
+    _decide(OfficialAction.RECOVER, on, None if player == "all" else player)
 
 
 @app.command()
-def substitute(
-    player: PlayerArgument,
-    strategy: StrategyArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-) -> None:
+def substitute(player: PlayerArgument, strategy: StrategyArgument, on: MatchOptions) -> None:
     """Let a player go on with another strategy, or with the mended one. One that was disqualified plays again.
 
     Its process is replaced. A player that is out because it has failed is back from the next round.
     """
-    name, endpoint = own_match(match, router, f"let {player} play by {strategy}")
+    name, endpoint = own_match(on, f"let {player} play by {strategy}")
     from vrg.launch.trial import trial  # it loads what checks match files
 
     target = whole_target(strategy)
     with trial() as tried:
-        tried.find(target, Path.cwd())  # a mistake is told before the old player is stopped
-    on, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
-    answers = mailbox.subscribe(on.seat_answer)
-    with connected(endpoint, keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
-        session.attach(mailbox)
-        mailbox.publish(on.seat_request, SeatRequest(player=player, strategy=target, by=me(), id=number))
-        for out in (sent := mailbox.collect()):
-            if not session.wait_for_listener(out.message.key, out.topic.qos, _SUBSTITUTING):
-                raise BusError(
-                    f"no `vrg play` runs a match with the name {name} there; if its processes were started by hand, "
-                    "use `vrg node player`"
-                )
-        session.send(sent)
-        deadline = time.monotonic() + _SUBSTITUTING
-        while time.monotonic() < deadline:
-            session.receive()
-            mailbox.handover(0.0)
-            for received in answers.take():
-                if received.body.id == number:
-                    if received.body.refused is not None:
-                        raise ConfigError([received.body.refused])
-                    typer.echo(f"{name}: {player} plays by {strategy} now")
-                    return
-            time.sleep(0.02)
-    raise BusError(f"the launcher of match {name} did not answer within {_SUBSTITUTING:g} s")
+        tried.find(target, Path.cwd())  # a mistake is reported before the old player is stopped
+    with connected(endpoint, on.keys, OFFICIAL, patience=_SUBSTITUTING) as (_, session):
+        bus, mailbox, number = Keys(name), Mailbox(sender()), uuid.uuid4().hex
+        answers = mailbox.subscribe(bus.seat_answer)
+        launcher = Conversation(session, bus, mailbox, _SUBSTITUTING)
+        request = SeatRequest(player=player, strategy=target, by=me(), id=number)
+        mailbox.publish(bus.seat_request, request)
+        launcher.send("no `vrg play` runs it there; if its processes were started by hand, use `vrg node player`")
+        answer = launcher.wait_for(lambda: next((a.body for a in answers.take() if a.body.id == number), None))
+    if answer is None:
+        raise BusError(f"the launcher of match {name} did not answer within {_SUBSTITUTING:g} s")
+    if answer.refused is not None:
+        raise ConfigError([answer.refused])
+    typer.echo(f"{name}: {player} plays by {strategy} now")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def duration(least: float = 0.0, most: float = math.inf) -> Callable[[str | float], float]:
-    """What reads a time in seconds, such as `80`, `80.5` or `1:20`, within bounds.
+    """Return a parser of a time in seconds, such as `80`, `80.5` or `1:20`, within bounds.
 
     Its function raises a typer.BadParameter for anything else.
     """
@@ -105,19 +105,10 @@ RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to wri
 EngineOption = Annotated[
     str | None, typer.Option(callback=_known_engine, help="Physics engine that replaces the match file's.")
 ]
-SeedOption = Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")]
 SandboxOption = Annotated[
     bool | None,
     typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
 ]
-InProcessOption = Annotated[
-    bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
-]
-RateOption = Annotated[
-    str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
-]
-HeadlessOption = Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")]
-RecordOption = Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")]
 
 # When, where and in which form.
 AtOption = Annotated[float | None, typer.Option("--at", metavar=TIME, parser=duration(), help="The match time.")]
@@ -145,10 +136,10 @@ def stoppable() -> Iterator[Stop]:
     """
     with stop_on_signals() as stop:
         yield stop
-    ended(stop)
+    exit_if_interrupted(stop)
 
 
-def ended(stop: Stop) -> None:
+def exit_if_interrupted(stop: Stop) -> None:
     """End the command with status 130 if Ctrl-C was pressed.
 
     Raises:
@@ -253,6 +244,27 @@ def web_address(typed: str | None) -> tuple[str, int | None]:
     return host.strip("[]"), int(port) if colon else None
 
 
+def port_at(host: str, typed: int | None, usual: int, what: str) -> int:
+    """The port at which something is served: the one that was typed, or else the usual one, or the next free.
+
+    Raises:
+        LaunchError: it is not free, or this machine has no such address.
+    """
+    from vrg.launch.endpoints import free_port  # few commands serve something
+
+    try:
+        return free_port(host, usual) if typed is None else free_port(host, typed, tries=1)
+    except OSError as error:
+        raise LaunchError(f"{what} cannot be served: {error}") from error
+
+
+def listening_address(typed: str | None, usual: int, what: str) -> str:
+    """The address and a free port, as `HOST:PORT`; see `web_address` and `port_at`."""
+    host, port = web_address(typed)
+    found = port_at(host, port, usual, what)
+    return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
+
+
 def write_text(file: Path, text: str | bytes) -> None:
     """Write a file that a person has named.
 
@@ -262,4 +274,4 @@ def write_text(file: Path, text: str | bytes) -> None:
     try:
         file.write_bytes(text.encode() if isinstance(text, str) else text)
     except OSError as error:
-        raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None
+        raise ConfigError(f"{file}: cannot be written: {error.strerror}: choose another place") from None

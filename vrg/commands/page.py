@@ -15,40 +15,30 @@ from rich.console import Console
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
 from vrg.bus.seats import SeatKind, seats_of_node
-from vrg.commands.matches import attached, connected, credentials_for, keys_of
-from vrg.commands.options import (
-    KeysOption,
-    ListenOption,
-    MatchArgument,
-    RouterOption,
-    ended,
-    make_console,
-    web_address,
-)
+from vrg.commands.groups import MatchOptions
+from vrg.commands.matches import attached, connected, credentials_for
+from vrg.commands.options import ListenOption, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
-from vrg.errors import ConfigError, LaunchError
-from vrg.launch.endpoints import free_port
+from vrg.errors import ConfigError
 from vrg.seats.folder import KeysFolder
-from vrg.ui.web.admission import DEFAULT_PORT, Admission, RoleKind, admission, read_admission
+from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission
 
 _EVERYWHERE = ("0.0.0.0", "::")
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
-_WHO = {RoleKind.VIEWER: "watch", RoleKind.OFFICIAL: "official", RoleKind.SEAT: "drive {}"}
+_WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
 
-def web(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
-) -> None:
+def web(on: MatchOptions, listen: ListenOption = None) -> None:
     """Show a running match in browsers. Without the official's keys everybody may only watch."""
     from vrg.launch.serving import WINDOW_PERIOD
     from vrg.ui.web.node import WebNode
     from vrg.ui.web.server import WebServer
 
     host, port = web_address(listen)
-    found, seats = attached(match, router), seats_of_node("web", "")
-    credentials = credentials_for(found.endpoint, keys, *seats)
+    found, seats = attached(on), seats_of_node("web", "")
+    credentials = credentials_for(found.endpoint, on.keys, *seats)
     official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
-    with connected(found.endpoint, keys, *seats, patience=10.0) as (stop, session):
+    with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
         if state is not None:
             page = open_page(host, port, [player.name for player in state.players], deciding=official)
@@ -64,40 +54,27 @@ def web(
             run_node(node, session, found.keys, stop, idle=WINDOW_PERIOD)
 
 
-def foxglove(
-    match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None, listen: ListenOption = None
-) -> None:
-    """Show a running match in Foxglove: all that a recording holds, as it happens. Nobody can change anything there."""
-    from vrg.launch.serving import serve
-
-    address = live_address(listen)
-    found = attached(match, router)
-    setup = found.known_setup()
-    typer.echo(told(address))
-    ended(serve("foxglove", setup, router=found.endpoint, name=address, keys=keys_of(found.endpoint, keys)))
+def foxglove(on: MatchOptions, listen: ListenOption = None) -> None:
+    """Show a running match in Foxglove: all that a recording holds, as it happens. It changes nothing."""
+    address, found = live_address(listen), attached(on)
+    found.known_setup()
+    typer.echo(foxglove_link(address))
+    found.serve("foxglove", address)
 
 
 def live_address(typed: str | None) -> str:
-    """The address and a free port for Foxglove's server, as `HOST:PORT`.
-
-    Args:
-        typed: such as `0.0.0.0:8765`; None for this machine only.
+    """The address and a free port for Foxglove's server; see `listening_address`.
 
     Raises:
-        typer.BadParameter: it is no address. LaunchError: no port is free there, or the SDK is not installed.
+        LaunchError: no port is free there, or the SDK is not installed.
     """
     from vrg.recording.live import PORT
 
-    host, port = web_address(typed)
-    try:
-        found = free_port(host, PORT) if port is None else free_port(host, port, tries=1)
-    except OSError as error:
-        raise LaunchError(f"no server for Foxglove can be opened: {error}") from error
-    return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
+    return listening_address(typed, PORT, "Foxglove's server")
 
 
-def told(address: str) -> str:
-    """What a person does to see the match."""
+def foxglove_link(address: str) -> str:
+    """The link of Foxglove."""
     return f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}"
 
 
@@ -118,10 +95,7 @@ def open_page(
     known = None if keys is None else known_page(keys)
     if known is not None:
         port = port or known.port
-    try:
-        found = free_port(host, DEFAULT_PORT) if port is None else free_port(host, port, tries=1)
-    except OSError as error:
-        raise LaunchError(f"the page cannot be served: {error}") from error
+    found = port_at(host, port, DEFAULT_PORT, "the page")
     return admission(host, found, players, deciding=deciding, known=known)
 
 
@@ -135,7 +109,7 @@ def known_page(keys: Path) -> Admission | None:
     try:
         return read_admission(file.read_text(encoding="utf-8")) if file.exists() else None
     except (OSError, ValueError) as error:
-        raise ConfigError([f"{file}: {error}: make new ones by `vrg keys init --replace`"]) from None
+        raise ConfigError(f"{file}: {error}: make new ones by `vrg keys init --replace`") from None
 
 
 def print_links(page: Admission, console: Console) -> None:
@@ -153,7 +127,7 @@ def print_links(page: Admission, console: Console) -> None:
         console.print("the page is for browsers on this machine; --listen 0.0.0.0 serves it to others")
     else:
         console.print(
-            "[yellow]everybody who reaches this machine can watch; whoever has a link with a token can decide "
+            "[yellow]everybody who reaches this machine can watch; a link with a token lets its holder decide "
             "or drive, and all of it goes over the network unencrypted[/yellow]",
             soft_wrap=True,
         )

@@ -1,4 +1,4 @@
-"""What `vrg play --dry-run` prints: which process of a match would run where, and what would travel there."""
+"""The plan of `vrg play --dry-run`: which process of a match would run where, and what would travel there."""
 
 from pathlib import Path
 

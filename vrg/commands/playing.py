@@ -1,8 +1,8 @@
-"""What `vrg play` does: it plays a match in this process or as processes, shows it, records it, and concludes it."""
+"""The course of `vrg play`: it plays a match in this process or as processes, shows it, records and concludes it."""
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
@@ -14,7 +14,8 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
-from vrg.commands.launching import Security, Show, play_processes
+from vrg.commands.groups import PlayOptions
+from vrg.commands.launching import Launch, Show
 from vrg.commands.options import has_display
 from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
@@ -33,56 +34,14 @@ from vrg.launch.specs import window_of
 from vrg.ui.table import TerminalTable
 
 
-@dataclass(frozen=True)
-class Wish:
-    """What the user of `vrg play` has asked for.
-
-    Args:
-        in_process: True plays the match in one process.
-        paced: True if a rate was typed as a number. Otherwise a match in one process is as fast as possible.
-        window: True opens a window, if there is a display. record: True records for Foxglove and the plot.
-        here: True runs everything on this machine. dry: True only prints what would run where.
-        seats: True plays with seats, False without; None as the match file says.
-        keys: the folder of the keys of the match's seats; None makes keys for this run alone.
-        sandbox: True seals the processes of players, False does not; None as the match file says.
-        web: the address and the port at which browsers see it; None serves no page.
-        developer: True opens the developers' view in place of another window.
-        foxglove: True lets Foxglove connect. three: True shows it in three dimensions.
-    """
-
-    in_process: bool
-    paced: bool
-    window: bool
-    record: bool
-    here: bool = False
-    dry: bool = False
-    seats: bool | None = None
-    keys: Path | None = None
-    sandbox: bool | None = None
-    web: tuple[str, int | None] | None = None
-    developer: bool = False
-    foxglove: bool = False
-    three: bool = False
-
-
 def play_match(
-    match: str,
-    runs: Path,
-    wish: Wish,
-    server: ForkServer,
-    *,
-    engine: str | None,
-    seed: int | None,
-    rate: float | None,
-    base: Path | None = None,
+    match: str, options: PlayOptions, server: ForkServer, base: Path | None = None
 ) -> tuple[RunFolder, MatchSetup] | None:
     """Play a match, show it, and print who won and where the run is recorded.
 
     Args:
-        match: a match file, or a game's name. runs: the folder for run folders.
-        wish: what the user has asked for.
+        match: a match file, or a game's name. options: of the command.
         server: the fork server that starts the match's processes.
-        engine, seed, rate: these replace the values of the match file; None keeps the file's value.
         base: the folder that relative paths in the match file start from; its own if missing.
 
     Returns:
@@ -93,56 +52,58 @@ def play_match(
         LaunchError: a process does not start, or dies too often.
         typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off.
     """
-    setup = load_match(match_path(match), base=base, engine=engine, seed=seed, rate=rate, sandbox=wish.sandbox)
-    if wish.here:
+    setup = load_match(
+        match_path(match), base=base, engine=options.engine, seed=options.seed, rate=options.speed,
+        sandbox=options.sandbox,
+    )  # fmt: skip
+    if options.here or options.in_process:
         setup = setup.all_here()
-    if wish.developer:
+    if options.developer:
         setup = _for_developers(setup)
     console = Console(highlight=False, emoji=False)
-    elsewhere = WINDOW in setup.place
-    page = None
-    if wish.web is not None and not wish.dry:
-        page = open_page(*wish.web, [player.name for player in setup.players], keys=wish.keys)
-    live = live_address(None) if wish.foxglove and not wish.dry else None
-    three = three_address(None) if wish.three and not wish.dry else None
-    window = wish.window and (elsewhere or has_display())
-    show = Show(console, window=window, record=wish.record, page=page, live=live, three=three)
-    if wish.dry:
-        print_plan(setup, console, window=show.window, record=show.record, web=wish.web is not None)
+    address = options.address
+    window = not options.headless and (WINDOW in setup.place or has_display())
+    if options.dry_run:
+        print_plan(setup, console, window=window, record=options.record, web=address is not None)
         return None
-    secured = not wish.in_process and (wish.keys is not None or (setup.has_seats if wish.seats is None else wish.seats))
-    show.announce(*sealing(setup, seats=secured, in_process=wish.in_process))
-    if wish.in_process:
+    keys = None if options.seats is False else options.keys
+    names = [player.name for player in setup.players]
+    page = None if address is None else open_page(*address, names, keys=keys)
+    live = live_address(None) if options.foxglove else None
+    three = three_address(None) if options.three else None
+    show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
+    secured = not options.in_process and (
+        keys is not None or (setup.has_seats if options.seats is None else options.seats)
+    )
+    show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
+    if options.in_process:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
         check_strategies(setup, nodes.strategy_of)
-    folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
+    folder = RunFolder.create(options.runs, setup.name, datetime.now(), setup.text)
     try:
         keep(setup, folder)
     except OSError as error:
-        console.print(
-            f"[yellow]the files that the match names cannot be kept with the run: {escape(str(error))}[/yellow]"
-        )
+        show.announce(f"the files that the match names cannot be kept with the run: {error}")
     try:
-        if wish.record:
+        if options.record:
             keep_layout(setup, folder)
     except OSError as error:
-        console.print(f"[yellow]the layout for Foxglove cannot be written: {escape(str(error))}[/yellow]")
-    console.print(
-        f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}",
-        soft_wrap=True,
-    )
+        show.announce(f"the layout for Foxglove cannot be written: {error}")
+    about = f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}"
+    console.print(about, soft_wrap=True)
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
-    _play(setup, folder, show, server, wish, Security(wanted=secured, given=wish.keys))
+    _play(Launch(setup, folder, show, server, secured, keys), options)
     if not folder.again.exists():
         return None
     folder.again.unlink()
     return folder, setup
 
 
-def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, wish: Wish, security: Security) -> None:
+def _play(launch: Launch, options: PlayOptions) -> None:
     """Play the match, and conclude it; for what is raised see `play_match`."""
+    setup, folder, show = launch.setup, launch.folder, launch.show
     shown = False
 
     def over(state: RefereeState | None) -> None:
@@ -152,12 +113,13 @@ def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, 
 
     state: RefereeState | None
     with stop_on_signals() as stop:
-        server.stop = stop
-        if wish.in_process:
-            setup = setup if wish.paced else setup.at_rate(0.0)
-            state, failure = _play_in_process(setup, folder, show, stop, paced=wish.paced)
+        launch.server.stop = stop
+        if options.in_process:
+            paced = options.speed is not None
+            setup = setup if paced else setup.at_rate(0.0)
+            state, failure = _play_in_process(setup, folder, show, stop, paced=paced)
         else:
-            state, failure = play_processes(setup, folder, show, stop, server, security, over)
+            state, failure = launch.play(stop, over)
     # After a window, once more with what the processes have counted and the end of the recording, and without a word.
     last = replace(show, console=Console(quiet=True)) if shown else show
     _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
@@ -166,7 +128,7 @@ def _play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, 
 
 
 def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
-    """Whose code is sealed, and whose can do all that the user of the command can, in sentences.
+    """The players whose code is sealed, and those whose code can do all that the user can, in sentences.
 
     Args:
         seats: True if the match is played with seats. in_process: True if it is played in one process.
@@ -190,9 +152,7 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
         ConfigError: its window is on another machine.
     """
     if WINDOW in setup.place:
-        raise ConfigError(
-            [f"--developer: the window is on {setup.place[WINDOW]}: `vrg show developer` opens one there"]
-        )
+        raise ConfigError(f"--developer: the window is on {setup.place[WINDOW]}: `vrg show developer` opens one there")
     return setup.for_developers()
 
 
@@ -245,8 +205,8 @@ def _conclude(
     """
     over = state is not None and state.stage is Stage.GAME_OVER
     if failure is not None:
-        said = str(failure).splitlines()
-        ended = f"given up: {said[0].rstrip(':')}" + (f": {said[-1]}" if len(said) > 1 else "")
+        lines = str(failure).splitlines()
+        ended = f"given up: {lines[0].rstrip(':')}" + (f": {lines[-1]}" if len(lines) > 1 else "")
     elif over:
         ended = ended_of(state) if state else ""
     else:

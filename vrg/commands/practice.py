@@ -9,19 +9,8 @@ from typing import Annotated
 import tomlkit
 import typer
 
-from vrg.commands.options import (
-    EngineOption,
-    HeadlessOption,
-    InProcessOption,
-    PoseOption,
-    RateOption,
-    RecordOption,
-    RunsOption,
-    SeedOption,
-    lasting,
-    whole_target,
-)
-from vrg.commands.play import rate_of
+from vrg.commands.groups import PlayOptions, PracticeOptions
+from vrg.commands.options import PoseOption, lasting, whole_target
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
 from vrg.types import Pose
@@ -31,6 +20,7 @@ _STEP = 1.5
 
 
 def practice(
+    options: PracticeOptions,
     strategy: Annotated[
         str | None,
         typer.Argument(
@@ -41,36 +31,25 @@ def practice(
     robots: Annotated[int, typer.Option(min=1, max=32, help="How many.")] = 1,
     model: Annotated[str, typer.Option(help="The model of the robots.")] = "P2AT",
     pose: PoseOption = None,
-    seconds: Annotated[
-        float | None,
-        lasting("How long; until Ctrl-C if missing, 60 s in one process.", 1),
-    ] = None,
-    in_process: InProcessOption = False,
-    engine: EngineOption = None,
-    rate: RateOption = None,
-    seed: SeedOption = None,
-    headless: HeadlessOption = False,
-    runs: RunsOption = Path("runs"),
-    record: RecordOption = True,
+    seconds: Annotated[float | None, lasting("How long; until Ctrl-C if missing, 60 s in one process.", 1)] = None,
 ) -> None:
-    """Try a player on a map: nobody judges it. In the window TAB and the arrow keys drive a robot by hand.
+    """Try a player on a map, without a referee's judgement. In the window TAB and the arrow keys drive a robot by hand.
 
     The first robot begins at --pose, or in the middle; the others stand around it.
     """
-    speed = rate_of(rate, in_process)
-    with fork_server(wanted=not in_process) as server, tempfile.TemporaryDirectory() as folder:
-        from vrg.commands.playing import Wish, play_match
+    _ = options.speed  # a mistake is reported before anything starts
+    with fork_server(wanted=not options.in_process) as server, tempfile.TemporaryDirectory() as folder:
+        from vrg.commands.playing import play_match
         from vrg.launch.trial import trial
 
-        lasting = seconds if seconds is not None else 60.0 if in_process else 0.0
+        lasting = seconds if seconds is not None else 60.0 if options.in_process else 0.0
         target = None if strategy is None else whole_target(strategy)
         if target is not None:
             with trial(server) as tried:
-                tried.find(target, Path.cwd())  # a mistake is told before anything starts
+                tried.find(target, Path.cwd())  # a mistake is reported before anything starts
         file = Path(folder, "practice.toml")
         file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
-        wish = Wish(in_process=in_process, paced=rate not in (None, "max"), window=not headless, record=record)
-        play_match(str(file), runs, wish, server, engine=engine, seed=seed, rate=speed, base=Path.cwd())
+        play_match(str(file), PlayOptions(**vars(options)), server, base=Path.cwd())
 
 
 def match_text(
@@ -98,11 +77,11 @@ def match_text(
         if ground.footprint_clear(pose, body.length, body.width):
             places.append(pose)
         elif at is not None and not places:
-            raise ConfigError([f"--pose: expected a place on map {ground.name!r} that is free of walls, got {at}"])
+            raise ConfigError(f"--pose: expected a place on map {ground.name!r} that is free of walls, got {at}")
         if len(places) == robots:
             break
     if len(places) < robots:
-        raise ConfigError([f"--robots: map {ground.name!r} has room for {len(places)}, got {robots}"])
+        raise ConfigError(f"--robots: map {ground.name!r} has room for {len(places)}, got {robots}")
     players = [
         {
             **{"name": f"robot{number}", "role": "player", "model": model},

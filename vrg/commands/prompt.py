@@ -12,7 +12,7 @@ from vrg.commands.drafts import choices_in, save_draft
 from vrg.errors import ConfigError, Problem
 from vrg.errors import Path as Place
 from vrg.games import GAMES, game_of
-from vrg.ui.edit.checking import told
+from vrg.ui.edit.checking import problem_text
 from vrg.ui.edit.draft import COLUMNS, Draft
 from vrg.ui.edit.placing import MOST, with_count
 
@@ -132,7 +132,7 @@ def _list(draft: Draft) -> None:
 
 def _tell(draft: Draft, problems: Sequence[Problem]) -> None:
     for problem in problems:
-        typer.echo(f"  {told(problem, draft)}")
+        typer.echo(f"  {problem_text(problem, draft)}")
 
 
 def _save(draft: Draft) -> Draft:

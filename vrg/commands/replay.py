@@ -63,7 +63,7 @@ def replay(
 
     need_display()
 
-    window = window_of(folder, setup, runs=runs)
+    window = replay_window(folder, setup, runs=runs)
     if at is not None:
         window.playback = window.playback.to(at)
     if window.note:
@@ -94,15 +94,15 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[time]:.0f} s"), TimeElapsedColumn(),
         console=Console(stderr=True), transient=True, disable=as_json,
     )  # fmt: skip
-    told = -_TELL
+    printed = -_TELL
     # What strategies print, as when they are imported, must not stand between the lines of JSON.
     out, prints = sys.stdout, contextlib.redirect_stdout(sys.stderr) if as_json else contextlib.nullcontext()
 
     def progress(time: float) -> None:
-        nonlocal told
-        if time < told + _TELL:
+        nonlocal printed
+        if time < printed + _TELL:
             return
-        told = time
+        printed = time
         what = "repeating what was recorded" if time < since else f"{player} plays {change.name}"
         bar.update(task, description=what, completed=min(time, end), time=time)
         if as_json:
@@ -112,13 +112,13 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         task = bar.add_task("repeating what was recorded", total=end, time=0.0)
         new = play_branch(folder, change, runs, datetime.now(), progress=progress, stop=stop)
     if as_json:
-        typer.echo(json.dumps({"run": str(new.path), "told": compared(folder, new)}))
+        typer.echo(json.dumps({"run": str(new.path), "ending": compared(folder, new)}))
     else:
         typer.echo(compared(folder, new))
     return new
 
 
-def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs")) -> "ReplayWindow":
+def replay_window(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs")) -> "ReplayWindow":
     """Make the window for the recorded match of a run. It is not opened.
 
     Args:
@@ -150,7 +150,7 @@ def window_of(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("ru
 
 
 def _told(folder: "RunFolder", setup: "MatchSetup") -> dict[str, Any]:
-    """What a recording shows: its first and last instant, match time in s, and the calls."""
+    """The content of a recording: its first and last instant, match time in s, and the calls."""
     taken = _read(folder, setup)
     calls = [{"time": round(call.time, 3), "text": call.text} for call in taken.timeline.calls]
     ends = {"begin": round(taken.timeline.begin, 3), "end": round(taken.timeline.end, 3)}
@@ -164,12 +164,12 @@ def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":
         LaunchError: the recording cannot be shown.
     """
     from vrg.launch.explaining import explain
-    from vrg.recording.recorded import read_match
+    from vrg.recording.recorded import read_recorded
     from vrg.ui.branching import Taken
     from vrg.ui.timeline import Timeline
 
     try:
-        match = read_match(folder.recordings())
+        match = read_recorded(folder.recordings())
         sizes, strange = _sizes(setup)
         timeline = Timeline(match, sizes=sizes, obstacles=setup.obstacles)
     except OSError as error:
@@ -197,7 +197,7 @@ def _sizes(setup: "MatchSetup") -> tuple[dict[str, tuple[float, float]], list[st
 
 
 def _missing(folder: "RunFolder", match: "RecordedMatch", end: float) -> list[str]:
-    """What is missing of the recording, in sentences."""
+    """The gaps of the recording, in sentences."""
     from vrg.ui.scene import clock_text
 
     last = folder.recordings()[-1]

@@ -31,7 +31,7 @@ class Listed:
     """A run in a list.
 
     Args:
-        run: the name of its folder. game: empty if nobody can read it. began: when, in local time, as ISO 8601.
+        run: the name of its folder. game: empty if it cannot be read. began: when, in local time, as ISO 8601.
         ended: how the match ended, in a few words. duration: of play, s of match time; None if that is not known.
     """
 
@@ -67,7 +67,7 @@ def _clock(run: Listed) -> str:
 
 
 def listed(runs: Path) -> Iterator[Listed]:
-    """The runs in a folder. One that disappears or is torn while it is read is passed by, or told as far as it goes."""
+    """The runs in a folder. One that disappears or is torn while it is read is passed by, or listed in part."""
     for path in run_folders(runs):
         with suppress(OSError):
             yield _listed(RunFolder(path))
@@ -138,7 +138,7 @@ def judge(run: RunArgument = None) -> None:
 
 
 def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
-    """Where the recording, if there is one, shows something else than the referee saw; and how much was compared."""
+    """The differences of the recording, if there is one, from the evidence; and the number of compared poses."""
     from vrg.coordinator.evidence import read_evidence
     from vrg.launch.crosscheck import cross_check
     from vrg.recording.reader import read_tracks
@@ -157,7 +157,7 @@ def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
 
 
 def _sentence(judgement: "Judgement", wrong: int, compared: int) -> str:
-    """What came of it, in a sentence or two.
+    """The result, in a sentence or two.
 
     Args:
         wrong: the number of disagreements. compared: the number of poses of the recording that were compared.

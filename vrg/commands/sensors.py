@@ -15,18 +15,10 @@ from vrg.bus.names import chunk_of, name_of
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
+from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import Attached, attached
 from vrg.commands.official import sender
-from vrg.commands.options import (
-    KeysOption,
-    MatchArgument,
-    OutputOption,
-    PlayerArgument,
-    RouterOption,
-    lasting,
-    make_console,
-    write_text,
-)
+from vrg.commands.options import OutputOption, PlayerArgument, lasting, make_console, write_text
 from vrg.commands.show import first_state
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import BusError, ConfigError, LaunchError, MessageError
@@ -38,33 +30,28 @@ from vrg.ui.readings import Watched, sensor_table
 REDRAW = 0.25
 """The real time in s between two tables."""
 QUIET = 3.0
-"""The real time in s without a reading after which that is told."""
+"""The real time in s without a reading after which a hint is printed."""
 LEASE = 2.0
 """The match time in s for which the world is asked for pictures at a time."""
 RENEW = 0.5
 """The real time in s between two requests."""
-PATIENCE = 10.0
+PICTURE_TIMEOUT = 10.0
 """The real time in s to wait for a picture."""
 
 
 def sensors(
     player: PlayerArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    seconds: Annotated[
-        float | None,
-        lasting("Show one table after so long, and end.", 0.5),
-    ] = None,
+    on: MatchOptions,
+    seconds: Annotated[float | None, lasting("Show one table after so long, and end.", 0.5)] = None,
 ) -> None:
     """Show what the sensors of a robot measure now: those that the world simulates. Ends with the match.
 
     Where the output is no terminal, each reading is a line, or the table comes once after --for.
     """
-    found, console = attached(match, router), make_console()
-    watched, now, told = Watched(), 0.0, False
+    found, console = attached(on), make_console()
+    watched, now, hinted = Watched(), 0.0, False
     in_lines = seconds is None and not console.is_terminal
-    with listening(found.endpoint, keys) as (stop, session):
+    with listening(found.endpoint, on.keys) as (stop, session):
         _check_player(found, session, player, stop)
         begun = time.monotonic()
         readings = f"{found.keys.root}/robot/{chunk_of(player)}/sensor/**"
@@ -86,8 +73,8 @@ def sensors(
                         ended = True
                 if watched.newest and (console.is_terminal or (ended and not in_lines)):
                     live.update(sensor_table(watched, player, now), refresh=True)
-                elif not watched.newest and not told and time.monotonic() - begun > QUIET:
-                    told = True
+                elif not watched.newest and not hinted and time.monotonic() - begun > QUIET:
+                    hinted = True
                     typer.echo(
                         f"{player}: no reading yet. The world simulates the sensors of virtual robots, and of physical "
                         "ones those that they lack; `vrg topic list` shows what there is.",
@@ -97,19 +84,13 @@ def sensors(
         raise typer.Exit(1)
 
 
-def camera(
-    player: PlayerArgument,
-    match: MatchArgument = None,
-    output: OutputOption = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-) -> None:
+def camera(player: PlayerArgument, on: MatchOptions, output: OutputOption = None) -> None:
     """Save a picture of what the camera of a robot sees now, as PLAYER.png or another file that is named."""
     file = output or Path(f"{player}.png")
     if file.suffix.lower() != ".png":
-        raise ConfigError([f"expected a file that ends in .png, got {file}"])
-    found = attached(match, router)
-    with listening(found.endpoint, keys) as (stop, session):
+        raise ConfigError(f"expected a file that ends in .png, got {file}")
+    found = attached(on)
+    with listening(found.endpoint, on.keys) as (stop, session):
         _check_player(found, session, player, stop)
         picture = _picture(session, found.keys, player, stop)
     if picture is None:
@@ -121,13 +102,13 @@ def camera(
 
 
 def _check_player(found: Attached, session: Session, player: str, stop: Stop) -> None:
-    """Make sure that there is such a player. Where the set-up of the match is not known, the referee tells.
+    """Make sure that there is such a player. Where the set-up of the match is not known, the referee's state has them.
 
     Raises:
         LaunchError: there is none.
     """
-    told = found.setup or first_state(session, found.keys, stop)
-    names = [] if told is None else [known.name for known in told.players]
+    match = found.setup or first_state(session, found.keys, stop)
+    names = [] if match is None else [known.name for known in match.players]
     if names and player not in names:
         raise LaunchError(f"PLAYER: {expected_one_of(names, player)}")
 
@@ -145,11 +126,11 @@ def _picture(session: Session, keys: Keys, robot: str, stop: Stop) -> tuple[floa
     """The next picture of a robot with its stamp, or None if the command is stopped before it comes.
 
     Raises:
-        BusError: none comes within PATIENCE.
+        BusError: none comes within PICTURE_TIMEOUT.
     """
     topic = keys.sensor(Camera, robot)
     arrivals = arrivals_on(session, topic.key)
-    mailbox, asked, deadline = Mailbox(sender()), 0.0, time.monotonic() + PATIENCE
+    mailbox, asked, deadline = Mailbox(sender()), 0.0, time.monotonic() + PICTURE_TIMEOUT
     while not stop.is_set() and (now := time.monotonic()) < deadline:
         if now - asked >= RENEW:
             asked = now
@@ -164,6 +145,6 @@ def _picture(session: Session, keys: Keys, robot: str, stop: Stop) -> tuple[floa
     if stop.is_set():
         return None
     raise BusError(
-        f"{robot}: no picture of its camera within {PATIENCE:g} s: has its model a camera, and does the clock run? "
-        "`vrg topic list` shows what there is"
+        f"{robot}: no picture of its camera within {PICTURE_TIMEOUT:g} s: has its model a camera, and does the clock "
+        "run? `vrg topic list` shows what there is"
     )

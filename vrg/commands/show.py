@@ -13,15 +13,14 @@ from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
-from vrg.commands.matches import attached, connected, credentials_for, keys_of, setup_named, which_match
+from vrg.commands.groups import MatchOptions
+from vrg.commands.matches import attached, connected, credentials_for, setup_named, which_match
 from vrg.commands.options import (
-    KeysOption,
     MatchArgument,
     PlayerArgument,
     RouterOption,
     RunOption,
     TeamArgument,
-    ended,
     make_console,
     need_display,
 )
@@ -32,19 +31,17 @@ POLL = 0.05
 """The real time in s between two looks at whether the referee has spoken."""
 
 
-def window(
-    match: MatchArgument = None, router: RouterOption = None, run: RunOption = None, keys: KeysOption = None
-) -> None:
+def window(on: MatchOptions, run: RunOption = None) -> None:
     """Watch a match in a window; several may. Closing the window does not end the match."""
     need_display()
     from vrg.launch.explaining import explain
     from vrg.launch.serving import WINDOW_PERIOD
     from vrg.ui.spectator import Spectator  # pygame takes half a second to load
 
-    found = attached(match, router)
+    found = attached(on)
     seats = seats_of_node("spectator", "")
-    credentials = credentials_for(found.endpoint, keys, *seats)
-    with connected(found.endpoint, keys, *seats, patience=10.0) as (stop, session):
+    credentials = credentials_for(found.endpoint, on.keys, *seats)
+    with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         node = Spectator(
             f"window-{os.getpid()}",
             Mailbox(),
@@ -58,43 +55,34 @@ def window(
         run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
 
 
-def hud(
-    player: PlayerArgument, match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None
-) -> None:
+def hud(player: PlayerArgument, on: MatchOptions) -> None:
     """Open the head-up display of a player: what it knows, and Goto, Manual and Reset by button, key and gamepad."""
-    from vrg.launch.serving import serve
-
-    found = attached(match, router)
-    setup, endpoint = found.known_setup(), found.endpoint
-    setup.player(player)
+    found = attached(on)
+    found.known_setup().player(player)
     need_display()
     try:
-        ended(serve("hud", setup, router=endpoint, name=player, keys=keys_of(endpoint, keys)))
+        found.serve("hud", player)
     except DuplicateNodeError:
         raise LaunchError(f"{player} has a head-up display already, and a player has only one") from None
 
 
-def developer(match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None) -> None:
+def developer(on: MatchOptions) -> None:
     """Open the developers' view: all players and the referee, sensors, streams and processes; an official's buttons."""
-    from vrg.launch.serving import serve
-
-    found = attached(match, router)
-    setup = found.known_setup()
+    found = attached(on)
+    found.known_setup()
     need_display()
-    ended(serve("developer", setup, router=found.endpoint, run=found.run, keys=keys_of(found.endpoint, keys)))
+    found.serve("developer", run=found.run)
 
 
-def commander(
-    team: TeamArgument, match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None
-) -> None:
+def commander(team: TeamArgument, on: MatchOptions) -> None:
     """Command a team with a gamepad or the keyboard: set its priority, or drive one of its players by hand."""
     need_display()
     from vrg.launch.serving import WINDOW_PERIOD
     from vrg.ui.commander.node import Commander  # pygame takes half a second to load
 
-    found, seat = attached(match, router), Seat(SeatKind.COMMANDER, team)
-    credentials = credentials_for(found.endpoint, keys, seat)
-    with connected(found.endpoint, keys, seat, patience=10.0) as (stop, session):
+    found, seat = attached(on), Seat(SeatKind.COMMANDER, team)
+    credentials = credentials_for(found.endpoint, on.keys, seat)
+    with connected(found.endpoint, on.keys, seat, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
         if state is None:
             return
@@ -109,12 +97,12 @@ def commander(
             raise LaunchError(f"the team {team} has a commander already, and a team has only one") from None
 
 
-def processes(match: MatchArgument = None, router: RouterOption = None, keys: KeysOption = None) -> None:
+def processes(on: MatchOptions) -> None:
     """Show the processes of a match on all its machines, until Ctrl-C; once, where the output is no terminal."""
     from vrg.ui.processes import ProcessTable
 
-    name, endpoint = which_match(match, router)
-    with connected(endpoint, keys, Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW)) as (stop, session):
+    name, endpoint = which_match(on)
+    with connected(endpoint, on.keys, Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW)) as (stop, session):
         node = ProcessTable(f"processes-{os.getpid()}", Mailbox(), Keys(name), console=make_console())
         run_node(node, session, Keys(name), stop, finished=lambda: node.printed, idle=0.5)
 
@@ -124,7 +112,7 @@ def diagram(player: PlayerArgument, match: MatchArgument = None, router: RouterO
     from vrg.agents.diagram import mermaid
     from vrg.launch.nodes import strategy_of
 
-    setup = (setup_named(match) if match else None) or attached(match, router).known_setup()
+    setup = (setup_named(match) if match else None) or attached(MatchOptions(match, router)).known_setup()
     strategy = strategy_of(setup, player)
     agent = getattr(strategy, "agent", None)
     if agent is None:

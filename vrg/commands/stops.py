@@ -16,10 +16,7 @@ if TYPE_CHECKING:
     from vrg.recording.stops import RobotStop
 
 
-def stops(
-    run: RunArgument = None,
-    as_json: JsonOption = False,
-) -> None:
+def stops(run: RunArgument = None, as_json: JsonOption = False) -> None:
     """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
     from vrg.launch.certificate import certificate_of, data_of, summary_line
 
@@ -78,7 +75,7 @@ def _seconds(stop: "RobotStop") -> str:
 
 
 def remarks(certificate: "Certificate") -> Iterator[str]:
-    """What else must be known to read the table."""
+    """The notes below the table."""
     yield (
         "Times are match time: from the referee's decision, from the order of an emergency stop, or from the newest "
         "message of a process that died or of a machine that is away. "

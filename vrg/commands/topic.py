@@ -20,22 +20,28 @@ from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys, key_matches
+from vrg.commands.groups import CommandGroup, MatchOptions
 from vrg.commands.matches import connected, which_match
-from vrg.commands.options import JsonOption, KeysOption, MatchArgument, RouterOption, lasting
+from vrg.commands.options import JsonOption, lasting
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_class
 
 MOST = 1000
 """The number of messages that wait to be taken."""
 QUIET = 3.0
-"""The real time in s without a message after which `echo` says that none has come."""
+"""The real time in s without a message after which `echo` reports that none has come."""
 
-app = typer.Typer(no_args_is_help=True)
+app = CommandGroup(no_args_is_help=True)
 
 KeyArgument = Annotated[
     str, typer.Argument(metavar="KEY", help="Key below vrg/<match>/, such as clock or robot/*/state.")
 ]
 CountOption = Annotated[int | None, typer.Option("--count", "-n", min=1, help="Stop after this many lines.")]
+
+
+def _bus(on: MatchOptions) -> tuple[Keys, str]:
+    name, endpoint = which_match(on)
+    return Keys(name), endpoint
 
 
 def _full_key(keys: Keys, key: str) -> str:
@@ -69,7 +75,7 @@ def listening(endpoint: str, typed_keys: Path | None) -> AbstractContextManager[
 
 
 def arrivals_on(session: Session, *expressions: str) -> queue.Queue[tuple[str, bytes]]:
-    """What comes on key expressions from now on: key and payload. If it is taken too slowly, the oldest is dropped."""
+    """The queue of arrivals on key expressions: key and payload. If it is read too slowly, the oldest is dropped."""
     arrivals = Newest()
     for expression in expressions:
         session.watch_raw(expression, lambda key, payload: arrivals.put((key, payload)))
@@ -78,15 +84,12 @@ def arrivals_on(session: Session, *expressions: str) -> queue.Queue[tuple[str, b
 
 @app.command("list")
 def list_topics(
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
+    on: MatchOptions,
     seconds: Annotated[float, lasting("How long to listen, real time.", 0.1, 60)] = 2.0,
     as_json: JsonOption = False,
 ) -> None:
     """List the keys that carry messages now, with their type, rate and size, and the nodes that are alive."""
-    name, endpoint = which_match(match, router)
-    on = Keys(name)
+    keys, endpoint = _bus(on)
     counts: Counter[str] = Counter()
     sizes: Counter[str] = Counter()
 
@@ -94,13 +97,13 @@ def list_topics(
         counts[key] += 1
         sizes[key] += len(payload)
 
-    with listening(endpoint, keys) as (stop, session):
-        session.watch_raw(f"{on.root}/**", arrived)
+    with listening(endpoint, on.keys) as (stop, session):
+        session.watch_raw(f"{keys.root}/**", arrived)
         stop.wait(seconds)
-        nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(on.alive()))
+        nodes = sorted("/".join(map(name_of, key.split("/")[3:5])) for key in session.alive(keys.alive()))
     rows = []
     for key in sorted(counts):
-        topic = on.topic_of(key, message_class)
+        topic = keys.topic_of(key, message_class)
         kind = topic.type.__name__ if topic else "unknown"
         rows.append({"key": key, "type": kind, "hz": counts[key] / seconds, "bytes": sizes[key] // counts[key]})
     if as_json:
@@ -112,28 +115,20 @@ def list_topics(
 
 
 @app.command()
-def echo(
-    key: KeyArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    count: CountOption = None,
-    as_json: JsonOption = False,
-) -> None:
+def echo(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json: JsonOption = False) -> None:
     """Print messages as they come."""
-    name, endpoint = which_match(match, router)
-    on = Keys(name)
+    keys, endpoint = _bus(on)
     shown = 0
     quiet_at = time.monotonic() + QUIET
-    with listening(endpoint, keys) as (stop, session):
-        arrivals = arrivals_on(session, _full_key(on, key))
+    with listening(endpoint, on.keys) as (stop, session):
+        arrivals = arrivals_on(session, _full_key(keys, key))
         while not stop.is_set() and (count is None or shown < count):
             try:
-                message = _plain(on, *arrivals.get(timeout=0.1))
+                message = _plain(keys, *arrivals.get(timeout=0.1))
             except queue.Empty:
                 if not shown and time.monotonic() > quiet_at:
                     quiet_at = math.inf
-                    typer.echo(f"nothing on {_full_key(on, key)} yet: `vrg topic list` shows what there is", err=True)
+                    typer.echo(f"nothing on {_full_key(keys, key)} yet: `vrg topic list` shows what there is", err=True)
                 continue
             shown += 1
             text = json.dumps(message)
@@ -141,18 +136,10 @@ def echo(
 
 
 @app.command()
-def hz(
-    key: KeyArgument,
-    match: MatchArgument = None,
-    router: RouterOption = None,
-    keys: KeysOption = None,
-    count: CountOption = None,
-    as_json: JsonOption = False,
-) -> None:
+def hz(key: KeyArgument, on: MatchOptions, count: CountOption = None, as_json: JsonOption = False) -> None:
     """Measure how often messages come, in real time, each second."""
-    name, endpoint = which_match(match, router)
-    on = Keys(name)
-    expression = _full_key(on, key)
+    keys, endpoint = _bus(on)
+    expression = _full_key(keys, key)
     times: deque[float] = deque(maxlen=10_000)
 
     def arrived(key: str, _payload: bytes) -> None:
@@ -160,7 +147,7 @@ def hz(
             times.append(time.monotonic())
 
     reports = 0
-    with listening(endpoint, keys) as (stop, session):
+    with listening(endpoint, on.keys) as (stop, session):
         session.watch_raw(expression, arrived)
         while not stop.wait(1.0) and (count is None or reports < count):
             since = time.monotonic() - 1.0

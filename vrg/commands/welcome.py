@@ -15,8 +15,8 @@ from vrg.commands.options import RunsOption
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
-    from vrg.ui.edit.desk import Outcome
     from vrg.ui.edit.draft import Draft
+    from vrg.ui.edit.editor import NextStep
 
 TerminalOption = Annotated[bool, typer.Option("--terminal", help="Ask in this terminal; open no browser.")]
 WebOption = Annotated[bool, typer.Option("--web", help="Show the match that is played in the same page, too.")]
@@ -40,7 +40,7 @@ def edit(
 
     draft = open_draft(match)
     if not has_browser() and not sys.stdin.isatty():
-        raise ConfigError([f"{match}: expected a browser or a terminal to change it in, found neither"])
+        raise ConfigError(f"{match}: expected a browser or a terminal to change it in, found neither")
     begin(runs, draft, terminal=terminal, web=web)
 
 
@@ -85,17 +85,17 @@ def has_browser() -> bool:
         return False
 
 
-def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "Outcome | None":
+def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "NextStep | None":
     """Serve the page until the person has decided, and do that; return None if the person wants questions here."""
     from vrg.commands.checking import DraftCheck
     from vrg.commands.drafts import choices_in, recent_matches, save_draft
     from vrg.launch.endpoints import free_port
-    from vrg.ui.edit.desk import Desk, Tools
+    from vrg.ui.edit.editor import Editor, Tools
     from vrg.ui.edit.server import HOST, EditServer
 
     tools = Tools(DraftCheck(), save_draft, choices_in, lambda: recent_matches(runs, Path.cwd()))
     port = free_port(HOST, PORT)
-    server = EditServer(Desk(tools, Path.cwd(), draft), port)
+    server = EditServer(Editor(tools, Path.cwd(), draft), port)
     server.start()
     # The end of the terminal or of the session is an end like Ctrl-C: what is not saved is kept.
     for number in (signal.SIGTERM, signal.SIGHUP):
@@ -109,8 +109,8 @@ def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "Outcome | None":
             outcome = server.wait(_LOOKS)
     finally:
         server.stop()
-        if told := server.rescue():
-            typer.echo(told, err=True)
+        if message := server.rescue():
+            typer.echo(message, err=True)
     if outcome is not None and outcome.play is not None:
         run(["play", outcome.play, *(["--listen", f"{HOST}:{port}"] if web else [])], runs)
     elif outcome is not None and outcome.watch is not None:

@@ -128,7 +128,7 @@ def sensors_of(file: MatchFile, entry: PlayerEntry, where: Path) -> dict[str, di
     Raises:
         ConfigError: the player's own settings are wrong, are for a sensor that its robot lacks, or do not fit to the
             other fields of the sensor; or it wants pictures and has no camera. Mistakes in the settings of the match
-            alone are not told again.
+            alone are not reported again.
     """
     model = robot_model(entry.model)
     kinds = {spec.kind for spec in model.sensors}

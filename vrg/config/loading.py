@@ -117,7 +117,7 @@ def idle_machines(setup: MatchSetup) -> str:
     return f"nothing runs on {names}: name it as the `machine` of a player or in [place], or take its table out"
 
 
-def unproved(setup: MatchSetup) -> list[str]:
+def unproved_properties(setup: MatchSetup) -> list[str]:
     """The properties of the robots that the match file alone cannot prove, in words."""
     return [text for _, settings, robots in setup.backend_settings() for text in settings.unproved(robots)]
 
@@ -306,7 +306,7 @@ class _Checker:
             self.problems.append(Problem(text, (*where, "strategy")))
         if path.endswith(".py") and not (self._base / path).is_file():
             self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
-        # What needs no import is told before anything starts, also where strategies are imported in a sandbox only.
+        # What needs no import is reported before anything starts, also where strategies are imported in a sandbox only.
         elif path.endswith(".py") and (found := classes_in(self._base / path).get(name)) and found.acts is False:
             self.problems.append(Problem(no_method(str(strategy), "act", found.methods), (*where, "strategy")))
 

@@ -115,15 +115,15 @@ def _place(match: Match, official: Official, now: Observation, who: str, silent:
     name = _player(match, official.subject or "")
     pose = _pose(official.value) if official.value else match.mark(name, now)
     if pose is None:
-        raise ConfigError([f"{name} has no mark now: say where it is, x and y in m and its heading in degrees"])
+        raise ConfigError(f"{name} has no mark now: say where it is, x and y in m and its heading in degrees")
     at = f"at ({pose.x:.2f}, {pose.y:.2f}), {math.degrees(pose.theta):.0f} degrees"
     if name in now.poses and name not in match.public(now).poses:
         at = "somewhere"  # not everybody may know where
     physical = name in now.physical
     if physical and name in silent:
-        raise ConfigError([f"{name} does not report, so its robot cannot be told: ask again when it does"])
+        raise ConfigError(f"{name} does not report, so its robot cannot take it in: ask again when it does")
     if physical and (why := match.no_room(name, pose)):
-        raise ConfigError([f"{name}: {why}"])
+        raise ConfigError(f"{name}: {why}")
     verb = "stands" if physical else "is put"
     outcome = announce("place", f"{name} {verb} {at}: by {who}", official.id)
     places = {name: pose}
@@ -136,7 +136,7 @@ def _place(match: Match, official: Official, now: Observation, who: str, silent:
 def _player(match: Match, name: str) -> str:
     if name not in match.names:
         known, guess = ", ".join(match.names), did_you_mean(name, match.names)
-        raise ConfigError([f"expected a player of this match ({known}), got {name!r}{guess}"])
+        raise ConfigError(f"expected a player of this match ({known}), got {name!r}{guess}")
     return name
 
 
@@ -144,7 +144,7 @@ def _pose(text: str) -> Pose:
     try:
         x, y, degrees = (float(word) for word in text.split())
     except ValueError:
-        raise ConfigError([f"expected x and y in m and a heading in degrees, got {text!r}"]) from None
+        raise ConfigError(f"expected x and y in m and a heading in degrees, got {text!r}") from None
     if not all(map(math.isfinite, (x, y, degrees))) or max(abs(x), abs(y)) > 1e5:
-        raise ConfigError([f"expected a place on the field, got {text!r}"])
+        raise ConfigError(f"expected a place on the field, got {text!r}")
     return Pose(x, y, math.radians(math.remainder(degrees, 360.0)))

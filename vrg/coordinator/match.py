@@ -238,8 +238,8 @@ class Match:
 
     def public(self, now: Observation) -> Observation:
         """The field with only those poses that the rules publish."""
-        told = {player.name for player in self._book.statuses(self.game, self.stage, now) if player.pose is not None}
-        return replace(now, poses={name: pose for name, pose in now.poses.items() if name in told})
+        known = {player.name for player in self._book.statuses(self.game, self.stage, now) if player.pose is not None}
+        return replace(now, poses={name: pose for name, pose in now.poses.items() if name in known})
 
     @property
     def disqualified(self) -> Mapping[str, Disqualification]:
@@ -310,17 +310,17 @@ class Match:
             return Effects()
         self._place_at = self.in_stage + PLACE_AGAIN
         virtual = {}
-        said = []
+        texts = []
         if late:
             # All are put there, because one that is near its own mark may stand on another's.
             virtual = {name: mark for name, mark in self._book.marks(self.game).items() if name not in now.physical}
-            said.append(f"put on their marks after {self.in_stage:.0f} s: {', '.join(late)}")
+            texts.append(f"put on their marks after {self.in_stage:.0f} s: {', '.join(late)}")
         if physical:
-            said.append(
+            texts.append(
                 f"not on their marks after {self.in_stage:.0f} s: {', '.join(physical)}; drive them there by hand, or "
                 f"carry each there, and an official confirms its place"
             )
-        return Effects(announce("placed" if virtual else "late", "; ".join(said)).calls, place=virtual)
+        return Effects(announce("placed" if virtual else "late", "; ".join(texts)).calls, place=virtual)
 
     def _play(self, dt: float, now: Observation) -> Effects:
         self.clock += dt

@@ -301,17 +301,17 @@ class RuleBook(Generic[S]):
         """
         known = self.score(state) if action is OfficialAction.SET_SCORE else self.contestants
         if subject not in known:
-            raise ConfigError([f"{action}: {expected_one_of(sorted(known), subject)}"])
+            raise ConfigError(f"{action}: {expected_one_of(sorted(known), subject)}")
         if action is OfficialAction.SET_SCORE:
             if not (value.isascii() and value.isdigit() and len(value) <= 6):
-                raise ConfigError([f"{action}: expected a whole number from 0 to 999999, got {value!r}"])
+                raise ConfigError(f"{action}: expected a whole number from 0 to 999999, got {value!r}")
             return state.with_points(subject, int(value))
         roles = action is OfficialAction.SET_ROLE
         allowed = self.roles_of(subject) if roles else self.states_of(subject)
         if not allowed:
-            raise ConfigError([f"{action} {subject}: its {'role' if roles else 'state'} cannot be set in this game"])
+            raise ConfigError(f"{action} {subject}: its {'role' if roles else 'state'} cannot be set in this game")
         if value not in allowed:
-            raise ConfigError([f"{action}: {expected_one_of(sorted(allowed), value)}"])
+            raise ConfigError(f"{action}: {expected_one_of(sorted(allowed), value)}")
         return self.with_role(state, subject, value) if roles else self.put_into(state, subject, value)
 
     def roles_of(self, name: str) -> Sequence[str]:

@@ -7,7 +7,7 @@ is wrong far more often than the interval says. So this module computes a confid
 `confidence`, *all* intervals, after every number of pairs, hold the share. One may stop at any of them, for any reason.
 
 The method is betting (I. Waudby-Smith, A. Ramdas, "Estimating means of bounded random variables by betting", Journal of
-the Royal Statistical Society B 86, 2024). To test whether the share could be m, somebody begins with a capital of 1
+the Royal Statistical Society B 86, 2024). To test whether the share could be m, a gambler begins with a capital of 1
 and stakes in each pair the part g of it that the pair's number x is above m:
 
     K(m) = mean over g of product over x of (1 + g (x / m - 1)),    0 < g < 1

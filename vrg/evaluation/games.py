@@ -56,7 +56,7 @@ class Played(Struct, frozen=True, kw_only=True):
             is lost for the team whose code alone could change it, and a draw if both could.
         score: the points of each team in the game's own count.
         calls: how often each rule was called, by the team of the player that the call names first; the team is empty
-            for calls that name nobody.
+            for calls that name no player.
         match_time: the match time at the end, s. play_time: the time of play, s. None if the game failed.
         disqualified: the players that were disqualified.
         failures: what has failed in the code of players, in words.

@@ -61,31 +61,31 @@ def _ended(state: RefereeState) -> str:
     return OVER if state.stage is Stage.GAME_OVER else BROKEN_OFF
 
 
-def judged(setup: MatchSetup, folder: RunFolder, told: Played) -> Played:
+def judged(setup: MatchSetup, folder: RunFolder, reported: Played) -> Played:
     """The result of a match by its journal, after the rule book has judged it again.
 
     This must be a process in which no strategy has ever been.
 
     Args:
-        folder: in which it was played. told: what the process that has played it says.
+        folder: in which it was played. reported: by the process that has played it.
     """
-    if told.ended == FAILED:
-        return told
+    if reported.ended == FAILED:
+        return reported
     try:
         records = read_journal(folder.journal)[1]
         judgement, wrong = judge_run(setup, folder, records)
         entries = (entry for seen in read_evidence(folder.evidence) for entry in seen.tick.entries)
-        officials = [words for entry in entries if (words := _by_nobody(entry, told.failures))]
+        officials = [words for entry in entries if (words := _by_nobody(entry, reported.failures))]
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
         state = Match(rulebook_of(setup), standing).state(Observation({}), estop=False)
     except VrgError as error:
-        return invalid(setup, told, str(error))
-    if wrong or officials or judgement.unjudged or told.ended != _ended(state):
-        return invalid(setup, told, str([*wrong, *officials, "its journal or its evidence ends early"][0]))
+        return invalid(setup, reported, str(error))
+    if wrong or officials or judgement.unjudged or reported.ended != _ended(state):
+        return invalid(setup, reported, str([*wrong, *officials, "its journal or its evidence ends early"][0]))
     teams = {player.name: player.team for player in setup.players}
     return structs.replace(
-        told,
+        reported,
         winner=state.winner,
         score=dict(state.score),
         calls=counted((call.rule, teams.get(call.players[0], "") if call.players else "") for call in calls),
@@ -110,14 +110,14 @@ def _by_nobody(entry: Entry, failures: Sequence[str]) -> str | None:
     return f"an official has decided, but there is none: {official.action}"
 
 
-def invalid(setup: MatchSetup, told: Played, why: str) -> Played:
+def invalid(setup: MatchSetup, reported: Played, why: str) -> Played:
     """A match that is not valid: it is lost for the team whose code alone was in the process of its referee."""
     sealed = missing() is None
     teams = list(dict.fromkeys(player.team for player in setup.players))
     able = {p.team for p in setup.players if ":" in p.strategy and not (sealed and setup.sandboxed(p.name, seats=True))}
     # Strategies with a name come with VRG or are installed: their code is trusted.
     others = [team for team in teams if team not in able]
-    return structs.replace(told, ended=INVALID, problem=why, winner=others[0] if len(others) == 1 else None)
+    return structs.replace(reported, ended=INVALID, problem=why, winner=others[0] if len(others) == 1 else None)
 
 
 def counted(calls: Iterable[tuple[str, str]]) -> dict[str, dict[str, int]]:
@@ -150,10 +150,10 @@ def main(arguments: Sequence[str]) -> int:
     if sealed:
         apart.start_as_fork()
     try:
-        setup, told = msgspec.json.decode(pipe.recv_bytes(), type=tuple[MatchSetup, Played | None])
+        setup, reported = msgspec.json.decode(pipe.recv_bytes(), type=tuple[MatchSetup, Played | None])
         threading.Thread(target=_end_with, args=(os.dup(pipe.fileno()),), daemon=True).start()
         run = RunFolder(folder)
-        result = judged(setup, run, told) if told else played(setup, run, limit, apart if sealed else None)
+        result = judged(setup, run, reported) if reported else played(setup, run, limit, apart if sealed else None)
     finally:
         apart.close()
     with contextlib.suppress(OSError):

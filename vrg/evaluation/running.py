@@ -66,13 +66,13 @@ class Experiment:
         self,
         workers: Workers,
         stop: StopSignal,
-        told: Callable[[GameRecord], None],
+        finished: Callable[[GameRecord], None],
         looked: Callable[[int], None] = lambda _: None,
     ) -> None:
         """Play until every series is over, or until `stop` is set.
 
         Args:
-            workers: what plays the games; it is closed. told: called with each game that was played.
+            workers: what plays the games; it is closed. finished: called with each game that was played.
             looked: called again and again with the number of games that run.
 
         Raises:
@@ -90,7 +90,7 @@ class Experiment:
                     row = self._row(game, played)
                     self.folder.append(row)
                     self.series[game.pairing].add(game.number, row.points)
-                    told(row)
+                    finished(row)
                 for game in workers.games():
                     if self.series[game.pairing].over:
                         workers.cancel(game)

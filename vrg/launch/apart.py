@@ -68,7 +68,7 @@ class _Decided(Struct, frozen=True, tag=True):
     """The decision of the strategy."""
 
     twist: Twist
-    said: Payload
+    payload: Payload
     mode: str
 
 
@@ -189,13 +189,13 @@ class StrategyApart(RemoteStrategy):
             raise StrategyError(answer.words, final=answer.final)
         if not isinstance(answer, _Decided):
             raise self._ended(f"it has answered {type(answer).__name__}")
-        self._mode, said = answer.mode, answer.said
+        self._mode, payload = answer.mode, answer.payload
         return Action(
             answer.twist,
-            None if said.say is None else msgspec.msgpack.decode(said.say),
-            () if said.sightings is None else said.sightings.seen,
-            {bid.lot: bid.cost for bid in said.bids},
-            None if said.sketch is None else said.sketch.strokes,
+            None if payload.say is None else msgspec.msgpack.decode(payload.say),
+            () if payload.sightings is None else payload.sightings.seen,
+            {bid.lot: bid.cost for bid in payload.bids},
+            None if payload.sketch is None else payload.sketch.strokes,
         )
 
     def complaint(self, what: str) -> StrategyError:
@@ -276,12 +276,12 @@ def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
         view = View(**told)
         time[0] = view.time
         action, mode = decided(strategy, view)
-        said, problems = sendable(action)
+        payload, problems = sendable(action)
         for problem in problems:
             if warn_once(problem):
                 print(strategy.complaint(problem))
         twist = planned(strategy, view, action.twist)
-        pipe.send_bytes(msgspec.msgpack.encode(_Decided(twist, said, mode)))
+        pipe.send_bytes(msgspec.msgpack.encode(_Decided(twist, payload, mode)))
 
 
 if __name__ == "__main__":

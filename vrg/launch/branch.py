@@ -41,8 +41,8 @@ class Branch(Struct, frozen=True):
     changes: list[Change]
 
     def __str__(self) -> str:
-        told = [f"from {change.time:.1f} s on {change.player} plays {change.name}" for change in self.changes]
-        return ", ".join(told)
+        parts = [f"from {change.time:.1f} s on {change.player} plays {change.name}" for change in self.changes]
+        return ", ".join(parts)
 
 
 def branch_of(folder: RunFolder) -> Branch | None:
@@ -69,7 +69,7 @@ def last_instant(folder: RunFolder) -> float:
     if folder.events.exists():
         raise LaunchError(
             f"{folder.path}: expected a match that was played in one process, with `vrg play --in-process`: in one of "
-            "several processes nobody knows at which instant each of them heard what, so it cannot be repeated"
+            "several processes it is not known at which instant each of them heard what, so it cannot be repeated"
         )
     last = _last_before(folder, math.inf)
     if last is None:

@@ -112,7 +112,7 @@ def _events(folder: RunFolder, notes: list[str]) -> list[Event]:
 def _recording(folder: RunFolder, notes: list[str]) -> tuple[list[Trajectory], list[Any]]:
     parts = folder.recordings()
     if not parts:
-        notes.append("There is no recording, so nobody knows how the robots stopped: was --no-record given?")
+        notes.append("There is no recording, so it is not known how the robots stopped: was --no-record given?")
         return [], []
     from vrg.recording.reader import read_estops, read_motions  # noqa: PLC0415 - numpy takes time to load
 

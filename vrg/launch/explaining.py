@@ -19,7 +19,7 @@ from vrg.ui.proof import SECONDS, STRIP, Proof, box_around
 from vrg.ui.scene import Scene, SceneBody, clock_text
 
 _NEAR: Final = 0.25
-"""How far the match time of a picture may be from the one that is wanted, s."""
+"""The difference between the match time of a picture and the wanted one that is allowed, s."""
 
 
 def explain(run: Path, number: int) -> Proof:

@@ -1,7 +1,7 @@
 """Folders that belong to one process at a time: those of runs on other machines, and those of keys.
 
 A lock is a file in the folder, which its process holds as long as it lives. So a folder that a killed process has left
-can be told from one that is in use.
+can be distinguished from one that is in use.
 """
 
 import contextlib

@@ -182,13 +182,13 @@ class ForkServer:
             if not data:
                 self.close(0.0)
                 return
-            said = json.loads(data)
-            if "status" in said:
-                self._statuses[said["pid"]] = said["status"]
+            message = json.loads(data)
+            if "status" in message:
+                self._statuses[message["pid"]] = message["status"]
             else:
                 # An earlier process may have had this pid.
-                self._statuses.pop(said["pid"], None)
-                self._pids.append(said["pid"])
+                self._statuses.pop(message["pid"], None)
+                self._pids.append(message["pid"])
 
     def status(self, pid: int) -> int | None:
         """The exit status of a process, negative if a signal ended it; None if the server has not reported its end."""

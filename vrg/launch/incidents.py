@@ -2,7 +2,7 @@
 
 The journal tells of each HALT and each emergency stop. A HALT begins with the referee's decision, an emergency stop
 with its order if that was heard, and the death of a process or the loss of a machine with the newest message that came
-from it: nobody knows how much later it died.
+from it: it is not known how much later it died.
 """
 
 import itertools

@@ -162,7 +162,7 @@ class LaunchedMatch:
                     return
                 started(session)
                 over_since: float | None = None
-                told = False
+                reported = False
                 while not stop.wait(POLL_PERIOD):
                     for host in self._hosts:
                         host.poll()
@@ -174,8 +174,8 @@ class LaunchedMatch:
                             continue
                         if until_closed is None or WINDOW not in self.names:
                             break
-                        if not told:
-                            told = True
+                        if not reported:
+                            reported = True
                             until_closed()
         finally:
             try:

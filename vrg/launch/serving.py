@@ -266,7 +266,7 @@ def _held() -> bool:
     try:
         return not select.select([0], [], [], 1.0)[0] or bool(os.read(0, 64))
     except OSError:
-        return False  # somebody has closed it in this process
+        return False  # it was closed in this process
 
 
 def _report(folder: RunFolder | None, name: str, statistics: Statistics, counted: Mapping[str, Any]) -> None:

@@ -43,7 +43,7 @@ class RecordedMatch:
     torn: list[Path] = field(default_factory=list)
 
 
-def read_match(path: Path | Sequence[Path]) -> RecordedMatch:
+def read_recorded(path: Path | Sequence[Path]) -> RecordedMatch:
     """Read all messages.
 
     Args:
@@ -72,8 +72,8 @@ class _Reading:
 
     def sorted(self) -> RecordedMatch:
         """Everything, in the order of time. Messages of the same time keep their order."""
-        for said in self._said():
-            said.sort(key=lambda entry: entry[0])
+        for entries in self._said():
+            entries.sort(key=lambda entry: entry[0])
         return self.match
 
     def take(self, topic: str, stamp: float, data: bytes, *, physical: bool) -> None:
@@ -118,8 +118,8 @@ class _Reading:
 
         Where bodies were beyond it did not happen. Messages beyond it were received: they count from then on.
         """
-        for said in self._said():
-            _bring_forward(said, time)
+        for entries in self._said():
+            _bring_forward(entries, time)
 
     def _said(self) -> list[Timed[Any]]:
         """Everything but the poses."""
@@ -146,10 +146,10 @@ class _Reading:
 
     def _take_charge(self, name: str, charge: float, stamp: float) -> None:
         self._charge[name] = charge
-        said = self.match.reports.get(name)
+        entries = self.match.reports.get(name)
         # Before the first report this waits for it, as it was a part of it.
-        if said:
-            said.append((stamp, replace(said[-1][1], battery=charge)))
+        if entries:
+            entries.append((stamp, replace(entries[-1][1], battery=charge)))
 
     def _state(self, record: StateRecord) -> m.RefereeState:
         if record.zones != self._zones:
@@ -177,9 +177,9 @@ def _stage(word: str) -> m.Stage:
         raise MessageError(f"/referee/state: stage: expected one of {', '.join(m.Stage)}, got {word!r}") from None
 
 
-def _bring_forward(said: Timed[T], time: float) -> None:
+def _bring_forward(entries: Timed[T], time: float) -> None:
     """Give messages after a match time that match time."""
-    for index in range(len(said) - 1, -1, -1):
-        stamp, message = said[index]
+    for index in range(len(entries) - 1, -1, -1):
+        stamp, message = entries[index]
         if stamp > time:
-            said[index] = (time, message)
+            entries[index] = (time, message)

@@ -5,13 +5,13 @@ Topics:
 - `/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/field`: the zones as outlines,
   when they change. `/map`: walls and obstacles, once.
 - `/robot/<robot>/pose`: where the world shows a robot. `/robot/<robot>/measured`: a physical robot's measured pose.
-- `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: the motion that it was last told to make, after all
+- `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: the motion that was last commanded, after all
   limits.
 - `/robot/<robot>/rest`: whether it is at rest, and since which tick of the world, when that changes.
 - `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
 - `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, as their specs want it: see `vrg.recording.readings`.
 - `/player/<player>/report`: what a player says of itself, when it changes.
-- `/player/<player>/sightings`: the unknown robots that it has told the referee it has seen.
+- `/player/<player>/sightings`: the unknown robots that it has reported to the referee.
 - `/player/<player>/sketch`: what it wants to be shown about what it thinks, at most once in SKETCH_EVERY.
 - `/referee/state`: the state of the match.
 - `/estop`: the orders that engage and release the emergency stop.

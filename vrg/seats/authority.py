@@ -1,7 +1,7 @@
 """Certificates of the seats of one match, by an authority of the match's own. This module uses no clock and no files.
 
 The certificates are X.509 version 3 (RFC 5280) with keys on the curve P-256. Only the router's serves as a server's, so
-that nobody with another seat can pose as the router. All serve as a client's, the router's too, because further routers
+that no other seat can pose as the router. All serve as a client's, the router's too, because further routers
 are clients of the router of the match.
 """
 

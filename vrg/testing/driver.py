@@ -16,7 +16,7 @@ STANDSTILL_SPEED = 0.02
 COMMAND_PERIOD = 0.1
 ARMING = 5.0
 """The time in s within which a robot must be armed after it was asked to be."""
-"""s between the commands of whoever drives."""
+"""s between the commands of the one who drives."""
 FORWARD = Twist(0.3, 0.0)
 
 

@@ -1,4 +1,4 @@
-"""What people see and touch: the spectator's window, the table in the terminal, the plot of the trajectories."""
+"""The user interfaces: windows, the web page, the table in the terminal, the plot of the trajectories."""
 
 import os
 

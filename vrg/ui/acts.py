@@ -1,4 +1,4 @@
-"""What the keys and the buttons of a gamepad mean: the same in every window, so there is one table of them.
+"""The meanings of the keys and of the gamepad's buttons: one table, because every window uses the same.
 
 A window answers to some of these acts and lists those behind `?`. SPACE and the pad's BACK are the emergency stop
 wherever a robot can move. A gamepad moves a robot only while its right shoulder button, the dead-man's switch, is held.
@@ -13,7 +13,7 @@ import pygame
 
 
 class Act(Enum):
-    """What is asked for, with its key and its meaning as they are listed. Without a key it is listed elsewhere."""
+    """An act of the user, with its key and its meaning as they are listed. Without a key it is listed elsewhere."""
 
     STOP = ("SPACE", "emergency stop")
     RELEASE = ("U", "release the stop")
@@ -110,7 +110,7 @@ _SIGNS: Final = {
     "=": Act.FASTER,
     "-": Act.SLOWER,
 }
-"""What signs mean, which are on other keys on other keyboards. On many, = is + without SHIFT."""
+"""The meanings of signs that are on other keys on other keyboards. On many, = is + without SHIFT."""
 ORDERS: Final = (pygame.K_a, pygame.K_b, pygame.K_x, pygame.K_y)
 DIGITS: Final = tuple(range(pygame.K_1, pygame.K_9 + 1))
 TABS: Final = (pygame.K_F2, pygame.K_F3, pygame.K_F4, pygame.K_F5)
@@ -133,7 +133,7 @@ PAD: Final = {
     pygame.CONTROLLER_BUTTON_RIGHTSTICK: Press(Act.NEXT),
     pygame.CONTROLLER_BUTTON_BACK: Press(Act.STOP),
 }
-"""What the buttons of a gamepad ask for once. While a player is driven, A and B also drive it ahead and back."""
+"""The acts of the gamepad's buttons. While a player is driven, A and B also drive it ahead and back."""
 PAD_AHEAD, PAD_BACK = pygame.CONTROLLER_BUTTON_A, pygame.CONTROLLER_BUTTON_B
 DEADMAN: Final = pygame.CONTROLLER_BUTTON_RIGHTSHOULDER
 TURBO: Final = pygame.CONTROLLER_BUTTON_LEFTSHOULDER

@@ -1,4 +1,4 @@
-"""What must not be overlooked: emergency stop, halt, the end, a silent world, and what a stage waits for."""
+"""The messages that must not be overlooked: emergency stop, halt, the end, a silent world, what a stage waits for."""
 
 from dataclasses import dataclass
 from enum import Enum
@@ -6,12 +6,12 @@ from enum import Enum
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.ui import palette
-from vrg.ui.headline import result, result_lines
+from vrg.ui.headline import result_lines, winner_words
 from vrg.ui.scene import Scene
 
 
 class Help(Enum):
-    """How those who look at a match can help: an official by keys, a terminal's user by commands, a viewer not."""
+    """The means of those who look at a match: an official has keys, a terminal's user commands, a viewer nothing."""
 
     KEYS = "keys"
     COMMANDS = "commands"
@@ -25,7 +25,7 @@ class Banner:
     Args:
         lines: what happened, then how it is left, where the referee tells it.
         steps: what those who look can do, in order.
-        brief: it is told in one line, because it is no more than news.
+        brief: one line is enough, because it is no more than news.
     """
 
     heading: str
@@ -45,7 +45,7 @@ def banners(scene: Scene, help_: Help = Help.NONE) -> list[Banner]:
     found = []
     over = scene.stage is Stage.GAME_OVER
     if over:
-        heading, colour = result(scene)
+        heading, colour = winner_words(scene)
         found.append(Banner(heading, result_lines(scene), colour))
     elif scene.estop:
         # The referee halts because of it: the reason is the same.
@@ -68,7 +68,7 @@ def _stopped(heading: str, reason: str | None, scene: Scene, colour: Rgb, help_:
 
 
 def _steps(scene: Scene, help_: Help) -> tuple[str, ...]:
-    """What those who look can do so that play goes on, in order."""
+    """The acts of those who look by which play goes on, in order."""
     latched = any(player.latched for player in scene.players)
     ways = [
         (scene.estop, "U", "vrg estop --release", "releases the stop"),

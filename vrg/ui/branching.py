@@ -1,4 +1,4 @@
-"""What the user of a replay chooses to take a match up "from here on": a player, and its other strategy. Pure."""
+"""The choices of a replay's user to take a match up "from here on": a player, and its other strategy. Pure."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ from vrg.ui.timeline import Timeline
 
 HINT: Final = "UP and DOWN choose, ENTER takes it, ESC does not"
 _ROWS: Final = 14
-"""How many names are shown at once."""
+"""The number of names that are shown at once."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Taken:
 
 
 class Brancher(Protocol):
-    """What takes a match up, without letting the window wait.
+    """Takes a match up without letting the window wait.
 
     Attributes:
         players: the names of the players. strategies: those that can be chosen.
@@ -55,7 +55,7 @@ class Brancher(Protocol):
 
 @dataclass(frozen=True)
 class Choice:
-    """Where the user is in choosing. Each method returns what comes of it.
+    """The state of choosing. Each method returns the next state.
 
     Args:
         time: the match time, s. players, strategies: what can be chosen.
@@ -70,7 +70,7 @@ class Choice:
 
     @property
     def names(self) -> Sequence[str]:
-        """What can be chosen now."""
+        """The names that can be chosen now."""
         return self.strategies if self.player else self.players
 
     def move(self, step: int) -> "Choice":
@@ -84,7 +84,7 @@ class Choice:
 
     @property
     def card(self) -> Card:
-        """What the window shows."""
+        """The card that the window shows."""
         asked = f"{self.player} plays by which strategy?" if self.player else "who plays by another strategy?"
         first = min(max(0, self.at - _ROWS // 2), max(0, len(self.names) - _ROWS))
         rows = [

@@ -94,7 +94,7 @@ class SceneBuilder:
         self._state = state
 
     def call(self, call: m.Call, stamp: float) -> None:
-        """Take in what the referee called at `stamp`, s. What an official was refused is told to the official alone."""
+        """Take in what the referee called at `stamp`, s. Only the official sees what it was refused."""
         if call.rule != "refused":
             self._calls.append(call)
             moment = self._game.moments.get(call.rule)
@@ -103,7 +103,7 @@ class SceneBuilder:
             self._moments.append((stamp, call))
 
     def report(self, player: str, report: m.Report) -> None:
-        """Take in what a player says of itself."""
+        """Take in a player's report."""
         self._reports[player] = report
 
     def sketch(self, player: str, sketch: m.Sketch) -> None:
@@ -111,7 +111,7 @@ class SceneBuilder:
         self._sketches[player] = sketch
 
     def estop(self, estop: m.Estop | m.EstopRelease) -> None:
-        """Take in that somebody engaged or released the emergency stop."""
+        """Take in that the emergency stop was engaged or released."""
         self._estop = estop
 
     def build(self, live: bool) -> Scene:

@@ -74,7 +74,7 @@ def _draw_shares(axes: Axes, first: str, shares: Sequence[Share]) -> None:
 
 
 def _draw_histograms(axes: Axes, values: Mapping[str, Sequence[float]], *, whole: bool) -> None:
-    """How often each value occurs, with an outline for each name."""
+    """Draw the frequency of each value, with an outline for each name."""
     everything = [value for some in values.values() for value in some]
     if not everything:
         return

@@ -1,4 +1,4 @@
-"""What a player does, and what keeps it from moving, in words. This draws nothing."""
+"""A player's activity, and the reason why it cannot move, in words. This draws nothing."""
 
 from typing import Final
 
@@ -14,7 +14,7 @@ _BRIEFLY: Final = {"emergency stop": "stop"}
 
 
 def deed(player: ScenePlayer, *, driven: bool = False, brief: bool = False) -> tuple[str, Rgb]:
-    """What a player does in a word, and its colour.
+    """A player's activity in a word, and its colour.
 
     Args:
         driven: the user of this window drives it by hand. brief: there is little room.
@@ -30,7 +30,7 @@ def deed(player: ScenePlayer, *, driven: bool = False, brief: bool = False) -> t
 
 
 def hindrance(scene: Scene, player: ScenePlayer | None) -> str:
-    """What keeps a player that a person drives from moving, in words; empty if nothing does, or there is no player."""
+    """The reason why a player that a person drives cannot move, in words; empty if there is none, or no player."""
     if scene.estop:
         return "emergency stop: only an official releases it"
     if scene.halted is not None:

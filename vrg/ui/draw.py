@@ -18,7 +18,7 @@ from vrg.ui.header import HEIGHT, HeaderPainter, ResultPainter
 from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
-from vrg.ui.view import View
+from vrg.ui.view import Projection
 
 SMALLEST_UI: Final = 0.9
 """By how much letters are scaled at least; 1 is their size at 1280 by 800 pixels."""
@@ -27,7 +27,7 @@ NARROW: Final = 520
 
 
 class Panel(Protocol):
-    """What is drawn beside the field."""
+    """A panel beside the field."""
 
     def draw(self, surface: pygame.Surface, area: pygame.Rect, scene: Scene, ui: float, driving: str | None) -> None:
         """Draw it into an area; `ui` scales letters, `driving` is the player that the user drives by hand."""
@@ -70,7 +70,7 @@ class Painter:
         keys: Sequence[tuple[str, str]] = (),
         card: Card | None = None,
         over: str = "",
-    ) -> View:
+    ) -> Projection:
         """Draw the scene on the whole surface.
 
         Args:
@@ -83,7 +83,7 @@ class Painter:
             How the field's coordinates became pixels.
         """
         width, height = surface.get_size()
-        ui = scale_of(width, height)
+        ui = letter_scale(width, height)
         panel = round(min(self._panel_width * ui, 0.45 * width)) if width >= NARROW else 0
         top = min(round(HEIGHT * ui), height // 3)
         surface.fill(palette.BACKGROUND)
@@ -119,6 +119,6 @@ class Painter:
         surface.blit(text, text.get_rect(center=plate.center))
 
 
-def scale_of(width: int, height: int) -> float:
+def letter_scale(width: int, height: int) -> float:
     """By how much letters are scaled in a window of so many pixels; 1 is their size at 1280 by 800 pixels."""
     return min(4.0, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))

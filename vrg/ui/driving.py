@@ -22,12 +22,12 @@ ECHO: Final = 0.5
 SLOW: Final = 0.5
 """The part of a robot's speed that it is driven with while SHIFT or the turbo button is not held."""
 DEAD_ZONE: Final = 0.15
-"""How far from its centre a stick must be before it counts, 0 to 1."""
+"""The deflection of a stick below which it does not count, 0 to 1."""
 
 
 @dataclass(frozen=True)
 class Hands:
-    """What a person's hands hold at one instant.
+    """The state of a person's controls at one instant.
 
     Args:
         forward, turn: -1 to 1: ahead, and to the left.

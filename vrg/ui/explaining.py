@@ -18,7 +18,7 @@ Explain = Callable[[int], Proof]
 
 @dataclass(frozen=True)
 class Card:
-    """What a window shows of a call.
+    """A window's explanation of a call.
 
     Args:
         heading: the call. lines: what is known of it, in sentences.

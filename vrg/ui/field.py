@@ -20,7 +20,7 @@ from vrg.ui.scene import Flash, Scene, SceneBody, SceneObject, SceneStroke
 from vrg.ui.shapes import flag
 from vrg.ui.sprites import FINENESS, NOSE, robot_sprite
 from vrg.ui.text import Face, Fonts
-from vrg.ui.view import Area, Pixel, View, extent, fit
+from vrg.ui.view import Area, Pixel, Projection, extent, fit
 
 SMALLEST: Final = 18.0
 """Pixels; a body is never drawn shorter than this."""
@@ -45,12 +45,12 @@ class FieldPainter:
         ui: float,
         driving: str | None,
         *,
-        below: Callable[[View], None] = lambda _view: None,
+        below: Callable[[Projection], None] = lambda _view: None,
         names: bool = True,
         box: Bounds | None = None,
         turned: bool | None = None,
         strip: bool = True,
-    ) -> View:
+    ) -> Projection:
         """Draw the scene and return where things are.
 
         Args:
@@ -92,17 +92,19 @@ class FieldPainter:
         surface.set_clip(before)
         return view
 
-    def _ground_for(self, rect: pygame.Rect, scene: Scene, view: View, ui: float, *, strip: bool) -> pygame.Surface:
+    def _ground_for(
+        self, rect: pygame.Rect, scene: Scene, view: Projection, ui: float, *, strip: bool
+    ) -> pygame.Surface:
         physical = frozenset(body.physical for body in scene.bodies)
         key = (rect.size, rect.topleft, view, ui, physical, scene.game, scene.zones, scene.obstacles)
         if self._ground is None or key != self._ground_of:
             self._ground_of = key
             self._ground = pygame.Surface(rect.size)
-            here = View(view.x, view.y, view.left - rect.left, view.top - rect.top, view.scale, view.turned)
+            here = Projection(view.x, view.y, view.left - rect.left, view.top - rect.top, view.scale, view.turned)
             draw_ground(self._ground, scene, here, ui, self._fonts, strip=strip)
         return self._ground
 
-    def _marks(self, surface: pygame.Surface, scene: Scene, view: View) -> None:
+    def _marks(self, surface: pygame.Surface, scene: Scene, view: Projection) -> None:
         for player in scene.players:
             if player.mark is None:
                 continue
@@ -113,7 +115,7 @@ class FieldPainter:
             nose = shapes.oriented(centre, angle, half * 1.7, 0.0)
             shapes.line(surface, shapes.oriented(centre, angle, half, 0.0), nose, colour, 1.5)
 
-    def _body(self, surface: pygame.Surface, body: SceneBody, view: View) -> None:
+    def _body(self, surface: pygame.Surface, body: SceneBody, view: Projection) -> None:
         length, width = _size(body, view)
         key = (self._game.style(body.role, body.state), body.physical, round(length), round(width))
         sprite = self._sprites.get(key)
@@ -127,18 +129,18 @@ class FieldPainter:
             shapes.marker(surface, centre, 0.0, width * 0.33, palette.INK, style.marker)
 
     @staticmethod
-    def _named(body: SceneBody, view: View, driving: str | None) -> tuple[str, Rgb, Circle]:
+    def _named(body: SceneBody, view: Projection, driving: str | None) -> tuple[str, Rgb, Circle]:
         colour, radius = palette.MUTED if body.out_of_play else palette.TEXT, _radius(body, view)
         if body.name == driving:
             colour = palette.CAUTION
         return body.name, colour, (view.point(body.pose.x, body.pose.y), radius)
 
-    def _object(self, surface: pygame.Surface, thing: SceneObject, view: View) -> None:
+    def _object(self, surface: pygame.Surface, thing: SceneObject, view: Projection) -> None:
         """Draw a flag at its place, or on the robot that carries it."""
         style = self._game.team_style(thing.team)
         flag(surface, view.point(*thing.at), max(0.5 * view.scale, SMALLEST), style.colour)
 
-    def _stroke(self, surface: pygame.Surface, stroke: SceneStroke, view: View, ui: float) -> None:
+    def _stroke(self, surface: pygame.Surface, stroke: SceneStroke, view: Projection, ui: float) -> None:
         colour = palette.mix(palette.FIELD, self._game.style(stroke.role).colour, 0.75)
         points = [view.point(*point) for point in stroke.points]
         for start, end in pairwise(points):
@@ -150,7 +152,7 @@ class FieldPainter:
             x, y = points[-1]
             surface.blit(text, text.get_rect(midleft=(round(x + 7 * ui), round(y))))
 
-    def _word(self, rect: pygame.Rect, flash: Flash, view: View, ui: float) -> tuple[pygame.Surface, pygame.Rect]:
+    def _word(self, rect: pygame.Rect, flash: Flash, view: Projection, ui: float) -> tuple[pygame.Surface, pygame.Rect]:
         """The word of a flash, and its plate above the ring, or below it where that has no room."""
         centre, radius = view.point(*flash.at), 1.25 * _ring(view, ui)
         text = self._fonts.render(flash.word.upper(), max(14, round(18 * ui)), palette.INK, Face.BOLD)
@@ -162,7 +164,7 @@ class FieldPainter:
 
     @staticmethod
     def _flash(
-        surface: pygame.Surface, flash: Flash, word: tuple[pygame.Surface, pygame.Rect], view: View, ui: float
+        surface: pygame.Surface, flash: Flash, word: tuple[pygame.Surface, pygame.Rect], view: Projection, ui: float
     ) -> None:
         """Draw a ring that grows and fades about what was called, with a word for it."""
         centre = view.point(*flash.at)
@@ -182,12 +184,12 @@ class FieldPainter:
         surface.blit(text, text.get_rect(center=plate.center))
 
 
-def _ring(view: View, ui: float) -> float:
+def _ring(view: Projection, ui: float) -> float:
     """The radius with which the ring of a flash begins, pixels; it doubles."""
     return min(max(0.6 * view.scale, SMALLEST), 60 * ui)
 
 
-def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -> None:
+def _trail(surface: pygame.Surface, body: SceneBody, view: Projection, style: Style) -> None:
     points = [view.point(x, y) for x, y in (*body.trail, (body.pose.x, body.pose.y))]
     last = len(points) - 1
     for index in range(last):
@@ -196,16 +198,16 @@ def _trail(surface: pygame.Surface, body: SceneBody, view: View, style: Style) -
         shapes.stroke(surface, points[index], points[index + 1], faded, 1.0 + 2.0 * share)
 
 
-def _placed(pose: Pose, view: View) -> tuple[Pixel, float]:
+def _placed(pose: Pose, view: Projection) -> tuple[Pixel, float]:
     return view.point(pose.x, pose.y), view.angle(pose.theta)
 
 
-def _size(body: SceneBody, view: View) -> tuple[float, float]:
+def _size(body: SceneBody, view: Projection) -> tuple[float, float]:
     grow = max(1.0, SMALLEST / max(body.length * view.scale, 0.01))
     return body.length * view.scale * grow, body.width * view.scale * grow
 
 
-def _radius(body: SceneBody, view: View) -> float:
+def _radius(body: SceneBody, view: Projection) -> float:
     """Of the circle about a body in which its corners and its nose are."""
     length, width = _size(body, view)
     return max(math.hypot(length, width) / 2, length * (0.5 + NOSE))

@@ -13,12 +13,12 @@ from vrg.ui import palette, shapes
 from vrg.ui.headline import WALL, legend
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
-from vrg.ui.view import Pixel, View
+from vrg.ui.view import Pixel, Projection
 from vrg.ui.zones import ZoneLook, room, zone_look
 
 
 def draw_ground(
-    surface: pygame.Surface, scene: Scene, view: View, ui: float, fonts: Fonts, *, strip: bool = True
+    surface: pygame.Surface, scene: Scene, view: Projection, ui: float, fonts: Fonts, *, strip: bool = True
 ) -> None:
     """Draw field, zones, walls, scale and legend over the whole surface; `ui` scales letters.
 
@@ -54,11 +54,11 @@ def strip_height(ui: float) -> int:
     return round(42 * ui)
 
 
-def _outline(region: Region, view: View) -> list[Pixel]:
+def _outline(region: Region, view: Projection) -> list[Pixel]:
     return [view.point(x, y) for x, y in region.outline()]
 
 
-def _grid(surface: pygame.Surface, region: Region, view: View) -> None:
+def _grid(surface: pygame.Surface, region: Region, view: Projection) -> None:
     """Draw a line at each whole metre, as far as it is inside the region."""
     x_min, y_min, x_max, y_max = region.bounds
     ways: list[tuple[Vector, Vector]] = [
@@ -72,7 +72,7 @@ def _grid(surface: pygame.Surface, region: Region, view: View) -> None:
             pygame.draw.line(surface, palette.GRID, a, b)
 
 
-def _zone(surface: pygame.Surface, zone: Zone, look: ZoneLook, view: View, ui: float, fonts: Fonts) -> None:
+def _zone(surface: pygame.Surface, zone: Zone, look: ZoneLook, view: Projection, ui: float, fonts: Fonts) -> None:
     _, _, width, height = view.box(zone.region.bounds)
     if width < 2 or height < 2:
         return
@@ -85,7 +85,7 @@ def _zone(surface: pygame.Surface, zone: Zone, look: ZoneLook, view: View, ui: f
         _name(surface, zone.region, look, view, ui, fonts)
 
 
-def _stripes(surface: pygame.Surface, region: Region, view: View, colour: Rgb, step: int) -> None:
+def _stripes(surface: pygame.Surface, region: Region, view: Projection, colour: Rgb, step: int) -> None:
     """Draw lines that rise to the right in the window, `step` pixels apart, as far as they are inside the region."""
     left, top, width, height = view.box(region.bounds)
     for offset in range(-math.ceil(height), math.ceil(width), step):
@@ -97,7 +97,7 @@ def _stripes(surface: pygame.Surface, region: Region, view: View, colour: Rgb, s
             pygame.draw.aaline(surface, colour, (a[0] + 1, a[1]), (b[0] + 1, b[1]))
 
 
-def _name(surface: pygame.Surface, region: Region, look: ZoneLook, view: View, ui: float, fonts: Fonts) -> None:
+def _name(surface: pygame.Surface, region: Region, look: ZoneLook, view: Projection, ui: float, fonts: Fonts) -> None:
     """Write the name of a zone about its middle, upright where that has more room, or not at all where it has none."""
     along_x, along_y = (length * view.scale for length in room(region))
     width, height = (along_y, along_x) if view.turned else (along_x, along_y)
@@ -132,7 +132,7 @@ def _between(start: Pixel, end: Pixel, share: float) -> Pixel:
     return start[0] + (end[0] - start[0]) * share, start[1] + (end[1] - start[1]) * share
 
 
-def _scale(surface: pygame.Surface, view: View, ui: float, fonts: Fonts) -> None:
+def _scale(surface: pygame.Surface, view: Projection, ui: float, fonts: Fonts) -> None:
     """Draw a scale in metres and where x and y point."""
     metres = next((m for m in (1, 2, 5, 10, 20, 50, 100) if m * view.scale >= 60 * ui), 100)
     length = metres * view.scale

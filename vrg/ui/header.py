@@ -11,7 +11,7 @@ from vrg.games.game import capitalised
 from vrg.ui import kit, palette, shapes
 from vrg.ui.banner import Banner, Help, banners
 from vrg.ui.ground import strip_height
-from vrg.ui.headline import Headline, headline, result, result_lines
+from vrg.ui.headline import Headline, headline, result_lines, winner_words
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Scene
 from vrg.ui.text import Face, Fonts
@@ -80,10 +80,10 @@ class HeaderPainter:
     def _banner(self, surface: pygame.Surface, place: Rect, grave: list[Banner], ui: float) -> None:
         fonts, size = self._fonts, round(14 * ui)
         first, rest = grave[0], grave[1:]
-        told = [*first.lines, *(f"{banner.heading}: {banner.text}" for banner in rest)]
+        texts = [*first.lines, *(f"{banner.heading}: {banner.text}" for banner in rest)]
         room = place.width - round(24 * ui)
         steps = [line for text in first.steps for line in fonts.wrap(text, room, size, Face.BOLD, lines=1)]
-        lines = [line for text in told for line in fonts.wrap(text, room, size, lines=2)][: _LINES - len(steps)]
+        lines = [line for text in texts for line in fonts.wrap(text, room, size, lines=2)][: _LINES - len(steps)]
         step, head = round(18 * ui), round(30 * ui)
         plate = Rect(place.left, place.top, place.width, 0)
         # What is to be done stands beside each other, so that it has one line.
@@ -166,7 +166,7 @@ class ResultPainter:
     def draw(self, surface: pygame.Surface, area: Rect, scene: Scene, hint: str, ui: float) -> Rect:
         """Draw the card in the middle of an area, with a hint of what can be done; return where it is."""
         fonts, pad = self._fonts, round(18 * ui)
-        heading, colour = result(scene)
+        heading, colour = winner_words(scene)
         width = min(area.width - 2 * pad, round(700 * ui))
         lines = [line for text in result_lines(scene) for line in fonts.wrap(text, width - 2 * pad, round(16 * ui))]
         step, top = round(23 * ui), round(70 * ui)

@@ -1,4 +1,4 @@
-"""What a match is about, how far it is, who leads and why, in a few words. This draws nothing."""
+"""The game, its stage, the leader and the reason, in a few words. This draws nothing."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -103,7 +103,7 @@ def legend(scene: Scene) -> list[tuple[str, Style | None]]:
 
 
 def stage_words(scene: Scene) -> tuple[str, Rgb]:
-    """How far the match is, in plain words, and the colour of that."""
+    """The stage of the match in plain words, and its colour."""
     if scene.stage is None:
         return "Waiting", palette.CALM
     if scene.stage is not Stage.GAME_OVER:
@@ -122,7 +122,7 @@ def stage_words(scene: Scene) -> tuple[str, Rgb]:
 
 
 def decisive_count(scene: Scene) -> str:
-    """What decides in place of the score, such as `2 of 5 minnows left`; empty where the score decides."""
+    """The count that decides in place of the score, such as `2 of 5 minnows left`; empty where the score decides."""
     game = game_of(scene.game)
     role = game.role(game.decisive)
     if role is None or not scene.players:
@@ -131,8 +131,8 @@ def decisive_count(scene: Scene) -> str:
     return f"{left} of {sum(player.team == role.team for player in scene.players)} {role.team} left"
 
 
-def result(scene: Scene) -> tuple[str, Rgb]:
-    """Who has won a game that is over, in large letters, and the colour of that."""
+def winner_words(scene: Scene) -> tuple[str, Rgb]:
+    """The winner of a game that is over, in large letters, and its colour."""
     game = game_of(scene.game)
     if scene.ended is not None or not game.competitive:
         return "GAME OVER", palette.LOST

@@ -26,22 +26,22 @@ def row(area: Rect, shares: tuple[float, ...], gap: int) -> list[Rect]:
     return found
 
 
-def frame(surface: pygame.Surface, area: Rect, name: str, says: str, ui: float, fonts: Fonts) -> Rect:
-    """Draw a plate with its name and what it says; return the area that is left."""
+def titled_plate(surface: pygame.Surface, area: Rect, name: str, line: str, ui: float, fonts: Fonts) -> Rect:
+    """Draw a plate with its name and its text; return the area that is left."""
     shapes.pill(surface, area, palette.PANEL, radius=round(8 * ui))
     bar, pad, size = title_height(ui), round(10 * ui), max(12, round(14 * ui))
     label = fonts.render(name, size, palette.MUTED, Face.BOLD)
     surface.blit(label, label.get_rect(midleft=(area.left + pad, area.top + bar // 2)))
     room = area.width - label.get_width() - 3 * pad
-    text = fonts.render(fonts.shorten(says, room, size), size, palette.TEXT)
+    text = fonts.render(fonts.shorten(line, room, size), size, palette.TEXT)
     surface.blit(text, text.get_rect(midright=(area.right - pad, area.top + bar // 2)))
     return Rect(area.left, area.top + bar, area.width, max(1, area.height - bar))
 
 
-def blank(surface: pygame.Surface, area: Rect, says: str, ui: float, fonts: Fonts) -> None:
+def blank(surface: pygame.Surface, area: Rect, line: str, ui: float, fonts: Fonts) -> None:
     """Write in the middle of a plate why it shows nothing."""
     size = max(13, round(16 * ui))
-    text = fonts.render(fonts.shorten(says, area.width - 20, size), size, palette.MUTED)
+    text = fonts.render(fonts.shorten(line, area.width - 20, size), size, palette.MUTED)
     surface.blit(text, text.get_rect(center=area.center))
 
 

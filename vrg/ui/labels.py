@@ -58,7 +58,7 @@ class Labels:
         self._taken.append((x - width / 2, y - height / 2, x + width / 2, y + height / 2))
 
     def _cost(self, box: Bounds) -> int:
-        """How bad a place is: outside the panel is worse than upon other words, and that worse than upon a border."""
+        """The cost of a place: outside the panel is worse than upon other words, and that worse than upon a border."""
         in_metres = Rectangle(*(edge / self.metre for edge in box))
         inside = all(Rectangle(*self.panel).contains(x, y) for x, y in in_metres.outline())
         taken = any(_meet(box, other) for other in self._taken)

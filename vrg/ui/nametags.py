@@ -13,21 +13,21 @@ from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Pixel
 
 _SIDES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
-"""Where a name may stand beside its robot, in the order of preference; y is down."""
+"""The sides of a robot on which a name may stand, in the order of preference; y is down."""
 _STEPS: Final = (0.0, 1.2, 2.4, 3.6)
-"""How far away from its robot a name may stand, in heights of its plate. Far away a line leads to its robot."""
+"""The distances of a name from its robot, in heights of its plate. Far away a line leads to its robot."""
 _CLEARLY: Final = 4.0
 """Pixels by which a name without a line must be nearer to its own robot than to any other."""
 _COVERED: Final = 600.0
-"""What it costs to cover something, besides the pixels that are covered."""
+"""The cost of covering something, besides the pixels that are covered."""
 _DOUBTFUL: Final = 400.0
-"""What it costs to be taken for another robot's name."""
+"""The cost of being taken for another robot's name."""
 _CROWD: Final = 8
 """From how many robots on their names may be shortened."""
 _LONG: Final = 40.0
-"""What it costs to stand a step further away."""
+"""The cost of standing a step further away."""
 _LOYAL: Final = 35.0
-"""What it is worth to stay in the same place: less than a step, so that names come back to their robots."""
+"""The worth of staying in the same place: less than a step, so that names come back to their robots."""
 _PATIENT: Final = 390.0
 """By how much a place that is not good must be worse than another before it is left; less than what is doubtful."""
 
@@ -129,7 +129,7 @@ def numbers(names: Sequence[str]) -> list[str] | None:
 
 
 def _doubts(plate: pygame.Rect, own: int, circles: Sequence[Circle], *, led: bool) -> int:
-    """How many other robots the plate may be taken for, or its line crosses."""
+    """The number of other robots that the plate may be taken for, or that its line crosses."""
     others = (circle for index, circle in enumerate(circles) if index != own)
     if not led:
         clear = _edge(plate, circles[own]) + _CLEARLY

@@ -1,4 +1,4 @@
-"""What a replay shows over its field: why a call was made, or how a match is taken up from an instant."""
+"""The overlay of a replay's field: why a call was made, or how a match is taken up from an instant."""
 
 import pygame
 
@@ -28,7 +28,7 @@ class Overlay:
 
     @property
     def card(self) -> Card | None:
-        """What is shown now; None if nothing is."""
+        """The card that is shown now; None if there is none."""
         return self._choice.card if self._choice is not None else self._message or self._explainer.card
 
     def close(self) -> None:

@@ -9,7 +9,7 @@ FULL_SPEED_RATE: Final = 10.0
 
 
 def match_speed(rate: float) -> float:
-    """How many match seconds pass in a real second, at least 1. A rate of 0 means as fast as possible."""
+    """Return the match seconds per real second, at least 1. A rate of 0 means as fast as possible."""
     return max(1.0, rate if rate > 0 else FULL_SPEED_RATE)
 
 

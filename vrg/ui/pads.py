@@ -40,7 +40,7 @@ class Pads:
 
     @property
     def status(self) -> str:
-        """Which gamepad is in use, in words."""
+        """The gamepad that is in use, in words."""
         if self.active is not None:
             return f"gamepad: {self._open[self.active].name}"
         if self._open:
@@ -49,7 +49,7 @@ class Pads:
 
     @property
     def hands(self) -> Hands:
-        """What is held now. While a gamepad is in use and a key steers too, the key counts."""
+        """The present state of the controls. While a gamepad is in use and a key steers too, the key counts."""
         keys = self._keys
         if keys & {*AHEAD, *ASIDE}:
             forward = sum(AHEAD.get(key, 0.0) for key in keys)

@@ -30,9 +30,9 @@ LOST: Final[Rgb] = (96, 74, 128)
 WARNING: Final[Rgb] = (255, 128, 112)
 """For what is written in a warning colour upon a panel."""
 SCAN: Final[Rgb] = (34, 66, 84)
-"""What a laser scan has found to be free."""
+"""The ground that a laser scan has found to be free."""
 ECHO: Final[Rgb] = (86, 180, 233)
-"""What a laser or a sonar has met."""
+"""The echoes of a laser or a sonar."""
 
 STAGE_COLOURS: Final[dict[Stage, Rgb]] = {
     Stage.INITIALIZE: CALM,

@@ -96,7 +96,7 @@ class PanelPainter:
             lines = self._fonts.wrap(call.text, inside.width - indent, size)
             room = inside.height // step
             if room < len(lines):
-                # A call that is told in half misleads, but the newest is better shortened than absent.
+                # Half a call misleads, but the newest is better shortened than absent.
                 if index or room < 1:
                     return
                 lines = self._fonts.wrap(call.text, inside.width - indent, size, lines=room)

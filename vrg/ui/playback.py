@@ -1,6 +1,6 @@
-"""What the user of a replay does: play, pause, change the speed, and go to another instant.
+"""The acts of a replay's user: play, pause, change the speed, and go to another instant.
 
-This knows no window and no clock: it is told how much real time has passed.
+This knows no window and no clock: the caller passes the real time.
 """
 
 from bisect import bisect_left, bisect_right
@@ -18,7 +18,7 @@ _GRACE: Final = 1.0
 
 @dataclass(frozen=True)
 class Playback:
-    """Where a replay stands, and how it goes on. Each method returns what comes of it.
+    """The state of a replay. Each method returns the next state.
 
     Args:
         instants: the match times at which something was recorded, s, rising, at least one.

@@ -32,7 +32,7 @@ from vrg.ui.thoughts import Thoughts
 from vrg.ui.view import fit
 
 CALLS_IN_WORDS: Final = 8
-"""The most calls in a panel that are told beside their marks. More of them are numbered and told in the legend."""
+"""The most calls in a panel that are written beside their marks. More of them are numbered, with a legend."""
 LETTER: Final = 0.075
 """The width of a letter of the legend, inches."""
 LEGEND_LINES: Final = 36
@@ -65,7 +65,7 @@ def plot_trajectories(
 
     Players have the colour of their role in windows, each in a shade of its own; solid lines are virtual robots, dashed
     ones physical. The field is turned as windows turn it. A round that lasts longer than PART has several panels. A
-    hollow circle is where a player began, its role's marker where it ended. The calls that the game says are marked,
+    hollow circle is where a player began, its role's marker where it ended. The calls that the game names are marked,
     with the player, the play clock and who else took part; where there are many, their numbers stand for that, and the
     legend tells it. Where the game is not installed here, every call that has a place is marked. Small dots are what
     players have seen, and thin dashed lines what a player sketched when a call was made, where the game asks for that.
@@ -213,7 +213,7 @@ def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
 
 @dataclass(frozen=True)
 class Part:
-    """What a panel shows.
+    """The part of a match that a panel shows.
 
     Args:
         round: its number; 0 stands for all that was played, or all there is, where no round was ever recorded.
@@ -226,7 +226,7 @@ class Part:
     words: str = ""
 
     def shows(self, track: RobotPoses) -> npt.NDArray[np.bool_]:
-        """Which samples of a track belong to it."""
+        """A mask of the samples of a track that belong to it."""
         within = (track.times >= self.begin - _NEARLY) & (track.times < self.end - _NEARLY)
         return _played(track, self.round) & within
 
@@ -278,14 +278,14 @@ def _figure(count: int, box: Bounds, legend: float = 2.0) -> tuple[Figure, list[
 
 
 def _played(track: RobotPoses, number: int) -> npt.NDArray[np.bool_]:
-    """Which samples belong to a round; 0 = all that were played, or all there are."""
+    """A mask of the samples of a round; 0 = all that were played, or all there are."""
     if not track.playing.any() and number == 0:
         return np.ones(track.times.shape, dtype=np.bool_)
     return track.playing & (track.rounds == number) if number else track.playing
 
 
 def _lasted(tracks: Mapping[str, RobotPoses], number: int) -> tuple[float, float]:
-    """When a round began and ended, match time, s."""
+    """The begin and the end of a round, match time, s."""
     times = np.concatenate([track.times[_played(track, number)] for track in tracks.values()])
     return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
 
@@ -372,7 +372,7 @@ def _draw_call(axes: Axes, call: CallRecord, sign: str, words: str, labels: Labe
 
 
 def _words_of(call: CallRecord, moments: Mapping[str, Moment]) -> str:
-    """Who was concerned, when, and who else took part: `nemo 0:09.0 by bruce`."""
+    """The player, the time and the others who took part: `nemo 0:09.0 by bruce`."""
     whom, *others = call.players or [call.rule]
     return f"{whom} {clock_text(call.clock)}" + (f" {moments[call.rule].others} {', '.join(others)}" if others else "")
 

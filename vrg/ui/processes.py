@@ -26,10 +26,10 @@ LATE: Final = 0.05
 
 @dataclass(frozen=True)
 class Row:
-    """What is shown of one process.
+    """A process in the table.
 
     Args:
-        status: what the launcher tells of it. pulse: what it tells itself; None if it has told nothing.
+        status: published by the launcher. pulse: its own; None if none has come.
     """
 
     status: ProcessStatus
@@ -37,16 +37,16 @@ class Row:
 
     @property
     def waits(self) -> bool:
-        """True if the process runs, and will tell something of itself that it has not told yet."""
+        """True if the process runs, and its first pulse has not come yet."""
         alive = self.status.state in (ProcessState.STARTING, ProcessState.RUNNING)
         return alive and bool(self.status.node) and self.pulse is None
 
 
 class Board:
-    """Collects what is told of processes.
+    """Collects the reports about processes.
 
     Args:
-        mailbox: where it is told. keys: the keys of the match.
+        mailbox: of the reports. keys: the keys of the match.
     """
 
     def __init__(self, mailbox: Mailbox, keys: Keys) -> None:

@@ -17,9 +17,9 @@ from vrg.ui.text import Face, Fonts
 SECONDS: Final = 3.0
 """The match time in s before a call that is shown."""
 STRIP: Final = (3.0, 2.0, 1.0, 0.5)
-"""How long before the call the small pictures are, s."""
+"""The times of the small pictures before the call, s."""
 MARGIN: Final = 1.5
-"""What is shown around the players of the call, m."""
+"""The width of the ground shown around the players of the call, m."""
 SIZE: Final = (1200, 900)
 """The size of a picture in a file, pixels."""
 

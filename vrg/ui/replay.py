@@ -10,7 +10,7 @@ import pygame
 from vrg.bus.messages import Call, Stage
 from vrg.ui.acts import Act, Press, listed
 from vrg.ui.branching import Brancher, Taken
-from vrg.ui.draw import Painter, scale_of
+from vrg.ui.draw import Painter, letter_scale
 from vrg.ui.explaining import Explain
 from vrg.ui.overlay import Overlay
 from vrg.ui.panel import PanelPainter
@@ -19,7 +19,7 @@ from vrg.ui.scene import Scene
 from vrg.ui.text import Fonts
 from vrg.ui.timebar import TimeBar, TimeBarPainter
 from vrg.ui.timeline import Timeline
-from vrg.ui.view import View
+from vrg.ui.view import Projection
 from vrg.ui.window import Window
 
 FRAMES: Final = 40
@@ -44,7 +44,7 @@ ARROWS: Final[dict[int, Callable[[Playback], Playback]]] = {
     pygame.K_RIGHT: Playback.skip_on,
     pygame.K_LEFT: Playback.skip_back,
 }
-"""What the arrows do, as there is no robot to steer."""
+"""The meanings of the arrows, as there is no robot to steer."""
 KEYS: Final = (
     *listed((*MOVES, Act.BRANCH, Act.WHY, Act.PLANS)),
     ("ARROWS", "5 s on or back, speed"),
@@ -86,7 +86,7 @@ class ReplayWindow(Window):
         super().__init__(title, size, run)
         self.playback = _playback(timeline)
         self.scene = Scene()
-        self.view: View | None = None
+        self.view: Projection | None = None
         self._timeline = timeline
         self.note = note
         self._notice = ""
@@ -107,7 +107,7 @@ class ReplayWindow(Window):
     def bar(self) -> TimeBar:
         """The time bar as it is in the window now."""
         size = pygame.display.get_window_size()
-        return TimeBar.below(size, scale_of(*size), self.playback)
+        return TimeBar.below(size, letter_scale(*size), self.playback)
 
     def frame(self, seconds: float) -> None:
         """Handle what the user did, go on by `seconds` of real time, and draw what has changed."""

@@ -20,7 +20,7 @@ _LEAST: Final = 18
 """The height below which rows are not made any lower; the list then has two columns, and tells no speeds."""
 _WIDE: Final = (0.10, 0.42)
 _HALF: Final = (0.16, 0.60)
-"""Where the name and the deed begin in a row of one column and of two, as parts of its width."""
+"""The begin of the name and of the deed in a row of one column and of two, as parts of its width."""
 _SMALLEST: Final = 0.75
 """By how much the letters of a long name are made smaller at most."""
 _SPEED: Final = 0.22
@@ -105,8 +105,8 @@ class RosterPainter:
             text = self._cell(words, room, size, colour, face, name=begin == begins[0])
             surface.blit(text, text.get_rect(midleft=(place.left + round(place.width * begin), place.centery)))
         if speed and player.speed is not None:
-            told = self._fonts.render(f"{speed_text(player.speed)} m/s", round(12 * ui), palette.MUTED)
-            surface.blit(told, told.get_rect(midright=(place.right, place.centery)))
+            plate = self._fonts.render(f"{speed_text(player.speed)} m/s", round(12 * ui), palette.MUTED)
+            surface.blit(plate, plate.get_rect(midright=(place.right, place.centery)))
 
     def _cell(self, words: str, room: int, size: int, colour: Rgb, face: Face, *, name: bool) -> pygame.Surface:
         """Write a cell. A name is written smaller before it is shortened, and keeps its end: there its number is."""

@@ -1,4 +1,4 @@
-"""What there is to see of a match at one instant. This knows no window and draws nothing."""
+"""The visible state of a match at one instant. This knows no window and draws nothing."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -35,11 +35,11 @@ class SceneBody:
 
 @dataclass(frozen=True)
 class ScenePlayer:
-    """One line of the table of players: the referee's words, and what the player says of itself.
+    """One line of the table of players: the referee's words, and the player's report.
 
     Args:
         mark: where it is asked to line up, or None.
-        speed: how fast its robot moves ahead, m/s, negative backwards; None where nobody sees it.
+        speed: how fast its robot moves ahead, m/s, negative backwards; None where it is not known.
         battery: the charge of its robot's battery, from 1 (full) to 0 (empty), or None where that is not measured.
         manual: a human drives it. fault: what keeps it from playing, in words, or None.
         latched: only an official's `recover` clears its robot's fault.
@@ -94,7 +94,7 @@ class SceneObject:
 
     @property
     def words(self) -> str:
-        """Where it is, in words."""
+        """Its place, in words."""
         return f"{self.name} carried by {self.carrier}" if self.carrier else f"{self.name} in its place"
 
 
@@ -117,7 +117,7 @@ class Scene:
 
     Args:
         live: the world's clock runs. time: match time, s. rate: match seconds per real second.
-        game: its name, empty before the referee spoke; `vrg.games.game_of` says how it is shown.
+        game: its name, empty before the referee spoke; `vrg.games.game_of` returns its look.
         stage: None before the referee spoke.
         halted, way_out, waiting, clock, round, rounds, score, winner, ended: as in `RefereeState`.
         time_limit: the time of play in s at which the round ends at the latest; None if it is not limited.

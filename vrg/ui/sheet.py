@@ -21,7 +21,7 @@ p { margin: 1mm 0; font-size: 9pt; overflow-wrap: anywhere; }
 
 @dataclass(frozen=True)
 class Strip:
-    """What one person cuts out of the sheet.
+    """A strip of the sheet, for one person.
 
     Args:
         name: of the seat. purpose: in words. link: what the QR code holds.

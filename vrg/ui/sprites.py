@@ -8,9 +8,9 @@ from vrg.games.game import Marker, Style
 from vrg.ui import palette, shapes
 
 FINENESS: Final = 2
-"""How many times larger than it is shown a robot is drawn."""
+"""The factor by which a robot is drawn larger than it is shown."""
 NOSE: Final = 0.3
-"""How far the nose reaches beyond the body, as a part of the body's length."""
+"""The length of the nose ahead of the body, as a part of the body's length."""
 
 
 def robot_sprite(style: Style, physical: bool, length: int, width: int) -> pygame.Surface:

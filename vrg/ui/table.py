@@ -21,7 +21,7 @@ from vrg.types import few
 from vrg.ui import palette
 from vrg.ui.banner import Help, banners
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.headline import result
+from vrg.ui.headline import winner_words
 from vrg.ui.pace import Pace
 from vrg.ui.processes import Board, process_table
 from vrg.ui.scene import Scene, ScenePlayer, clock_text, speed_text
@@ -41,7 +41,7 @@ CALLS_LEAST: Final = 2
 _COLUMNS: Final = {
     "player": 0, "role": 50, "state": 0, "x, m": 76, "y, m": 76, "heading": 92, "m/s": 64, "battery": 84, "does": 0,
 }  # fmt: skip
-"""What is told of a player, and from how many columns of the terminal on."""
+"""The columns of a player, each with the width of the terminal from which on it is shown."""
 _NUMBERS: Final = {"x, m", "y, m", "heading", "m/s", "battery"}
 _SIGNS: Final = {
     Marker.TRIANGLE: "▲",
@@ -119,22 +119,22 @@ class TerminalTable(Node):
         if scene.stage is None:
             return
         # The call tells that the game is over, and what follows tells how it ended.
-        over = result(scene)[0] if scene.stage is Stage.GAME_OVER else ""
+        over = winner_words(scene)[0] if scene.stage is Stage.GAME_OVER else ""
         found = [banner for banner in banners(scene, Help.COMMANDS) if banner.heading != over]
-        told = {banner.heading for banner in found}
-        if scene.stage is Stage.GAME_OVER and told <= self._alarms:
-            return  # all is told
+        headings = {banner.heading for banner in found}
+        if scene.stage is Stage.GAME_OVER and headings <= self._alarms:
+            return  # all is printed
         due = due_index(scene.time, STATUS_EVERY)
         status = due != self._status_due
         self._status_due = due
         if status:
             self._line(status_line(scene))
-        # What hinders the match is told when it begins and with each status: its words change all the time.
+        # What hinders the match is printed when it begins and with each status: its words change all the time.
         for banner in found:
             if status or banner.heading not in self._alarms:
                 text = few(banner.text.split("; "), "; ") if banner.brief else banner.text
                 self._line(f"{banner.heading}: {text}" if text else banner.heading)
-        self._alarms = told
+        self._alarms = headings
 
     def _line(self, text: str) -> None:
         # Whole lines: what reads a log wants to search it, not to see it wrapped.
@@ -156,7 +156,7 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
     """The match as a table for rich, for a terminal of this many columns and lines.
 
     Where the lines do not suffice, the players stand beside each other and there are fewer calls; where the columns do
-    not, less is told of each player. Words have the terminal's own colours, so that they can be read on any ground.
+    not, each player has fewer columns. Words have the terminal's own colours, so that they can be read on any ground.
     """
     parts: list[RenderableType] = [_heading(scene)]
     for banner in banners(scene, Help.COMMANDS):
@@ -182,7 +182,7 @@ def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
 
 
 def _height(part: RenderableType, width: int) -> int:
-    """How many lines a part takes at a width."""
+    """The number of lines that a part takes at a width."""
     console = Console(width=width, file=io.StringIO())
     return len(console.render_lines(part, console.options))
 

@@ -41,7 +41,7 @@ class Fonts:
         return font
 
     def render(self, text: str, size: int, colour: Rgb, face: Face = Face.REGULAR) -> pygame.Surface:
-        """Write the text in one line upon a transparent surface. That surface is kept: nobody may draw upon it."""
+        """Write the text in one line upon a transparent surface. That surface is kept: do not draw upon it."""
         key = (text, face, size, colour)
         surface = self._rendered.get(key)
         if surface is None:

@@ -1,4 +1,4 @@
-"""What players saw and expected, in a plot: their sightings, and what they sketched when calls were made."""
+"""The sightings of players in a plot, and what they sketched when calls were made."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -22,7 +22,7 @@ _SOON: Final = 1.0
 
 @dataclass(frozen=True)
 class Thoughts:
-    """What players saw and expected in a match.
+    """The sightings and the sketches of the players of a match.
 
     Args:
         sightings: by player. sketches: in the order of time.
@@ -88,7 +88,7 @@ class Thoughts:
                 labels.write(axes, stroke.label, end, colour, bold=False)
 
     def _at(self, call: CallRecord) -> Thought | None:
-        """The first sketch after a call that has a label, which says the most; or else the first one."""
+        """The first sketch after a call that has a label, which explains the most; or else the first one."""
         at = call.timestamp.sec + call.timestamp.nsec / 1e9
         then = [
             t

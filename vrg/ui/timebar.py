@@ -20,7 +20,7 @@ NARROW: Final = 560
 
 @dataclass(frozen=True)
 class TimeBar:
-    """Where the parts of the bar are, and which time is at which pixel.
+    """The geometry of the bar: the places of its parts, and the time at each pixel.
 
     Args:
         left, top, width, height: of the whole bar, pixels. ui: scales letters and lengths.
@@ -161,7 +161,7 @@ class TimeBarPainter:
 
 
 def _pointed(bar: TimeBar, x: int, calls: Sequence[CallMark]) -> str:
-    """What is on the track where the mouse points: the time, and the nearest call."""
+    """The time at which the mouse points, and the nearest call."""
     near = [call for call in calls if abs(bar.x_of(call.time) - x) <= NEAR * bar.ui]
     if not near:
         return clock_text(bar.time_at(x))

@@ -46,7 +46,7 @@ class Timeline:
     """A recorded match that can be looked at at any instant.
 
     Args:
-        match: what was said in it.
+        match: the recorded messages.
         sizes: length and width of the robots in m, by name. obstacles: the ground that walls and obstacles cover, m.
 
     Attributes:
@@ -72,8 +72,8 @@ class Timeline:
         self._states = _Series(match.states)
         self._calls = _Series([(time, call) for time, call in match.calls if call.rule != "refused"])
         self._estops = _Series(match.estops)
-        self._reports = {name: _Series(said) for name, said in match.reports.items()}
-        self._sketches = {name: _Series(said) for name, said in match.sketches.items()}
+        self._reports = {name: _Series(entries) for name, entries in match.reports.items()}
+        self._sketches = {name: _Series(entries) for name, entries in match.sketches.items()}
         self._starts = _starts(match.poses)
         self.instants: Sequence[float] = self._poses.times
         self.begin = self.instants[0]
@@ -126,12 +126,12 @@ class Timeline:
 class _Series(Generic[T]):
     """Messages of one kind in the order of time."""
 
-    def __init__(self, said: Timed[T]) -> None:
-        self.times = [time for time, _ in said]
-        self.values = [message for _, message in said]
+    def __init__(self, entries: Timed[T]) -> None:
+        self.times = [time for time, _ in entries]
+        self.values = [message for _, message in entries]
 
     def until(self, time: float) -> int:
-        """How many there are up to a match time, s."""
+        """The number of entries up to a match time, s."""
         return bisect_right(self.times, time)
 
     def newest(self, time: float) -> T | None:
@@ -157,7 +157,7 @@ def _starts(poses: Timed[m.Poses]) -> Timed[m.Poses]:
 
 
 def _between(before: m.Poses, after: m.Poses, share: float) -> m.Poses:
-    """Where bodies were when a share, 0 to 1, of the time between two instants was over."""
+    """The poses of the bodies when a share, 0 to 1, of the time between two instants was over."""
     later = {body.name: body.pose for body in after.bodies}
     return m.Poses(
         bodies=tuple(replace(body, pose=_on_the_way(body.pose, later.get(body.name), share)) for body in before.bodies)

@@ -19,7 +19,7 @@ BODY: Final = 0.4
 
 
 @dataclass(frozen=True)
-class View:
+class Projection:
     """Maps the field into an area of the window and keeps its proportions.
 
     Args:
@@ -36,12 +36,12 @@ class View:
     turned: bool
 
     def point(self, x: float, y: float) -> Pixel:
-        """Where a point of the field, m, is in the window."""
+        """Return the pixel of a point of the field, m."""
         dx, dy = (x - self.x) * self.scale, (y - self.y) * self.scale
         return (self.left + dy, self.top + dx) if self.turned else (self.left + dx, self.top - dy)
 
     def place(self, px: float, py: float) -> Vector:
-        """Which point of the field, m, is at a pixel: the inverse of `point`."""
+        """Return the point of the field, m, at a pixel: the inverse of `point`."""
         right, down = (px - self.left) / self.scale, (py - self.top) / self.scale
         return (self.x + down, self.y + right) if self.turned else (self.x + right, self.y - down)
 
@@ -56,7 +56,7 @@ class View:
         return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
 
 
-def fit(box: Bounds, area: Area, turned: bool | None = None) -> View:
+def fit(box: Bounds, area: Area, turned: bool | None = None) -> Projection:
     """Show `box` as large as `area` allows.
 
     Args:
@@ -68,7 +68,7 @@ def fit(box: Bounds, area: Area, turned: bool | None = None) -> View:
     if turned is None:
         turned = min(width / tall, height / wide) > min(width / wide, height / tall) * 1.02
     scale = min(width / tall, height / wide) if turned else min(width / wide, height / tall)
-    return View(
+    return Projection(
         x=(box[0] + box[2]) / 2,
         y=(box[1] + box[3]) / 2,
         left=left + width / 2,

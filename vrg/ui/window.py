@@ -17,7 +17,7 @@ from vrg.ui.acts import Act, Press, press_of
 log = logging.getLogger(__name__)
 
 UNSEEN: Final = ("dummy", "offscreen")
-"""The drivers of SDL whose windows nobody sees."""
+"""The drivers of SDL without a visible window."""
 GONE: Final = (
     "vrg: the display has gone away, so this window ends. The match goes on, and a robot that was driven here plays by "
     "itself again."
@@ -77,7 +77,7 @@ class Window:
         """The wheel was turned by so many steps, down if they are positive, at a pixel."""
 
     def gone(self) -> str:
-        """What to print if the display goes away; the process ends after that."""
+        """Return the message for a display that goes away; the process ends after that."""
         return GONE
 
     @property
@@ -178,7 +178,7 @@ class Window:
 
 
 def display_available() -> bool:
-    """True if there is a screen to open a window on. Without one SDL draws into memory and nobody sees it."""
+    """True if there is a screen to open a window on. Without one SDL draws into memory, and no one sees it."""
     try:
         pygame.display.init()
     except pygame.error:
@@ -278,7 +278,7 @@ def toggle_whole_screen() -> None:
 
 
 _on_gone: Final[list[Callable[[], str]]] = [lambda: GONE]
-"""What tells that the display has gone away."""
+"""Returns the message about a display that has gone away."""
 
 
 def _gone(_display: int) -> NoReturn:

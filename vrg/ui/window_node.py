@@ -104,7 +104,7 @@ class WindowNode(Window, Node):
 
     @property
     def hand(self) -> str:
-        """What stands in the window while its user drives a player, or what the user must read."""
+        """The notice that the user must read, or else the line about driving a player."""
         player = self.driving.player
         if self.notice or player is None:
             return self.notice

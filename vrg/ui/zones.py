@@ -1,4 +1,4 @@
-"""How a zone of the field looks: its colours and the words on it. This draws nothing."""
+"""The look of a zone of the field: its colours and the words on it. This draws nothing."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from vrg.ui import palette
 
 @dataclass(frozen=True)
 class ZoneLook:
-    """How a zone is drawn.
+    """The look of a zone.
 
     Args:
         safe: it is striped and stands out. tint: of its ground. stripe: of its stripes. edge: of its border.
@@ -32,7 +32,7 @@ class ZoneLook:
 
 
 def zone_look(zone: Zone, game: Game) -> ZoneLook:
-    """How a zone that is not the field itself is drawn."""
+    """Return the look of a zone that is not the field itself."""
     safe = zone.kind == "safe"
     colour = palette.SAFE if safe else game.team_style(zone.team).colour if zone.team else palette.MUTED
     # A grey zone must not look like a wall.
@@ -54,7 +54,7 @@ def zone_look(zone: Zone, game: Game) -> ZoneLook:
 
 
 def room(region: Region) -> tuple[float, float]:
-    """How far something centred in the middle of a region can reach: its length along x and along y, m."""
+    """The room for something centred in the middle of a region: its length along x and along y, m."""
     x, y = region.middle
     x_min, y_min, x_max, y_max = region.bounds
 

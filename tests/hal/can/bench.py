@@ -19,7 +19,7 @@ from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
-from vrg.testing.can_faults.robot import OPTIONS, RATIO, deliver, port_of
+from vrg.testing.can_faults.robot import OPTIONS, RATIO, adapter_of, deliver
 from vrg.testing.driver import DriverBench
 from vrg.types import Pose
 
@@ -91,7 +91,7 @@ class CanBench(DriverBench):
     @property
     def port(self) -> Port:
         """The driver's adapter."""
-        return port_of(self.driver)
+        return adapter_of(self.driver)
 
     @property
     def now(self) -> float:

@@ -44,7 +44,7 @@ class Clerk:
         answer = self.measured.pop(0)
         return expected if answer is None else answer
 
-    def told(self, words: str) -> None:
+    def shows(self, words: str) -> None:
         self.heard.append(words)
 
 

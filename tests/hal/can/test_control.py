@@ -27,14 +27,14 @@ def run(command: str, *arguments: str) -> Result:
 def test_nobody_who_says_that_his_motor_is_off_is_no_success() -> None:
     done = run("stop")
     assert done.exit_code == 1
-    assert "nobody has said that its motor is off: is it the right bus" in " ".join(done.output.split())
+    assert "no drive reports that its motor is off: is it the right bus" in " ".join(done.output.split())
 
 
 def test_all_who_say_it_are_named() -> None:
     with Drives("odrive", [3], link=LINK), Drives("vesc", [4], link=LINK):
         done = run("stop")
     assert done.exit_code == 0, done.output
-    assert "Off by their own word: odrive 3, vesc 4." in " ".join(done.output.split())
+    assert "Off by their own reports: odrive 3, vesc 4." in " ".join(done.output.split())
 
 
 def test_a_drive_whose_motor_is_on_keeps_its_id(lab: Simulation) -> None:
@@ -88,7 +88,7 @@ def test_after_another_id_was_given_the_old_one_is_not_listed(protocol: str, arg
 
 def test_the_name_of_a_bus_is_no_picture() -> None:
     done = CliRunner().invoke(app, ["scan", "--interface", "virtual", "--channel", "x:", "--for", "0.3"])
-    assert "virtual:x:: nobody" in done.output
+    assert "virtual:x:: no drives" in done.output
 
 
 def test_a_missing_watchdog_is_told_as_soon_as_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -106,4 +106,4 @@ def test_a_fault_is_asked_for_and_answered() -> None:
         silent = run("fault", "silence", "--id", "6")
     assert refused.exit_code == silent.exit_code == 1
     assert "node 5: a drive of its protocol cannot have this fault" in refused.output
-    assert "node 6: nobody emulates it on virtual:control" in silent.output
+    assert "node 6: not emulated on virtual:control" in silent.output

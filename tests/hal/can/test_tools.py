@@ -3,8 +3,7 @@
 import pytest
 
 from tests.hal.can.bench import Drives
-from vrg.bus.stopping import Stop
-from vrg.commands.can_listening import Heard, listening
+from vrg.commands.can_listening import BusState, listening
 from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
@@ -38,19 +37,19 @@ def mute_node(lab: Simulation) -> list[Frame]:
     return asked
 
 
-def looks(lab: Simulation, seconds: float) -> tuple[Heard, int]:
+def looks(lab: Simulation, seconds: float) -> tuple[BusState, int]:
     """Look again and again; what was heard at last, and how many looks that were."""
-    stop, count = Stop(), 0
+    count = 0
     with listening(LINK) as bus:
         end = lab.clock.now() + seconds
         while lab.clock.now() < end:
-            heard = bus.look(stop, ask=True)
+            heard = bus.look(ask=True)
             count += 1
             lab.clock.sleep(0.1)
     return heard, count
 
 
-def node(heard: Heard, number: int) -> Found:
+def node(heard: BusState, number: int) -> Found:
     """The node of this id."""
     (found,) = (found for found in heard.nodes if found.node == number)
     return found

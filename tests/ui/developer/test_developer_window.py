@@ -11,7 +11,7 @@ from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.developer import words
-from vrg.ui.developer.choices import Overlay, Tab
+from vrg.ui.developer.choices import Layer, Tab
 from vrg.ui.developer.deciding import Button
 from vrg.ui.driving import SLOW
 from vrg.ui.window_node import FRAME
@@ -109,7 +109,7 @@ def test_scans_are_drawn_where_the_robot_was_when_they_were_made(bench):
     colour = palette.ECHO
     assert any(pixel(at[0] + dx, at[1] + dy) == colour for dx in (-2, -1, 0, 1, 2) for dy in (-2, -1, 0, 1, 2))
     bench.press(pygame.K_1, mod=pygame.KMOD_CTRL)
-    assert Overlay.SCANS not in bench.node.choices.shown
+    assert Layer.SCANS not in bench.node.choices.shown
     bench.tick()
     assert not any(pixel(at[0] + dx, at[1] + dy) == colour for dx in (-2, 0, 2) for dy in (-2, 0, 2))
 
@@ -120,7 +120,7 @@ def test_where_a_physical_robot_was_measured_is_outlined(bench):
     bench.ticks(1)
     x, y = bench.node.shown.view.point(pose.x + 2.0, pose.y)
     assert palette.CAUTION in {pixel(x, y + dy) for dy in (-1, 0, 1)}, "a line leads from one to the other"
-    bench.click(places(bench).overlays[Overlay.MEASURED].center)
+    bench.click(places(bench).overlays[Layer.MEASURED].center)
     assert palette.CAUTION not in {pixel(x, y + dy) for dy in (-1, 0, 1)}
 
 
@@ -182,7 +182,7 @@ def test_it_draws_thirty_frames_in_a_second_of_a_match_at_real_time(bench, monke
 
 
 def test_every_overlay_and_tab_has_its_words():
-    assert set(words.OVERLAYS) == set(Overlay)
+    assert set(words.OVERLAYS) == set(Layer)
     assert set(words.TABS) == set(Tab)
 
 

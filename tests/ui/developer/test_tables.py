@@ -9,7 +9,7 @@ from vrg.bus.traffic import Stream
 from vrg.types import Pose, Twist
 from vrg.ui.acts import Act, Press
 from vrg.ui.developer import details, referee, streams, tables
-from vrg.ui.developer.choices import Choices
+from vrg.ui.developer.choices import ViewState
 from vrg.ui.developer.tables import Tone
 
 
@@ -74,7 +74,7 @@ def test_leases_tell_who_drives_whom_and_until_when(bench):
     items = told(referee.referee(bench.node.insight))
     at = items.index("LEASES")
     assert items[at + 1 : at + 3] == [
-        "robot1: the referee drives it, 0.5 m/s and 0 °/s, as long as it says so",
+        "robot1: the referee drives it, 0.5 m/s and 0 °/s, until it ends that",
         "robot2: a person drives it for another 0.4 s",
     ]
 
@@ -131,7 +131,7 @@ def test_bad_streams_stand_first_until_a_heading_sorts_them():
     assert shown(("Hz", True))[:2] == ["clock", "poses"]
     assert shown(("kB/s", False))[-1] == "poses"
     assert shown(("key", True)) == ["clock", "estop", "player/ann/report", "poses"]
-    assert "4 streams, 90 messages/s, 10 kB/s, 3 lost" in streams.summary(heard)
+    assert "4 streams, 90 messages/s, 10 kB/s, 3 lost" in streams.totals(heard)
     assert [cell.text for cell in streams.streams([orders], None).lines[0].cells][-1] == "–", "several speak there"
 
 
@@ -153,7 +153,7 @@ def test_columns_fill_the_width(grid):
 
 
 def test_choices_turn_around():
-    choices = Choices()
+    choices = ViewState()
     choices.sort_by("Hz")
     choices.sort_by("Hz")
     choices.sort_by("Hz")

@@ -8,19 +8,19 @@ import pytest
 from vrg.commands.checking import DraftCheck
 from vrg.commands.drafts import choices_in, recent_matches, save_draft
 from vrg.launch.endpoints import free_port
-from vrg.ui.edit.desk import Desk, Tools
+from vrg.ui.edit.editor import Editor, Tools
 from vrg.ui.edit.server import HOST, EditServer
 
 
 @pytest.fixture
-def desk(tmp_path: Path) -> Desk:
-    return Desk(
+def desk(tmp_path: Path) -> Editor:
+    return Editor(
         Tools(DraftCheck(), save_draft, choices_in, lambda: recent_matches(tmp_path / "runs", tmp_path)), tmp_path
     )
 
 
 @pytest.fixture
-def server(desk: Desk) -> Iterator[EditServer]:
+def server(desk: Editor) -> Iterator[EditServer]:
     made = EditServer(desk, free_port(HOST, 18079, tries=200))
     made.start()
     yield made

@@ -8,8 +8,8 @@ from playwright.sync_api import Browser
 
 from tests.chromium import Visitor, chromium
 from vrg.config.loading import load_match
-from vrg.ui.edit.desk import Desk, Outcome
 from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.editor import Editor, NextStep
 from vrg.ui.edit.server import EditServer
 
 SIZES = ((1280, 720), (390, 844))
@@ -68,7 +68,7 @@ def drag(page: Visitor, start: tuple[float, float], end: tuple[float, float]) ->
 
 
 def test_a_match_is_made_mended_saved_and_played(
-    visit: Callable[[], Visitor], server: EditServer, desk: Desk, tmp_path: Path
+    visit: Callable[[], Visitor], server: EditServer, desk: Editor, tmp_path: Path
 ) -> None:
     page = visit()
     assert "#" not in page.page.url
@@ -109,7 +109,7 @@ def test_a_match_is_made_mended_saved_and_played(
 
     page.page.click("#play")
     page.wait_text("#end", "You can close this page.")
-    assert server.wait(60.0) == Outcome(play=str(tmp_path / "final.toml"))
+    assert server.wait(60.0) == NextStep(play=str(tmp_path / "final.toml"))
     assert server.rescue() == ""
 
 
@@ -133,10 +133,10 @@ def test_a_game_is_chosen_and_started_and_a_match_of_this_folder_is_changed(
     page.wait("vrg.told().title === 'Practice' && vrg.told().checked")
     page.page.click("#play")
     page.wait_text("#end", "The match is played")
-    assert server.wait(60.0) == Outcome(play="practice")
+    assert server.wait(60.0) == NextStep(play="practice")
 
 
-def test_keys_alone_choose_move_and_turn_a_robot(visit: Callable[[], Visitor], desk: Desk) -> None:
+def test_keys_alone_choose_move_and_turn_a_robot(visit: Callable[[], Visitor], desk: Editor) -> None:
     page = visit()
     page.page.click("#change")
     page.page.focus("#field")
@@ -148,7 +148,7 @@ def test_keys_alone_choose_move_and_turn_a_robot(visit: Callable[[], Visitor], d
     assert sorted((abs(round(pose.x - 21.0, 3)), abs(round(pose.y + 30.0, 3)))) == [0.1, 1.0]
 
 
-def test_what_is_typed_slowly_is_left_as_it_is_typed(visit: Callable[[], Visitor], desk: Desk) -> None:
+def test_what_is_typed_slowly_is_left_as_it_is_typed(visit: Callable[[], Visitor], desk: Editor) -> None:
     page = visit()
     page.page.click("#change")
     field = page.page.locator('[data-key="players.1.y"]')

@@ -7,7 +7,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from vrg.ui.edit.desk import Desk, Outcome
+from vrg.ui.edit.editor import Editor, NextStep
 from vrg.ui.edit.server import EditServer
 
 
@@ -29,7 +29,7 @@ LOOK = b'{"do": "look"}'
 
 
 @pytest.mark.parametrize("token", ["", "guessed", "gu\xe9ssed"])
-def test_without_its_token_nobody_reads_or_changes_anything(server: EditServer, desk: Desk, token: str) -> None:
+def test_without_its_token_nobody_reads_or_changes_anything(server: EditServer, desk: Editor, token: str) -> None:
     for path, body in (("edit", LOOK), ("edit", b'{"do": "leave", "sure": true}'), ("ticket", b"")):
         status, told = asked(server, path, body, token=token)
         assert (status, told) == (401, "expected the token of the link that the terminal shows")
@@ -63,4 +63,4 @@ def test_the_end_is_answered_before_it_is_told(server: EditServer) -> None:
     assert json.loads(asked(server, "edit", LOOK, **own)[1])["begins"] == "start"
     status, told = asked(server, "edit", b'{"do": "leave"}', **own)
     assert (status, json.loads(told)["ended"]) == (200, True)
-    assert server.wait(60.0) == Outcome()
+    assert server.wait(60.0) == NextStep()

@@ -10,7 +10,7 @@ from vrg.games.hud.helm import Wish
 from vrg.types import Pose
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.hud import words
-from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, heading, place
+from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, player_line, pose_line
 from vrg.ui.hud.dashboard import status as lines
 from vrg.ui.scene import Scene
 
@@ -65,14 +65,14 @@ def test_how_old_the_newest_messages_are() -> None:
 
 
 def test_where_the_robot_is() -> None:
-    assert place(Dashboard("ann", seen=seen(Pose(1.234, -2.0, -3.14159)))) == "x 1.23 m   y -2.00 m   -180°"
-    assert place(Dashboard("ann", seen=seen(None))) == words.NO_POSE
+    assert pose_line(Dashboard("ann", seen=seen(Pose(1.234, -2.0, -3.14159)))) == "x 1.23 m   y -2.00 m   -180°"
+    assert pose_line(Dashboard("ann", seen=seen(None))) == words.NO_POSE
 
 
 def test_who_the_player_is() -> None:
-    assert heading(Dashboard("ann", scene=scene(), seen=seen())) == "red, Player HUD"
+    assert player_line(Dashboard("ann", scene=scene(), seen=seen())) == "red, Player HUD"
     out = seen(me=status("ann", START, state="inactive"))
-    assert heading(Dashboard("ann", scene=scene(game="sharks-and-minnows"), seen=out)) == (
+    assert player_line(Dashboard("ann", scene=scene(game="sharks-and-minnows"), seen=out)) == (
         "red, inactive, Sharks and Minnows"
     )
 

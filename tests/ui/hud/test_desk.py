@@ -14,7 +14,7 @@ from vrg.ui.driving import LEASE, SLOW, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.desk import Desk
 from vrg.ui.hud.form import Form
-from vrg.ui.hud.goals import Other, refusal
+from vrg.ui.hud.goals import OtherRobot, refusal
 
 RELEASED = [("player/ann/manual", Manual(forward=0.0, turn=0.0, lease=0.0))]
 
@@ -46,13 +46,13 @@ class TestGoals:
         ],
     )
     def test_a_goal_where_the_robot_cannot_stand_is_refused(self, goal: Goal, why: str) -> None:
-        told = refusal(goal, GROUND, [Other("bob", (-1.0, 1.0), (0.0, 0.0), 0.35)])
+        told = refusal(goal, GROUND, [OtherRobot("bob", (-1.0, 1.0), (0.0, 0.0), 0.35)])
         assert told is not None
         assert why in told
 
     def test_a_free_place_and_one_that_a_moving_robot_leaves_are_good(self) -> None:
         assert refusal(Goal(0.0, 0.0), GROUND) is None
-        assert refusal(Goal(-1.0, 1.0), GROUND, [Other("bob", (-1.0, 1.0), (0.5, 0.0), 0.35)]) is None
+        assert refusal(Goal(-1.0, 1.0), GROUND, [OtherRobot("bob", (-1.0, 1.0), (0.5, 0.0), 0.35)]) is None
 
     def test_a_refused_goal_leaves_the_old_one_and_says_so(self, at: Desk) -> None:
         assert at.aim(1.0, 1.0)
@@ -207,7 +207,7 @@ class TestDriving:
         assert at.way(blind) == []
 
     def test_other_robots_are_driven_around(self, at: Desk) -> None:
-        at.see([Other("bob", (-1.5, 0.0), (0.0, 0.0), 0.35)])
+        at.see([OtherRobot("bob", (-1.5, 0.0), (0.0, 0.0), 0.35)])
         at.aim(0.0, 0.0)
         at.want(Wish.GOTO, seen())
         assert len(at.way(seen())) > 1

@@ -9,20 +9,20 @@ from tests.ui.hud.making import ROBOT, ring, scan
 from vrg.hal.sensors.depiction import Cones, Rays
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.sonar import SonarSpec
-from vrg.ui.hud.polar import REACHES, RINGS, echoes, fan, nearest, reach_for, told
+from vrg.ui.hud.polar import REACHES, RINGS, echoes, nearest, nearest_words, polar_plot, reach_for
 
 AREA = (100, 50, 400, 200)
 RIGHT, LEFT = -math.pi / 2, math.pi / 2
 
 
 def test_a_half_circle_fills_an_area_twice_as_wide_as_high() -> None:
-    plot = fan(AREA, RIGHT, LEFT, 10.0)
+    plot = polar_plot(AREA, RIGHT, LEFT, 10.0)
     assert plot.origin == pytest.approx((300, 250))
     assert plot.scale == pytest.approx(20.0)
 
 
 def test_ahead_is_up_and_left_is_left() -> None:
-    plot = fan(AREA, RIGHT, LEFT, 10.0)
+    plot = polar_plot(AREA, RIGHT, LEFT, 10.0)
     assert plot.polar(10.0, 0.0) == pytest.approx((300, 50))
     assert plot.polar(10.0, LEFT) == pytest.approx((100, 250))
     assert plot.at(0.0, -10.0) == pytest.approx((500, 250))
@@ -32,7 +32,7 @@ def test_every_beam_is_in_the_area() -> None:
     wrong = []
     for fov in (0.5, 1.0, 2.0, math.pi, 4.0, 5.5, math.tau):
         for area in (AREA, (0, 0, 100, 300), (0, 0, 300, 300)):
-            plot = fan(area, -fov / 2, fov / 2, 5.0)
+            plot = polar_plot(area, -fov / 2, fov / 2, 5.0)
             left, top, width, height = area
             for step in range(101):
                 x, y = plot.polar(5.0, fov * (step / 100 - 0.5))
@@ -72,15 +72,15 @@ def cones(**near: float) -> Cones:
 def test_the_nearest_thing_in_a_scan() -> None:
     found = rays(4.0, nearest=(120, 1.5))
     assert nearest(found) == pytest.approx((1.5, math.radians(30)))
-    assert told(found) == "nearest 1.50 m at +30°"
+    assert nearest_words(found) == "nearest 1.50 m at +30°"
     assert nearest(rays(30.0)) is None
-    assert told(rays(30.0)) == "nothing within 30 m"
+    assert nearest_words(rays(30.0)) == "nothing within 30 m"
     assert len(echoes(rays(30.0, nearest=(3, 2.0)))[0]) == 1
 
 
 def test_the_nearest_echo_of_a_ring() -> None:
     assert nearest(cones(_0=2.0, _3=1.0)) == pytest.approx((1.0, math.radians(10)))
-    assert told(cones(_3=1.0)) == "nearest 1.00 m at +10°"
+    assert nearest_words(cones(_3=1.0)) == "nearest 1.00 m at +10°"
     assert nearest(cones()) is None
 
 

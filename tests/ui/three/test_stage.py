@@ -22,7 +22,7 @@ from vrg.ui.three.board import board, last_call
 from vrg.ui.three.ground import extent, ground
 from vrg.ui.three.robots import marker_mesh, robot_look
 from vrg.ui.three.shapes import band, circle, prism, rounded, sheet, star, strip
-from vrg.ui.three.stage import Batch, Stage, fan, trails
+from vrg.ui.three.stage import Batch, BatchMaker, fan, trails
 
 P2AT = robot_model("P2AT")
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -52,7 +52,7 @@ def scene_at(time: float, *, zones: tuple[m.Zone, ...] | None = None) -> Scene:
     return builder.build(live=True)
 
 
-def batches(stage: Stage, scene: Scene) -> dict[str, Batch]:
+def batches(stage: BatchMaker, scene: Scene) -> dict[str, Batch]:
     return {batch.name: batch for batch in stage.batches(scene)}
 
 
@@ -96,7 +96,7 @@ def test_a_marker_lies_upright(marker) -> None:
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 def test_wheels_turn_by_the_way_of_the_robot(model) -> None:
-    stage, name = Stage({"nemo": model}, P2AT), f"robots/{model.name}/tyres"
+    stage, name = BatchMaker({"nemo": model}, P2AT), f"robots/{model.name}/tyres"
     turn = 2 * math.pi * model.drivetrain.wheel_radius
     shown = []
     for step in range(9):
@@ -110,7 +110,7 @@ def test_wheels_turn_by_the_way_of_the_robot(model) -> None:
 
 
 def test_wheels_do_not_turn_when_a_robot_is_placed_elsewhere() -> None:
-    stage = Stage({}, P2AT)
+    stage = BatchMaker({}, P2AT)
     before = batches(stage, Scene(bodies=(body(),)))["robots/P2AT/tyres"].turns
     after = batches(stage, Scene(bodies=(body(pose=Pose(5.3, 0.0, 0.0)),)))["robots/P2AT/tyres"].turns
     assert after == pytest.approx(before)
@@ -118,7 +118,7 @@ def test_wheels_do_not_turn_when_a_robot_is_placed_elsewhere() -> None:
 
 def test_each_robot_has_its_place_its_colour_and_the_sign_of_its_role() -> None:
     scene = scene_at(4.0)
-    shown = batches(Stage({"bruce": robot_model("ATRV-Jr")}, P2AT), scene)
+    shown = batches(BatchMaker({"bruce": robot_model("ATRV-Jr")}, P2AT), scene)
     own = shown["robots/ATRV-Jr/paint"]
     bruce = next(body for body in scene.bodies if body.name == "bruce")
     assert own.robots == ("bruce",)
@@ -133,7 +133,7 @@ def test_each_robot_has_its_place_its_colour_and_the_sign_of_its_role() -> None:
 
 
 def test_a_call_blinks_where_it_happened_and_then_the_robot_is_dull() -> None:
-    stage = Stage({}, P2AT)
+    stage = BatchMaker({}, P2AT)
     scenes = [scene_at(synthetic.TAGGED_AT + late) for late in (0.0, 0.2, 0.4, 3.0)]
     gill = [body.name for body in scenes[0].bodies].index("gill")
     colours = [tuple(batches(stage, scene)["robots/P2AT/paint"].colours[gill]) for scene in scenes]
@@ -151,7 +151,7 @@ def test_a_flag_stands_in_its_place_or_rides_on_its_carrier() -> None:
         SceneObject("blue flag", "flag", "blue", (3.0, 4.0), carrier="nemo"),
     )
     scene = Scene(game="roboflag", bodies=(body(pose=Pose(3.0, 4.0, 0.5)),), objects=flags)
-    shown = batches(Stage({}, P2AT), scene)["flags/cloths"]
+    shown = batches(BatchMaker({}, P2AT), scene)["flags/cloths"]
     assert shown.places[0] == pytest.approx((1.0, 2.0, 0.0))
     assert shown.places[1, 2] > 0.1
     assert [tuple(colour) for colour in shown.colours] == [RED, (0, 114, 178)]

@@ -15,7 +15,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
 from vrg.hal.models import robot_model
-from vrg.recording.recorded import read_match
+from vrg.recording.recorded import read_recorded
 from vrg.ui.scene import Scene
 from vrg.ui.three import theatre as module
 from vrg.ui.three.node import FRAME, ThreeNode
@@ -123,7 +123,9 @@ def test_a_node_and_a_replay_show_the_match_to_a_browser(recorded) -> None:
             page.close()
         finally:
             node.stop()
-        replay = ThreeReplay(Theatre(ROBOTS, "127.0.0.1", port := free_port(), "test"), Timeline(read_match(recorded)))
+        replay = ThreeReplay(
+            Theatre(ROBOTS, "127.0.0.1", port := free_port(), "test"), Timeline(read_recorded(recorded))
+        )
         seen: list[Visitor] = []
 
         def wait(_seconds: float) -> bool:

@@ -2,12 +2,12 @@
 
 import pytest
 
-from vrg.ui.web.admission import OFFICIAL, VIEWER, Role, RoleKind, admission, read_admission
+from vrg.ui.web.admission import OFFICIAL, VIEWER, VisitorKind, VisitorRole, admission, read_admission
 from vrg.ui.web.lobby import AT_ONCE, PER_SECOND, Admitted, Allowance, Lobby, Refused
-from vrg.ui.web.requests import Act, Action, Drive, GiveBack, Hello, read_request, refusal
+from vrg.ui.web.requests import Drive, GiveBack, Hello, PageButton, Pressed, read_request, refusal
 
 PAGE = admission("127.0.0.1", 8080, ["ann", "bob"])
-ANN = Role(RoleKind.SEAT, "ann")
+ANN = VisitorRole(VisitorKind.SEAT, "ann")
 
 
 def test_each_token_admits_to_its_own_role():
@@ -45,18 +45,18 @@ def test_it_travels_in_one_line():
     assert PAGE.official not in str(error.value)
 
 
-@pytest.mark.parametrize("what", list(Action))
+@pytest.mark.parametrize("what", list(PageButton))
 def test_a_viewer_may_neither_decide_nor_drive(what):
-    assert "token" in refusal(VIEWER, Act(what=what))
+    assert "token" in refusal(VIEWER, Pressed(what=what))
     assert "token" in refusal(VIEWER, Drive(forward=1.0, turn=0.0))
     assert "token" in refusal(VIEWER, GiveBack())
 
 
 def test_an_official_decides_but_does_not_drive_and_a_driver_may_also_stop_everything():
-    assert all(not refusal(OFFICIAL, Act(what=what)) for what in Action)
+    assert all(not refusal(OFFICIAL, Pressed(what=what)) for what in PageButton)
     assert refusal(OFFICIAL, Drive(forward=1.0, turn=0.0))
     assert not refusal(ANN, Drive(forward=1.0, turn=0.0))
-    assert [what for what in Action if not refusal(ANN, Act(what=what))] == [Action.ESTOP]
+    assert [what for what in PageButton if not refusal(ANN, Pressed(what=what))] == [PageButton.ESTOP]
 
 
 @pytest.mark.parametrize(
@@ -94,7 +94,7 @@ class TestLobby:
         found = lobby.admit(2, Hello(token=PAGE.seats["ann"], tab="b"))
         assert isinstance(found, Refused)
         assert (found.reason, "ann" in found.why) == ("taken", True)
-        assert lobby.admit(3, Hello(token=PAGE.seats["bob"], tab="b")) == Admitted(Role(RoleKind.SEAT, "bob"))
+        assert lobby.admit(3, Hello(token=PAGE.seats["bob"], tab="b")) == Admitted(VisitorRole(VisitorKind.SEAT, "bob"))
 
     def test_a_seat_can_be_taken_over_on_purpose_and_the_one_before_may_watch(self):
         lobby = Lobby(PAGE)

@@ -2,10 +2,10 @@
 
 import json
 
-from vrg.ui.web.gallery import CALLS_KEPT, Gallery, Seen
+from vrg.ui.web.gallery import CALLS_KEPT, Delivered, Gallery
 
 
-def news(gallery: Gallery, seen: Seen) -> tuple[list[object], Seen]:
+def news(gallery: Gallery, seen: Delivered) -> tuple[list[object], Delivered]:
     text, seen = gallery.since(seen)
     return json.loads(f"[{text}]"), seen
 
@@ -13,7 +13,7 @@ def news(gallery: Gallery, seen: Seen) -> tuple[list[object], Seen]:
 def test_a_late_viewer_gets_everything_once():
     gallery = Gallery()
     gallery.put({"ground": '"g"', "frame": '"f1"'}, ['"c1"', '"c2"'])
-    found, seen = news(gallery, Seen())
+    found, seen = news(gallery, Delivered())
     assert found == ["g", "f1", {"t": "calls", "calls": ["c1", "c2"]}]
     assert news(gallery, seen) == ([], seen)
 
@@ -21,7 +21,7 @@ def test_a_late_viewer_gets_everything_once():
 def test_only_what_has_changed_is_sent_again():
     gallery = Gallery()
     gallery.put({"ground": '"g"', "frame": '"f1"'})
-    _, seen = news(gallery, Seen())
+    _, seen = news(gallery, Delivered())
     gallery.put({"ground": '"g"', "frame": '"f2"'})
     assert news(gallery, seen)[0] == ["f2"]
 
@@ -29,7 +29,7 @@ def test_only_what_has_changed_is_sent_again():
 def test_a_slow_viewer_gets_the_newest_frame_only_and_misses_no_call():
     gallery = Gallery()
     gallery.put({"frame": "0"})
-    _, seen = news(gallery, Seen())
+    _, seen = news(gallery, Delivered())
     for number in range(1, 6):
         gallery.put({"frame": str(number)}, [f'"call {number}"'])
     found, _ = news(gallery, seen)
@@ -39,8 +39,8 @@ def test_a_slow_viewer_gets_the_newest_frame_only_and_misses_no_call():
 def test_viewers_that_keep_up_share_one_text():
     gallery = Gallery()
     gallery.put({"frame": '"f1"'})
-    _, first = gallery.since(Seen())
-    _, second = gallery.since(Seen())
+    _, first = gallery.since(Delivered())
+    _, second = gallery.since(Delivered())
     gallery.put({"frame": '"f2"'})
     assert gallery.since(first)[0] is gallery.since(second)[0]
 
@@ -48,9 +48,9 @@ def test_viewers_that_keep_up_share_one_text():
 def test_old_calls_are_forgotten_and_nobody_gets_one_twice():
     gallery = Gallery()
     gallery.put({}, ['"first"'])
-    _, seen = news(gallery, Seen())
+    _, seen = news(gallery, Delivered())
     gallery.put({}, [str(number) for number in range(CALLS_KEPT + 50)])
-    [late], late_seen = news(gallery, Seen())
+    [late], late_seen = news(gallery, Delivered())
     assert late["calls"] == list(range(50, CALLS_KEPT + 50))
     assert news(gallery, seen)[0][0]["calls"] == list(range(50, CALLS_KEPT + 50))
     gallery.put({}, ['"last"'])

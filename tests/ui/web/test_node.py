@@ -12,7 +12,7 @@ from vrg.bus.node import Tick
 from vrg.errors import LaunchError
 from vrg.ui.driving import LEASE
 from vrg.ui.web.node import WebNode
-from vrg.ui.web.requests import Action, Command, Decision, Wishes
+from vrg.ui.web.requests import Command, Decision, PageButton, Wishes
 
 
 class Audience:
@@ -145,14 +145,14 @@ def test_the_lease_holds_in_real_time_in_a_match_that_is_fast(keys, node, match,
 
 def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(node, match, audience):
     match.step(node, 5.0, 0)
-    stop = Decision(1, "driver of nemo (web)", Action.ESTOP)
+    stop = Decision(1, "driver of nemo (web)", PageButton.ESTOP)
     audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),), decisions=(stop,))
     node.tick(Tick(5.0, live=False))
     assert said(node) == [m.Estop(by="driver of nemo (web)")]
     assert audience.frames[-1]["state"]["banners"][0]["heading"] == "NO CLOCK"
 
 
-@pytest.mark.parametrize("what", [Action.HALT, Action.RESUME, Action.RECOVER, Action.END])
+@pytest.mark.parametrize("what", [PageButton.HALT, PageButton.RESUME, PageButton.RECOVER, PageButton.END])
 def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided(keys, node, match, audience, what):
     audience.wish = Wishes(decisions=(Decision(7, "official (web)", what),))
     match.step(node, 5.0, 0)
@@ -169,8 +169,8 @@ def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided
 def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, match):
     one, other = Audience(), Audience()
     nodes = [WebNode("web", Mailbox(), keys, audience) for audience in (one, other)]
-    one.wish = Wishes(decisions=(Decision(7, "official (web)", Action.HALT),))
-    other.wish = Wishes(decisions=(Decision(8, "official (web)", Action.RESUME),))
+    one.wish = Wishes(decisions=(Decision(7, "official (web)", PageButton.HALT),))
+    other.wish = Wishes(decisions=(Decision(8, "official (web)", PageButton.RESUME),))
     for node in nodes:
         match.step(node, 5.0, 0)
     [asked], [_] = (said(node) for node in nodes)
@@ -183,7 +183,7 @@ def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, mat
 
 
 def test_the_emergency_stop_and_its_release_have_keys_of_their_own(node, match, audience):
-    decisions = tuple(Decision(1, "official (web)", what) for what in (Action.ESTOP, Action.RELEASE))
+    decisions = tuple(Decision(1, "official (web)", what) for what in (PageButton.ESTOP, PageButton.RELEASE))
     audience.wish = Wishes(decisions=decisions)
     match.step(node, 5.0, 0)
     assert said(node) == [m.Estop(by="official (web)"), m.EstopRelease(by="official (web)")]

@@ -15,7 +15,7 @@ from vrg.types import Pose
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer
 from vrg.ui.web import parts
 from vrg.ui.web.admission import Admission, admission
-from vrg.ui.web.requests import Action
+from vrg.ui.web.requests import PageButton
 from vrg.ui.web.server import WebServer
 
 FIELD = Rectangle(0.0, 0.0, 20.0, 12.0)
@@ -260,7 +260,7 @@ class TestDriving:
             driver.page.wait_for_timeout(20)
         raise AssertionError("the player was not given back")
 
-    def wait_decision(self, driver: Visitor, server: WebServer, action: Action) -> None:
+    def wait_decision(self, driver: Visitor, server: WebServer, action: PageButton) -> None:
         """Wait until a button was pressed."""
         for _ in range(1000):
             if any(decision.what is action for decision in server.wishes().decisions):
@@ -310,7 +310,7 @@ class TestDriving:
         driver.page.evaluate("() => (window.testPad.buttons[5].pressed = true)")
         self.wait_command(driver, server, lambda forward, turn: (forward, turn) == (0.5, 0.0))
         driver.page.evaluate("() => (window.testPad.buttons[8].pressed = true)")
-        self.wait_decision(driver, server, Action.ESTOP)
+        self.wait_decision(driver, server, PageButton.ESTOP)
         driver.page.evaluate(
             """() => {
                 const gamepad = window.testPad;
@@ -350,7 +350,7 @@ class TestDriving:
         self.wait_command(driver, server, lambda forward, turn: forward == 0.5)
         driver.page.keyboard.down("Control")
         driver.page.keyboard.down("Space")
-        self.wait_decision(driver, server, Action.ESTOP)
+        self.wait_decision(driver, server, PageButton.ESTOP)
 
     def test_a_second_tab_is_refused_and_can_take_over(self, driver, visit):
         second = visit("player2")

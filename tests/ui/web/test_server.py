@@ -13,7 +13,7 @@ import pytest
 from vrg.errors import LaunchError
 from vrg.ui.web.admission import admission
 from vrg.ui.web.headers import foreign
-from vrg.ui.web.requests import REQUEST_LIMIT, Action, Command, Wishes
+from vrg.ui.web.requests import REQUEST_LIMIT, Command, PageButton, Wishes
 from vrg.ui.web.server import IN_FLIGHT, WebServer
 
 PATIENCE = 60.0
@@ -131,7 +131,7 @@ def test_a_viewer_that_tries_to_drive_or_halt_is_refused_and_that_is_logged(serv
             await viewer.hear("welcome")
             await viewer.say(t="drive", forward=1.0, turn=0.0)
             assert "seat" in (await viewer.hear("notice"))["text"]
-            for what in Action:
+            for what in PageButton:
                 await viewer.say(t="act", what=what)
                 assert "token" in (await viewer.hear("notice"))["text"]
 
@@ -162,7 +162,7 @@ def test_an_official_decides_and_hears_the_answer(server):
             await official.say(t="act", what="halt")
             await until(lambda: server._decisions)
             [decision] = server.wishes().decisions
-            assert (decision.what, decision.by) == (Action.HALT, "official (web)")
+            assert (decision.what, decision.by) == (PageButton.HALT, "official (web)")
             server.tell(decision.guest, "play is halted already")
             assert (await official.hear("notice"))["text"] == "play is halted already"
 

@@ -114,24 +114,24 @@ class Tracker:
             for track in self.tracks
         ]
 
-    def forget(self, evidence: Sequence[Sighting]) -> None:
+    def forget(self, sightings: Sequence[Sighting]) -> None:
         """Forget the robot that sightings are of, because it is out of play."""
-        track = self.track_of(evidence)
+        track = self.track_of(sightings)
         self.tracks = [each for each in self.tracks if each is not track]
 
-    def track_of(self, evidence: Sequence[Sighting]) -> Track | None:
+    def track_of(self, sightings: Sequence[Sighting]) -> Track | None:
         """The robot that sightings are of; a new one, which is not kept, if it is none of those that are known.
 
         Args:
-            evidence: sightings of one robot, such as those that the referee publishes; None is returned if it is empty.
+            sightings: of one robot, such as those that the referee publishes; None is returned if it is empty.
         """
-        if not evidence:
+        if not sightings:
             return None
-        surprises = [median(track.line.surprise(s) for s in evidence) for track in self.tracks]
+        surprises = [median(track.line.surprise(s) for s in sightings) for track in self.tracks]
         best = min(range(len(surprises)), key=lambda i: surprises[i], default=None)
         if best is not None and surprises[best] <= GATE:
             return self.tracks[best]
-        return Track(fitted(evidence, time=evidence[0].time, speed=self.speed), tuple(evidence))
+        return Track(fitted(sightings, time=sightings[0].time, speed=self.speed), tuple(sightings))
 
     def numbered(self, number: int) -> Track | None:
         """The robot of this number, or None if it is not known any more."""

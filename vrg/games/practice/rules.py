@@ -91,4 +91,4 @@ class Practice(RuleBook[GameState]):
         Raises:
             ConfigError: always.
         """
-        raise ConfigError([f"{action}: {self.name} has no scores, roles or states"])
+        raise ConfigError(f"{action}: {self.name} has no scores, roles or states")

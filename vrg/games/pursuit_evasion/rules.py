@@ -4,8 +4,8 @@ Intruders cross a convex area that pursuers guard. Pursuers stand at their posts
 seen twice, the referee auctions it, and the pursuer with the lowest bid is dispatched. Pursuers score a capture, and
 intruders an escape. Then the players are reset: the intruder is put back to where it started, if its robot is a virtual
 one, and the pursuer drives back to its post. Who guesses what it has not seen is not listened to for a while, and an
-intruder that does not drive straight on at its top speed counts as captured. No player is told the true pose of an
-intruder in play, nor that of a pursuer, except in the calls that it is dispatched and that it captures somebody.
+intruder that does not drive straight on at its top speed counts as captured. No player learns the true pose of an
+intruder in play, nor that of a pursuer, except in the calls that it is dispatched and that it captures another.
 """
 
 import math
@@ -165,15 +165,15 @@ class PursuitEvasion(RuleBook[State]):
 
         A sighting of any other robot is neither counted nor a false alarm.
         """
-        told: dict[str, list[Sighting]] = {}
+        reports: dict[str, list[Sighting]] = {}
         for who, sighting in now.sightings:
-            told.setdefault(who, []).append(sighting)
-        for who in (name for name in self.pursuers if name in told and name not in state.disqualified):
+            reports.setdefault(who, []).append(sighting)
+        for who in (name for name in self.pursuers if name in reports and name not in state.disqualified):
             # Who tells of too many at once is guessing: a scan shows a few robots at most.
-            if len(told[who]) > SIGHTINGS_AT_ONCE:
+            if len(reports[who]) > SIGHTINGS_AT_ONCE:
                 continue
             silenced = state.silenced.get(who, 0.0) > clock
-            timely = [(each, poses) for each in told[who] if (poses := state.poses_at(each.time)) is not None]
+            timely = [(each, poses) for each in reports[who] if (poses := state.poses_at(each.time)) is not None]
             if any(nearest(each, set(poses) - {who}, poses)[0] > SIGHTING_REACH for each, poses in timely):
                 state = structs.replace(state, silenced={**state.silenced, who: clock + FALSE_REPORT_PENALTY})
                 if not silenced:

@@ -1,8 +1,8 @@
 """The messages of pursuers to one another over the radio, and their decoding.
 
 Everything fits into one message of the radio (1024 bytes): the speaker's pose and motion, its new sightings, and from
-time to time the free space that it has seen while the scene was empty. No more sightings are said than the referee may
-be told; the others are left out, because there will be newer ones.
+time to time the free space that it has seen while the scene was empty. It has no more sightings than the referee may
+be sent; the others are left out, because there will be newer ones.
 """
 
 from collections.abc import Sequence
@@ -59,14 +59,14 @@ def words(pose: Pose, twist: Twist, sightings: Sequence[Sighting], snapshot: Sna
         steps = np.clip(np.floor(coarse.free / RANGE_STEP), 0, 255).astype(np.uint8)
         free = ((*coarse.origin, coarse.heading, coarse.angle_min, coarse.angle_step), steps.tobytes())
     seen = [(s.x, s.y, s.time, s.xx, s.xy, s.yy) for s in sightings[:SIGHTINGS_AT_ONCE]]
-    said = _Said((pose.x, pose.y, pose.theta, twist.v, twist.w, twist.side), seen, free)
-    return msgspec.to_builtins(said, builtin_types=(bytes,), enc_hook=plain)
+    payload = _Said((pose.x, pose.y, pose.theta, twist.v, twist.w, twist.side), seen, free)
+    return msgspec.to_builtins(payload, builtin_types=(bytes,), enc_hook=plain)
 
 
-def understood(said: Any) -> Words | None:
+def understood(payload: Any) -> Words | None:
     """The content of a message, or None if it is no pursuer's: a team mate may play by another program."""
     try:
-        found = msgspec.convert(said, _Said, builtin_types=(bytes,))
+        found = msgspec.convert(payload, _Said, builtin_types=(bytes,))
         seen = tuple(
             Sighting(x=x, y=y, time=time, xx=xx, xy=xy, yy=yy)
             for x, y, time, xx, xy, yy in found.seen[:SIGHTINGS_AT_ONCE]

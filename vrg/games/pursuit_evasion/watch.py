@@ -109,9 +109,9 @@ class IntruderDetector:
         """The places of team mates that have reported them not long ago, m."""
         return {
             name: (pose.x, pose.y)
-            for name, (stamp, said) in self.mates.items()
-            if now - stamp <= MATE_FORGOTTEN or said.twist == STILL
-            for pose in [along_arc(said.pose, said.twist, min(max(now - stamp, 0.0), MATE_FORGOTTEN))]
+            for name, (stamp, words) in self.mates.items()
+            if now - stamp <= MATE_FORGOTTEN or words.twist == STILL
+            for pose in [along_arc(words.pose, words.twist, min(max(now - stamp, 0.0), MATE_FORGOTTEN))]
         }
 
     def team(self, view: View, now: float) -> dict[str, tuple[Vector, float]]:
@@ -128,14 +128,14 @@ class IntruderDetector:
 
     def _hear(self, heard: Sequence[TeamMessage], now: float) -> None:
         for each in heard:
-            said = understood(each.words)
-            if said is None:
+            words = understood(each.words)
+            if words is None:
                 continue
-            if self.mates.get(each.speaker, (-math.inf, said))[0] <= each.stamp:
-                self.mates[each.speaker] = (each.stamp, said)
-            if said.snapshot is not None:
-                self._theirs[each.speaker] = said.snapshot
-            self.tracker.update(self.timely(said.sightings), now)
+            if self.mates.get(each.speaker, (-math.inf, words))[0] <= each.stamp:
+                self.mates[each.speaker] = (each.stamp, words)
+            if words.snapshot is not None:
+                self._theirs[each.speaker] = words.snapshot
+            self.tracker.update(self.timely(words.sightings), now)
 
     def _seen(self, view: View, scan: Scan, stamp: float) -> list[Sighting]:
         snapshots = [*([] if self.own is None else [self.own]), *self._theirs.values()]

@@ -1,6 +1,6 @@
 """The judgement of RoboFlag at one look (thesis, Algorithm 4.3): first home, then the flag, then tags.
 
-Each part judges the whole ways of the players since the look before, so that nobody jumps over anything. Each function
+Each part judges the whole ways of the players since the look before, so that none jumps over anything. Each function
 takes the state and these ways, and returns the new state and the calls. Distances are between centres, and a player at
 exactly the distance is near enough.
 """

@@ -122,7 +122,7 @@ class RoboFlag(RuleBook[State]):
         opponents = other(self.teams[name])
         carrier = state.flag(opponents).carrier
         if value == FLAGGED and carrier not in (None, name):
-            raise ConfigError([f"{carrier} has the flag of {opponents} already"])
+            raise ConfigError(f"{carrier} has the flag of {opponents} already")
         if value == FLAGGED or carrier == name:
             state = state.with_carrier(opponents, name if value == FLAGGED else None)
         return self._led_home(state.with_state([name], value))

@@ -1,7 +1,7 @@
 """A CAN bus by python-can, with a receive thread of its own. It knows frames, and nothing of motors.
 
 Met in practice, and worked around here: after an interface went down `recv` returns None for ever and the bus still
-calls itself active, so nobody judges health by the absence of errors; after an interface was deleted the socket stays
+calls itself active, so health is not judged by the absence of errors; after an interface was deleted the socket stays
 dead for good; a full transmit queue is an error at once, whatever the time-out; the receive queue overflows silently.
 """
 
@@ -17,7 +17,7 @@ import can
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.link import IDLE_TIMEOUT, SEND_PATIENCE, Link
+from vrg.hal.can.link import IDLE_TIMEOUT, SEND_TIMEOUT, Link
 from vrg.hal.can.opening import frame_time, open_bus, restart, takes_fd
 from vrg.hal.can.sending import Echoes, Pacer
 from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full
@@ -106,7 +106,7 @@ class CanBus:
             bus.set_filters(filters or None)  # type: ignore[arg-type]
 
     def send(self, frame: Frame, *, urgent: bool = False) -> None:
-        """Send within SEND_PATIENCE s or never: nothing is queued here to be sent late.
+        """Send within SEND_TIMEOUT s or never: nothing is queued here to be sent late.
 
         Args:
             urgent: it switches a motor off, and does not wait for those that are under way; see `Pacer`.
@@ -117,12 +117,10 @@ class CanBus:
         # On a bus without CAN FD such a frame is an error to all other nodes.
         if frame.fd and not self._fd:
             raise NoFdError(f"{self.link}: CAN FD is switched off on this interface")
-        deadline = time.monotonic() + SEND_PATIENCE
+        deadline = time.monotonic() + SEND_TIMEOUT
         while self._pacer.frame_time and (delay := self._reserve(urgent)) > 0:
             if time.monotonic() + delay > deadline:
-                raise RobotError(
-                    f"{self.link}: more frames wait to be sent than the bus carries in {SEND_PATIENCE:g} s"
-                )
+                raise RobotError(f"{self.link}: more frames wait to be sent than the bus carries in {SEND_TIMEOUT:g} s")
             time.sleep(delay)
         while True:
             bus = self._bus

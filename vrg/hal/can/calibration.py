@@ -58,13 +58,13 @@ def load_calibration(path: Path, nodes: list[int]) -> Calibration:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigError([f"{path}: expected a calibration file, as `vrg can calibrate` writes it: {error}"]) from None
+        raise ConfigError(f"{path}: expected a calibration file, as `vrg can calibrate` writes it: {error}") from None
     try:
         found = Calibration.model_validate(data)
     except ValidationError as error:
         raise ConfigError([f"{path}: {problem}" for problem in problems_of(error)]) from None
     if sorted(found.axes) != sorted(nodes):
-        raise ConfigError([f"{path}: axes: expected nodes {sorted(nodes)}, as wired, got {sorted(found.axes)}"])
+        raise ConfigError(f"{path}: axes: expected nodes {sorted(nodes)}, as wired, got {sorted(found.axes)}")
     return found
 
 

@@ -44,7 +44,7 @@ STATUS_GRACE = 0.5
 class Guard:
     """Keeps the reasons for which the motors of one robot must be off. Times are monotonic, s.
 
-    `look` is told the time until which the bus has been heard, where the others are told the time that it is: a process
+    `look` gets the time until which the bus has been heard, where the others get the present time: a process
     that was kept from running finds heartbeats that wait to be read, and a drive is not dead for that.
 
     Args:

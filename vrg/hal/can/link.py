@@ -40,8 +40,8 @@ class Link:
     def __str__(self) -> str:
         where = self.channel if self.interface == "socketcan" else f"{self.interface}:{self.channel}"
         # Two servers may each have a can0.
-        told = [f"{name} {self.adapter[name]}" for name in ("host", "port") if name in self.adapter]
-        return f"{where} ({', '.join(told)})" if told else where
+        extras = [f"{name} {self.adapter[name]}" for name in ("host", "port") if name in self.adapter]
+        return f"{where} ({', '.join(extras)})" if extras else where
 
     @property
     def arguments(self) -> list[str]:
@@ -104,7 +104,7 @@ def _flat(adapter: Mapping[str, AdapterValue]) -> Iterable[tuple[str, AdapterVal
             yield name, value
 
 
-SEND_PATIENCE: Final = 0.02
+SEND_TIMEOUT: Final = 0.02
 """s that a frame may wait for those before it; one that would wait longer is refused. A queue of ten frames is emptied
 in half that time."""
 IDLE_TIMEOUT: Final = 0.05
@@ -131,7 +131,7 @@ class Bus(Protocol):
         """Drop all frames but those that one of the filters lets through; None hears everything again."""
 
     def send(self, frame: Frame, *, urgent: bool = False) -> None:
-        """Send a frame within SEND_PATIENCE or never.
+        """Send a frame within SEND_TIMEOUT or never.
 
         Raises:
             RobotError: it could not be sent, with the reason.

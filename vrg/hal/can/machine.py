@@ -299,7 +299,7 @@ class StateMachine:
         if guard.fault != self._fault_logged:
             self._fault_logged, self._off_logged = guard.fault, False
             if self._fault_logged:
-                log.error("%s: %s: its motors are told to be off until it is recovered", self.name, self._fault_logged)
+                log.error("%s: %s: its motors stay off until it is recovered", self.name, self._fault_logged)
         if self._fault_logged and not self._off_logged and guard.off:
             self._off_logged = True
             log.warning("%s: every drive says that its motor is off", self.name)
@@ -321,10 +321,10 @@ class StateMachine:
 
     def failed(self, act: AxisMethod, words: str) -> None:
         """An order could not be carried out."""
-        told = f"{act.value.replace('_', ' ')}: {words}"
-        if act not in (AxisMethod.COMMAND, AxisMethod.POLL) and told != self._complained:
-            self._complained = told  # a player that is stopped asks again at every tick
-            log.warning("%s: %s", self.name, told)
+        text = f"{act.value.replace('_', ' ')}: {words}"
+        if act not in (AxisMethod.COMMAND, AxisMethod.POLL) and text != self._complained:
+            self._complained = text  # a player that is stopped asks again at every tick
+            log.warning("%s: %s", self.name, text)
         self.guard.latch(words)
 
     def _idle(self, now: float) -> list[Order]:

@@ -1,6 +1,6 @@
 """Meets the drives of a robot, step by step: each must identify itself before it is set up. Numbers alone.
 
-Nothing is sent to drives that somebody else commands: to be asked and set up would disturb who does.
+Nothing is sent to drives that another program commands: to be asked and set up would disturb who does.
 """
 
 import enum

@@ -239,9 +239,9 @@ def restart(link: Link) -> str | None:
 
 def _details(channel: str) -> dict[str, Any]:
     """The kernel's details of an interface: its kind, and for a controller its state and its bit timing."""
-    said = _run(["ip", "-details", "-json", "link", "show", "dev", channel])
+    output = _run(["ip", "-details", "-json", "link", "show", "dev", channel])
     try:
-        data: dict[str, Any] = json.loads(said or "[]")[0]["linkinfo"]
+        data: dict[str, Any] = json.loads(output or "[]")[0]["linkinfo"]
     except (ValueError, LookupError, TypeError):
         return {}
     return data

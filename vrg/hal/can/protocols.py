@@ -51,7 +51,7 @@ class Protocol:
             ConfigError: there is none, it cannot be imported, or it is no `EmulatedDrive`.
         """
         if self.drive is None:
-            raise ConfigError([f"protocol {self.name}: it has no emulated drive, so that only real ones can be driven"])
+            raise ConfigError(f"protocol {self.name}: it has no emulated drive, so that only real ones can be driven")
         found: type[EmulatedDrive] = self._load(self.drive, "vrg.hal.can.workshop.emulated", "EmulatedDrive")
         return found
 
@@ -64,7 +64,7 @@ class Protocol:
         """
         if self.listener is None:
             raise ConfigError(
-                [f"protocol {self.name}: it has no listener, so that its drives cannot be found or set on a bus"]
+                f"protocol {self.name}: it has no listener, so that its drives cannot be found or set on a bus"
             )
         found: type[Listener] = self._load(self.listener, "vrg.hal.can.workshop.listener", "Listener")
         return found
@@ -75,10 +75,10 @@ class Protocol:
             found: Any = load_object(target)
         # Another package may raise anything while it is imported, and that must not look like a fault of VRG.
         except Exception as error:
-            raise ConfigError([f"protocol {self.name}: cannot import {target}: {error!r}"]) from error
+            raise ConfigError(f"protocol {self.name}: cannot import {target}: {error!r}") from error
         if not (isinstance(found, type) and issubclass(found, getattr(import_module(module), base))):
             wanted = f"expected a subclass of {base}, got {found!r}"
-            raise ConfigError([f"protocol {self.name}: {target}: {wanted}"])
+            raise ConfigError(f"protocol {self.name}: {target}: {wanted}")
         return found
 
 

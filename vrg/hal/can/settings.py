@@ -132,10 +132,8 @@ class RobotWiring(Table):
         if sorted(self._by_axis) != sorted(names):
             wired = ", ".join(self._by_axis)
             raise ConfigError(
-                [
-                    f"expected the motors of the axes {', '.join(names)} of this model, got {wired}: write "
-                    f"`axes = {{ {', '.join(f'{name} = [...]' for name in names)} }}` into the wiring of this robot"
-                ]
+                f"expected the motors of the axes {', '.join(names)} of this model, got {wired}: write "
+                f"`axes = {{ {', '.join(f'{name} = [...]' for name in names)} }}` into the wiring of this robot"
             )
         axes = []
         for name, nodes in self._by_axis.items():
@@ -262,7 +260,7 @@ class CanSettings(BackendSettings):
             wiring = self.robots[name]
             if wiring.calibration is None:
                 found.append(
-                    f"{name}: its directions, gear ratio and track are as the file says: nobody has measured them, as "
+                    f"{name}: its directions, gear ratio and track are as in the file: they were not measured, as "
                     "`vrg can calibrate` does"
                 )
             if wiring.watchdog == "unsafe":

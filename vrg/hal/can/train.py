@@ -289,7 +289,7 @@ class DriveTrain:
             fault = guard.fault
             if fault is None and guard.at_drive:
                 fault = "the emergency stop was pressed at a drive: release it by `vrg estop --release`"
-            told = [(axis.voltage, axis.supplied) for axis in axes.values() if axis.voltage is not None]
+            supplies = [(axis.voltage, axis.supplied) for axis in axes.values() if axis.voltage is not None]
             return TrainState(
                 age=max(0.0, now - min(axis.measured for axis in axes.values())),
                 speeds=base.speeds({node: axis.velocity for node, axis in axes.items()}),
@@ -298,8 +298,8 @@ class DriveTrain:
                 armed=guard.armed,
                 fault=fault,
                 estop=guard.estop,
-                volts=min(volts for volts, _ in told) if told else None,
-                volts_age=max(0.0, now - min(at for _, at in told)) if told else math.inf,
+                volts=min(volts for volts, _ in supplies) if supplies else None,
+                volts_age=max(0.0, now - min(at for _, at in supplies)) if supplies else math.inf,
             )
 
     @property
@@ -348,7 +348,7 @@ class DriveTrain:
                 route = self._routes.get(key)
                 if route is None:
                     if len(self._routes) >= _ROUTES:
-                        self._routes.clear()  # somebody sends random identifiers
+                        self._routes.clear()  # a node sends random identifiers
                     wanting = [a for a in self._axes.values() if any(f.passes(frame) for f in a.filters)]
                     route = self._routes[key] = tuple(wanting)
                 axes = route

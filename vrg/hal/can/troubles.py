@@ -33,7 +33,7 @@ def describe_error(error: Exception) -> str:
     if number in (errno.ENODEV, errno.ENXIO, errno.EBADF):
         return "the interface is gone"
     if is_full(error):
-        return "the transmit queue is full: nobody takes the frames off the bus"
+        return "the transmit queue is full: no node takes the frames off the bus"
     return str(error) or type(error).__name__
 
 

@@ -29,7 +29,7 @@ PixelCount = Annotated[int, Meta(ge=1, le=png.SIDE_LIMIT)]
 class Camera(SensorMessage, frozen=True, kw_only=True):
     """One picture of a camera.
 
-    The world takes pictures only while somebody asks for them: the match file (`camera = true` at a player), or a
+    The world takes pictures only while a node asks for them: the match file (`camera = true` at a player), or a
     program that sends `CameraRequest`.
 
     Args:

@@ -144,12 +144,12 @@ def load_map(name_or_path: str | Path) -> Map:
     path = Path(wanted)
     if not wanted.endswith(".toml"):
         if wanted not in MAPS:
-            raise ConfigError([f"{MAPS.unknown(wanted)}, or a path that ends in .toml"])
+            raise ConfigError(f"{MAPS.unknown(wanted)}, or a path that ends in .toml")
         path = MAPS.get(wanted)
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigError([f"map: cannot read {path}: {error}"]) from None
+        raise ConfigError(f"map: cannot read {path}: {error}") from None
     return _parse(text, str(path))
 
 

@@ -83,8 +83,8 @@ class WorldNode(Node):
         world = self.world
         for name, state in world.states():
             publish(self._state_of(name), state)
-        for robot, sensor, said in world.sense():
-            publish(self._sensor_of(robot, sensor, type(said)), said)
+        for robot, sensor, reading in world.sense():
+            publish(self._sensor_of(robot, sensor, type(reading)), reading)
         poses = world.poses()
         publish(self._poses, poses)
         for body in poses.bodies:

@@ -45,20 +45,20 @@ def _ssh() -> list[str]:
     Raises:
         LaunchError: the value in the environment is no command.
     """
-    said = os.environ.get(SSH) or "ssh"
+    typed = os.environ.get(SSH) or "ssh"
     try:
-        return shlex.split(said)
+        return shlex.split(typed)
     except ValueError as error:
-        raise LaunchError(f"{SSH}: expected a command such as `ssh -F file`, got {said!r}: {error}") from error
+        raise LaunchError(f"{SSH}: expected a command such as `ssh -F file`, got {typed!r}: {error}") from error
 
 
-def advice(said: str, name: str, host: str) -> str:
+def advice(message: str, name: str, host: str) -> str:
     """Advice for a person when ssh has failed.
 
     Args:
-        said: the last line of ssh. name: the machine's name in the match file. host: what ssh was to connect to.
+        message: the last line of ssh. name: the machine's name in the match file. host: what ssh was to connect to.
     """
-    found = next((text.format(name=name, host=host) for words, text in _ADVICE if words in said.lower()), "")
+    found = next((text.format(name=name, host=host) for words, text in _ADVICE if words in message.lower()), "")
     return f"{found}{'; ' if found else ''}`ssh {host} true` must work without a question"
 
 
@@ -82,13 +82,13 @@ class Connection:
         self._log_begins = log.stat().st_size if log.exists() else 0
         command = [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} node host"]
         try:
-            said = log.open("ab")
+            errors = log.open("ab")
         except OSError as error:
             raise LaunchError(f"{log}: cannot be written: {error.strerror}") from error
-        with said:
+        with errors:
             try:
                 self._process = subprocess.Popen(
-                    command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=said, start_new_session=True
+                    command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, start_new_session=True
                 )
             except OSError as error:
                 raise LaunchError(f"{command[0]} cannot be run: {error.strerror}: install OpenSSH's client") from error
@@ -120,16 +120,16 @@ class Connection:
         with self._log.open("rb") as log:
             log.seek(self._log_begins)
             lines = [line for line in log.read().decode(errors="replace").splitlines() if line.strip()]
-        said = lines[-1].removeprefix("vrg: ") if lines else ""
+        message = lines[-1].removeprefix("vrg: ") if lines else ""
         skipped = self._frames.skipped.decode(errors="replace").strip()
         if status == _SSH_FAILED:
-            return f"{said.rstrip('.: ') or 'ssh has failed'}: {advice(said, self._name, host)}"
-        if status == _NO_COMMAND or "No such file" in said:
+            return f"{message.rstrip('.: ') or 'ssh has failed'}: {advice(message, self._name, host)}"
+        if status == _NO_COMMAND or "No such file" in message:
             return (
-                f"{said}: install VRG there, or write where it is into [machines.{self._name}], such as "
+                f"{message}: install VRG there, or write where it is into [machines.{self._name}], such as "
                 '`vrg = "~/vrg/.venv/bin/vrg"`'
             )
-        return f"the agent has ended with status {status}: {said or skipped or 'without a word'} (log: {self._log})"
+        return f"the agent has ended with status {status}: {message or skipped or 'without a word'} (log: {self._log})"
 
     def end(self, *, patience: float | None = None) -> None:
         """Close the connection, and let ssh end. The agent then stops its processes and ends. Idempotent.

@@ -22,7 +22,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="python -m vrg.testing.can_faults", description=(can_faults.__doc__ or "").split("\n", 1)[0]
     )
     parser.add_argument("--protocol", action="append", help="several are possible; all if missing")
-    parser.add_argument("--sequences", type=_positive, help="how many in all; without it one life is told step by step")
+    parser.add_argument(
+        "--sequences", type=_positive, help="how many in all; without it one life is printed step by step"
+    )
     parser.add_argument("--seed", type=int, default=0, help="the first one")
     parser.add_argument("--jobs", type=_positive, default=1, help="processes")
     options = parser.parse_args(arguments)
@@ -72,14 +74,14 @@ def _many(protocols: Sequence[str], options: argparse.Namespace) -> Iterator[Cou
     """Many lives, and now and then how far it is."""
     lives = math.ceil(options.sequences / EPISODES / len(protocols))
     cases = [(name, seed) for seed in range(options.seed, options.seed + lives) for name in protocols]
-    began = told = time.monotonic()
+    began = printed = time.monotonic()
     # Processes of the pool end with this one, however it ends.
     with Pool(options.jobs) if options.jobs > 1 else nullcontext() as pool:
         for number, finding in enumerate(map(live, cases) if pool is None else pool.imap(live, cases, chunksize=4), 1):
             yield finding
-            if time.monotonic() - told > 5.0:
-                told = time.monotonic()
-                rate = 60 * EPISODES * number / (told - began)
+            if time.monotonic() - printed > 5.0:
+                printed = time.monotonic()
+                rate = 60 * EPISODES * number / (printed - began)
                 print(f"{EPISODES * number} sequences, {rate:.0f} a minute", file=sys.stderr, flush=True)
 
 

@@ -71,16 +71,16 @@ class Life:
         self._simulation = Simulation(strict=True)
         self._clock = self._simulation.clock
         spoken = PROTOCOLS.get(protocol)
-        told = spoken.axis_type.options_type.model_validate(OPTIONS.get(protocol, {}))
+        options = spoken.axis_type.options_type.model_validate(OPTIONS.get(protocol, {}))
         self._drives: list[EmulatedDrive] = [
             spoken.drive_type(
-                node, DriveOptions(serial=node, watchdog=0.25, protocol=told), 0.0, random.Random(f"{seed} {node}")
+                node, DriveOptions(serial=node, watchdog=0.25, protocol=options), 0.0, random.Random(f"{seed} {node}")
             )
             for node in NODE_IDS
         ]
         link = Link(interface=LINK.interface, channel=LINK.channel, bitrate=self._rng.choice(_BITRATES))
         # A drive of another robot speaks there, too.
-        other = spoken.drive_type(OTHER, DriveOptions(serial=OTHER, protocol=told), 0.0, random.Random(f"{seed}"))
+        other = spoken.drive_type(OTHER, DriveOptions(serial=OTHER, protocol=options), 0.0, random.Random(f"{seed}"))
         self._simulation.wire(link).attach([*self._drives, other])
         self._faults = Faults(self._simulation, self._drives, self._rng, self._note)
         self._robot = Robot(self._simulation, protocol)
@@ -229,8 +229,8 @@ class Life:
         end, asked, recoveries = self._clock.now() + REVIVE, -math.inf, 0
         while not all(drive.motor.velocity > 10.0 for drive in self._drives):
             if self._clock.now() > end:
-                told = self._judge.fault or "no fault"
-                raise WrongError(f"it does not drive {REVIVE:g} s after everything was well again, and tells {told}")
+                fault = self._judge.fault or "no fault"
+                raise WrongError(f"it does not drive {REVIVE:g} s after everything was well again, and reports {fault}")
             if self._judge.reported and self._robot.connected and self._clock.now() - asked > 1.5:
                 asked, recoveries = self._clock.now(), recoveries + 1
                 if recoveries > _RECOVERIES and self._faults.written:

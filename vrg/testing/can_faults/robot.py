@@ -29,7 +29,7 @@ OPTIONS = {"vesc": {"pole_pairs": 7}}
 """The options that drives of a protocol need."""
 
 
-def port_of(driver: CanDriver) -> Port:
+def adapter_of(driver: CanDriver) -> Port:
     """The adapter of a driver on a simulated bus."""
     port = driver._train._bus
     assert isinstance(port, Port)
@@ -67,7 +67,7 @@ class Robot:
     @property
     def port(self) -> Port:
         """Its adapter."""
-        return port_of(self.driver)
+        return adapter_of(self.driver)
 
     def hear(self, topic: Topic[Message], body: Message) -> None:
         """A message is published on the match's bus."""

@@ -161,8 +161,8 @@ class BoardPainter:
             surface.blit(text, text.get_rect(midleft=(box.left + round(40 * ui), box.centery)))
             does = _does(player, chosen)
             room = box.width - round(170 * ui)
-            told = self._fonts.render(self._fonts.shorten(does, room, size), size, ink)
-            surface.blit(told, told.get_rect(midright=(box.right - round(10 * ui), box.centery)))
+            text = self._fonts.render(self._fonts.shorten(does, room, size), size, ink)
+            surface.blit(text, text.get_rect(midright=(box.right - round(10 * ui), box.centery)))
             y += row
         return y + round(6 * ui)
 
@@ -186,7 +186,7 @@ class BoardPainter:
 
 
 def _does(player: ScenePlayer | None, chosen: bool) -> str:
-    """What a player does, in a few words."""
+    """A player's activity, in a few words."""
     if player is None:
         return "not there"
     if player.fault:

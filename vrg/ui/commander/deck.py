@@ -1,4 +1,4 @@
-"""What a commander has chosen: the priority of the team, and which of its players is driven. This needs no window.
+"""A commander's choices: the priority of the team, and the player that is driven. This needs no window.
 
 While no player is driven, one of the buttons A, B, X and Y sets the priority of the team, and the same one again ends
 it. A player button, which is an arrow of the directional pad, drives a player by hand; the same one again gives back.

@@ -22,7 +22,7 @@ from vrg.ui.text import Fonts
 from vrg.ui.window_node import FRAME, WindowNode
 
 SHORT, LONG = (0.6, 0.25), (1.0, 0.8)
-"""How a gamepad shakes, strength and s, for what happens to a player, and for a score."""
+"""The rumble of a gamepad, strength and s, for an event of a player, and for a score."""
 
 
 class Commander(WindowNode):
@@ -35,8 +35,8 @@ class Commander(WindowNode):
         obstacles: the ground that the map's walls and obstacles cover, m.
         size: the size of the window, pixels.
         seated: the names of the team's players if it has the seat of the team's commander; None otherwise. With a seat
-            it hears only of these, and is not told where every body truly is: it then shows the robots where the
-            referee's state, or the team's limited sight, says.
+            it hears only of these, and does not know the true poses: it then shows the robots where the
+            referee's state, or the team's limited sight, has them.
 
     Attributes:
         deck: what the commander has chosen.
@@ -124,7 +124,7 @@ class Commander(WindowNode):
         return frozenset(own if sight is None else sight.body.poses)
 
     def _place(self, state: RefereeState, stamp: float) -> None:
-        """Show the robots where the team is told that they are."""
+        """Show the robots at the poses that the team knows."""
         sight = self._sight.latest
         poses = {player.name: player.pose for player in state.players if player.pose is not None}
         if not poses and sight is not None:
@@ -155,6 +155,6 @@ class Commander(WindowNode):
         )
 
     def hindrance(self) -> str:
-        """What keeps the driven robot from moving, in words; empty if nothing does."""
+        """The reason why the driven robot cannot move, in words; empty if there is none."""
         selected = self.deck.selected
         return hindrance(self.scene, None if selected is None else self.scene.player(selected))

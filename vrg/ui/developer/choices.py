@@ -1,4 +1,4 @@
-"""What the user of the developers' view has chosen to see. This needs no window."""
+"""The choices of the developers' view's user. This needs no window."""
 
 import enum
 from collections.abc import Sequence
@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from vrg.ui.acts import Act, Press
 
 
-class Overlay(enum.Enum):
-    """What the field can show besides the robots."""
+class Layer(enum.Enum):
+    """A layer of the field besides the robots."""
 
     SCANS = "scans"
     SENSORS = "sensors"
@@ -20,7 +20,7 @@ class Overlay(enum.Enum):
 
 
 class Tab(enum.Enum):
-    """What the lower part of the panel can show."""
+    """A content of the panel's lower part."""
 
     REFEREE = "referee"
     PLAYER = "player"
@@ -29,8 +29,8 @@ class Tab(enum.Enum):
 
 
 @dataclass
-class Choices:
-    """What is shown.
+class ViewState:
+    """The user's choices.
 
     Attributes:
         tab: what the lower part of the panel shows. selected: the player whose details are shown, or None.
@@ -41,7 +41,7 @@ class Choices:
 
     tab: Tab = Tab.REFEREE
     selected: str | None = None
-    shown: set[Overlay] = field(default_factory=lambda: set(Overlay) - {Overlay.SENSORS})
+    shown: set[Layer] = field(default_factory=lambda: set(Layer) - {Layer.SENSORS})
     sort: tuple[str, bool] | None = None
     scrolled: dict[Tab | None, int] = field(default_factory=dict)
 
@@ -51,7 +51,7 @@ class Choices:
         Args:
             players: those that can be selected, in the order in which N goes through them.
         """
-        overlays, tabs = tuple(Overlay), tuple(Tab)
+        overlays, tabs = tuple(Layer), tuple(Tab)
         if press.act is Act.LAYER and press.number < len(overlays):
             self.toggle(overlays[press.number])
         elif press.act is Act.TAB:
@@ -64,12 +64,12 @@ class Choices:
             return False
         return True
 
-    def toggle(self, overlay: Overlay) -> None:
+    def toggle(self, overlay: Layer) -> None:
         """Switch an overlay on or off."""
         self.shown ^= {overlay}
 
     def select(self, player: str | None) -> None:
-        """Show the details of a player; a click on the one that is selected selects nobody."""
+        """Show the details of a player; a click on the one that is selected selects none."""
         self.selected = None if player == self.selected else player
 
     def sort_by(self, heading: str) -> None:

@@ -29,14 +29,14 @@ ACTS: Final = {
     Button.STOP: Act.STOP,
     Button.RELEASE: Act.RELEASE,
 }
-"""What the buttons ask for: a button does what its key does."""
+"""The acts of the buttons: a button does what its key does."""
 ON_PLAYER: Final = {
     Button.DISQUALIFY: OfficialAction.DISQUALIFY,
     Button.REINSTATE: OfficialAction.REINSTATE,
 }
 
 
-def hindrance(button: Button, insight: Insight, selected: str | None) -> str:
+def disabled_reason(button: Button, insight: Insight, selected: str | None) -> str:
     """Why a button may not be pressed now, in words; empty if it may. The referee may still refuse."""
     if button is Button.STOP:
         return ""
@@ -59,7 +59,7 @@ def _about_player(button: Button, insight: Insight, selected: str | None) -> str
 
 def useful(button: Button, insight: Insight, selected: str | None) -> bool:
     """True if a button would change something now, as far as this window knows; the others are drawn quietly."""
-    if hindrance(button, insight, selected):
+    if disabled_reason(button, insight, selected):
         return False
     scene = insight.scene
     match button:

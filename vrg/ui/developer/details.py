@@ -1,4 +1,4 @@
-"""What the developers' view tells of one player."""
+"""The details of one player in the developers' view."""
 
 import math
 from collections.abc import Iterator
@@ -10,7 +10,7 @@ from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.developer import words
 from vrg.ui.developer.insight import Insight
 from vrg.ui.developer.streams import health
-from vrg.ui.developer.tables import Item, Tone, driver
+from vrg.ui.developer.tables import Item, Tone, driver_cell
 from vrg.ui.scene import ScenePlayer, speed_text
 
 
@@ -25,12 +25,12 @@ def details(insight: Insight, name: str | None) -> list[Item]:
 
 
 def _told(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
-    """What a player tells of itself."""
+    """The reports of a player about itself."""
     report = insight.reports.get(player.name)
     yield Item(words.UNKNOWN if report is None else report.body.mode, label="mode")
     if player.fault:
         yield Item(player.fault, Tone.ALARM if player.latched else Tone.CAUTION, label="fault")
-    drives = driver(player)
+    drives = driver_cell(player)
     yield Item(drives.text, drives.tone, label="driven by")
     if report is None:
         return
@@ -44,7 +44,7 @@ def _told(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
 
 
 def _placed(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
-    """Where a player's robot is, and where it was measured to be."""
+    """The pose of a player's robot, the true one and the measured one."""
     name = player.name
     true, measured, robot = insight.pose(name), insight.measured.get(name), insight.robots.get(name)
     if true is not None:
@@ -61,7 +61,7 @@ def _placed(insight: Insight, player: ScenePlayer) -> Iterator[Item]:
 
 
 def _heard_of(insight: Insight, name: str) -> Iterator[Item]:
-    """What the radio brings a player, how its process is, and every stream of its own and of its robot."""
+    """The radio of a player, its process, and every stream of its own and of its robot."""
     for link in insight.links[name].body.links if name in insight.links else ():
         text = f"{link.arrived} arrived, {link.lost} lost, {link.delay:.2f} s late"
         yield Item(text, Tone.CAUTION if link.lost else Tone.QUIET, label=f"hears {link.speaker}")

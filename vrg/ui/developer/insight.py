@@ -1,4 +1,4 @@
-"""What the developers' view knows at one instant, and the subscriptions that it comes from."""
+"""The knowledge of the developers' view at one instant, and the subscriptions that it comes from."""
 
 from collections import deque
 from collections.abc import Collection, Iterator, Mapping, Sequence
@@ -39,7 +39,7 @@ class Seen:
 
 @dataclass(frozen=True)
 class Reading:
-    """What a sensor has measured.
+    """A measurement of a sensor.
 
     Args:
         robot: whose. pose: where the robot truly was then.
@@ -83,7 +83,7 @@ class Insight:
     refusal: str = ""
 
     def pose(self, name: str) -> Pose | None:
-        """Where a robot truly is, or None."""
+        """Return the true pose of a robot, or None."""
         return next((body.pose for body in self.scene.bodies if body.name == name), None)
 
 
@@ -143,7 +143,7 @@ class Hearing:
     def insight(
         self, now: float, scene: Scene, *, drawn: Collection[type[Depiction]] = (), selected: str | None = None
     ) -> Insight:
-        """What is known now.
+        """Return the present knowledge.
 
         Args:
             scene: what is seen now. drawn: the types of depictions that the field shows. selected: the player of whose
@@ -189,7 +189,7 @@ class Hearing:
         }
 
     def _pose_at(self, name: str, time: float) -> Pose | None:
-        """Where a robot was at a match time, s, or as near to it as is known."""
+        """The pose of a robot at a match time, s, or as near to it as is known."""
         known = [(abs(stamp - time), poses[name]) for stamp, poses in self._places if name in poses]
         return min(known, key=lambda found: found[0])[1] if known else None
 

@@ -1,4 +1,4 @@
-"""Where everything of the developers' view is in a window of any size. Pure functions of pixels."""
+"""The layout of the developers' view in a window of any size. Pure functions of pixels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,9 +6,9 @@ from typing import Final
 
 from pygame import Rect
 
-from vrg.ui.developer.choices import Overlay, Tab
+from vrg.ui.developer.choices import Layer, Tab
 from vrg.ui.developer.deciding import Button
-from vrg.ui.draw import scale_of
+from vrg.ui.draw import letter_scale
 from vrg.ui.header import HEIGHT
 
 WIDE: Final = 1.1
@@ -27,13 +27,13 @@ class Layout:
     Args:
         ui: by how much letters are scaled.
         overlays: the switches of what the field shows. field: the field with its banners.
-        notice: where something is told. buttons: those of an official.
+        notice: of the messages. buttons: those of an official.
         head: the match, over the whole width. panel: everything beside the field. players: their list.
         tabs: the tabs. page: what the tab shows. row: the height of a row of a list.
     """
 
     ui: float
-    overlays: dict[Overlay, Rect]
+    overlays: dict[Layer, Rect]
     field: Rect
     notice: Rect
     buttons: dict[Button, Rect]
@@ -44,7 +44,7 @@ class Layout:
     page: Rect
     row: int
 
-    def overlay_at(self, place: tuple[int, int]) -> Overlay | None:
+    def overlay_at(self, place: tuple[int, int]) -> Layer | None:
         """The switch at a pixel, or None."""
         return next((overlay for overlay, area in self.overlays.items() if area.collidepoint(place)), None)
 
@@ -64,7 +64,7 @@ def layout(width: int, height: int, players: int) -> Layout:
         width, height: of the window, pixels. players: how many there are.
     """
     wide = width >= WIDE * height
-    ui = scale_of(width, height)
+    ui = letter_scale(width, height)
     gap = round(8 * ui)
     head = Rect(0, 0, width, min(round(HEIGHT * ui), height // 3))
     top, rest = head.bottom, height - head.height
@@ -88,7 +88,7 @@ def layout(width: int, height: int, players: int) -> Layout:
     page = Rect(inside.left, tabs.bottom + gap, inside.width, max(1, inside.bottom - tabs.bottom - gap))
     return Layout(
         ui=ui,
-        overlays=dict(zip(Overlay, _beside(chips, len(Overlay), gap), strict=True)),
+        overlays=dict(zip(Layer, _beside(chips, len(Layer), gap), strict=True)),
         field=field,
         notice=notice,
         buttons=dict(zip(Button, _beside(buttons, len(Button), gap), strict=True)),

@@ -26,8 +26,8 @@ _LABEL: Final = 0.25
 
 
 @dataclass(frozen=True)
-class Place:
-    """What is drawn somewhere: a heading of a table, the name of a row, or a call."""
+class HitArea:
+    """The place of a heading of a table, of the name of a row, or of a call."""
 
     area: pygame.Rect
     heading: str = ""
@@ -57,7 +57,7 @@ class ListPainter:
         marked: str | None = None,
         sort: tuple[str, bool] | None = None,
         styles: Mapping[str, Style] = {},
-    ) -> list[Place]:
+    ) -> list[HitArea]:
         """Draw a table from its row `first` on, as far as there is room.
 
         Args:
@@ -71,7 +71,7 @@ class ListPainter:
         for column, cell in self._cells(area.left + badge, area.width - badge, area.top, row, grid.columns):
             sign = "" if sort is None or sort[0] != column.heading else " ▾" if sort[1] else " ▴"
             self._write(surface, cell, column.heading + sign, max(9, size - 1), palette.MUTED, right=column.right)
-            places.append(Place(cell, heading=column.heading))
+            places.append(HitArea(cell, heading=column.heading))
         pygame.draw.line(surface, palette.LINE, (area.left, area.top + row - 1), (area.right, area.top + row - 1))
         visible = grid.lines[first : first + self.rows(area, row)]
         for index, line in enumerate(visible):
@@ -82,21 +82,21 @@ class ListPainter:
             if style is not None:
                 self._badge(surface, place, style)
             cells = self._cells(place.left + badge, area.width - badge, place.top, row, grid.columns)
-            for (column, cell), told in zip(cells, line.cells, strict=True):
-                self._write(surface, cell, told.text, size, TONES[told.tone], right=column.right)
+            for (column, box), content in zip(cells, line.cells, strict=True):
+                self._write(surface, box, content.text, size, TONES[content.tone], right=column.right)
             if line.name:
-                places.append(Place(place, name=line.name))
+                places.append(HitArea(place, name=line.name))
         self._more(surface, area, first, len(grid.lines) - first - len(visible))
         return places
 
     @staticmethod
     def rows(area: pygame.Rect, row: int) -> int:
-        """How many rows of a table have room below its headings."""
+        """The number of rows of a table that have room below its headings."""
         return max(0, area.height // max(1, row) - 1)
 
     def items(
         self, surface: pygame.Surface, area: pygame.Rect, items: Sequence[Item], ui: float, *, first: int = 0
-    ) -> list[Place]:
+    ) -> list[HitArea]:
         """Draw a list from its item `first` on, as far as there is room; long items have several lines."""
         size, step = max(10, round(12.5 * ui)), round(17 * ui)
         indent = round(_LABEL * area.width) if any(len(item.label) > 8 for item in items) else round(58 * ui)
@@ -123,7 +123,7 @@ class ListPainter:
                     y += step
             shown += 1
             if item.call is not None:
-                places.append(Place(pygame.Rect(area.left, top, area.width, y - top), call=item.call))
+                places.append(HitArea(pygame.Rect(area.left, top, area.width, y - top), call=item.call))
         self._more(surface, area, first, len(items) - first - shown)
         return places
 

@@ -14,8 +14,8 @@ from vrg.hal.models import RobotModel
 from vrg.regions import Region
 from vrg.ui.acts import Act, Press
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.developer.choices import Choices, Tab
-from vrg.ui.developer.deciding import ACTS, ON_PLAYER, Button, hindrance
+from vrg.ui.developer.choices import Tab, ViewState
+from vrg.ui.developer.deciding import ACTS, ON_PLAYER, Button, disabled_reason
 from vrg.ui.developer.insight import Hearing, Insight
 from vrg.ui.developer.painter import DeveloperPainter, Shown
 from vrg.ui.developer.sensing import DRAWN
@@ -32,7 +32,7 @@ class DeveloperWindow(WindowNode):
 
     Args:
         name, mailbox, keys, size, run, explain, official: as for WindowNode.
-        traffic: counts what is heard. Whoever runs the node attaches it to the bus.
+        traffic: counts what is heard. The runner of the node attaches it to the bus.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
     """
 
@@ -61,7 +61,7 @@ class DeveloperWindow(WindowNode):
             run=run, explain=explain, period=period, official=official,
         )  # fmt: skip
         self.traffic = traffic
-        self.choices = Choices()
+        self.choices = ViewState()
         self._hearing = Hearing(mailbox, keys, traffic, robots, official=official)
         self._insight = Insight(official=official)
         self._painter = DeveloperPainter(robots)
@@ -70,12 +70,12 @@ class DeveloperWindow(WindowNode):
 
     @property
     def insight(self) -> Insight:
-        """What the window showed last."""
+        """The insight that the window showed last."""
         return self._insight
 
     @property
     def shown(self) -> Shown | None:
-        """Where everything was in the window last; None before the first frame."""
+        """The places in the window's last frame; None before the first."""
         return self._shown
 
     def take_in(self, tick: Tick) -> None:
@@ -122,7 +122,7 @@ class DeveloperWindow(WindowNode):
 
     def _push(self, button: Button) -> None:
         """Do what an official's button is for, or tell why not."""
-        self.notice = hindrance(button, self._insight, self.choices.selected)
+        self.notice = disabled_reason(button, self._insight, self.choices.selected)
         if not self.notice and button in ACTS:
             super().press(Press(ACTS[button]))
         elif not self.notice:

@@ -14,18 +14,18 @@ from vrg.ui import kit, palette
 from vrg.ui.banner import Help
 from vrg.ui.card import CardPainter
 from vrg.ui.developer import details, referee, streams, tables, words
-from vrg.ui.developer.choices import Choices, Overlay, Tab
-from vrg.ui.developer.deciding import Button, hindrance, useful
+from vrg.ui.developer.choices import Layer, Tab, ViewState
+from vrg.ui.developer.deciding import Button, disabled_reason, useful
 from vrg.ui.developer.insight import Insight
 from vrg.ui.developer.layout import Layout, layout
-from vrg.ui.developer.lists import ListPainter, Place
+from vrg.ui.developer.lists import HitArea, ListPainter
 from vrg.ui.developer.sensing import SensingPainter
 from vrg.ui.explaining import Card
 from vrg.ui.field import FieldPainter
 from vrg.ui.header import HeaderPainter
 from vrg.ui.scene import Scene
 from vrg.ui.text import Fonts
-from vrg.ui.view import View
+from vrg.ui.view import Projection
 
 _COLOURS: Final = {Button.STOP: palette.ALARM, Button.RESUME: palette.GOOD, Button.HALT: palette.CAUTION}
 _HIT: Final = 24.0
@@ -34,7 +34,7 @@ _HIT: Final = 24.0
 
 @dataclass(frozen=True)
 class Shown:
-    """Where everything was when it was drawn.
+    """The places of everything in a frame.
 
     Args:
         layout: the places. view: how the field's coordinates became pixels. scene: what the field showed.
@@ -43,10 +43,10 @@ class Shown:
     """
 
     layout: Layout
-    view: View
+    view: Projection
     scene: Scene
-    players: tuple[Place, ...]
-    page: tuple[Place, ...]
+    players: tuple[HitArea, ...]
+    page: tuple[HitArea, ...]
     lengths: Mapping[Tab | None, tuple[int, int]]
 
     def name_at(self, place: tuple[int, int]) -> str | None:
@@ -91,7 +91,7 @@ class DeveloperPainter:
         self,
         surface: pygame.Surface,
         insight: Insight,
-        choices: Choices,
+        choices: ViewState,
         *,
         driving: str | None = None,
         notice: str = "",
@@ -113,10 +113,10 @@ class DeveloperPainter:
         self._buttons(surface, places, insight, choices)
         tone = tables.Tone.ALARM if driving is None or insight.refusal else tables.Tone.CAUTION
         size = max(11, round(13 * places.ui))
-        said = insight.refusal or notice
-        if not said:
-            said, tone = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT, tables.Tone.QUIET
-        self._lists.line(surface, places.notice, said, size, tone)
+        notice = insight.refusal or notice
+        if not notice:
+            notice, tone = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT, tables.Tone.QUIET
+        self._lists.line(surface, places.notice, notice, size, tone)
         shown = self._draw_panel(surface, places, insight, choices, view, panel=panel)
         if card is not None:
             self._card.draw(surface, places.field, card, places.ui, turned=view.turned)
@@ -126,13 +126,13 @@ class DeveloperPainter:
         return replace(shown, view=view, scene=insight.scene)
 
     def _draw_field(
-        self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices, driving: str | None
-    ) -> View:
+        self, surface: pygame.Surface, places: Layout, insight: Insight, choices: ViewState, driving: str | None
+    ) -> Projection:
         ui, area, scene = places.ui, places.field, insight.scene
         wanted = scene
-        if Overlay.SKETCHES not in choices.shown:
+        if Layer.SKETCHES not in choices.shown:
             wanted = replace(wanted, strokes=())
-        if Overlay.TRAILS not in choices.shown:
+        if Layer.TRAILS not in choices.shown:
             wanted = replace(wanted, bodies=tuple(replace(body, trail=()) for body in wanted.bodies))
         return self._field.draw(
             surface,
@@ -141,18 +141,18 @@ class DeveloperPainter:
             ui,
             driving or choices.selected,
             below=lambda view: self._sensing.draw(surface, view, insight, choices.shown, choices.selected, ui),
-            names=Overlay.NAMES in choices.shown,
+            names=Layer.NAMES in choices.shown,
         )
 
-    def _switches(self, surface: pygame.Surface, places: Layout, choices: Choices) -> None:
+    def _switches(self, surface: pygame.Surface, places: Layout, choices: ViewState) -> None:
         for overlay, place in places.overlays.items():
             on = overlay in choices.shown
             self._button(surface, place, *words.OVERLAYS[overlay], palette.CALM if on else palette.PANEL, places.ui, on)
 
-    def _buttons(self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices) -> None:
+    def _buttons(self, surface: pygame.Surface, places: Layout, insight: Insight, choices: ViewState) -> None:
         for button, place in places.buttons.items():
             name, key = button.value
-            allowed = not hindrance(button, insight, choices.selected)
+            allowed = not disabled_reason(button, insight, choices.selected)
             lit = button is Button.STOP or useful(button, insight, choices.selected)
             colour = _COLOURS.get(button, palette.CALM) if lit else palette.RAISED if allowed else palette.PANEL
             self._button(surface, place, name, key, colour, places.ui, allowed)
@@ -163,7 +163,14 @@ class DeveloperPainter:
         kit.button(surface, place, name, key, colour, ui, self._fonts, size=12.5, allowed=allowed)
 
     def _draw_panel(
-        self, surface: pygame.Surface, places: Layout, insight: Insight, choices: Choices, view: View, *, panel: bool
+        self,
+        surface: pygame.Surface,
+        places: Layout,
+        insight: Insight,
+        choices: ViewState,
+        view: Projection,
+        *,
+        panel: bool,
     ) -> Shown:
         if not panel and self._panel is not None and self._panel[0] == places:
             surface.blit(self._panel[1], places.panel)
@@ -202,9 +209,9 @@ class DeveloperPainter:
         surface: pygame.Surface,
         places: Layout,
         insight: Insight,
-        choices: Choices,
+        choices: ViewState,
         lengths: dict[Tab | None, tuple[int, int]],
-    ) -> list[Place]:
+    ) -> list[HitArea]:
         area, ui, tab = places.page, places.ui, choices.tab
         first = choices.scrolled.get(tab, 0)
         if tab in (Tab.REFEREE, Tab.PLAYER):
@@ -215,7 +222,7 @@ class DeveloperPainter:
         row, line = round(17 * ui), round(17 * ui)
         top = pygame.Rect(area.left, area.top, area.width, line)
         if tab is Tab.STREAMS:
-            self._lists.line(surface, top, streams.summary(insight.streams), max(10, round(11.5 * ui)))
+            self._lists.line(surface, top, streams.totals(insight.streams), max(10, round(11.5 * ui)))
             if insight.unheard:
                 top = top.move(0, line)
                 unheard = words.NOT_HEARD.format(", ".join(insight.unheard))

@@ -1,4 +1,4 @@
-"""What the developers' view tells of the coordinator: what it waits for, auctions, leases and calls."""
+"""The coordinator in the developers' view: what it waits for, auctions, leases and calls."""
 
 import math
 

@@ -15,12 +15,12 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Cones, Depiction, Rays, Ticks
 from vrg.types import Pose
 from vrg.ui import palette, shapes
-from vrg.ui.developer.choices import Overlay
+from vrg.ui.developer.choices import Layer
 from vrg.ui.developer.insight import SEEN, Insight, Reading, Seen
-from vrg.ui.view import Pixel, View
+from vrg.ui.view import Pixel, Projection
 
 SIGMAS: Final = 2.0
-"""How many standard deviations of a sighting its ellipse shows."""
+"""The number of standard deviations of a sighting that its ellipse shows."""
 _ARC: Final = 5
 """The number of points on the arc of a sonar's cone, and four times as many on an ellipse."""
 
@@ -28,12 +28,12 @@ Points = npt.NDArray[np.float64]
 """Shape (n, 2): x and y in the map's frame, m."""
 
 
-DRAWN: Final[Mapping[Overlay, Sequence[type[Depiction]]]] = {Overlay.SCANS: (Rays,), Overlay.SENSORS: (Cones, Ticks)}
+DRAWN: Final[Mapping[Layer, Sequence[type[Depiction]]]] = {Layer.SCANS: (Rays,), Layer.SENSORS: (Cones, Ticks)}
 """The depictions that are drawn on the field, by the switch of each."""
 
 
 def beam_ends(rays: Rays, pose: Pose) -> tuple[Points, npt.NDArray[np.bool_]]:
-    """Where beams end, and which of them have met something.
+    """The ends of beams, and a mask of those that have met something.
 
     Args:
         pose: of the robot.
@@ -66,9 +66,9 @@ class SensingPainter:
     def draw(
         self,
         surface: pygame.Surface,
-        view: View,
+        view: Projection,
         insight: Insight,
-        shown: set[Overlay],
+        shown: set[Layer],
         selected: str | None,
         ui: float,
     ) -> None:
@@ -83,10 +83,10 @@ class SensingPainter:
                     self._cones(surface, view, cones, reading.pose, colour, sides=chosen)
                 case Ticks() as ticks:
                     self._ticks(surface, view, ticks, reading, ui)
-        if Overlay.SIGHTINGS in shown:
+        if Layer.SIGHTINGS in shown:
             for seen in insight.sightings:
                 self._sighting(surface, view, seen, colours.get(seen.player, palette.ECHO), insight.now, ui)
-        if Overlay.MEASURED in shown:
+        if Layer.MEASURED in shown:
             self._measured(surface, view, insight, ui)
 
     @staticmethod
@@ -95,7 +95,7 @@ class SensingPainter:
         return {body.name: game.style(body.role, body.state).colour for body in insight.scene.bodies}
 
     def _rays(
-        self, surface: pygame.Surface, view: View, rays: Rays, pose: Pose, colour: Rgb, ui: float, *, free: bool
+        self, surface: pygame.Surface, view: Projection, rays: Rays, pose: Pose, colour: Rgb, ui: float, *, free: bool
     ) -> None:
         """Draw a dot where a beam has met something; `free` fills the ground that the beams find free."""
         ends, met = beam_ends(rays, pose)
@@ -106,7 +106,9 @@ class SensingPainter:
         self._dots(surface, pixels(view, ends[met]), colour, max(2, round(2 * ui)))
 
     @staticmethod
-    def _cones(surface: pygame.Surface, view: View, cones: Cones, pose: Pose, colour: Rgb, *, sides: bool) -> None:
+    def _cones(
+        surface: pygame.Surface, view: Projection, cones: Cones, pose: Pose, colour: Rgb, *, sides: bool
+    ) -> None:
         """Draw an arc in each cone where something is; `sides` draws the sides of the cone too."""
         for number, distance in enumerate(cones.ranges):
             if distance < cones.range_max:
@@ -114,7 +116,7 @@ class SensingPainter:
                 apex, *arc = [view.point(place.x, place.y) for place in places]
                 pygame.draw.aalines(surface, colour, False, [apex, *arc, apex] if sides else arc)
 
-    def _ticks(self, surface: pygame.Surface, view: View, ticks: Ticks, reading: Reading, ui: float) -> None:
+    def _ticks(self, surface: pygame.Surface, view: Projection, ticks: Ticks, reading: Reading, ui: float) -> None:
         """Draw a stroke at each mark that is set, on the circle around the body."""
         robot, centre = self._robots[reading.robot], view.point(reading.pose.x, reading.pose.y)
         radius = max(17.0 * ui, 1.2 * view.scale * circumradius(robot.size))
@@ -141,14 +143,14 @@ class SensingPainter:
                 seen[at[:, 0] + dx, at[:, 1] + dy] = colour
 
     @staticmethod
-    def _sighting(surface: pygame.Surface, view: View, seen: Seen, colour: Rgb, now: float, ui: float) -> None:
+    def _sighting(surface: pygame.Surface, view: Projection, seen: Seen, colour: Rgb, now: float, ui: float) -> None:
         share = min(1.0, max(0.0, (now - seen.sighting.time) / SEEN))
         faded = palette.mix(colour, palette.FIELD, 0.85 * share)
         shapes.outline(surface, [view.point(*corner) for corner in ellipse(seen)], faded, 1.0)
         shapes.disc(surface, view.point(seen.sighting.x, seen.sighting.y), 2.0 * ui, faded)
 
     @staticmethod
-    def _measured(surface: pygame.Surface, view: View, insight: Insight, ui: float) -> None:
+    def _measured(surface: pygame.Surface, view: Projection, insight: Insight, ui: float) -> None:
         """Outline each physical robot where it was measured, with a line to where it is."""
         for body in insight.scene.bodies:
             measured = insight.measured.get(body.name)
@@ -163,8 +165,8 @@ class SensingPainter:
             shapes.line(surface, centre, view.point(body.pose.x, body.pose.y), palette.CAUTION, 2 * ui)
 
 
-def pixels(view: View, points: Points) -> Points:
-    """Points of the field, m, as pixels of the window, shape (n, 2): `View.point` for many at once."""
+def pixels(view: Projection, points: Points) -> Points:
+    """Points of the field, m, as pixels of the window, shape (n, 2): `Projection.point` for many at once."""
     dx, dy = (points[:, 0] - view.x) * view.scale, (points[:, 1] - view.y) * view.scale
     right, down = (dy, dx) if view.turned else (dx, -dy)
     return np.stack((view.left + right, view.top + down), axis=1)

@@ -1,4 +1,4 @@
-"""What the developers' view tells of the streams of messages, and which of them are bad."""
+"""The streams of messages in the developers' view, and which of them are bad."""
 
 from collections.abc import Sequence
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 from vrg.bus.topics import Keys, Qos, key_matches
 from vrg.bus.traffic import Stream
 from vrg.ui.developer import words
-from vrg.ui.developer.tables import Cell, Column, Grid, Line, Tone
+from vrg.ui.developer.tables import Cell, Column, Grid, GridRow, Tone
 
 SILENT: Final = 1.0
 """The real time in s after which a stream that was regular counts as silent."""
@@ -31,16 +31,18 @@ STREAM_COLUMNS: Final = (
 
 def health(stream: Stream) -> Tone:
     """The tone of a stream: alarm if it has lost messages lately, caution if it has lost some or fallen silent."""
-    if stream.bad or stream.misrouted or (stream.lately and not shared(stream.key)):
+    if stream.bad or stream.misrouted or (stream.lately and not has_several_senders(stream.key)):
         return Tone.ALARM
     events = any(key_matches(expression, stream.key) for expression in EVENTS)
     regular = 0.0 < stream.longest < SILENT and not events
-    if (stream.lost and not shared(stream.key)) or (regular and stream.age > max(SILENT, FADING * stream.longest)):
+    if (stream.lost and not has_several_senders(stream.key)) or (
+        regular and stream.age > max(SILENT, FADING * stream.longest)
+    ):
         return Tone.CAUTION
     return Tone.PLAIN
 
 
-def shared(key: str) -> bool:
+def has_several_senders(key: str) -> bool:
     """True if several may speak on a key, so that the numbers of its messages do not tell what was lost."""
     return key in SHARED or any(key_matches(expression, key) for expression in SHARED_BY_NAME)
 
@@ -56,7 +58,7 @@ def streams(heard: Sequence[Stream], sort: tuple[str, bool] | None) -> Grid:
     if sort is not None:
         values = {
             "Hz": lambda s: s.rate, "kB/s": lambda s: s.bandwidth, "age": lambda s: s.age,
-            "lost": lambda s: -1 if shared(s.key) else s.lost,
+            "lost": lambda s: -1 if has_several_senders(s.key) else s.lost,
         }  # fmt: skip
         by = values.get(sort[0], lambda s: s.key)
         # A key is read from A to Z, a number from the highest.
@@ -64,10 +66,10 @@ def streams(heard: Sequence[Stream], sort: tuple[str, bool] | None) -> Grid:
     return Grid(STREAM_COLUMNS, tuple(_stream(stream) for stream in ordered))
 
 
-def _stream(stream: Stream) -> Line:
+def _stream(stream: Stream) -> GridRow:
     tone = health(stream)
-    lost = words.UNKNOWN if shared(stream.key) else str(stream.lost)
-    return Line(
+    lost = words.UNKNOWN if has_several_senders(stream.key) else str(stream.lost)
+    return GridRow(
         "",
         (
             Cell(stream.key, tone),
@@ -79,17 +81,17 @@ def _stream(stream: Stream) -> Line:
     )
 
 
-def summary(heard: Sequence[Stream]) -> str:
+def totals(heard: Sequence[Stream]) -> str:
     """All streams together, in words."""
     return words.SUMMARY.format(
         count=len(heard),
         rate=sum(stream.rate for stream in heard),
         bandwidth=sum(stream.bandwidth for stream in heard) / 1e3,
-        lost=sum(stream.lost for stream in heard if not shared(stream.key)),
+        lost=sum(stream.lost for stream in heard if not has_several_senders(stream.key)),
     )
 
 
 def _refused(stream: Stream) -> list[str]:
-    """What came on a key and was refused, in words."""
+    """The numbers of refused messages of a key, in words."""
     counts = {"bad": stream.bad, "misrouted": stream.misrouted}
     return [f"+{count} {what}" for what, count in counts.items() if count]

@@ -1,4 +1,4 @@
-"""What the developers' view tells in tables and lists. Pure functions of what is known; this draws nothing."""
+"""The tables and lists of the developers' view. Pure functions of what is known; this draws nothing."""
 
 import enum
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from vrg.ui.scene import ScenePlayer, speed_text
 
 
 class Tone(enum.Enum):
-    """How urgent something is."""
+    """The urgency of a text."""
 
     QUIET = "quiet"
     PLAIN = "plain"
@@ -24,7 +24,7 @@ class Tone(enum.Enum):
 
 @dataclass(frozen=True)
 class Cell:
-    """What stands in a table."""
+    """A cell of a table."""
 
     text: str
     tone: Tone = Tone.PLAIN
@@ -44,8 +44,8 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Line:
-    """A row of a table. `name` says what it is about, such as a player; empty if a click on it means nothing."""
+class GridRow:
+    """A row of a table. `name` is its subject, such as a player; empty if a click on it means nothing."""
 
     name: str
     cells: tuple[Cell, ...]
@@ -56,7 +56,7 @@ class Grid:
     """A table."""
 
     columns: tuple[Column, ...]
-    lines: tuple[Line, ...]
+    lines: tuple[GridRow, ...]
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class Item:
     """A piece of a list.
 
     Args:
-        text: what it says. tone: how urgent it is. heading: it begins a part of the list.
+        text: of the item. tone: how urgent it is. heading: it begins a part of the list.
         label: what stands before it. call: the call that a click on it explains.
     """
 
@@ -102,7 +102,7 @@ def players(insight: Insight) -> Grid:
     return Grid(PLAYER_COLUMNS, tuple(_player(insight, player) for player in insight.scene.players))
 
 
-def _player(insight: Insight, player: ScenePlayer) -> Line:
+def _player(insight: Insight, player: ScenePlayer) -> GridRow:
     report = insight.reports.get(player.name)
     age = None if report is None else max(0.0, insight.now - report.stamp)
     doing, tone = player.mode or player.state, Tone.PLAIN
@@ -111,28 +111,28 @@ def _player(insight: Insight, player: ScenePlayer) -> Line:
     if player.fault:
         doing, tone = player.fault, Tone.ALARM if player.latched else Tone.CAUTION
     low = player.battery is not None and player.battery < LOW_BATTERY
-    return Line(
+    return GridRow(
         player.name,
         (
             Cell(player.name, Tone.QUIET if player.out_of_play else Tone.PLAIN),
             Cell(doing, tone),
             Cell("" if player.speed is None else speed_text(player.speed), Tone.QUIET),
             Cell("" if player.battery is None else f"{player.battery:.0%}", Tone.CAUTION if low else Tone.QUIET),
-            driver(player),
+            driver_cell(player),
             Cell(words.UNKNOWN if age is None else f"{age:.1f}", _age_tone(age)),
         ),
     )
 
 
-def driver(player: ScenePlayer) -> Cell:
-    """Who drives a player's robot now."""
+def driver_cell(player: ScenePlayer) -> Cell:
+    """The driver of a player's robot now."""
     if player.leased:
         return Cell("referee", Tone.CAUTION)
     if player.manual:
         return Cell("a person", Tone.CAUTION)
     if not player.armed:
         return Cell("not armed", Tone.QUIET)
-    return Cell("itself", Tone.GOOD) if player.may_move else Cell("nobody", Tone.QUIET)
+    return Cell("itself", Tone.GOOD) if player.may_move else Cell("no one", Tone.QUIET)
 
 
 def _age_tone(age: float | None) -> Tone:
@@ -156,7 +156,7 @@ def processes(insight: Insight) -> Grid:
         status, pulse = row.status, row.pulse
         late = None if pulse is None else pulse.late
         lines.append(
-            Line(
+            GridRow(
                 "",
                 (
                     Cell(f"{status.machine}: {status.name}" if further else status.name),

@@ -2,25 +2,25 @@
 
 from typing import Final
 
-from vrg.ui.developer.choices import Overlay, Tab
+from vrg.ui.developer.choices import Layer, Tab
 
 OVERLAYS: Final = {
-    Overlay.SCANS: ("Scans", "^1"),
-    Overlay.SENSORS: ("Sensors", "^2"),
-    Overlay.SIGHTINGS: ("Sightings", "^3"),
-    Overlay.SKETCHES: ("Sketches", "^4"),
-    Overlay.MEASURED: ("Measured", "^5"),
-    Overlay.TRAILS: ("Trails", "^6"),
-    Overlay.NAMES: ("Names", "^7"),
+    Layer.SCANS: ("Scans", "^1"),
+    Layer.SENSORS: ("Sensors", "^2"),
+    Layer.SIGHTINGS: ("Sightings", "^3"),
+    Layer.SKETCHES: ("Sketches", "^4"),
+    Layer.MEASURED: ("Measured", "^5"),
+    Layer.TRAILS: ("Trails", "^6"),
+    Layer.NAMES: ("Names", "^7"),
 }
-"""What is written on the switch of each overlay, and its key."""
+"""The label of each overlay's switch, and its key."""
 TABS: Final = {
     Tab.REFEREE: ("Referee", "F2"),
     Tab.PLAYER: ("Player", "F3"),
     Tab.STREAMS: ("Streams", "F4"),
     Tab.PROCESSES: ("Processes", "F5"),
 }
-"""What is written on each tab, and its key."""
+"""The label of each tab, and its key."""
 
 WAITING: Final = "Waiting for the referee"
 OFFICIAL_SEAT: Final = "An official's seat: it hears everything"
@@ -40,7 +40,7 @@ BID: Final = "{player} bids {cost:.1f}"
 NO_BID: Final = "{player} has not bid"
 LEASES: Final = "LEASES"
 NO_LEASE: Final = "Every player drives itself."
-LEASE_OF_REFEREE: Final = "{player}: the referee drives it, {v:.1f} m/s and {w:.0f} °/s, as long as it says so"
+LEASE_OF_REFEREE: Final = "{player}: the referee drives it, {v:.1f} m/s and {w:.0f} °/s, until it ends that"
 LEASE_OF_PERSON: Final = "{player}: a person drives it"
 LEASE_UNTIL: Final = "{player}: a person drives it for another {rest:.1f} s"
 CALLS: Final = "CALLS: CLICK ONE TO SEE WHY"

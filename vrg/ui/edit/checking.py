@@ -1,4 +1,4 @@
-"""What is wrong with a draft, and the ground that it is played on. The check itself is given from outside."""
+"""The faults of a draft, and the ground that it is played on. The check itself is given from outside."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -10,8 +10,8 @@ from vrg.ui.edit.draft import Draft
 
 
 @dataclass(frozen=True)
-class Verdict:
-    """What the check of a draft has found.
+class CheckResult:
+    """The result of a draft's check.
 
     Args:
         problems: what is wrong, in the order of the file.
@@ -29,12 +29,12 @@ class Verdict:
         return tuple(problem for problem in self.problems if path in fields_of(problem))
 
 
-Check = Callable[[Draft], Verdict]
+Check = Callable[[Draft], CheckResult]
 """Checks a draft by the rules of `vrg check`."""
 
 
 def fields_of(problem: Problem) -> tuple[Path, ...]:
-    """The fields beside which a problem is told, that to go to first; none for the whole file."""
+    """The fields beside which a problem is shown, that to go to first; none for the whole file."""
     match problem.path:
         case ("players", int(player)):
             return ("players", player, "x"), ("players", player, "y")
@@ -47,7 +47,7 @@ def fields_of(problem: Problem) -> tuple[Path, ...]:
     return ()
 
 
-def told(problem: Problem, draft: Draft) -> str:
+def problem_text(problem: Problem, draft: Draft) -> str:
     """A problem in words, with the name of the field and of the player that it is about."""
     parts = [str(part) for part in problem.path]
     match problem.path:

@@ -1,4 +1,4 @@
-"""What can be chosen for a match. The names come from the registries, so other packages' are among them."""
+"""The choices for a match. The names come from the registries, so other packages' are among them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Choices:
     strategies: tuple[str, ...] = ()
 
     def of(self, draft: Draft, field: str) -> tuple[str, ...]:
-        """What a field of a draft can be; empty where anything can be typed. An empty name stands for the default."""
+        """Return the choices for a field of a draft; none where anything can be typed. "" stands for the default."""
         known: Mapping[str, tuple[str, ...]] = {
             "game": tuple(GAMES.names()),
             "map": (*MAPS.names(), *self.maps),

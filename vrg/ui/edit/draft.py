@@ -61,7 +61,7 @@ class Entry:
     """One player of a draft.
 
     Args:
-        name, role, model, backend, strategy: as the file says; empty where it says nothing.
+        name, role, model, backend, strategy: as in the file; empty where they are not in it.
         pose: where its robot starts, m and rad; None while that is no number.
     """
 
@@ -101,7 +101,7 @@ class Draft:
 
     @cached_property
     def data(self) -> Mapping[str, Any]:
-        """What the file says; nothing while it is no TOML."""
+        """The content of the file; empty while it is no TOML."""
         try:
             return tomllib.loads(self.text)
         except tomllib.TOMLDecodeError:
@@ -137,7 +137,7 @@ class Draft:
         return shown(self.value(path))
 
     def default(self, path: Path) -> str:
-        """What holds where the file has no such field; empty if that is for the game to decide."""
+        """Return the value that holds where the file has no such field; empty if the game decides."""
         match path:
             case ("players", int(player), "strategy"):
                 role = game_of(self.game).role(self.shown(("players", player, "role")))
@@ -232,7 +232,7 @@ def shown(value: Any, *, inner: bool = False) -> str:
 
 
 def _value(path: Path, typed: str) -> TomlValue:
-    """What was typed as a value of TOML: a text where one is wanted, and where it is nothing else."""
+    """Return the TOML value of typed text: a string where one is expected, and where it is nothing else."""
     if path[0] != "rules" and path[-1] in _WORDS:
         return typed
     try:

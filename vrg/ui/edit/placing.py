@@ -1,4 +1,4 @@
-"""Where a new player goes, and which player goes when there are to be fewer. Pure geometry: no place is checked."""
+"""The place of a new player, and the player that goes when there are to be fewer. Pure: no place is checked."""
 
 import math
 from collections import Counter
@@ -8,7 +8,7 @@ from vrg.games import game_of
 from vrg.hal.models import MODELS
 from vrg.regions import surrounding
 from vrg.types import Pose, Vector
-from vrg.ui.edit.checking import Verdict
+from vrg.ui.edit.checking import CheckResult
 from vrg.ui.edit.draft import COLUMNS, Draft, Entry
 
 APART = 1.1
@@ -23,13 +23,13 @@ UNKNOWN_SIZE = (0.5, 0.5)
 """The length and width in m of a robot whose model is not known."""
 
 
-def size_of(model: str) -> Vector:
+def robot_size(model: str) -> Vector:
     """The length and width of a robot, m; an empty name is that of the usual model."""
     found = MODELS.find(model or COLUMNS["model"])
     return UNKNOWN_SIZE if found is None else found.size
 
 
-def with_count(draft: Draft, count: int, ground: Verdict) -> Draft:
+def with_count(draft: Draft, count: int, ground: CheckResult) -> Draft:
     """Return the draft with so many players, at least 1: the last ones go, or new ones come."""
     count = min(max(1, count), MOST)
     while len(draft.players) > count:
@@ -39,7 +39,7 @@ def with_count(draft: Draft, count: int, ground: Verdict) -> Draft:
     return draft
 
 
-def more(draft: Draft, ground: Verdict) -> Draft:
+def more(draft: Draft, ground: CheckResult) -> Draft:
     """Return the draft with one more player, in the role that is short of players, near those of its role.
 
     Args:
@@ -59,7 +59,7 @@ def fewer(draft: Draft) -> Draft:
 
 
 def _shares(game: str) -> Counter[str]:
-    """How many players each role has in the default match of a game."""
+    """The number of players of each role in the default match of a game."""
     found = game_of(game)
     if not found.name:
         return Counter()
@@ -74,14 +74,14 @@ def _short_of(draft: Draft) -> str:
     return min(roles, key=lambda role: (counts[role] + 0.5) / max(1, shares[role]))
 
 
-def _place(draft: Draft, role: str, model: str, ground: Verdict) -> Pose | None:
+def _place(draft: Draft, role: str, model: str, ground: CheckResult) -> Pose | None:
     """A free place in the same zones as a player of the same role, as near to all of those as can be; None if none."""
     placed = [(entry, entry.pose) for entry in draft.players if entry.pose is not None]
     near = [pose for entry, pose in placed if entry.role == role] or [pose for _, pose in placed]
     near = [pose for pose in near if _inside(ground, (pose.x, pose.y), 0.0)] or [Pose(*_middle(ground), 0.0)]
     zones = {_zones(ground, (pose.x, pose.y)) for pose in near}
-    radius = math.hypot(*size_of(model)) / 2
-    others = [(pose.x, pose.y, radius + math.hypot(*size_of(entry.model)) / 2 + GAP) for entry, pose in placed]
+    radius = math.hypot(*robot_size(model)) / 2
+    others = [(pose.x, pose.y, radius + math.hypot(*robot_size(entry.model)) / 2 + GAP) for entry, pose in placed]
     lattice = _lattice(ground, near)
     for least in (APART, 0.0):
         for place in lattice:
@@ -92,7 +92,7 @@ def _place(draft: Draft, role: str, model: str, ground: Verdict) -> Pose | None:
     return None
 
 
-def _lattice(ground: Verdict, near: list[Pose]) -> list[Vector]:
+def _lattice(ground: CheckResult, near: list[Pose]) -> list[Vector]:
     """Places all over the ground, those first that are nearest to the middle of `near`."""
     boxes = [zone.region.bounds for zone in ground.zones] + [(p.x - 8, p.y - 8, p.x + 8, p.y + 8) for p in near]
     x_min, y_min, x_max, y_max = surrounding(boxes)
@@ -107,7 +107,7 @@ def _lattice(ground: Verdict, near: list[Pose]) -> list[Vector]:
     return sorted(((x, y) for x in along(x_min, near[0].x, x_max) for y in ys), key=lambda p: math.dist(p, centre))
 
 
-def _heading(ground: Verdict, at: Vector, near: list[Pose]) -> float:
+def _heading(ground: CheckResult, at: Vector, near: list[Pose]) -> float:
     """That of the nearest of `near`; outside all zones, the direction to their middle."""
     if ground.zones and not _zones(ground, at):
         x_min, y_min, x_max, y_max = surrounding(zone.region.bounds for zone in ground.zones)
@@ -115,16 +115,16 @@ def _heading(ground: Verdict, at: Vector, near: list[Pose]) -> float:
     return min(near, key=lambda pose: math.dist(at, (pose.x, pose.y))).theta
 
 
-def _zones(ground: Verdict, at: Vector) -> frozenset[str]:
+def _zones(ground: CheckResult, at: Vector) -> frozenset[str]:
     """The names of the zones that a place is in."""
     return frozenset(zone.name for zone in ground.zones if zone.region.contains(*at))
 
 
-def _inside(ground: Verdict, at: Vector, radius: float) -> bool:
+def _inside(ground: CheckResult, at: Vector, radius: float) -> bool:
     """True if a robot of this radius is within the bounds of the map, m, and touches no wall."""
     bounded = ground.bounds is None or ground.bounds.signed_distance(*at) <= -radius
     return bounded and all(obstacle.distance(*at) > radius for obstacle in ground.obstacles)
 
 
-def _middle(ground: Verdict) -> Vector:
+def _middle(ground: CheckResult) -> Vector:
     return (0.0, 0.0) if ground.bounds is None else ground.bounds.middle

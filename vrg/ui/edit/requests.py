@@ -1,4 +1,4 @@
-"""What the page of the configurator may ask for. Requests come from outside, so each field has bounds."""
+"""The requests of the configurator's page. They come from outside, so each field has bounds."""
 
 from typing import Annotated
 

@@ -70,7 +70,7 @@ def _bounds(field: FieldInfo) -> str:
 
 
 def _help(kind: type[Table]) -> Mapping[str, str]:
-    """What the docstrings of a class and of its bases tell of each field."""
+    """The descriptions of the fields in the docstrings of a class and of its bases."""
     found: dict[str, str] = {}
     for one in reversed([one for one in kind.__mro__ if issubclass(one, Table)]):
         _, _, args = (getdoc(one) or "").partition("Args:")

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 from aiohttp import web
 
-from vrg.ui.edit.desk import Desk, Outcome
+from vrg.ui.edit.editor import Editor, NextStep
 from vrg.ui.edit.requests import Check, read_request
 from vrg.ui.web.admission import TOKEN_BYTES
 from vrg.ui.web.parts import encode
@@ -21,14 +21,14 @@ HOST: Final = "127.0.0.1"
 class EditServer(Site):
     """Serves the page from `start` to `stop`.
 
-    Whoever asks must hold a token. `link` carries one for as long as the page is served. `ticket` carries one that the
+    A request needs a token. `link` carries one for as long as the page is served. `ticket` carries one that the
     first page uses up, because everybody on this machine can read the command that opens a browser.
 
     Args:
         desk: answers. port: of the page.
     """
 
-    def __init__(self, desk: Desk, port: int) -> None:
+    def __init__(self, desk: Editor, port: int) -> None:
         super().__init__(HOST, port, "edit.html")
         self._desk = desk
         self._token, self._ticket = secrets.token_urlsafe(TOKEN_BYTES), secrets.token_urlsafe(TOKEN_BYTES)
@@ -36,8 +36,8 @@ class EditServer(Site):
         self._over = threading.Event()
         self.link, self.ticket = (f"http://{HOST}:{port}/#{token}" for token in (self._token, self._ticket))
 
-    def wait(self, patience: float) -> Outcome | None:
-        """What the person wants, once that has been answered; None if nothing has come within `patience`, s.
+    def wait(self, patience: float) -> NextStep | None:
+        """Return the person's wish, once it has been answered; None if nothing has come within `patience`, s.
 
         Raises:
             LaunchError: the page is not served any more.
@@ -91,7 +91,7 @@ class EditServer(Site):
     def _work(self, text: bytes) -> dict[str, Any]:
         wanted = read_request(text)
         if isinstance(wanted, Check):
-            # A check imports strategies, which may take long; nobody waits for it to go on.
+            # A check imports strategies, which may take long; nothing waits for it to go on.
             with self._checking:
                 self._desk.check()
         with self._turn:

@@ -1,4 +1,4 @@
-"""What the page of the configurator is told, as plain data. The page draws it with what draws a running match."""
+"""The state of the configurator's page, as plain data. The page draws it with what draws a running match."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
@@ -8,10 +8,10 @@ from vrg.errors import Path
 from vrg.games import GAMES, game_of
 from vrg.hal.backends import BACKENDS
 from vrg.types import Pose
-from vrg.ui.edit.checking import Verdict, fields_of, told
+from vrg.ui.edit.checking import CheckResult, fields_of, problem_text
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import COLUMNS, SETTINGS, Draft
-from vrg.ui.edit.placing import size_of
+from vrg.ui.edit.placing import robot_size
 from vrg.ui.edit.rules import rules_of
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.web import parts
@@ -19,10 +19,10 @@ from vrg.ui.web import parts
 LABELS: Final = {"on_fault": "on fault", "model": "robot", "x": "x, m", "y": "y, m", "heading": "heading, °"}
 """The labels of fields that are not their names."""
 UNITS: Final = {"rate": "match s per s", "memory": "MB a player", "sight": "m"}
-"""What the numbers of the match are."""
+"""The units of the match's numbers."""
 
 
-def match_told(draft: Draft, verdict: Verdict, choices: Choices) -> dict[str, Any]:
+def match_told(draft: Draft, verdict: CheckResult, choices: Choices) -> dict[str, Any]:
     """A draft with its fields, its problems, and the picture of its field."""
     scene, numbers = scene_of(draft, verdict)
     return {
@@ -43,7 +43,7 @@ def match_told(draft: Draft, verdict: Verdict, choices: Choices) -> dict[str, An
             for style in (game_of(draft.game).style(entry.role) for entry in draft.players)
         ],
         "problems": [
-            {"text": told(p, draft), "line": p.line, "fields": [_key(path) for path in fields_of(p)]}
+            {"text": problem_text(p, draft), "line": p.line, "fields": [_key(path) for path in fields_of(p)]}
             for p in verdict.problems
         ],
         "picture": [parts.ground(scene), parts.state(scene), parts.frame(scene)],
@@ -66,11 +66,13 @@ def games_told() -> list[dict[str, Any]]:
     ]
 
 
-def scene_of(draft: Draft, verdict: Verdict) -> tuple[Scene, list[int]]:
+def scene_of(draft: Draft, verdict: CheckResult) -> tuple[Scene, list[int]]:
     """The scene of a draft, and the number of the player that each body in it is of."""
     shown = [(n, entry, entry.pose) for n, entry in enumerate(draft.players) if _on_map(entry.pose, verdict)]
     bodies = tuple(
-        SceneBody(entry.name or str(n + 1), pose, *size_of(entry.model), entry.role, "", _physical(entry.backend), ())
+        SceneBody(
+            entry.name or str(n + 1), pose, *robot_size(entry.model), entry.role, "", _physical(entry.backend), ()
+        )
         for n, entry, pose in shown
         if pose is not None
     )
@@ -85,7 +87,7 @@ def scene_of(draft: Draft, verdict: Verdict) -> tuple[Scene, list[int]]:
     return scene, [n for n, _, _ in shown]
 
 
-def _on_map(pose: Pose | None, verdict: Verdict) -> bool:
+def _on_map(pose: Pose | None, verdict: CheckResult) -> bool:
     """True if a robot can be shown: one far outside would make everything else small."""
     if pose is None or verdict.bounds is None:
         return pose is not None and abs(pose.x) < 1e3 and abs(pose.y) < 1e3

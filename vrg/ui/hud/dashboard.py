@@ -1,4 +1,4 @@
-"""What the display shows at one instant, as data: everything is decided here, and only drawn by the painters."""
+"""The content of the display at one instant, as data: everything is decided here, and only drawn by the painters."""
 
 import math
 from dataclasses import dataclass, field
@@ -30,7 +30,7 @@ ELSEWHERE: Final = (Ins, Odometry, Battery)
 
 
 class Level(Enum):
-    """How urgent a line is."""
+    """The urgency of a line."""
 
     CALM = "calm"
     GOOD = "good"
@@ -59,7 +59,7 @@ class Dashboard:
         goal: where Goto leads. home: where the robot began; None where that is not known.
         way: the points of the way that it will drive, m.
         texts: what stands in the fields. focus: the number of the field that is typed into.
-        notice: what the person must be told. pad: which gamepad is in use. pad_ready: there is one.
+        notice: a message to the person. pad: which gamepad is in use. pad_ready: there is one.
     """
 
     player: str
@@ -103,13 +103,13 @@ def status(board: Dashboard) -> list[Line]:
 
 
 def alert(board: Dashboard) -> Line:
-    """What the line at the top tells: what must not be overlooked, or else the stage of the match."""
+    """The line at the top: what must not be overlooked, or else the stage of the match."""
     scene = board.scene
     for banner in banners(scene):
         level = Level.CALM if banner.brief else Level.ALARM if scene.estop or not scene.live else Level.CAUTION
         over = scene.stage is Stage.GAME_OVER and level is Level.CAUTION
-        told = ": ".join(text for text in (banner.heading, banner.text) if text)
-        return Line("", told, Level.GOOD if over else level)
+        text = ": ".join(text for text in (banner.heading, banner.text) if text)
+        return Line("", text, Level.GOOD if over else level)
     if scene.stage is None:
         return Line("", words.WAITING)
     score = "   ".join(f"{title(team)} {points}" for team, points in scene.score) if scored(scene) else ""
@@ -121,15 +121,15 @@ def scored(scene: Scene) -> bool:
     return game_of(scene.game).competitive
 
 
-def heading(board: Dashboard) -> str:
-    """Who the player is, in words."""
+def player_line(board: Dashboard) -> str:
+    """The role and the state of the player, and the game, in words."""
     me, game = board.seen.me, game_of(board.scene.game)
     parts = [] if me is None else [me.role, *([] if me.state == "active" else [me.state])]
     return ", ".join([*parts, game.title] if game.name else parts)
 
 
-def place(board: Dashboard) -> str:
-    """Where the robot is, in words."""
+def pose_line(board: Dashboard) -> str:
+    """The pose of the robot, in words."""
     pose = board.seen.pose
     if pose is None:
         return words.NO_POSE
@@ -138,18 +138,18 @@ def place(board: Dashboard) -> str:
 
 
 def _speed(speed: float | None, hindrance: str) -> str:
-    told = words.NOT_MEASURED if speed is None else f"{speed_text(speed)} m/s"
-    return f"{told}; stands: {hindrance}" if hindrance else told
+    text = words.NOT_MEASURED if speed is None else f"{speed_text(speed)} m/s"
+    return f"{text}; stands: {hindrance}" if hindrance else text
 
 
 def _link(seen: Telemetry) -> Line:
-    """How old the newest messages are, in match time; a stopped clock is told as such, because nothing ages then."""
+    """The ages of the newest messages, in match time; or a stopped clock, because nothing ages then."""
     if not seen.live:
         return Line(words.LINK, words.NO_CLOCK, Level.ALARM)
     ages = {words.OF_PLAYER: seen.player_age, words.OF_ROBOT: seen.robot_age, words.OF_REFEREE: seen.referee_age}
-    told = "   ".join(f"{who} {words.NEVER if age is None else f'{age:.1f} s'}" for who, age in ages.items())
+    ages_text = "   ".join(f"{who} {words.NEVER if age is None else f'{age:.1f} s'}" for who, age in ages.items())
     old = any(age is None or age > OLD for age in ages.values())
-    return Line(words.LINK, told, Level.ALARM if old else Level.CALM)
+    return Line(words.LINK, ages_text, Level.ALARM if old else Level.CALM)
 
 
 def _sensors(seen: Telemetry) -> list[Line]:
@@ -157,6 +157,6 @@ def _sensors(seen: Telemetry) -> list[Line]:
     # The first sensor of each of these has a place of its own on the display.
     drawn = [seen.first(depiction) for depiction in (Rays, Cones, Picture)]
     rest = [s for s in seen.sensors if s not in drawn and s.spec.message not in ELSEWHERE]
-    told = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
+    texts = [words.NO_READING if s.reading is None else s.reading.body.words for s in rest]
     labels = [s.spec.kind if s.spec.name == "main" else f"{s.spec.kind} {s.spec.name}" for s in rest]
-    return [Line(label.upper(), text) for label, text in zip(labels, told, strict=True)]
+    return [Line(label.upper(), text) for label, text in zip(labels, texts, strict=True)]

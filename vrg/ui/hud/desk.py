@@ -1,4 +1,4 @@
-"""What the buttons and fields of a display mean, and the messages that follow. This needs no window and no gamepad.
+"""The meanings of a display's buttons and fields, and the messages that follow. It needs no window and no gamepad.
 
 The display drives as any person drives: it asks for motions under the human lease, which every player of every game
 grants, and works out the motions of Goto and Reset itself.
@@ -15,12 +15,12 @@ from vrg.types import STILL, Twist, Vector
 from vrg.ui.driving import Driving, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.form import Form
-from vrg.ui.hud.goals import Ground, Other, refusal
+from vrg.ui.hud.goals import Ground, OtherRobot, refusal
 from vrg.ui.hud.telemetry import Telemetry
 
 POSE_TIMEOUT: Final = 0.3
 """The match time in s after which a pose is too old to drive by: the robot stands."""
-GAP: Final = 0.05
+CLEARANCE: Final = 0.05
 """The distance in m that Goto keeps from walls, where there is room for it."""
 
 
@@ -36,7 +36,7 @@ class Desk:
     Attributes:
         wish: what the person wants now. goal: of Goto; None before one was set.
         form: the fields of the goto panel.
-        notice: what the person must be told, in words, such as why a goal was refused; empty if there is nothing.
+        notice: a message to the person, such as why a goal was refused; empty if there is nothing.
     """
 
     driving: Driving
@@ -49,15 +49,15 @@ class Desk:
     form: Form = field(default_factory=Form)
     notice: str = ""
     _helm: Helm = field(default_factory=Helm, repr=False)
-    _others: Sequence[Other] = field(default=(), repr=False)
+    _others: Sequence[OtherRobot] = field(default=(), repr=False)
 
     @property
     def where(self) -> str:
         """The mode and the submode of the display's automaton, such as `Goto/Drive`."""
         return self._helm.where if self.wish is not Wish.WATCH else Wish.WATCH.value
 
-    def see(self, others: Sequence[Other]) -> None:
-        """Take in which other robots the player is told of."""
+    def see(self, others: Sequence[OtherRobot]) -> None:
+        """Take in the other robots that the player knows."""
         self._others = others
 
     def aim(self, x: float, y: float) -> bool:
@@ -125,7 +125,7 @@ class Desk:
         return [] if situation is None else way(situation)
 
     def holder(self, seen: Telemetry) -> str:
-        """Who drives the robot now, in words."""
+        """The driver of the robot now, in words."""
         if seen.me is not None and seen.me.lease is not None:
             return words.REFEREE
         manual = seen.report is not None and seen.report.body.manual
@@ -134,7 +134,7 @@ class Desk:
         return words.ANOTHER if self._taken(seen) else words.OWN_STRATEGY
 
     def hindrance(self, seen: Telemetry) -> str:
-        """What keeps the robot from moving, in words; empty if nothing does."""
+        """The reason why the robot cannot move, in words; empty if there is none."""
         state = seen.state
         checks = (
             (not seen.live, words.NO_CLOCK),
@@ -147,7 +147,7 @@ class Desk:
         return next((why for stands, why in checks if stands), "")
 
     def situation(self, seen: Telemetry, hands: Hands) -> Situation | None:
-        """What the automaton looks at; None while nobody knows where the robot is."""
+        """The input of the automaton; None while the robot's pose is not known."""
         forward, turn = hands.shares
         pose = seen.pose
         if pose is None or (self._stale(seen) and self.wish is not Wish.MANUAL):
@@ -163,7 +163,7 @@ class Desk:
             neighbours=[Neighbour(o.place, o.velocity, radius + o.radius) for o in self._others],
             bounds=self.ground.bounds,
             walls=self.ground.walls,
-            margin=radius + GAP,
+            margin=radius + CLEARANCE,
             speed=self.robot.v_max,
         )
 

@@ -11,7 +11,7 @@ from vrg.ui.hud import words
 
 @dataclass(frozen=True)
 class Ground:
-    """Where a robot can stand.
+    """The ground on which a robot can stand.
 
     Args:
         bounds: the part of the plane that the map has. walls: the ground that walls and obstacles cover.
@@ -24,8 +24,8 @@ class Ground:
 
 
 @dataclass(frozen=True)
-class Other:
-    """Another robot that the player is told of: its name, its centre in m, its velocity in m/s and its radius in m."""
+class OtherRobot:
+    """Another robot that the player knows: its name, its centre in m, its velocity in m/s and its radius in m."""
 
     name: str
     place: Vector
@@ -33,7 +33,7 @@ class Other:
     radius: float
 
 
-def refusal(goal: Goal, ground: Ground, others: Sequence[Other] = ()) -> str | None:
+def refusal(goal: Goal, ground: Ground, others: Sequence[OtherRobot] = ()) -> str | None:
     """Why a robot cannot stand at a goal, in words; None if it can."""
     x, y, radius = goal.x, goal.y, ground.radius
     x_min, y_min, x_max, y_max = ground.bounds.bounds

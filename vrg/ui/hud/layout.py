@@ -1,4 +1,4 @@
-"""Where everything of the head-up display is in a window of any size. Pure functions of pixels."""
+"""The layout of the head-up display in a window of any size. Pure functions of pixels."""
 
 from dataclasses import dataclass
 from typing import Final
@@ -6,7 +6,7 @@ from typing import Final
 from pygame import Rect
 
 from vrg.games.hud.helm import Wish
-from vrg.ui.draw import scale_of
+from vrg.ui.draw import letter_scale
 from vrg.ui.hud import words
 from vrg.ui.kit import row, title_height
 
@@ -16,7 +16,7 @@ SET: Final = "set"
 STOP: Final = "stop"
 
 Button = Wish | str
-"""What a button is for: a wish, SET or STOP."""
+"""The purpose of a button: a wish, SET or STOP."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Layout:
         location, laser, sonar, panel: the four quadrants with their titles. camera: the picture beside the sonar;
             None where the robot has no camera.
         fields: the fields x, y and heading. buttons: by what they are for.
-        notice: where a person is told something. status: the list of what the player and its robot are like.
+        notice: of the messages to the person. status: of the list about the player and its robot.
     """
 
     ui: float
@@ -66,7 +66,7 @@ def layout(width: int, height: int, *, camera: bool) -> Layout:
         width, height: of the window, pixels. camera: whether the robot has a camera.
     """
     wide = width >= WIDE * height
-    ui = scale_of(width, height) if wide else scale_of(width, width)
+    ui = letter_scale(width, height) if wide else letter_scale(width, width)
     gap = round(6 * ui)
     head = Rect(0, 0, width, round(44 * ui))
     room = Rect(gap, head.bottom + gap, max(1, width - 2 * gap), max(1, height - head.height - 2 * gap))

@@ -19,11 +19,11 @@ from vrg.ui.acts import Act, Press
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.hud.dashboard import Dashboard
 from vrg.ui.hud.desk import Desk
-from vrg.ui.hud.goals import Ground, Other
+from vrg.ui.hud.goals import Ground, OtherRobot
 from vrg.ui.hud.layout import SET, STOP, Layout
 from vrg.ui.hud.painter import HudPainter
 from vrg.ui.hud.telemetry import Receiver, Telemetry
-from vrg.ui.view import View
+from vrg.ui.view import Projection
 from vrg.ui.window_node import FRAME, WindowNode
 
 PICTURES: Final = 2.0
@@ -87,16 +87,16 @@ class Hud(WindowNode):
         self._seen = Telemetry()
         self._board = Dashboard(player)
         self._painter = HudPainter()
-        self._shown: tuple[Layout, View] | None = None
+        self._shown: tuple[Layout, Projection] | None = None
 
     @property
     def board(self) -> Dashboard:
-        """What the window showed last."""
+        """The dashboard that the window showed last."""
         return self._board
 
     @property
-    def shown(self) -> tuple[Layout, View] | None:
-        """Where everything was in the window last; None before the first frame."""
+    def shown(self) -> tuple[Layout, Projection] | None:
+        """The places in the window's last frame; None before the first."""
         return self._shown
 
     @property
@@ -111,7 +111,7 @@ class Hud(WindowNode):
 
     @property
     def typing(self) -> bool:
-        """True if somebody types into one of the fields."""
+        """True if the person types into one of the fields."""
         return self.desk.form.focus is not None
 
     def steer(self, tick: Tick) -> None:
@@ -127,23 +127,23 @@ class Hud(WindowNode):
         super().give_back(notice)
 
     def take_in(self, tick: Tick) -> None:
-        """Take in what the player knows: of the others only what it is told."""
+        """Take in the player's knowledge, and no more than that about the others."""
         self._inlets.feed(self._builder)
         seen = self._seen = self._receiver.look(tick)
-        others: list[Other] = []
+        others: list[OtherRobot] = []
         bodies = [] if seen.pose is None else [_body(self.name, seen.pose, seen.speed or 0.0, self._physical)]
         if seen.state is not None:
             told = {p.name: p for p in seen.state.players if p.pose is not None and p.name != self.name}
             places = {name: (p.pose.x, p.pose.y) for name, p in told.items() if p.pose is not None}
             self._velocities.update(tick.time - (seen.referee_age or 0.0), places)
             known = self._velocities.velocities
-            others = [Other(n, at, known.get(n, (0.0, 0.0)), told[n].radius) for n, at in places.items()]
+            others = [OtherRobot(n, at, known.get(n, (0.0, 0.0)), told[n].radius) for n, at in places.items()]
             bodies += [_body(n, p.pose, 0.0, self._physical) for n, p in told.items() if p.pose is not None]
         self.desk.see(others)
         self._builder.poses(Poses(bodies=tuple(bodies)), tick.time)
 
     def press(self, press: Press) -> None:
-        """Answer to a key or a button; while somebody types, most keys are signs."""
+        """Answer to a key or a button; while the person types, most keys are signs."""
         form = self.desk.form
         if self.typing and press.key == pygame.K_BACKSPACE:
             form.erase()

@@ -9,13 +9,13 @@ from vrg.games.hud.helm import Wish
 from vrg.hal.sensors.depiction import Picture
 from vrg.ui import palette, shapes
 from vrg.ui.hud import words
-from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, heading, status
+from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, player_line, status
 from vrg.ui.hud.layout import SET, STOP, Layout, layout
 from vrg.ui.hud.quadrants import ConesPainter, LocationPainter, PicturePainter, Quadrant, RaysPainter
-from vrg.ui.kit import button, field, frame, keys, write
+from vrg.ui.kit import button, field, keys, titled_plate, write
 from vrg.ui.palette import ink_on
 from vrg.ui.text import Face, Fonts
-from vrg.ui.view import View
+from vrg.ui.view import Projection
 
 COLOURS: Final = {
     Level.CALM: palette.RAISED,
@@ -48,7 +48,7 @@ class HudPainter:
 
     def draw(
         self, surface: pygame.Surface, board: Dashboard, listed: Sequence[tuple[str, str]] = ()
-    ) -> tuple[Layout, View]:
+    ) -> tuple[Layout, Projection]:
         """Draw everything, and above it the keys that are listed.
 
         Returns:
@@ -87,7 +87,7 @@ class HudPainter:
             head.left + pad, head.top, min(self._fonts.width(name, size, Face.BOLD), head.width // 4), head.height
         )
         write(surface, name, own, size, palette.TEXT, self._fonts, Face.BOLD)
-        who = heading(board)
+        who = player_line(board)
         about = pygame.Rect(own.right + pad, head.top, 0, head.height)
         about.width = min(self._fonts.width(who, round(14 * ui)), max(0, head.width // 4))
         write(surface, who, about, round(14 * ui), palette.MUTED, self._fonts)
@@ -100,7 +100,7 @@ class HudPainter:
 
     def _panel(self, surface: pygame.Surface, places: Layout, board: Dashboard) -> None:
         ui = places.ui
-        frame(surface, places.panel, words.GOTO, "", ui, self._fonts)
+        titled_plate(surface, places.panel, words.GOTO, "", ui, self._fonts)
         before = surface.get_clip()
         surface.set_clip(places.panel.clip(before))
         for index, ((name, unit), place) in enumerate(zip(words.FIELDS, places.fields, strict=True)):
@@ -118,7 +118,7 @@ class HudPainter:
         surface.set_clip(before)
 
     def _notice(self, surface: pygame.Surface, place: pygame.Rect, board: Dashboard, ui: float) -> None:
-        """Write what the person must be told, or else what can be done next."""
+        """Write the notice for the person, or else what can be done next."""
         size, top = max(12, round(14 * ui)), place.top
         colour = palette.WARNING if board.notice else palette.MUTED
         for line in self._fonts.wrap(board.notice or words.HINTS[board.wish], place.width, size, lines=2):
@@ -143,5 +143,5 @@ class HudPainter:
                 self._fonts,
                 Face.BOLD,
             )
-            told = pygame.Rect(place.left + label, top, max(1, place.width - label), row)
-            write(surface, line.words, told, size, INKS[line.level], self._fonts)
+            value = pygame.Rect(place.left + label, top, max(1, place.width - label), row)
+            write(surface, line.words, value, size, INKS[line.level], self._fonts)

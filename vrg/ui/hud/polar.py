@@ -21,7 +21,7 @@ CALM: Final = 0.8
 
 
 @dataclass(frozen=True)
-class Fan:
+class PolarPlot:
     """A plot in a window.
 
     Args:
@@ -41,7 +41,7 @@ class Fan:
         return self.at(distance * math.cos(bearing), distance * math.sin(bearing))
 
 
-def fan(area: tuple[int, int, int, int], first: float, last: float, reach: float) -> Fan:
+def polar_plot(area: tuple[int, int, int, int], first: float, last: float, reach: float) -> PolarPlot:
     """Place a plot of the bearings from `first` to `last` (rad) in an area (left, top, width, height)."""
     marks = [first, last, *(k * math.pi / 2 for k in range(-4, 5) if first <= k * math.pi / 2 <= last)]
     rights, ups = [0.0, *(-math.sin(b) for b in marks)], [0.0, *(math.cos(b) for b in marks)]
@@ -49,11 +49,11 @@ def fan(area: tuple[int, int, int, int], first: float, last: float, reach: float
     size = min(width / max(0.1, max(rights) - min(rights)), height / max(0.1, max(ups) - min(ups)))
     x = left + width / 2 - size * (max(rights) + min(rights)) / 2
     y = top + height / 2 + size * (max(ups) + min(ups)) / 2
-    return Fan((x, y), size / reach, reach)
+    return PolarPlot((x, y), size / reach, reach)
 
 
 def reach_for(farthest: float, before: float | None) -> float:
-    """How far a plot should reach for what is at most `farthest` m away, if it reached to `before` m so far."""
+    """Return the radius of a plot of echoes at most `farthest` m away, if it was `before` m so far."""
     wanted = next((reach for reach in REACHES if farthest <= reach), REACHES[-1])
     if before is None or wanted >= before:
         return wanted
@@ -75,8 +75,8 @@ def nearest(found: Rays | Cones) -> Vector | None:
     return min(heard, default=None)
 
 
-def told(found: Rays | Cones) -> str:
-    """What is nearest, in words."""
+def nearest_words(found: Rays | Cones) -> str:
+    """Return the nearest echo, in words."""
     near = nearest(found)
     if near is None:
         return words.NOTHING_NEAR.format(reach=found.range_max)

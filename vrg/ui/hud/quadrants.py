@@ -14,11 +14,11 @@ from vrg.hal.sensors.depiction import Cones, Depiction, Picture, Rays
 from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
 from vrg.ui.hud import words
-from vrg.ui.hud.dashboard import Dashboard, place
-from vrg.ui.hud.polar import RINGS, Fan, echoes, fan, nearest, reach_for, told
-from vrg.ui.kit import blank, frame
+from vrg.ui.hud.dashboard import Dashboard, pose_line
+from vrg.ui.hud.polar import RINGS, PolarPlot, echoes, nearest, nearest_words, polar_plot, reach_for
+from vrg.ui.kit import blank, titled_plate
 from vrg.ui.text import Fonts
-from vrg.ui.view import View
+from vrg.ui.view import Projection
 
 
 class Quadrant(ABC):
@@ -37,7 +37,7 @@ class Quadrant(ABC):
         self._fonts = fonts
 
     def shows(self, board: Dashboard) -> object:
-        """What its picture depends on, besides its place. While this stays equal, so does the picture."""
+        """Return a key of the picture: while it stays equal, so does the picture in the same place."""
         sensed = board.seen.first(self.depiction)
         return None if sensed is None or sensed.reading is None else sensed.reading.stamp
 
@@ -45,15 +45,15 @@ class Quadrant(ABC):
         """Draw it into an area; `ui` scales letters."""
         sensed = board.seen.first(self.depiction)
         title, found = (self.title, None) if sensed is None else (sensed.spec.kind.upper(), sensed.depiction)
-        inner = frame(surface, area, title, "" if found is None else self.told(found, board), ui, self._fonts)
+        inner = titled_plate(surface, area, title, "" if found is None else self.caption(found, board), ui, self._fonts)
         if found is None:
             blank(surface, inner, words.NOT_FITTED if sensed is None else self.nothing, ui, self._fonts)
         else:
             self.plot(surface, inner, found, board, ui)
 
-    def told(self, found: Any, board: Dashboard) -> str:
-        """What stands beside the title, about a depiction."""
-        return told(found)
+    def caption(self, found: Any, board: Dashboard) -> str:
+        """Return the words beside the title, about a depiction."""
+        return nearest_words(found)
 
     @abstractmethod
     def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Any, board: Dashboard, ui: float) -> None:
@@ -67,19 +67,19 @@ class LocationPainter:
         self._fonts = fonts
         self._field = FieldPainter(fonts)
 
-    def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> View:
+    def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> Projection:
         """Draw it, and return how the field's coordinates became pixels."""
-        inner = frame(surface, area, words.LOCATION, place(board), ui, self._fonts)
+        inner = titled_plate(surface, area, words.LOCATION, pose_line(board), ui, self._fonts)
         inner.inflate_ip(-4, -4)
         here = (inner.left, inner.top, inner.width, inner.height)
 
-        def below(view: View) -> None:
+        def below(view: Projection) -> None:
             _plan(surface, view, board, ui)
 
         return self._field.draw(surface, here, board.scene, ui, board.player, below=below)
 
 
-def _plan(surface: pygame.Surface, view: View, board: Dashboard, ui: float) -> None:
+def _plan(surface: pygame.Surface, view: Projection, board: Dashboard, ui: float) -> None:
     """Draw where the robot began, its goal, and the way there."""
     if board.home is not None:
         home = view.point(board.home.x, board.home.y)
@@ -103,7 +103,7 @@ def _dashes(
         shapes.stroke(surface, points[0], points[1], colour, 2 * ui)
 
 
-def _cross(surface: pygame.Surface, view: View, goal: Goal, ui: float) -> None:
+def _cross(surface: pygame.Surface, view: Projection, goal: Goal, ui: float) -> None:
     """Draw the goal as a ring with a cross, and an arrow where a heading is wanted."""
     centre, radius = view.point(goal.x, goal.y), 9 * ui
     shapes.ring(surface, centre, radius, palette.CAUTION, 2.5 * ui)
@@ -134,7 +134,7 @@ class RaysPainter(Quadrant):
         first = found.mount.theta + found.first
         last = first + found.step * max(0, len(found.ranges) - 1)
         inner.inflate_ip(round(-30 * ui), round(-24 * ui))
-        plot = fan((inner.left, inner.top, inner.width, inner.height), first, last, self._reach)
+        plot = polar_plot((inner.left, inner.top, inner.width, inner.height), first, last, self._reach)
         whole = last - first > 2 * math.pi - 2 * found.step
         ends = zip(found.ranges, found.bearings.tolist(), strict=True)
         corners = [plot.polar(min(distance, plot.reach), bearing) for distance, bearing in ends]
@@ -161,7 +161,7 @@ class ConesPainter(Quadrant):
         near = nearest(found)
         inner.inflate_ip(round(-20 * ui), round(-20 * ui))
         place = (inner.left, inner.top, inner.width, inner.height)
-        plot = fan(place, -math.pi, math.pi, reach_for(found.range_max, None))
+        plot = polar_plot(place, -math.pi, math.pi, reach_for(found.range_max, None))
         _rings(surface, plot, -math.pi, math.pi)
         for number, distance in enumerate(found.ranges):
             corners = [plot.at(*point) for point in found.outline(number, 7)]
@@ -174,7 +174,7 @@ class ConesPainter(Quadrant):
         _robot(surface, plot, board, ui)
 
 
-def _rings(surface: pygame.Surface, plot: Fan, first: float, last: float) -> None:
+def _rings(surface: pygame.Surface, plot: PolarPlot, first: float, last: float) -> None:
     """Draw a ring at each round distance."""
     sides = round(24 * (last - first)) + 2
     for distance in _distances(plot):
@@ -183,13 +183,13 @@ def _rings(surface: pygame.Surface, plot: Fan, first: float, last: float) -> Non
             pygame.draw.aaline(surface, palette.LINE, start, end)
 
 
-def _distances(plot: Fan) -> list[float]:
+def _distances(plot: PolarPlot) -> list[float]:
     """The distances of the rings, m."""
     step = RINGS[plot.reach]
     return [number * step for number in range(1, round(plot.reach / step) + 1)]
 
 
-def _scale(surface: pygame.Surface, plot: Fan, ui: float, fonts: Fonts) -> None:
+def _scale(surface: pygame.Surface, plot: PolarPlot, ui: float, fonts: Fonts) -> None:
     """Write the distance at the outermost ring, and at further ones inwards where there is room."""
     size, last = max(11, round(12 * ui)), -math.inf
     for distance in reversed(_distances(plot)):
@@ -203,7 +203,7 @@ def _scale(surface: pygame.Surface, plot: Fan, ui: float, fonts: Fonts) -> None:
         surface.blit(text, place)
 
 
-def _robot(surface: pygame.Surface, plot: Fan, board: Dashboard, ui: float) -> None:
+def _robot(surface: pygame.Surface, plot: PolarPlot, board: Dashboard, ui: float) -> None:
     """Draw the robot's body at its size, or as large as can be seen."""
     own = next((body for body in board.scene.bodies if body.name == board.player), None)
     length, width = (0.5, 0.4) if own is None else (own.length, own.width)
@@ -229,10 +229,10 @@ class PicturePainter(Quadrant):
 
     def shows(self, board: Dashboard) -> object:
         """The time of the picture, and its age in words."""
-        return super().shows(board), self.told(None, board)
+        return super().shows(board), self.caption(None, board)
 
-    def told(self, found: Picture | None, board: Dashboard) -> str:
-        """How old it is."""
+    def caption(self, found: Picture | None, board: Dashboard) -> str:
+        """Return the age of the picture."""
         sensed = board.seen.first(self.depiction)
         age = None if sensed is None else board.seen.age(sensed.reading)
         return "" if age is None else f"{age:.1f} s"

@@ -1,4 +1,4 @@
-"""What one player knows of itself and of the match: exactly what its own process may hear, never the true poses."""
+"""One player's knowledge of itself and of the match: exactly what its own process may hear, never the true poses."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,18 +33,18 @@ class Sensed:
 
     @property
     def depiction(self) -> Depiction | None:
-        """What the reading looks like; None where there is none."""
+        """The reading as it can be drawn; None where there is none."""
         return None if self.reading is None else self.spec.depict(self.reading.body)
 
 
 @dataclass(frozen=True)
 class Telemetry:
-    """What is known at one instant. What never came is None.
+    """A player's knowledge at one instant. What never came is None.
 
     Args:
         now: the match time, s. live: the match clock runs.
-        state: the referee's state, with the poses that the player's team is told. me: the player in it.
-        report: what the player's process says of itself, with the match time of that.
+        state: the referee's state, with the poses that the player's team may know. me: the player in it.
+        report: of the player's process, with its match time.
         pose: where the robot is by its own measurement. pose_age: the match time since then, s.
         speed: the speed by the robot's wheels, m/s; below 0 where it drives straight back.
         sensors: the sensors of the robot, in the order of its model.
@@ -91,7 +91,7 @@ class Receiver:
         self._sensors = [(s, mailbox.subscribe(keys.sensor(s.message, player, s.name))) for s in robot.sensors]
 
     def look(self, tick: Tick) -> Telemetry:
-        """What is known now."""
+        """Return the present knowledge."""
         now = tick.time
         state, report = self._state.latest, self._report.latest
         seen = None if state is None else self._seen(state)
@@ -119,7 +119,7 @@ class Receiver:
         )
 
     def _seen(self, state: Received[RefereeState]) -> RefereeState:
-        """The referee's state with the poses that only this team is told. Those that are older do not count."""
+        """The referee's state with the poses that only this team may know. Those that are older do not count."""
         sight = self._sight.latest
         if sight is None or not is_fresh(sight.stamp, state.stamp, SIGHT_TIMEOUT):
             return state.body

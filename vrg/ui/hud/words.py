@@ -19,7 +19,7 @@ BUTTONS: Final = {
     Wish.RESET: ("Reset", "HOME"),
     Wish.WATCH: ("Give back", "ESC"),
 }
-"""What is written on the button of each wish, and its key."""
+"""The label of each wish's button, and its key."""
 STOP: Final = ("STOP", "SPACE")
 HINTS: Final = {
     Wish.WATCH: "Click the map or type a goal, then Goto. Manual drives by gamepad or arrow keys, Reset drives home.",
@@ -27,7 +27,7 @@ HINTS: Final = {
     Wish.MANUAL: "Stick with the right shoulder button held, or arrow keys. Left shoulder button or SHIFT: full speed.",
     Wish.RESET: "The robot drives back to where it began, and stands there until it is given back.",
 }
-"""What a person can do next, by what the person wants now."""
+"""The next steps of a person, by the present wish."""
 
 MODE, LEASE, SPEED, BATTERY = "MODE", "DRIVEN BY", "SPEED", "BATTERY"
 FAULT, LINK, PAD = "FAULT", "LINK", "PAD"

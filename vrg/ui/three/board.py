@@ -1,4 +1,4 @@
-"""What is written over the picture as HTML: score, clock, banners and the last call. Names may come from anybody."""
+"""The HTML over the picture: score, clock, banners and the last call. Names in it may come from anybody."""
 
 from html import escape
 from typing import Final
@@ -36,7 +36,7 @@ def board(scene: Scene) -> str:
 
 
 def last_call(scene: Scene) -> str:
-    """What the referee has called last. The browser lets it fade, and shows it anew if it is another text."""
+    """The last call of the referee. The browser lets it fade, and shows it anew if it is another text."""
     if not scene.calls:
         return ""
     call = scene.calls[-1]
@@ -66,8 +66,8 @@ STYLE: Final = f"""<style>
 .banner b {{ margin-right: 8px; }}
 .vrg-call {{ left: 50%; transform: translateX(-50%); bottom: 22px; padding: 9px 20px; border-radius: 10px;
   font-size: 17px; background: var(--panel); border: 1px solid var(--line); max-width: 70vw;
-  animation: told 9s ease-in forwards; }}
-@keyframes told {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
+  animation: fade 9s ease-in forwards; }}
+@keyframes fade {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
 .vrg-call.marked {{ border-left: 5px solid var(--caution); }}
 @media (max-width: 600px) {{ .vrg-call {{ bottom: auto; top: 92px; }} }}
 [data-floating-window] div:has(> p > label) {{ width: 4.2em !important; }}

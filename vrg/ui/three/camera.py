@@ -1,4 +1,4 @@
-"""Where a viewer looks from, and how the view follows a robot."""
+"""The viewpoints, and the pursuit of a robot."""
 
 import enum
 import math
@@ -13,12 +13,12 @@ Point = tuple[float, float, float]
 FIELD_OF_VIEW: Final = math.radians(42)
 """From the lower to the upper edge of the picture, rad."""
 _SLOPE: Final = math.radians(38)
-"""How steeply the stand looks down, rad."""
+"""The angle at which the stand looks down, rad."""
 SMOOTH: Final = 0.35
 """s in which most of the way to a new place is made."""
 
 
-class View(enum.Enum):
+class CameraMode(enum.Enum):
     """The ways to look."""
 
     ORBIT = "Around"
@@ -63,7 +63,7 @@ def above(place: Extent, shape: float = 16 / 9) -> Shot:
 
 
 def _laid(place: Extent, shape: float) -> tuple[float, float, bool]:
-    """How wide and how deep the field lies in the picture, m, and whether one looks along x, from the east."""
+    """The width and the depth of the field in the picture, m, and whether one looks along x, from the east."""
     turned = (place.width > place.length) == (shape >= 1.0)
     return (place.width, place.length, True) if turned else (place.length, place.width, False)
 
@@ -75,7 +75,7 @@ def behind(pose: Pose, size: float) -> Shot:
 
 
 def inside(pose: Pose, eye: Vector) -> Shot:
-    """What a robot sees ahead; `eye` is how far ahead of its middle and how high it looks from, m."""
+    """The view from a robot; `eye` is how far ahead of its middle and how high it looks from, m."""
     c, s, (ahead, height) = math.cos(pose.theta), math.sin(pose.theta), eye
     far = ahead + 6.0
     return Shot((pose.x + ahead * c, pose.y + ahead * s, height), (pose.x + far * c, pose.y + far * s, height - 0.9))

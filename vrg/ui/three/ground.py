@@ -1,4 +1,4 @@
-"""What stands still on the field: ground, zones, walls, obstacles and where flags belong, as coloured solids."""
+"""The parts of the field that stand still: ground, zones, walls, obstacles and places of flags, as coloured solids."""
 
 import math
 from collections.abc import Iterator

@@ -18,7 +18,7 @@ from vrg.ui.three.theatre import Theatre
 FRAME: Final = 1 / 30
 """The real time in s between two frames."""
 UNWATCHED: Final = 30
-"""Of so many frames one is shown while nobody looks, so that who comes sees the match at once."""
+"""Of so many frames one is shown while no browser is connected, so that the next one sees the match at once."""
 
 
 class ThreeNode(Node):

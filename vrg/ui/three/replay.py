@@ -13,7 +13,7 @@ FRAME: Final = 1 / 30
 LONGEST: Final = 0.25
 """s of real time that a frame counts for at most, so that the match does not jump after the computer has slept."""
 _HELD: Final = 0.6
-"""s of real time after somebody has moved the bar in which it is left where it was put."""
+"""s of real time in which the bar stays where it was moved by a person."""
 _PLAY, _BEFORE, _NEXT = "Play/Pause", "Call before", "Next call"
 _MOVES: Final[dict[str, Callable[[Playback], Playback]]] = {
     _PLAY: Playback.toggle, _BEFORE: Playback.previous_call, _NEXT: Playback.next_call,

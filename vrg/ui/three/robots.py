@@ -1,4 +1,4 @@
-"""How robots look: the solids of a robot model in the frame of its body, on the ground, heading along +x."""
+"""The look of robots: the solids of a robot model in the frame of its body, on the ground, heading along +x."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from vrg.types import Vector
 from vrg.ui.three.shapes import Mesh, circle, joined, loft, prism, raised, rounded, star
 
 CABIN: Final = -0.2
-"""Where the middle of the cabin is, as a part of the robot's length ahead of its middle."""
+"""The middle of the cabin, as a part of the robot's length ahead of its middle."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class RobotLook:
     Args:
         paint: in the colour of its role. dark: rubber and windows. light: lamps and the housing of the range finder.
         tyre, hub: of one wheel, about its axle along y. roof: the height at which its marker lies, m.
-        eye: where somebody in it would look from: how far ahead and how high, m.
+        eye: the viewpoint of a driver in it: how far ahead and how high, m.
     """
 
     paint: Mesh

@@ -1,4 +1,4 @@
-"""What moves on the field: a scene becomes arrays of the places, turns and colours of solids that are drawn often."""
+"""The moving parts of the field: a scene becomes arrays of the places, turns and colours of repeated solids."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -26,7 +26,7 @@ FLASHES: Final = 6
 _LIFT: Final = 0.03
 """m above the ground of rings and lines, which lie above all zones."""
 _GROUND: Final = palette.mix(palette.FIELD, palette.MUTED, 0.35)
-"""What trails fade into."""
+"""The colour into which trails fade."""
 _POLE: Final = 1.5
 """The height of a flag, m."""
 
@@ -60,7 +60,7 @@ class Lines:
     colours: Bytes
 
 
-class Stage:
+class BatchMaker:
     """Makes batches of scenes. It remembers how far the wheels of each robot have turned.
 
     Args:
@@ -116,7 +116,7 @@ class Stage:
         return found
 
     def _roll(self, body: SceneBody, model: RobotModel) -> npt.NDArray[np.float64]:
-        """How far each wheel has turned, rad: by the way of the body since the last scene."""
+        """The angle by which each wheel has turned, rad, from the way of the body since the last scene."""
         here, wheels = body.pose, model.drivetrain.wheels
         before, angles = self._rolled.get(body.name, (here, np.zeros(len(wheels))))
         dx, dy = here.x - before.x, here.y - before.y
@@ -162,7 +162,7 @@ class Stage:
 
 
 def trails(scene: Scene) -> Lines:
-    """Where robots were lately, fading into the ground."""
+    """The recent ways of robots, fading into the ground."""
     game = game_of(scene.game)
     points: list[Floats] = [np.zeros((0, 2, 3), np.float32)]
     colours: list[Bytes] = [np.zeros((0, 2, 3), np.uint8)]

@@ -20,10 +20,10 @@ from vrg.ui import palette
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.three import camera
 from vrg.ui.three.board import STYLE, board, last_call
-from vrg.ui.three.camera import Shot, View
+from vrg.ui.three.camera import CameraMode, Shot
 from vrg.ui.three.ground import Extent, extent, ground
 from vrg.ui.three.robots import robot_look
-from vrg.ui.three.stage import Batch, Lines, Stage, fan, trails
+from vrg.ui.three.stage import Batch, BatchMaker, Lines, fan, trails
 from vrg.ui.web.headers import foreign
 from vrg.ui.zones import zone_look
 
@@ -67,21 +67,21 @@ class Viewer:
 
     client: viser.ClientHandle
     robots: viser.GuiDropdownHandle[str]
-    view: View = View.ORBIT
+    view: CameraMode = CameraMode.ORBIT
     robot: str = ""
     shot: Shot | None = None
     place: Extent | None = None
 
 
 class Theatre:
-    """What browsers see. They choose how they look and can change nothing else.
+    """The view in browsers. They choose its look and can change nothing else.
 
     Args:
         robots: the models of the robots, by name. host: the address to listen on. port: the port. title: of the page.
     """
 
     def __init__(self, robots: Mapping[str, RobotModel], host: str, port: int, title: str) -> None:
-        self._stage = Stage(robots, robot_model("P2AT"))
+        self._stage = BatchMaker(robots, robot_model("P2AT"))
         self._host, self._port, self._title = host, port, title
         self._viewers: dict[int, Viewer] = {}
         self._nodes: dict[str, Any] = {}
@@ -99,12 +99,16 @@ class Theatre:
 
     @property
     def followed(self) -> set[str]:
-        """The robots that somebody follows."""
-        return {viewer.robot for viewer in list(self._viewers.values()) if viewer.view in (View.FOLLOW, View.EYES)}
+        """The robots that a viewer follows."""
+        return {
+            viewer.robot
+            for viewer in list(self._viewers.values())
+            if viewer.view in (CameraMode.FOLLOW, CameraMode.EYES)
+        }
 
     @property
     def gui(self) -> viser.GuiApi:
-        """What stands in the small panel of everybody."""
+        """The small panel of every browser."""
         return self.server.gui
 
     def open(self) -> None:
@@ -210,7 +214,7 @@ class Theatre:
             def _(event: Any, name: str = batch.name) -> None:
                 now = self._batches.get(name)
                 if now is not None and event.instance_index in range(len(now.robots)):
-                    self._choose(event.client.client_id, View.FOLLOW, now.robots[event.instance_index])
+                    self._choose(event.client.client_id, CameraMode.FOLLOW, now.robots[event.instance_index])
 
     def _lines(self, lines: Lines) -> None:
         node = self._nodes.get("trails")
@@ -249,17 +253,17 @@ class Theatre:
 
     def _look(self, viewer: Viewer, seconds: float) -> None:
         """Aim the camera of a viewer anew: always if it follows a robot, and else where the field has changed."""
-        if viewer.view in (View.ORBIT, View.TOP):
+        if viewer.view in (CameraMode.ORBIT, CameraMode.TOP):
             if viewer.place != self._place:
                 viewer.place = self._place
                 lens = viewer.client.camera
                 shape = lens.image_width / max(lens.image_height, 1)
-                _aim(viewer, (camera.overview if viewer.view is View.ORBIT else camera.above)(self._place, shape))
+                _aim(viewer, (camera.overview if viewer.view is CameraMode.ORBIT else camera.above)(self._place, shape))
             return
         body = self._bodies.get(viewer.robot)
         if body is None:
             return
-        if viewer.view is View.FOLLOW:
+        if viewer.view is CameraMode.FOLLOW:
             wanted = camera.behind(body.pose, body.length)
             shot = wanted if viewer.shot is None else camera.eased(viewer.shot, wanted, seconds)
         else:
@@ -269,7 +273,7 @@ class Theatre:
     def _scan(self, viewer: Viewer, scans: Scans) -> None:
         """Lay the scan of the robot that a viewer follows on the ground."""
         node = self._nodes.get(f"scan/{viewer.client.client_id}")
-        found = scans.get(viewer.robot) if viewer.view in (View.FOLLOW, View.EYES) else None
+        found = scans.get(viewer.robot) if viewer.view in (CameraMode.FOLLOW, CameraMode.EYES) else None
         if found is None:
             if node is not None:
                 node.visible = False
@@ -283,13 +287,13 @@ class Theatre:
         else:
             node.vertices, node.visible = mesh.vertices, True
 
-    def _choose(self, number: int, view: View, robot: str) -> None:
+    def _choose(self, number: int, view: CameraMode, robot: str) -> None:
         """Give a viewer another way to look."""
         viewer = self._viewers.get(number)
         if viewer is None:
             return
         viewer.view, viewer.robot, viewer.shot, viewer.place = view, robot, None, None
-        viewer.client.camera.fov = camera.FIELD_OF_VIEW * (1.35 if view is View.EYES else 1.0)
+        viewer.client.camera.fov = camera.FIELD_OF_VIEW * (1.35 if view is CameraMode.EYES else 1.0)
 
     async def _admit(self, connection: Any) -> None:
         """Send away who is one too many, or comes from a page of another site."""
@@ -308,20 +312,20 @@ class Theatre:
 
     def _enter(self, client: viser.ClientHandle) -> None:
         number = client.client_id
-        views = client.gui.add_button_group("", [view.value for view in View])
+        views = client.gui.add_button_group("", [view.value for view in CameraMode])
         robots = client.gui.add_dropdown("Robot", sorted(self._bodies) or ["-"])
         shadows = client.gui.add_checkbox("Shadows", initial_value=True)
         self._viewers[number] = viewer = Viewer(client, robots)
 
         @views.on_click
         def _(_event: Any) -> None:
-            self._choose(number, View(views.value), robots.value)
+            self._choose(number, CameraMode(views.value), robots.value)
 
         @robots.on_update
         def _(event: Any) -> None:
             # Without a client it was this process that has put other robots there.
             if event.client is not None:
-                view = viewer.view if viewer.view is View.EYES else View.FOLLOW
+                view = viewer.view if viewer.view is CameraMode.EYES else CameraMode.FOLLOW
                 self._choose(number, view, robots.value)
 
         @shadows.on_update

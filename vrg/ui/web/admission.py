@@ -1,4 +1,4 @@
-"""Who may do what on the page: tokens, and the links that carry them.
+"""The rights on the page: tokens, and the links that carry them.
 
 A link carries its token in the fragment, which browsers do not send with requests, so that it is in no server's log.
 """
@@ -17,8 +17,8 @@ DEFAULT_HOST = "127.0.0.1"
 DEFAULT_PORT = 8080
 
 
-class RoleKind(enum.StrEnum):
-    """What a visitor of the page may do: a VIEWER watches, an OFFICIAL decides too, a SEAT drives one player too."""
+class VisitorKind(enum.StrEnum):
+    """The rights of a visitor: a VIEWER watches, an OFFICIAL decides too, a SEAT drives one player too."""
 
     VIEWER = "viewer"
     OFFICIAL = "official"
@@ -26,29 +26,29 @@ class RoleKind(enum.StrEnum):
 
 
 @dataclass(frozen=True)
-class Role:
+class VisitorRole:
     """The role of a visitor.
 
     Args:
         kind: what it may do. player: whom it drives; empty for all but seats.
     """
 
-    kind: RoleKind
+    kind: VisitorKind
     player: str = ""
 
     @property
     def words(self) -> str:
         """The role for people and for the journal, such as `driver of ann (web)`."""
-        return f"driver of {self.player} (web)"[-64:] if self.kind is RoleKind.SEAT else f"{self.kind} (web)"
+        return f"driver of {self.player} (web)"[-64:] if self.kind is VisitorKind.SEAT else f"{self.kind} (web)"
 
 
-VIEWER = Role(RoleKind.VIEWER)
-OFFICIAL = Role(RoleKind.OFFICIAL)
+VIEWER = VisitorRole(VisitorKind.VIEWER)
+OFFICIAL = VisitorRole(VisitorKind.OFFICIAL)
 
 
 @dataclass(frozen=True)
 class Admission:
-    """Where the page is served, and the tokens that admit to its roles. Whoever has no token may watch.
+    """The address of the page, and the tokens that admit to its roles. Without a token a visitor may watch.
 
     Args:
         host: the address that is listened on. port: its port.
@@ -60,19 +60,22 @@ class Admission:
     official: str = field(default="", repr=False)
     seats: dict[str, str] = field(default_factory=dict, repr=False)
 
-    def role_of(self, token: str) -> Role | None:
+    def role_of(self, token: str) -> VisitorRole | None:
         """The role that a token admits to; None for a wrong one. An empty token is a viewer's."""
         if not token:
             return VIEWER
         offered, found = token.encode(), None
-        roles = [(OFFICIAL, self.official), *((Role(RoleKind.SEAT, name), its) for name, its in self.seats.items())]
+        roles = [
+            (OFFICIAL, self.official),
+            *((VisitorRole(VisitorKind.SEAT, name), its) for name, its in self.seats.items()),
+        ]
         # All are compared, so that the time tells nothing about which of them it resembles.
         for role, own in roles:
             if own and hmac.compare_digest(offered, own.encode()):
                 found = role
         return found
 
-    def links(self, address: str) -> list[tuple[Role, str]]:
+    def links(self, address: str) -> list[tuple[VisitorRole, str]]:
         """The links to hand out, the viewers' first.
 
         Args:
@@ -80,7 +83,7 @@ class Admission:
         """
         base = f"http://{f'[{address}]' if ':' in address else address}:{self.port}/"
         official = [(OFFICIAL, f"{base}#{self.official}")] if self.official else []
-        seats = [(Role(RoleKind.SEAT, name), f"{base}#{token}") for name, token in self.seats.items()]
+        seats = [(VisitorRole(VisitorKind.SEAT, name), f"{base}#{token}") for name, token in self.seats.items()]
         return [(VIEWER, base), *official, *seats]
 
     def encoded(self) -> str:
@@ -109,7 +112,7 @@ def admission(
 
 
 def read_admission(line: str) -> Admission:
-    """What `Admission.encoded` has made.
+    """Return the admission that `Admission.encoded` has encoded.
 
     Raises:
         ValueError: it is something else. The message does not repeat it.

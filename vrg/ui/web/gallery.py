@@ -1,7 +1,7 @@
 """The newest of everything that there is to see, encoded once for all viewers. Each viewer gets what is new to it.
 
 The parts, such as `frame`, replace each other: a viewer that is slow misses some, and gets the newest. Calls are a
-list, and nobody misses any.
+list, and no viewer misses any.
 """
 
 from collections.abc import Mapping, Sequence
@@ -9,12 +9,12 @@ from dataclasses import dataclass, field
 from typing import Final
 
 CALLS_KEPT: Final = 200
-"""How many of the referee's calls a late viewer gets."""
+"""The number of the referee's calls that a late viewer gets."""
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What a viewer has got: the versions of the parts, by name, and the number of calls."""
+class Delivered:
+    """A viewer's state: the versions of the parts, by name, and the number of calls."""
 
     parts: Mapping[str, int] = field(default_factory=dict)
     calls: int = 0
@@ -41,8 +41,8 @@ class Gallery:
             del self._calls[:excess]
             self._forgotten += excess
 
-    def since(self, seen: Seen) -> tuple[str, Seen]:
-        """What is new to a viewer, as a list of JSON without its brackets, and what the viewer has seen with it."""
+    def since(self, seen: Delivered) -> tuple[str, Delivered]:
+        """Return the news for a viewer, as a list of JSON without its brackets, and the viewer's next state."""
         new = tuple(name for name, version in self._versions.items() if seen.parts.get(name) != version)
         first = max(0, seen.calls - self._forgotten)
         total = self._forgotten + len(self._calls)
@@ -55,4 +55,4 @@ class Gallery:
             if calls := self._calls[first:]:
                 texts.append(f'{{"t":"calls","calls":[{",".join(calls)}]}}')
             self._joined = wanted, ",".join(texts)
-        return self._joined[1], Seen(dict(self._versions), total)
+        return self._joined[1], Delivered(dict(self._versions), total)

@@ -1,4 +1,4 @@
-"""What keeps other sites away from the page: headers, and a look at where a connection comes from."""
+"""The defence of the page against other sites: headers, and a look at where a connection comes from."""
 
 import ipaddress
 from typing import Final
@@ -19,7 +19,7 @@ def foreign(origin: str | None, host: str, served: str, machine: str) -> str:
     """Why a connection may be another site's doing, in words; empty if it is not.
 
     Args:
-        origin: of the page that has opened it, as its browser says; None for a program that is no browser.
+        origin: of the page that has opened it, as its browser names it; None for a program that is no browser.
         host: the address and port that were asked for. served: the address that is listened on.
         machine: the name of this machine.
 

@@ -1,4 +1,4 @@
-"""Who has come to the page: their number is bounded, a seat holds one of them, and nobody may talk too fast.
+"""The visitors of the page: their number is bounded, a seat holds one of them, and each one's rate is limited.
 
 This knows no network and no clock.
 """
@@ -7,15 +7,15 @@ from collections import Counter
 from dataclasses import dataclass, field
 from typing import Final
 
-from vrg.ui.web.admission import VIEWER, Admission, Role, RoleKind
+from vrg.ui.web.admission import VIEWER, Admission, VisitorKind, VisitorRole
 from vrg.ui.web.requests import Hello
 
 GUESTS_LIMIT: Final = 64
-"""How many viewers may be connected at once, and how many officials."""
+"""The limit of connected viewers, and that of officials."""
 PER_SECOND: Final = 60.0
-"""How many requests a page may send in a second for long."""
+"""The limit of a page's requests per second over a long time."""
 AT_ONCE: Final = 120.0
-"""How many requests a page may send at once."""
+"""The limit of a page's requests at once."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Admitted:
         crowded_out: the number of the connection that must go for this one to have a place; None if there is one.
     """
 
-    role: Role
+    role: VisitorRole
     displaced: int | None = None
     crowded_out: int | None = None
 
@@ -57,7 +57,7 @@ class Lobby:
 
     admission: Admission
     limit: int = GUESTS_LIMIT
-    roles: dict[int, Role] = field(default_factory=dict)
+    roles: dict[int, VisitorRole] = field(default_factory=dict)
     wrong_tokens: int = 0
     _tabs: dict[int, str] = field(default_factory=dict)
     _addresses: dict[int, str] = field(default_factory=dict)
@@ -79,7 +79,7 @@ class Lobby:
             del self.roles[holder]
             self.roles[holder] = VIEWER  # it is the newest viewer
         self.roles[guest], self._tabs[guest], self._addresses[guest] = role, hello.tab, address
-        crowded_out = self._excess(RoleKind.VIEWER) or self._excess(RoleKind.OFFICIAL)
+        crowded_out = self._excess(VisitorKind.VIEWER) or self._excess(VisitorKind.OFFICIAL)
         if crowded_out == guest:
             self.leave(guest)
             return Refused(self.full, "full")
@@ -89,10 +89,10 @@ class Lobby:
 
     @property
     def full(self) -> str:
-        """What is read by those that get no place."""
+        """The message for those that get no place."""
         return f"{self.limit} pages are open already, and no more are served: close one."
 
-    def _excess(self, kind: RoleKind) -> int | None:
+    def _excess(self, kind: VisitorKind) -> int | None:
         """The connection that has no place, because there are too many of a kind; None if there are not."""
         those = [guest for guest, role in self.roles.items() if role.kind is kind]
         if len(those) <= self.limit:
@@ -101,13 +101,13 @@ class Lobby:
         largest = max(crowds, key=lambda address: (crowds[address], address == own))
         return next(guest for guest in reversed(those) if self._addresses[guest] == largest)
 
-    def holder(self, role: Role) -> int | None:
+    def holder(self, role: VisitorRole) -> int | None:
         """The connection that has a seat; None if none has, or the role is no seat."""
-        if role.kind is not RoleKind.SEAT:
+        if role.kind is not VisitorKind.SEAT:
             return None
         return next((guest for guest, its in self.roles.items() if its == role), None)
 
-    def leave(self, guest: int) -> Role | None:
+    def leave(self, guest: int) -> VisitorRole | None:
         """Forget a connection, and return the role that it had; None if it was not admitted."""
         self._tabs.pop(guest, None)
         self._addresses.pop(guest, None)

@@ -16,19 +16,19 @@ from vrg.ui.driving import Driving
 from vrg.ui.pace import Pace
 from vrg.ui.scene import Scene
 from vrg.ui.web import parts
-from vrg.ui.web.requests import Action, Decision, Wishes
+from vrg.ui.web.requests import Decision, PageButton, Wishes
 
 log = logging.getLogger(__name__)
 
 FRAME: Final = 1 / 25
 """The real time in s between two frames. The page draws what lies between them. It is a whole number of world ticks."""
 ANSWERS_AWAITED: Final = 200
-"""How many decisions are remembered until the referee answers them."""
+"""The limit of decisions that are remembered until the referee answers them."""
 _OFFICIAL: Final = {
-    Action.HALT: OfficialAction.HALT,
-    Action.RESUME: OfficialAction.RESUME,
-    Action.RECOVER: OfficialAction.RECOVER,
-    Action.END: OfficialAction.END,
+    PageButton.HALT: OfficialAction.HALT,
+    PageButton.RESUME: OfficialAction.RESUME,
+    PageButton.RECOVER: OfficialAction.RECOVER,
+    PageButton.END: OfficialAction.END,
 }
 
 
@@ -46,7 +46,7 @@ class Audience(Protocol):
         """Send them away."""
 
     def check(self) -> None:
-        """Raise LaunchError if nobody can come any more."""
+        """Raise LaunchError if no viewer can come any more."""
 
     def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
         """Show these parts and calls, texts of JSON, from now on."""
@@ -55,7 +55,7 @@ class Audience(Protocol):
         """Answer one of them."""
 
     def wishes(self) -> Wishes:
-        """What they have asked for since this was last called."""
+        """Return the requests since this was last called."""
 
 
 class WebNode(Node):
@@ -158,9 +158,9 @@ class WebNode(Node):
 
     def _decide(self, decision: Decision) -> None:
         log.info("%s asks for: %s", decision.by, decision.what)
-        if decision.what is Action.ESTOP:
+        if decision.what is PageButton.ESTOP:
             self.mailbox.publish(self._keys.estop, Estop(by=decision.by))
-        elif decision.what is Action.RELEASE:
+        elif decision.what is PageButton.RELEASE:
             self.mailbox.publish(self._keys.estop_release, EstopRelease(by=decision.by))
         else:
             number = f"web-{self._own}-{next(self._numbers)}"

@@ -1,4 +1,4 @@
-"""Turns a scene into the parts that the page draws, as JSON. The page knows no game and no colours: it is told them.
+"""Turns a scene into the parts that the page draws, as JSON. The page knows no game and no colours: it gets them.
 
 Lengths are in m and angles in rad, as everywhere. Numbers are rounded to what can be seen, to keep a frame small.
 """
@@ -40,7 +40,7 @@ def colours() -> dict[str, str]:
 
 
 def ground(scene: Scene) -> dict[str, Any]:
-    """What stands still: zones and walls. It changes when the zones do, for example in a new round."""
+    """The parts that stand still: zones and walls. They change when the zones do, for example in a new round."""
     game = game_of(scene.game)
     return {
         "t": "ground",
@@ -70,7 +70,7 @@ def _zone(zone: Any, game: Game) -> dict[str, Any]:
 
 
 def state(scene: Scene) -> dict[str, Any]:
-    """What is told in words, and how the robots look. It changes now and then, not with each frame."""
+    """The words about the match, and the look of the robots. They change now and then, not with each frame."""
     game, head = game_of(scene.game), headline(scene)
     lining_up = scene.stage in (Stage.INITIALIZE, Stage.ROUND_OVER)
     return {
@@ -167,7 +167,7 @@ def _player(scene: Scene, player: ScenePlayer, game: Game) -> dict[str, Any]:
 
 
 def strokes(scene: Scene) -> dict[str, Any]:
-    """What players want to be shown about what they think."""
+    """The players' own sketches."""
     game = game_of(scene.game)
     return {
         "t": "strokes",
@@ -183,7 +183,7 @@ def strokes(scene: Scene) -> dict[str, Any]:
 
 
 def frame(scene: Scene) -> dict[str, Any]:
-    """What moves. The bodies and the players are in the order of the state.
+    """The moving parts. The bodies and the players are in the order of the state.
 
     Returns:
         `time` (match time, s), `clock` (as it is written), `left` (the time that is left, in words), `rate`, `bodies`
@@ -208,15 +208,15 @@ def parts(scene: Scene) -> dict[str, str]:
     return {part["t"]: encode(part) for part in (ground(scene), state(scene), strokes(scene), frame(scene))}
 
 
-def call(said: Call, game_name: str) -> str:
+def call(call: Call, game_name: str) -> str:
     """A call of the referee with its rule, as a text of JSON."""
-    text = game_of(game_name).rule_text(said.rule)
+    text = game_of(game_name).rule_text(call.rule)
     return encode(
         {
-            "number": said.number,
-            "clock": clock_text(said.clock),
-            "text": said.text,
-            "rule": title(said.rule),
+            "number": call.number,
+            "clock": clock_text(call.clock),
+            "text": call.text,
+            "rule": title(call.rule),
             "words": "" if text is None else text.words,
             "source": "" if text is None else text.source,
         }

@@ -1,4 +1,4 @@
-"""What a browser may say to the page's server, and what of it reaches the match.
+"""The requests of browsers to the page's server, and the commands and decisions that follow from them.
 
 Requests come from outside, so each field has bounds. A request that breaks them gets an error in words.
 """
@@ -11,15 +11,15 @@ import msgspec
 from msgspec import Meta, Struct
 
 from vrg.types import Signed
-from vrg.ui.web.admission import Role, RoleKind
+from vrg.ui.web.admission import VisitorKind, VisitorRole
 
 REQUEST_LIMIT: Final = 2048
 """The number of bytes in a request."""
 _TAB = Annotated[str, Meta(max_length=64)]
 
 
-class Action(enum.StrEnum):
-    """What a button of the page asks for."""
+class PageButton(enum.StrEnum):
+    """The act of a button of the page."""
 
     HALT = "halt"
     RESUME = "resume"
@@ -67,13 +67,13 @@ class GiveBack(_Request, frozen=True, tag="give_back", kw_only=True):
     """The player plays by itself again."""
 
 
-class Act(_Request, frozen=True, tag="act", kw_only=True):
+class Pressed(_Request, frozen=True, tag="act", kw_only=True):
     """A button was pressed."""
 
-    what: Action
+    what: PageButton
 
 
-Request = Hello | Ack | Drive | GiveBack | Act
+Request = Hello | Ack | Drive | GiveBack | Pressed
 _DECODER: Final = msgspec.json.Decoder(Request)
 
 
@@ -81,7 +81,7 @@ def read_request(text: str) -> Request:
     """Decode a request.
 
     Raises:
-        ValueError: it is none; the message says why in words, and repeats nothing of it.
+        ValueError: it is none; the message gives the reason, and repeats nothing of it.
     """
     try:
         request: Request = _DECODER.decode(text)
@@ -92,14 +92,14 @@ def read_request(text: str) -> Request:
     return request
 
 
-def refusal(role: Role, request: Request) -> str:
+def refusal(role: VisitorRole, request: Request) -> str:
     """Why a role may not ask for this, in words; empty if it may."""
     match request:
-        case Drive() | GiveBack() if role.kind is not RoleKind.SEAT:
+        case Drive() | GiveBack() if role.kind is not VisitorKind.SEAT:
             return "driving needs the link of a player's seat, with its token"
-        case Act(what=Action.ESTOP) if role.kind is RoleKind.VIEWER:
+        case Pressed(what=PageButton.ESTOP) if role.kind is VisitorKind.VIEWER:
             return "the emergency stop needs the link of an official or of a player's seat, with its token"
-        case Act(what=what) if what is not Action.ESTOP and role.kind is not RoleKind.OFFICIAL:
+        case Pressed(what=what) if what is not PageButton.ESTOP and role.kind is not VisitorKind.OFFICIAL:
             return "to decide needs the official's link, with its token"
         case _:
             return ""
@@ -124,12 +124,12 @@ class Decision:
 
     guest: int
     by: str
-    what: Action
+    what: PageButton
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """What people at pages have asked for since the last look.
+    """The requests of people at pages since the last look.
 
     Args:
         commands: the newest command for each player. given_back: players that play by themselves again.

@@ -1,7 +1,7 @@
 """The server of a match's page: WebSockets beside the files of a site.
 
 The node of the match never waits for it: it hands over what there is to see, and takes what people have asked for. Each
-viewer has a task that sends it the newest state; one that does not keep up gets fewer frames, and holds up nobody.
+viewer has a task that sends it the newest state; one that does not keep up gets fewer frames, and holds up no other.
 """
 
 import asyncio
@@ -15,36 +15,36 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.ui.driving import DEAD_ZONE, SLOW
-from vrg.ui.web.admission import Admission, Role, RoleKind
-from vrg.ui.web.gallery import Gallery, Seen
+from vrg.ui.web.admission import Admission, VisitorKind, VisitorRole
+from vrg.ui.web.gallery import Delivered, Gallery
 from vrg.ui.web.lobby import Allowance, Lobby, Refused
 from vrg.ui.web.parts import colours, encode
 from vrg.ui.web.requests import (
     REQUEST_LIMIT,
     Ack,
-    Act,
     Command,
     Decision,
     Drive,
     GiveBack,
     Hello,
+    Pressed,
     Request,
     Wishes,
     read_request,
     refusal,
 )
-from vrg.ui.web.site import PATIENCE, Site
+from vrg.ui.web.site import PAGE_TIMEOUT, Site
 
 log = logging.getLogger(__name__)
 
 IN_FLIGHT: Final = 10
-"""How many batches a viewer may have that it has not shown yet. One that is slower gets no more until it has."""
+"""The limit of batches that a viewer has not shown yet. One that is slower gets no more until it has."""
 PING: Final = 10.0
 """The real time in s between two signs of life that are asked of a browser."""
 WRONG_TOKEN_DELAY: Final = 0.5
 """The real time in s that a wrong token's answer takes."""
 DECISIONS_LIMIT: Final = 50
-"""How many decisions may wait for the match."""
+"""The limit of decisions that wait for the match."""
 DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4}
 """The rules of driving for the page; its buttons are those of the browsers' standard gamepad, as in `vrg.ui.acts`."""
 
@@ -56,7 +56,7 @@ class _Guest:
     number: int
     socket: web.WebSocketResponse
     news: asyncio.Event = field(default_factory=asyncio.Event)
-    seen: Seen = field(default_factory=Seen)
+    seen: Delivered = field(default_factory=Delivered)
     notices: list[str] = field(default_factory=list)
     allowance: Allowance = field(default_factory=Allowance)
     sent: int = 0
@@ -108,7 +108,7 @@ class WebServer(Site):
             self._loop.call_soon_threadsafe(self._tell, guest, text)
 
     def wishes(self) -> Wishes:
-        """What people have asked for since this was last called."""
+        """Return the requests since this was last called."""
         with self._lock:
             wishes = Wishes(tuple(self._commands.values()), tuple(self._given_back), tuple(self._decisions))
             self._commands, self._given_back, self._decisions = {}, {}, []
@@ -157,7 +157,7 @@ class WebServer(Site):
 
     async def _admit(self, talk: web.WebSocketResponse, address: str) -> _Guest | None:
         """Hear who a browser is, and let it in; None if it is not let in."""
-        message = await talk.receive(PATIENCE)
+        message = await talk.receive(PAGE_TIMEOUT)
         try:
             hello = read_request(message.data) if message.type is WSMsgType.TEXT else None
         except ValueError as error:
@@ -165,7 +165,7 @@ class WebServer(Site):
             return None
         if not isinstance(hello, Hello):
             if not talk.closed:
-                await self._turn_away(talk, "expected that the page first says who it is", "request")
+                await self._turn_away(talk, "expected the page's token first", "request")
             return None
         self._numbers += 1
         guest = _Guest(self._numbers, talk)
@@ -184,7 +184,7 @@ class WebServer(Site):
             other.dismissed = True
             other.tell({"t": "refused", "why": self._lobby.full, "reason": "full"})
         log.info("%s has come", found.role.words)
-        # Whoever is in the dictionary is also in the lobby.
+        # Every guest in the dictionary is also in the lobby.
         self._guests[guest.number] = guest
         guest.tell(
             {
@@ -246,7 +246,7 @@ class WebServer(Site):
             if texts:
                 guest.sent += 1
                 try:
-                    async with asyncio.timeout(PATIENCE):
+                    async with asyncio.timeout(PAGE_TIMEOUT):
                         await guest.socket.send_str(f"[{','.join(texts)}]")
                 except (ConnectionError, TimeoutError):
                     guest.ended = WSCloseCode.TRY_AGAIN_LATER
@@ -273,14 +273,14 @@ class WebServer(Site):
             self._refused += 1
             guest.refused += 1
             if is_power_of_ten(guest.refused):
-                what = request.what if isinstance(request, Act) else "drive"
+                what = request.what if isinstance(request, Pressed) else "drive"
                 log.warning("%s, connection %d, wanted to %s: refused", role.words, guest.number, what)
             guest.tell({"t": "notice", "text": f"Refused: {why}."})
         else:
             self._grant(guest, role, request)
         return True
 
-    def _grant(self, guest: _Guest, role: Role, request: Request) -> None:
+    def _grant(self, guest: _Guest, role: VisitorRole, request: Request) -> None:
         match request:
             case Ack(count=count):
                 guest.shown = max(guest.shown, min(count, guest.sent))
@@ -291,7 +291,7 @@ class WebServer(Site):
                     self._commands[role.player] = Command(role.player, forward, turn)
             case GiveBack():
                 self._leave_seat(role)
-            case Act(what=what):
+            case Pressed(what=what):
                 with self._lock:
                     waiting = len(self._decisions)
                     if waiting < DECISIONS_LIMIT:
@@ -299,10 +299,10 @@ class WebServer(Site):
                 if waiting >= DECISIONS_LIMIT:
                     guest.tell({"t": "notice", "text": "The match has not taken in what was asked before: wait."})
             case Hello():
-                guest.tell({"t": "notice", "text": "This page has said who it is already."})
+                guest.tell({"t": "notice", "text": "This page has sent its token already."})
 
-    def _leave_seat(self, role: Role) -> None:
-        if role.kind is RoleKind.SEAT:
+    def _leave_seat(self, role: VisitorRole) -> None:
+        if role.kind is VisitorKind.SEAT:
             with self._lock:
                 self._commands.pop(role.player, None)
                 self._given_back[role.player] = None

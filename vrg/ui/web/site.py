@@ -25,11 +25,11 @@ _http_log.addFilter(
     lambda record: not (record.exc_info and isinstance(record.exc_info[1], (HttpProcessingError, RequestPayloadError)))
 )
 
-PATIENCE: Final = 10.0
+PAGE_TIMEOUT: Final = 10.0
 """The real time in s that a browser has to say who it is, or to take what it is sent."""
 _TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 WAITING: Final = 512
-"""How many connections may be open before it is known who is there. A browser opens some for the page itself."""
+"""The limit of connections that have not introduced themselves. A browser opens some for the page itself."""
 VISIT: Final = 30.0
 """The real time in s that such a connection stays."""
 
@@ -58,7 +58,7 @@ class Site:
             LaunchError: it cannot be opened.
         """
         self._thread.start()
-        self._ready.wait(PATIENCE)
+        self._ready.wait(PAGE_TIMEOUT)
         self.check()
 
     def check(self) -> None:
@@ -75,7 +75,7 @@ class Site:
         """Tell all pages that this is the end, and close the port. Idempotent."""
         if self._loop is not None and self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._stopping.set)
-            self._thread.join(PATIENCE / 4)
+            self._thread.join(PAGE_TIMEOUT / 4)
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what there is besides files."""
@@ -105,7 +105,7 @@ class Site:
     def _run(self) -> None:
         try:
             asyncio.run(self._serve())
-        except BaseException as error:  # whatever it is, the owner must learn that nobody is served any more
+        except BaseException as error:  # whatever it is, the owner must learn that no page is served any more
             log.exception("the page's server has failed")
             self._failure = error
         finally:

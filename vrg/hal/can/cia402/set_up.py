@@ -119,13 +119,13 @@ class SetUp:
         """
         try:
             _map(pdo, SETPOINT_PDO, self._node, every=DEADLINE)
-            said = f"{self._sdo.remote.sdo[Object.RPDO + 1][EVENT_TIMER].raw} ms"
+            answer = f"{self._sdo.remote.sdo[Object.RPDO + 1][EVENT_TIMER].raw} ms"
         except canopen.SdoAbortedError as error:
             if error.code not in _MISSING:
                 raise
-            said = f"that it has none ({error})"
+            answer = f"that it has none ({error})"
             _map(pdo, SETPOINT_PDO, self._node)
-        if said == f"{round(DEADLINE * 1000)} ms":
+        if answer == f"{round(DEADLINE * 1000)} ms":
             return
         if self._watch_master():
             self.master = master_of(self._node)
@@ -133,7 +133,7 @@ class SetUp:
             raise RobotError(
                 f"node {self._node}: expected a deadline of {DEADLINE:g} s for setpoints (0x1401:05), or for the "
                 "heartbeat of the master (0x1016:01 and 0x6007), so that the drive stops the motor when none come; "
-                f"of the first it says {said}. If you can do without, write "
+                f"of the first it says {answer}. If you can do without, write "
                 'watchdog = "unsafe" in the wiring of this robot (`vrg can jog`: --unsafe)'
             )
 

@@ -208,36 +208,36 @@ class MoteusAxis(Axis):
 
     def _answer(self, subframes: list[Subframe], at: float) -> None:
         """Take in the registers that the drive has sent."""
-        told: dict[int, float] = {}
+        values: dict[int, float] = {}
         for subframe in subframes:
             if subframe.kind is SubframeKind.REPLY:
                 for offset, raw in enumerate(subframe.values):
                     number = subframe.register + offset
-                    told[number] = scale_of(number).value(raw, subframe.resolution)
-        for number in _WHOLE & told.keys():
-            if not math.isfinite(told[number]):
-                self._complain(f"register 0x{number:03X}: expected a whole number, it says {told[number]}")
+                    values[number] = scale_of(number).value(raw, subframe.resolution)
+        for number in _WHOLE & values.keys():
+            if not math.isfinite(values[number]):
+                self._complain(f"register 0x{number:03X}: expected a whole number, it says {values[number]}")
                 return
-        if Register.FIRMWARE_VERSION in told:
-            self.firmware = describe_version(int(told[Register.FIRMWARE_VERSION]))
-        if Register.REGISTER_MAP_VERSION in told:
-            self._map = int(told[Register.REGISTER_MAP_VERSION])
-        if Register.SERIAL_3 in told:
-            words = (int(told.get(number, 0)) & 0xFFFFFFFF for number in (Register.SERIAL_3, 0x121, 0x120))
+        if Register.FIRMWARE_VERSION in values:
+            self.firmware = describe_version(int(values[Register.FIRMWARE_VERSION]))
+        if Register.REGISTER_MAP_VERSION in values:
+            self._map = int(values[Register.REGISTER_MAP_VERSION])
+        if Register.SERIAL_3 in values:
+            words = (int(values.get(number, 0)) & 0xFFFFFFFF for number in (Register.SERIAL_3, 0x121, 0x120))
             self.serial = "".join(f"{word:08X}" for word in words).lstrip("0") or "0"
             self._serials.add(self.serial)
-        if Register.POSITION in told and Register.VELOCITY in told:
-            self._estimate(told[Register.POSITION], told[Register.VELOCITY], at)
-        if Register.VOLTAGE in told:
-            self._supply(told[Register.VOLTAGE], at)
-        if Register.MILLISECONDS in told:
-            self._watch_uptime(int(told[Register.MILLISECONDS]))
-        if Register.MODE in told:
+        if Register.POSITION in values and Register.VELOCITY in values:
+            self._estimate(values[Register.POSITION], values[Register.VELOCITY], at)
+        if Register.VOLTAGE in values:
+            self._supply(values[Register.VOLTAGE], at)
+        if Register.MILLISECONDS in values:
+            self._watch_uptime(int(values[Register.MILLISECONDS]))
+        if Register.MODE in values:
             self.heard = at
-            mode = int(told[Register.MODE])
+            mode = int(values[Register.MODE])
             # A drive whose watchdog has expired still holds its motor.
             self._says(mode not in (Mode.STOPPED, Mode.FAULT), at)
-            self._judge(mode, int(told.get(Register.FAULT, 0)))
+            self._judge(mode, int(values.get(Register.FAULT, 0)))
 
     def _watch_uptime(self, milliseconds: int) -> None:
         """Notice a drive that was started again: the next setpoint alone would let it drive on."""

@@ -62,7 +62,7 @@ class VescAxis(Axis):
         super().__init__(node, send, clock, options)
         self._pairs = self.options.pole_pairs or 1
         self.wrap = 2**32 / (codec.TACHO_STEPS * self._pairs)
-        self.host = codec.host_of(os.getpid())
+        self.host = codec.own_id(os.getpid())
         self._answers, self._overheard = codec.Assembler(), codec.Assembler()
         self._versions: set[codec.Firmware] = set()
         self._asked = 0
@@ -210,7 +210,7 @@ class VescAxis(Axis):
             whole = self._answers.take(frame)
         except FrameError:
             # Pieces of two answers got mixed up: a process of another computer has this id too. Ask by another one.
-            self.host = codec.host_of(self.host - codec.HOSTS[0] + 1 + self.node % (len(codec.HOSTS) - 1))
+            self.host = codec.own_id(self.host - codec.HOSTS[0] + 1 + self.node % (len(codec.HOSTS) - 1))
             return
         if whole is None or whole[0] != self.node or not whole[1]:
             return

@@ -178,7 +178,7 @@ def decode_status_5(data: bytes) -> Status5:
     return Status5(tachometer, voltage / 10)
 
 
-def host_of(process: int) -> int:
+def own_id(process: int) -> int:
     """The id by which a process asks, so that no other one on the bus takes its answers for its own.
 
     Answers of several frames do not name who is answered but by this id: those to two who share it get mixed up.

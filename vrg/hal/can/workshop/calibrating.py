@@ -42,7 +42,7 @@ class Person(Protocol):
     def measures(self, question: str, expected: float) -> float:
         """Ask for a number, which is near `expected`."""
 
-    def told(self, words: str) -> None:
+    def shows(self, words: str) -> None:
         """Tell them something."""
 
 
@@ -74,7 +74,7 @@ def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) 
         steps.find_ratios()
         track = steps.find_track()
         ratios = ", ".join(f"{axis.ratio:.5g}" for axis in train.wheel_axes)
-        person.told(f"effective track {track:.4g} m, ratios {ratios}")
+        person.shows(f"effective track {track:.4g} m, ratios {ratios}")
         axes = {a.node: AxisCalibration(direction=a.direction, ratio=a.ratio) for a in train.wheel_axes}
         return Calibration(robot=train.name, track=track, axes=axes)
     finally:
@@ -162,7 +162,7 @@ def _measured(person: Person, question: str, expected: float, outcome: Callable[
     while True:
         answer = person.measures(question, expected)
         if not least <= answer <= most:
-            person.told(
+            person.shows(
                 f"Expected {least:.4g} to {most:.4g}, got {answer:g}. If {answer:g} is right, the gear's ratio in the "
                 "wiring is wrong: stop by Ctrl-C, correct it, and begin again."
             )

@@ -195,10 +195,10 @@ class MoteusListener(AxisListener):
         if not codec.is_plain(frame) or not frame.fd or source not in codec.NODE_IDS or destination in codec.NODE_IDS:
             return Claim.NONE
         try:
-            told = any(subframe.kind is SubframeKind.REPLY for subframe in codec.decode(frame))
+            genuine = any(subframe.kind is SubframeKind.REPLY for subframe in codec.decode(frame))
         except FrameError:
-            told = False
-        return Claim.CERTAIN if told or source in self.found else Claim.NONE
+            genuine = False
+        return Claim.CERTAIN if genuine or source in self.found else Claim.NONE
 
     def hear(self, frame: Frame) -> None:
         """Take in an answer."""

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
-from vrg.hal.can.link import IDLE_TIMEOUT, SEND_PATIENCE, Link
+from vrg.hal.can.link import IDLE_TIMEOUT, SEND_TIMEOUT, Link
 from vrg.hal.can.sending import FRAME_BITS
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultRequest, encode_fault
@@ -117,7 +117,7 @@ class Wire:
     def put(self, frame: Frame, sender: "Port | EmulatedDrive | None" = None, *, urgent: bool = False) -> bool:
         """Send a frame; False if there is no room for it."""
         now = self.clock.now()
-        if self._busy_until - now > SEND_PATIENCE + (_URGENT * self._frame_time if urgent else 0.0):
+        if self._busy_until - now > SEND_TIMEOUT + (_URGENT * self._frame_time if urgent else 0.0):
             return False
         through = self._busy_until = max(self._busy_until, now) + self._frame_time
         frames = [(0.0, frame)] if self.tamper is None else self.tamper(frame, isinstance(sender, EmulatedDrive))

@@ -102,7 +102,7 @@ class Survey:
             nodes = [str(node) for node in sorted(listener.found)]
             if nodes:
                 words.append(f"{listener.title} node{'s' if len(nodes) > 1 else ''} {', '.join(nodes)}")
-        return " and ".join(words) or "nobody"
+        return " and ".join(words) or "none"
 
     def _owner(self, frame: Frame) -> Listener | None:
         """The listener that takes this frame, or None if none does."""

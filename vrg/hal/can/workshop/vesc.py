@@ -63,8 +63,8 @@ class VescDrive(EmulatedDrive):
 
     @property
     def _pairs(self) -> int:
-        said = self.options.protocol
-        return (said.pole_pairs if isinstance(said, VescOptions) else None) or POLE_PAIRS
+        options = self.options.protocol
+        return (options.pole_pairs if isinstance(options, VescOptions) else None) or POLE_PAIRS
 
     @property
     def _energised(self) -> bool:
@@ -170,7 +170,7 @@ class VescListener(AxisListener):
 
     def __init__(self, send: Send, clock: Clock) -> None:
         super().__init__(send, clock)
-        self._host = codec.host_of(os.getpid())
+        self._host = codec.own_id(os.getpid())
 
     def claim(self, frame: Frame) -> Claim:
         """A status message or a pong is likely one: other protocols may use the same identifiers."""

@@ -50,12 +50,12 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
             return []
         renderer = self._load()
         renderer.look(now.models, now.poses)
-        said: list[Measured] = []
+        readings: list[Measured] = []
         for m in due:
             x, y, heading = now.poses[m.row].tolist()
             picture = renderer.picture(m.spec, m.row, (x, y, heading))
-            said.append((m.robot, m.spec.name, Camera(fov=m.spec.fov, data=png.encode(picture))))
-        return said
+            readings.append((m.robot, m.spec.name, Camera(fov=m.spec.fov, data=png.encode(picture))))
+        return readings
 
     def _load(self) -> "Renderer":
         if self._renderer is None:

@@ -35,15 +35,15 @@ class GpsSimulation(SensorSimulation[GpsSpec]):
     def sense(self, now: Instant) -> list[Measured]:
         """The positions of the receivers that are due."""
         due = self.due(now)
-        said: list[Measured] = []
+        readings: list[Measured] = []
         # All receivers of one kind at once: that takes a quarter of the time of one after the other.
         for mask, height in {(m.spec.mask, m.spec.height): None for m in due}:
             alike = [m for m in due if (m.spec.mask, m.spec.height) == (mask, height)]
             places = now.poses[[m.row for m in alike], :2]
             counts = self._received(mask, height, places)
             for m, (x, y), satellites in zip(alike, places.tolist(), counts.tolist(), strict=True):
-                said.append((m.robot, m.spec.name, self._reading(m, x, y, satellites, now)))
-        return said
+                readings.append((m.robot, m.spec.name, self._reading(m, x, y, satellites, now)))
+        return readings
 
     def _reading(self, m: Mounted[GpsSpec], x: float, y: float, satellites: int, now: Instant) -> Gps:
         if satellites < SATELLITES_FOR_A_FIX:

@@ -42,12 +42,12 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
             poses = now.poses[[m.row for m in group]]
             ranges = self.scans([m.robot for m in group], [m.spec for m in group], poses, numbers)
             scans |= {(m.robot, m.spec.name): own for m, own in zip(group, ranges, strict=True)}
-        said: list[Measured] = []
+        readings: list[Measured] = []
         for m in due:
             fan, data = Fan.of(m.spec.beams, m.spec.fov), scans[m.robot, m.spec.name].tobytes()
             scan = Laser(angle_min=fan.first, angle_step=fan.step, range_max=m.spec.range_max, data=data)
-            said.append((m.robot, m.spec.name, scan))
-        return said
+            readings.append((m.robot, m.spec.name, scan))
+        return readings
 
     def look(self, models: Sequence[RobotModel], poses: Floats) -> None:
         """Take in where all robots are, shape (robots, 3), before the scans of a tick."""

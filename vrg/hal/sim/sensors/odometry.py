@@ -1,6 +1,6 @@
 """The simulation of odometry from the encoders, with each axis' calibration error and slip.
 
-The way of each tick is integrated, whatever the rate of the readings is. But that is done only when somebody needs the
+The way of each tick is integrated, whatever the rate of the readings is. But that is done only when a node needs the
 result, for all ticks since the last time at once, because numpy takes little longer for several ticks than for one.
 """
 
@@ -92,13 +92,13 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         if not due and len(self._ticks) < _LONGEST:
             return []
         twists, poses = (self._integrate() / now.dt).tolist(), self.poses.tolist()
-        said: list[Measured] = []
+        readings: list[Measured] = []
         for m in due:
             index = self._index[m.robot, m.spec.name]
             x, y, theta = poses[index]
             odometry = Odometry(pose=Pose(x, y, wrap(theta)), twist=Twist(*twists[index]))
-            said.append((m.robot, m.spec.name, odometry))
-        return said
+            readings.append((m.robot, m.spec.name, odometry))
+        return readings
 
     def _integrate(self) -> Floats:
         """Integrate the ways since the last time.

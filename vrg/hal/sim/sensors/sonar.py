@@ -30,7 +30,7 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
         if not due:
             return []
         edges = among_robots(self._static, now.models, now.poses)
-        said: list[Measured] = []
+        readings: list[Measured] = []
         # All rings of one kind at once: that takes a quarter of the time of one after the other.
         for cone, range_max in {(m.spec.cone, m.spec.range_max): None for m in due}:
             alike = [m for m in due if (m.spec.cone, m.spec.range_max) == (cone, range_max)]
@@ -39,8 +39,8 @@ class SonarSimulation(SensorSimulation[SonarSpec]):
             ends = np.cumsum([len(m.spec.places) for m in alike])
             for m, heard in zip(alike, np.split(ranges, ends[:-1]), strict=True):
                 measured = tuple(self._measured(m, heard, now.tick).tolist())
-                said.append((m.robot, m.spec.name, Sonar(range_max=range_max, ranges=measured)))
-        return said
+                readings.append((m.robot, m.spec.name, Sonar(range_max=range_max, ranges=measured)))
+        return readings
 
     def _poses(self, m: Mounted[SonarSpec], now: Instant) -> Floats:
         """The poses of the transducers of a ring in the map's frame: shape (transducers, 3), m and rad."""

@@ -50,11 +50,11 @@ class SensorSuite:
         Args:
             range_finders: False leaves the range finders out.
         """
-        said: list[Measured] = []
+        readings: list[Measured] = []
         for target, spec in self._used.items():
             if range_finders or not spec.range_finder:
-                said += self._simulations[target].sense(now)
-        return said
+                readings += self._simulations[target].sense(now)
+        return readings
 
     def placed(self, robot: str) -> None:
         """Tell every simulation that a robot was put somewhere else, at rest."""
@@ -82,5 +82,5 @@ class SensorSuite:
             kind: type[SensorSimulation[Any]] = load_object(target)
         except Exception as error:
             # A sensor of another package may raise anything while it is imported.
-            raise ConfigError([f"sensor: cannot import its simulation {target}: {error!r}"]) from error
+            raise ConfigError(f"sensor: cannot import its simulation {target}: {error!r}") from error
         return kind(self._surroundings)

@@ -109,9 +109,9 @@ async function follow() {
 
 // Questions, in a dialog of the browser
 
-function question({ kind, says }, request) {
+function question({ kind, question: words }, request) {
   const dialog = byId("ask"), named = kind === "name";
-  byId("question").textContent = says;
+  byId("question").textContent = words;
   byId("answer").hidden = !named;
   byId("answer").value = named ? request.name || told.settings[0].value : "";
   byId("yes").textContent = named ? "Save" : "Yes";
@@ -138,8 +138,8 @@ function begin(answer) {
     }),
   );
   byId("map").replaceChildren(new Option("the game's own map", ""), ...start.maps.map((name) => new Option(name)));
-  const recent = start.recent.map(({ name, game, when, told: result, match }) =>
-    card({ match }, make("strong", "", name), make("small", "", game), make("small", "", when), make("p", "", result)),
+  const recent = start.recent.map(({ name, game, when, ending, match }) =>
+    card({ match }, make("strong", "", name), make("small", "", game), make("small", "", when), make("p", "", ending)),
   );
   byId("recent").replaceChildren(...(recent.length ? recent : [make("p", "", "none in this folder yet")]));
   if (!chosen.game && !chosen.match) chosen = { game: start.first };
@@ -329,7 +329,7 @@ const acts = {
   undo: () => (document.activeElement.blur(), ask({ do: "undo" })),
   redo: () => (document.activeElement.blur(), ask({ do: "redo" })),
   save: () => save(),
-  "save-as": () => question({ kind: "name", says: "Save as which name? The file gets it, too." }, { do: "save", seen: 0 }),
+  "save-as": () => question({ kind: "name", question: "Save as which name? The file gets it, too." }, { do: "save", seen: 0 }),
   close: () => send({ do: "leave" }),
   more: () => count(told.players.length + 1),
   remove: () => (ask({ do: "remove", players: [...marked] }), marked.clear()),

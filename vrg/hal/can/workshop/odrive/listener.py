@@ -91,7 +91,7 @@ def read_endpoints(path: Path) -> Endpoints:
         found = {name: Endpoint(int(e["id"]), e["type"]) for name, e in listed.items() if e.get("type") in _PACKINGS}
         return Endpoints(str(data["fw_version"]), found)
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise ConfigError([f"{path}: expected a file flat_endpoints.json, as ODrive publishes it: {error!r}"]) from None
+        raise ConfigError(f"{path}: expected a file flat_endpoints.json, as ODrive publishes it: {error!r}") from None
 
 
 def _value_of(text: str, kind: str) -> bool | int | float:

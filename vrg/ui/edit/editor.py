@@ -10,7 +10,7 @@ from vrg.errors import Path, Problem, VrgError
 from vrg.games import GAMES, game_of
 from vrg.types import Pose
 from vrg.ui.edit import checking
-from vrg.ui.edit.checking import Verdict, told
+from vrg.ui.edit.checking import CheckResult, problem_text
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import COLUMNS, SETTINGS, Draft
 from vrg.ui.edit.placing import MOST, with_count
@@ -42,7 +42,7 @@ class Recent:
     """A match that was played lately, or a match file of this folder.
 
     Args:
-        name: of the match. game: its name. when: the local time in words. told: how it ended, in words; empty for a
+        name: of the match. game: its name. when: the local time in words. ending: how it ended, in words; empty for a
             file that only waits to be played.
         match: the match file. run: the run folder; None for a file. recorded: the run can be watched again.
         base: the folder that relative paths of the file start from.
@@ -51,7 +51,7 @@ class Recent:
     name: str
     game: str
     when: str
-    told: str
+    ending: str
     match: FilePath
     base: FilePath
     run: FilePath | None = None
@@ -59,8 +59,8 @@ class Recent:
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What the person wants once the page is closed.
+class NextStep:
+    """The person's wish when the page is closed.
 
     Args:
         play: a match file or a game to play. watch: a run folder to watch again. Both None: nothing.
@@ -72,7 +72,7 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Tools:
-    """What the configurator needs of the rest of VRG.
+    """The functions that the configurator needs of the rest of VRG.
 
     Args:
         check: checks a draft by the rules of `vrg check`.
@@ -89,17 +89,17 @@ class Tools:
 
 @dataclass(frozen=True)
 class _Ask:
-    """What must be answered first: the page repeats its request with the answer.
+    """A question that must be answered first: the page repeats its request with the answer.
 
     Args:
-        kind: `name`, `replace` or `leave`. says: the question.
+        kind: `name`, `replace` or `leave`. question: in words.
     """
 
     kind: str
-    says: str
+    question: str
 
 
-class Desk:
+class Editor:
     """Holds the match, and does what the page asks for, one request after the other.
 
     Args:
@@ -116,8 +116,8 @@ class Desk:
         self._recent: Sequence[Recent] = ()
         self._begins = "start" if draft is None else "edit"
         self._number = 0
-        self.outcome: Outcome | None = None
-        self.verdict = Verdict()
+        self.outcome: NextStep | None = None
+        self.verdict = CheckResult()
         self._checked: Draft | None = None
         found = draft or Draft.of_game(DEFAULT_GAME, base)
         self._take(found, DEFAULT_GAME if draft is None else str(found.file))
@@ -144,14 +144,14 @@ class Desk:
     # -- requests
 
     def answer(self, request: Request) -> dict[str, Any]:
-        """Do what the page asks for, and return what it is told. Nothing is checked but what is to be played."""
+        """Do what the page asks for, and return its new state. Nothing is checked but what is to be played."""
         try:
-            said = self._do(request)
+            reply = self._do(request)
         except (VrgError, ValueError, OSError, LookupError) as error:
-            said = f"This cannot be done here: {error}"
-        ask = {"kind": said.kind, "says": said.says} if isinstance(said, _Ask) else None
+            reply = f"This cannot be done here: {error}"
+        ask = {"kind": reply.kind, "question": reply.question} if isinstance(reply, _Ask) else None
         more = self._everything() if isinstance(request, Look) else {}
-        return self.state() | more | {"ask": ask, "notice": said if isinstance(said, str) else ""}
+        return self.state() | more | {"ask": ask, "notice": reply if isinstance(reply, str) else ""}
 
     def check(self) -> None:
         """Check the match as it is now; the newest verdict is kept. It may take a while and is no part of `answer`."""
@@ -163,7 +163,7 @@ class Desk:
         self.verdict, self._checked = verdict, draft
 
     def state(self) -> dict[str, Any]:
-        """What the page shows."""
+        """Return the state of the page."""
         draft = self.draft
         return {
             "number": self._number,
@@ -179,7 +179,7 @@ class Desk:
     def _everything(self) -> dict[str, Any]:
         self._recent = self._tools.recent()
         listed = [
-            {"name": r.name, "game": game_of(r.game).title or r.game, "when": r.when, "told": r.told}
+            {"name": r.name, "game": game_of(r.game).title or r.game, "when": r.when, "ending": r.ending}
             | {"match": str(r.match), "recorded": r.recorded}
             for r in self._recent
         ]
@@ -196,9 +196,9 @@ class Desk:
             case Open(match=match):
                 self._reopen(match)
             case Watch(match=match):
-                self.outcome = Outcome(watch=self._of(match).run)
+                self.outcome = NextStep(watch=self._of(match).run)
             case Leave():
-                self.outcome = Outcome()
+                self.outcome = NextStep()
         if isinstance(request, Look | Check | Open | Watch | Leave):
             return None
         return self._change(request)
@@ -296,9 +296,9 @@ class Desk:
             if self._checked is not self.draft:
                 self.check()
             if self.verdict.problems:
-                return f"It cannot be played yet. {told(self.verdict.problems[0], self.draft)}"
+                return f"It cannot be played yet. {problem_text(self.verdict.problems[0], self.draft)}"
             if not self.changed and self._source is not None and not request.name:
-                self.outcome = Outcome(play=self._source)
+                self.outcome = NextStep(play=self._source)
                 return None
         draft = self.draft
         if request.name:
@@ -312,10 +312,11 @@ class Desk:
                 draft = draft.named(name, file)
         if draft.file is None:
             return _Ask("name", "Save as which name? The file gets it, too.")
-        said = self._write(draft, None if request.replace else self._kept.text if self._kept.file == draft.file else "")
-        if said is None and request.play:
-            self.outcome = Outcome(play=self._source)
-        return said or f"Saved as {draft.file}."
+        known = None if request.replace else self._kept.text if self._kept.file == draft.file else ""
+        reply = self._write(draft, known)
+        if reply is None and request.play:
+            self.outcome = NextStep(play=self._source)
+        return reply or f"Saved as {draft.file}."
 
     def _write(self, draft: Draft, known: str | None) -> str | _Ask | None:
         """Write a draft to its file, which may hold the text `known`, or any text if that is None."""

@@ -13,8 +13,8 @@ from vrg.commands.drafts import choices_in, recent_matches, save_draft
 from vrg.launch.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.edit.choices import Choices
-from vrg.ui.edit.desk import Desk, Outcome, Tools, path_of
 from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.editor import Editor, NextStep, Tools, path_of
 from vrg.ui.edit.requests import read_request
 from vrg.ui.edit.rules import rules_of
 
@@ -56,7 +56,7 @@ def place(tmp_path: Path) -> Path:
 
 def test_recent_matches_are_told_with_their_results_the_newest_first(place: Path) -> None:
     found = recent_matches(place / "runs", place)
-    assert [(r.name, r.game, r.told, r.recorded) for r in found] == [
+    assert [(r.name, r.game, r.ending, r.recorded) for r in found] == [
         ("courtyard", "sharks-and-minnows", "Sharks win (sharks 6, minnows 3, 93.1 s of play)", True),
         ("roboflag", "roboflag", "", False),
         ("courtyard", "sharks-and-minnows", "broken off", False),
@@ -73,7 +73,7 @@ def test_maps_and_strategies_of_the_folder_can_be_chosen(place: Path) -> None:
 class Page:
     """Asks a desk as the page does."""
 
-    def __init__(self, desk: Desk) -> None:
+    def __init__(self, desk: Editor) -> None:
         self.desk = desk
         self.told = self.ask("look")
 
@@ -96,7 +96,7 @@ class Page:
 
 def page_in(place: Path, draft: Draft | None = None) -> Page:
     tools = Tools(CHECK, save_draft, choices_in, lambda: recent_matches(place / "runs", place))
-    page = Page(Desk(tools, place, draft))
+    page = Page(Editor(tools, place, draft))
     page.ask("check")
     return page
 
@@ -185,7 +185,7 @@ def test_new_players_come_without_a_check_of_their_own(tmp_path: Path) -> None:
         checks.append(draft)
         return CHECK(draft)
 
-    page = Page(Desk(Tools(counted, save_draft, choices_in, list), tmp_path))
+    page = Page(Editor(Tools(counted, save_draft, choices_in, list), tmp_path))
     page.ask("check")
     page.ask("count", players=40)
     page.ask("check")
@@ -218,20 +218,20 @@ def test_the_default_match_is_played_as_it_is_and_on_another_map_it_is_saved_fir
     assert page.ask("save", play=True)["ask"]["kind"] == "name"
     page.ask("open", game="practice")
     assert page.ask("save", play=True)["ended"]
-    assert page.desk.outcome == Outcome(play="practice")
+    assert page.desk.outcome == NextStep(play="practice")
 
 
 def test_a_match_is_saved_under_a_name_and_played(tmp_path: Path) -> None:
     page = page_in(tmp_path)
     page.set("seed", "7")
     assert page.ask("save", play=True)["ask"]["kind"] == "name"
-    assert "got 'a/b'" in page.ask("save", play=True, name="a/b")["ask"]["says"]
+    assert "got 'a/b'" in page.ask("save", play=True, name="a/b")["ask"]["question"]
     assert page.ask("save", name="final")["notice"] == f"Saved as {tmp_path / 'final.toml'}."
     assert 'name = "final"' in page.desk.draft.text
     assert not page.told["changed"]
     page.set("seed", "8")
     page.ask("save", play=True)
-    assert page.desk.outcome == Outcome(play=str(tmp_path / "final.toml"))
+    assert page.desk.outcome == NextStep(play=str(tmp_path / "final.toml"))
     assert (tmp_path / "final.toml").read_text(encoding="utf-8") == page.desk.draft.text
 
 
@@ -268,7 +268,7 @@ def test_what_is_not_saved_is_asked_for_before_it_is_left_and_kept_at_the_end(tm
     assert (tmp_path / "match-unsaved.toml").read_text(encoding="utf-8") == page.desk.draft.text
     assert "match-unsaved-2.toml" in page.desk.rescue()
     page.ask("leave", sure=True)
-    assert page.desk.outcome == Outcome()
+    assert page.desk.outcome == NextStep()
     assert page.desk.rescue() == ""
 
 
@@ -282,7 +282,7 @@ def test_recent_matches_are_opened_watched_and_told_when_they_are_gone(place: Pa
     assert Path(over["match"]).read_text(encoding="utf-8") == record
     page.ask("undo")
     page.ask("watch", match=over["match"])
-    assert page.desk.outcome == Outcome(watch=place / "runs" / "one")
+    assert page.desk.outcome == NextStep(watch=place / "runs" / "one")
     page.ask("open", match=file["match"])
     assert (page.desk.draft.file, page.desk.draft.game) == (place / "mine.toml", "roboflag")
     (place / "mine.toml").unlink()
@@ -301,7 +301,7 @@ def test_a_check_that_fails_is_told(tmp_path: Path) -> None:
     def check(draft: Draft) -> Any:
         raise RuntimeError("broken")
 
-    desk = Desk(Tools(check, save_draft, choices_in, list), tmp_path)
+    desk = Editor(Tools(check, save_draft, choices_in, list), tmp_path)
     desk.check()
     assert desk.state()["problems"][0]["text"] == "the check itself has failed: RuntimeError('broken')"
 

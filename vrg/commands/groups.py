@@ -1,0 +1,151 @@
+"""Options that belong together, and so are one parameter of a command."""
+
+import functools
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, fields, is_dataclass
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import typer
+
+from vrg.commands.options import (
+    EngineOption,
+    KeysOption,
+    ListenOption,
+    MatchArgument,
+    ReasonOption,
+    RouterOption,
+    RunsOption,
+    SandboxOption,
+    ThreeOption,
+    web_address,
+)
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True)
+class MatchOptions:
+    """The running match that a command means, as it was typed, and the folder of its keys."""
+
+    match: MatchArgument = None
+    router: RouterOption = None
+    keys: KeysOption = None
+
+
+@dataclass(frozen=True)
+class DecisionOptions(MatchOptions):
+    """The running match that a decision is about, and the reason of it."""
+
+    reason: ReasonOption = ""
+
+
+@dataclass(frozen=True)
+class PracticeOptions:
+    """The options of a match: in one process or several, its speed, its window and its recording."""
+
+    in_process: Annotated[
+        bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
+    ] = False
+    engine: EngineOption = None
+    rate: Annotated[
+        str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
+    ] = None
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed that replaces the match file's.")] = None
+    headless: Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")] = False
+    runs: RunsOption = Path("runs")
+    record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True
+
+    @property
+    def speed(self) -> float | None:
+        """The rate that was typed as a number; None if none was typed, or for `max`.
+
+        Raises:
+            typer.BadParameter: it makes no sense.
+        """
+        if self.rate is None or self.rate == "max":
+            if self.rate == "max" and not self.in_process:
+                raise typer.BadParameter(
+                    "max needs --in-process: processes are paced by the match clock", param_hint="--rate"
+                )
+            return None
+        try:
+            value = float(self.rate)
+        except ValueError:
+            value = -1.0
+        if not 0.1 <= value <= 100:
+            raise typer.BadParameter(f"expected 0.1 to 100 or max, got {self.rate!r}", param_hint="--rate")
+        return value
+
+
+@dataclass(frozen=True)
+class PlayOptions(PracticeOptions):
+    """The options of `vrg play`."""
+
+    here: Annotated[
+        bool, typer.Option("--here", help="Run everything on this machine, whatever the match file names.")
+    ] = False
+    dry_run: Annotated[
+        bool, typer.Option("--dry-run", help="Print which process would run on which machine; start nothing.")
+    ] = False
+    seats: Annotated[
+        bool | None,
+        typer.Option("--seats/--no-seats", help="Let only seats with keys in; the default is the match file's."),
+    ] = None
+    keys: KeysOption = None
+    sandbox: SandboxOption = None
+    web: Annotated[
+        bool, typer.Option("--web", help="Show it in browsers too; --listen does so for other machines.")
+    ] = False
+    listen: ListenOption = None
+    developer: Annotated[
+        bool, typer.Option("--developer", help="Open the developers' view in place of the spectator's window.")
+    ] = False
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
+    ] = False
+    three: ThreeOption = False
+
+    @property
+    def address(self) -> tuple[str, int | None] | None:
+        """The address and the port at which browsers see it; None serves no page."""
+        return web_address(self.listen) if self.web or self.listen else None
+
+
+class CommandGroup(typer.Typer):
+    """A group of commands; see `flat`."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(add_completion=False, pretty_exceptions_enable=False, **settings)
+
+    def command(self, name: str | None = None, **settings: Any) -> Callable[[F], F]:
+        """Add a command of which several options may be one parameter."""
+        add = super().command(name, **settings)
+        return lambda function: add(flat(function))  # type: ignore[return-value]
+
+
+def flat(function: Callable[..., None]) -> Callable[..., None]:
+    """A command for typer in place of one that has parameters of dataclasses: their fields are its own parameters."""
+    own = inspect.signature(function, eval_str=True).parameters
+    groups: Mapping[str, Any] = {name: p.annotation for name, p in own.items() if is_dataclass(p.annotation)}
+    taken = {name: [field.name for field in fields(kind)] for name, kind in groups.items()}
+    parameters: list[inspect.Parameter] = []
+    for name, parameter in own.items():
+        parameters += [
+            parameter.replace(
+                name=field.name,
+                annotation=field.type,
+                default=parameter.empty if field.default is MISSING else field.default,
+            )
+            for field in (fields(groups[name]) if name in groups else ())
+        ] or [parameter]
+
+    @functools.wraps(function)
+    def command(**typed: Any) -> None:
+        made = {name: kind(**{field: typed.pop(field) for field in taken[name]}) for name, kind in groups.items()}
+        function(**made, **typed)
+
+    command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return command
