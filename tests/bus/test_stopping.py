@@ -24,6 +24,7 @@ def test_a_closed_terminal_stops_a_process_in_order(tmp_path: Path) -> None:
     result = tmp_path / "signal"
     pid, terminal = pty.fork()
     if pid == 0:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # also where the tests run under nohup
         os.execv(sys.executable, [sys.executable, "-c", PROGRAM, str(result)])
     assert b"ready" in os.read(terminal, 1000)
     os.close(terminal)
