@@ -111,7 +111,8 @@ class TestWhoDrives:
     def test_the_referee_drives_instead_of_a_human(self, bench: Bench) -> None:
         bench.by_hand()
         assert bench.tick(LEASE) == told(LEASE)
-        assert not bench.report().manual, "the human does not drive now"
+        report = bench.report()
+        assert (report.mode, report.manual) == ("Referee", True), "so that no other person takes the player meanwhile"
 
     def test_a_human_drives_instead_of_the_strategy(self, bench: Bench) -> None:
         bench.by_hand()

@@ -194,6 +194,11 @@ def test_officials_read_what_to_press_in_order_and_viewers_only_what_happens(sce
     assert banners(scene_at(10.0, halted="x"), Help.KEYS)[0].steps == ("C continues play",)
 
 
+def test_an_emergency_stop_after_the_end_is_shown_with_its_release(scene_at):
+    stop, ending = banners(scene_at(10.0, estop=True, stage=m.Stage.GAME_OVER, winner="sharks"), Help.KEYS)
+    assert (stop.heading, stop.steps, ending.heading) == ("EMERGENCY STOP", ("U releases the stop",), "SHARKS WIN")
+
+
 def test_a_halt_says_how_it_is_left(scene_at):
     [halt] = banners(scene_at(10.0, halted="a cable", way_out="plug it in, then resume"))
     assert (halt.heading, halt.lines) == ("HALT", ("a cable", "plug it in, then resume"))

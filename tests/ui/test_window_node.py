@@ -163,6 +163,16 @@ def test_a_player_that_another_person_drives_is_not_taken(bench: Bench) -> None:
     bench.tick()
 
 
+def test_what_must_be_read_stays_while_a_key_is_held(bench: Bench) -> None:
+    bench.down(pygame.K_UP)
+    bench.node.notice = "read this"
+    bench.down(pygame.K_UP, times=3)
+    assert bench.node.notice == "read this"
+    bench.up(pygame.K_UP)
+    bench.down(pygame.K_UP)
+    assert bench.node.notice == ""
+
+
 def test_what_the_user_gave_back_can_be_taken_again_at_once(bench: Bench) -> None:
     for wanted in (True, False, True):
         bench.down(pygame.K_m)

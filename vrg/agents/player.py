@@ -156,7 +156,7 @@ class Player(Node):
                 log.warning("%s", self._strategy.complaint(problem))
         lease, manual = view.me.lease, self._device.manual_twist(view.time)
         sensible = self._makes_sense(action.twist)
-        self._manual = manual is not None and lease is None
+        self._manual = manual is not None
         if lease is not None:
             self._mode = "Referee"
         elif self._manual:

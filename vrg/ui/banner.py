@@ -43,19 +43,18 @@ class Banner:
 def banners(scene: Scene, help_: Help = Help.NONE) -> list[Banner]:
     """The banners of a scene, the gravest first."""
     found = []
-    over = scene.stage is Stage.GAME_OVER
-    if over:
-        heading, colour = winner_words(scene)
-        found.append(Banner(heading, result_lines(scene), colour))
-    elif scene.estop:
+    if scene.estop:
         # The referee halts because of it: the reason is the same.
         reason = scene.estop_reason or scene.halted
         found.append(_stopped("EMERGENCY STOP", reason, scene, palette.ALARM, help_))
     if not scene.live:
         found.append(Banner("NO CLOCK", ("No clock from the world: what you see is old, robots stop.",), palette.LOST))
-    if scene.halted is not None and not scene.estop and not over:
+    if scene.stage is Stage.GAME_OVER:
+        heading, colour = winner_words(scene)
+        found.append(Banner(heading, result_lines(scene), colour))
+    elif scene.halted is not None and not scene.estop:
         found.append(_stopped("HALT", scene.halted, scene, palette.CAUTION, help_))
-    elif scene.waiting and scene.halted is None and not over:
+    elif scene.waiting and scene.halted is None:
         late = help_ is Help.COMMANDS and bool(scene.calls) and scene.calls[-1].rule == "late"
         steps = ("vrg official place PLAYER confirms where a robot was put",) if late else ()
         found.append(Banner("Waiting for", scene.waiting, palette.CALM, steps, brief=True))

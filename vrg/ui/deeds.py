@@ -19,7 +19,7 @@ def deed(player: ScenePlayer, *, driven: bool = False, brief: bool = False) -> t
     Args:
         driven: the user of this window drives it by hand. brief: there is little room.
     """
-    if driven or player.manual:
+    if driven or player.by_hand:
         return "by hand", palette.CAUTION
     if player.out_of_play:
         return "out" if brief and player.state == DISQUALIFIED else player.state, palette.MUTED

@@ -17,6 +17,7 @@ LEASE: Final = 0.3
 """The real time in s that a command holds. Commands come at least ten times a second."""
 LONGEST: Final = 1.0
 """The longest lease that a message can ask for, s of match time."""
+TAKEN: Final = "Another person drives {}."
 ECHO: Final = 0.5
 """The match time in s after giving a player back for which it may still report that a person drives it."""
 SLOW: Final = 0.5

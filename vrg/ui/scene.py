@@ -41,7 +41,7 @@ class ScenePlayer:
         mark: where it is asked to line up, or None.
         speed: how fast its robot moves ahead, m/s, negative backwards; None where it is not known.
         battery: the charge of its robot's battery, from 1 (full) to 0 (empty), or None where that is not measured.
-        manual: a human drives it. fault: what keeps it from playing, in words, or None.
+        manual: a person holds it. fault: what keeps it from playing, in words, or None.
         latched: only an official's `recover` clears its robot's fault.
         out_of_play: its robot is only an obstacle. leased: the referee drives it.
     """
@@ -61,6 +61,11 @@ class ScenePlayer:
     latched: bool = False
     out_of_play: bool = False
     leased: bool = False
+
+    @property
+    def by_hand(self) -> bool:
+        """True if a person drives it now: the referee's lease goes first."""
+        return self.manual and not self.leased
 
 
 @dataclass(frozen=True)

@@ -214,7 +214,7 @@ def _players(scene: Scene, width: int) -> Table:
     poses = {body.name: body.pose for body in scene.bodies}
     for player in scene.players:
         pose = poses.get(player.name)
-        does = player.fault or ("driven by hand" if player.manual else player.mode)
+        does = player.fault or ("driven by hand" if player.by_hand else player.mode)
         cells = {
             "player": _name(player, game),
             "role": Text(player.role),
@@ -244,7 +244,7 @@ def _players_beside(scene: Scene, width: int) -> Table:
     for row in range(rows):
         cells: list[RenderableType] = []
         for player in scene.players[row::rows]:
-            does = player.fault or ("by hand" if player.manual else player.mode.rpartition("/")[2])
+            does = player.fault or ("by hand" if player.by_hand else player.mode.rpartition("/")[2])
             word = player.state if player.out_of_play else does
             cells += [_name(player, game, names), Text(word, style="bold red" if player.fault else "")]
         grid.add_row(*cells)

@@ -13,7 +13,7 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.ui.acts import Act, Press, listed
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.driving import Driving
+from vrg.ui.driving import TAKEN, Driving
 from vrg.ui.explaining import Explain, Explainer
 from vrg.ui.pace import Pace
 from vrg.ui.pads import Pads
@@ -25,7 +25,6 @@ log = logging.getLogger(__name__)
 FRAME: Final = 1 / 30
 """The real time in s between two frames, and the match time in s between two driving commands."""
 REFUSED: Final = "Only an official's seat may do that."
-TAKEN: Final = "Another person drives {}."
 STOPPED: Final = "Because of the emergency stop, {} is given back"
 LOST_PAD: Final = "The gamepad is lost: {} is given back"
 HAND: Final = "You drive {}: arrows, or stick and right shoulder button; ESC gives it back"
@@ -173,7 +172,8 @@ class WindowNode(Window, Node):
 
     def handle(self, event: pygame.event.Event) -> bool:
         """Answer to one event, also of a gamepad; return whether it should be seen at once."""
-        if event.type in (pygame.KEYDOWN, pygame.MOUSEBUTTONDOWN):
+        held = event.type == pygame.KEYDOWN and event.key in self._down
+        if event.type in (pygame.KEYDOWN, pygame.MOUSEBUTTONDOWN) and not held:
             self.notice = ""
         press = None if self.typing and event.type == pygame.KEYDOWN else self.pads.take(event)
         if press is not None:
@@ -250,7 +250,7 @@ class WindowNode(Window, Node):
         before = self.driving.player
         free = [player for player in self.drivable if not self._taken(player)]
         if not free:
-            self.notice = TAKEN.format(" and ".join(self.drivable))
+            self.notice = TAKEN.format(", ".join(self.drivable))
         elif before in free:
             self.driving.take(free[(free.index(before) + step) % len(free)])
         else:

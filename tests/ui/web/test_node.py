@@ -100,7 +100,7 @@ def test_nothing_is_drawn_up_while_nobody_looks_but_calls_are_kept(node, match, 
 
 def test_a_command_is_published_once_with_a_lease_so_that_a_silent_page_drives_nobody(node, match, audience):
     match.step(node, 5.0, 0)
-    audience.wish = Wishes(commands=(Command("nemo", 0.5, -0.2),))
+    audience.wish = Wishes(commands=(Command(1, "nemo", 0.5, -0.2),))
     match.step(node, 5.05, 1)
     assert said(node) == [m.Manual(forward=0.5, turn=-0.2, lease=LEASE)]
     match.step(node, 5.1, 2)
@@ -111,7 +111,7 @@ def test_who_gives_back_gives_back_at_once_and_only_what_was_driven(node, match,
     audience.wish = Wishes(given_back=("nemo",))
     match.step(node, 5.0, 0)
     assert said(node) == []
-    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
     match.step(node, 5.05, 1)
     audience.wish = Wishes(given_back=("nemo",))
     match.step(node, 5.1, 2)
@@ -119,7 +119,7 @@ def test_who_gives_back_gives_back_at_once_and_only_what_was_driven(node, match,
 
 
 def test_an_emergency_stop_gives_back_and_drops_what_comes_meanwhile(keys, node, match, audience):
-    drive = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    drive = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
     audience.wish = drive
     match.step(node, 5.0, 0)
     stopped = m.Clock(time=5.05, tick=1, epoch=0, rate=1.0, estop=True)
@@ -129,16 +129,31 @@ def test_an_emergency_stop_gives_back_and_drops_what_comes_meanwhile(keys, node,
         node.mailbox.handover(5.0 + 0.05 * number)
         node.tick(Tick(5.0 + 0.05 * number))
     assert [manual.lease for manual in said(node)][-1] == 0.0
-    audience.wish = drive
-    node.tick(Tick(5.3))
+    match.say(node.mailbox, keys.clock, m.Clock(time=5.2, tick=4, epoch=0, rate=1.0, estop=False), 5.2, 4)
+    for number, forward in enumerate((1.0, 0.0, 1.0), 5):
+        audience.wish = Wishes(commands=(Command(1, "nemo", forward, 0.0),))
+        node.mailbox.handover(5.0 + 0.1 * number)
+        node.tick(Tick(5.0 + 0.1 * number))
+    assert [manual.forward for manual in said(node)] == [0.0, 1.0], "what is still held must be let go once"
+
+
+def test_a_player_that_another_person_drives_is_refused_and_the_page_reads_why(keys, node, match, audience):
+    taken = m.Report(mode="Cross/Go", armed=True, manual=True)
+    match.step(node, 5.0, 0)
+    match.say(node.mailbox, keys.report("nemo"), taken, 5.1, 1)
+    node.mailbox.handover(5.1)
+    node.tick(Tick(5.1))
+    audience.wish = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+    node.tick(Tick(5.2))
     assert said(node) == []
+    assert audience.told == [(7, "Another person drives nemo.")]
 
 
 def test_the_lease_holds_in_real_time_in_a_match_that_is_fast(keys, node, match, audience):
     match.say(node.mailbox, keys.clock, m.Clock(time=1.0, tick=0, epoch=0, rate=2.0, estop=False), 1.0, 0)
     node.mailbox.handover(1.0)
     node.tick(Tick(1.0))
-    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
     node.tick(Tick(1.1))
     assert [manual.lease for manual in said(node)] == [2 * LEASE]
 
@@ -146,7 +161,7 @@ def test_the_lease_holds_in_real_time_in_a_match_that_is_fast(keys, node, match,
 def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(node, match, audience):
     match.step(node, 5.0, 0)
     stop = Decision(1, "driver of nemo (web)", PageButton.ESTOP)
-    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),), decisions=(stop,))
+    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),), decisions=(stop,))
     node.tick(Tick(5.0, live=False))
     assert said(node) == [m.Estop(by="driver of nemo (web)")]
     assert audience.frames[-1]["state"]["banners"][0]["heading"] == "NO CLOCK"
@@ -191,7 +206,7 @@ def test_the_emergency_stop_and_its_release_have_keys_of_their_own(node, match, 
 
 def test_stopping_gives_players_back_and_shows_the_last_picture(node, match, audience):
     node.start()
-    audience.wish = Wishes(commands=(Command("nemo", 1.0, 0.0),))
+    audience.wish = Wishes(commands=(Command(1, "nemo", 1.0, 0.0),))
     match.step(node, 5.0, 0)
     said(node)
     node.stop()

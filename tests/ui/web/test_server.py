@@ -6,6 +6,7 @@ import socket
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import Any
+from unittest.mock import ANY
 
 import aiohttp
 import pytest
@@ -146,8 +147,8 @@ def test_a_driver_drives_its_own_player_and_leaving_gives_it_back(server):
             assert (await driver.hear("welcome"))["player"] == "ann"
             await driver.say(t="drive", forward=0.1, turn=0.0)
             await driver.say(t="drive", forward=0.5, turn=-0.5)
-            await until(lambda: server._commands.get("ann") == Command("ann", 0.5, -0.5))
-            assert server.wishes() == Wishes(commands=(Command("ann", 0.5, -0.5),))
+            await until(lambda: server._commands.get("ann") == Command(ANY, "ann", 0.5, -0.5))
+            assert server.wishes() == Wishes(commands=(Command(ANY, "ann", 0.5, -0.5),))
             assert server.wishes() == Wishes()
         await until(lambda: server._given_back)
         assert server.wishes() == Wishes(given_back=("ann",))

@@ -193,5 +193,5 @@ def _does(player: ScenePlayer | None, chosen: bool) -> str:
         return player.fault
     if player.leased:
         return f"{player.state}: led by the referee"
-    deed = "you drive" if chosen and player.manual else player.mode.rpartition("/")[2]
+    deed = "you drive" if chosen and player.by_hand else player.mode.rpartition("/")[2]
     return f"{player.state}: {deed}" if deed else player.state

@@ -12,11 +12,11 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.driving import Driving
+from vrg.ui.driving import TAKEN, Driving
 from vrg.ui.pace import Pace
 from vrg.ui.scene import Scene
 from vrg.ui.web import parts
-from vrg.ui.web.requests import Decision, PageButton, Wishes
+from vrg.ui.web.requests import Command, Decision, PageButton, Wishes
 
 log = logging.getLogger(__name__)
 
@@ -93,6 +93,7 @@ class WebNode(Node):
         self._numbers = itertools.count(1)
         self._asked: dict[str, int] = {}
         self._driven: dict[str, Driving] = {}
+        self._held: set[str] = set()
 
     def start(self) -> None:
         """Open the port.
@@ -143,18 +144,35 @@ class WebNode(Node):
     def _fulfil(self, wishes: Wishes, *, live: bool) -> None:
         for decision in wishes.decisions:
             self._decide(decision)
-        # After an emergency stop no robot drives on by itself.
-        stopped = self._scene.estop
-        for player in list(self._driven) if stopped else wishes.given_back:
+        for player in wishes.given_back:
             self._give_back(player)
-        for command in wishes.commands if live and not stopped else ():
-            driving = self._driven.setdefault(command.player, Driving(self.mailbox, self._keys, command.player))
+            self._held.discard(player)
+        if self._scene.estop:
+            for player in list(self._driven):
+                self._give_back(player)
+            # No robot drives on by itself when the stop is released: its driver must let go once.
+            self._held |= {command.player for command in wishes.commands}
+            return
+        for command in wishes.commands if live else ():
+            if not (command.forward or command.turn):
+                self._held.discard(command.player)
+            if command.player not in self._held:
+                self._drive(command)
+
+    def _drive(self, command: Command) -> None:
+        player = command.player
+        driving = self._driven.setdefault(player, Driving(self.mailbox, self._keys))
+        status = self._scene.player(player)
+        if driving.taken(player, manual=status is not None and status.manual):
+            self._held.add(player)
+            self._audience.tell(command.guest, TAKEN.format(player))
+        else:
+            driving.take(player)
             driving.command(command.forward, command.turn, self._scene.rate)
 
     def _give_back(self, player: str) -> None:
-        driving = self._driven.pop(player, None)
-        if driving is not None:
-            driving.give_back()
+        if player in self._driven:
+            self._driven[player].give_back()
 
     def _decide(self, decision: Decision) -> None:
         log.info("%s asks for: %s", decision.by, decision.what)

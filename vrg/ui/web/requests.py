@@ -107,8 +107,9 @@ def refusal(role: VisitorRole, request: Request) -> str:
 
 @dataclass(frozen=True)
 class Command:
-    """A person at a page drives a player; `forward` and `turn` are as in `Drive`."""
+    """A person at a page, the guest of this number, drives a player; `forward` and `turn` are as in `Drive`."""
 
+    guest: int
     player: str
     forward: float
     turn: float

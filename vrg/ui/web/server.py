@@ -288,7 +288,7 @@ class WebServer(Site):
             case Drive(forward=forward, turn=turn):
                 with self._lock:
                     self._given_back.pop(role.player, None)
-                    self._commands[role.player] = Command(role.player, forward, turn)
+                    self._commands[role.player] = Command(guest.number, role.player, forward, turn)
             case GiveBack():
                 self._leave_seat(role)
             case Pressed(what=what):
