@@ -14,7 +14,7 @@ from vrg.bus.session import configuration
 from vrg.cli import make_app
 from vrg.commands import node
 from vrg.commands.keys import seat_of
-from vrg.commands.page import open_page
+from vrg.commands.page import open_page, reached_at
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError, CredentialsError
 from vrg.games import GAMES
@@ -166,6 +166,36 @@ def test_the_sheet_has_a_link_for_each_player_that_the_page_admits(folder: Path,
     assert all(link in text for _, link in links)
     assert keys(*command).exit_code == 0
     assert file.read_text() == text, "links that were printed stay good"
+
+
+def test_a_sheet_for_all_machines_names_an_address_that_they_reach(folder: Path) -> None:
+    for everywhere in ("0.0.0.0", "[::]:9001"):
+        done = keys("sheet", GAME, "--keys", str(folder), "--listen", everywhere)
+        assert done.exit_code == 0, done.output
+        text = (folder / "sheet.html").read_text()
+        assert f"http://{reached_at('0.0.0.0')[0]}:" in text
+        assert "//0.0.0.0" not in text
+        assert "//[::]" not in text
+
+
+def test_a_sheet_for_another_match_changes_nothing(tmp_path: Path) -> None:
+    folder = tmp_path / "keys"
+    assert keys("init", GAME, "--keys", str(folder)).exit_code == 0
+    assert keys("sheet", GAME, "--keys", str(folder)).exit_code == 0
+    before = (folder / "page.json").read_bytes()
+    done = keys("sheet", "roboflag", "--keys", str(folder))
+    assert done.exit_code == 1
+    assert "expected the authority of the match roboflag" in str(done.exception)
+    assert (folder / "page.json").read_bytes() == before
+    assert keys("init", GAME, "--keys", str(folder), "--replace").exit_code == 0
+    assert not (folder / "sheet.html").exists()
+
+
+def test_a_folder_without_keys_of_players_has_none_to_hand_out(folder: Path, tmp_path: Path) -> None:
+    assert keys("hand", "router", "--keys", str(folder), "--output", str(tmp_path / "router")).exit_code == 0
+    done = keys("hand", "--keys", str(tmp_path / "router"), "--output", str(tmp_path / "all"))
+    assert done.exit_code == 1
+    assert "expected keys of players, found none" in str(done.exception)
 
 
 def test_each_player_is_handed_its_own_keys(folder: Path, tmp_path: Path) -> None:

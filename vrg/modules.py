@@ -4,10 +4,15 @@ import contextlib
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from vrg.registry import did_you_mean
 
+if TYPE_CHECKING:
+    import ast
+
+MOST_SOURCE: Final = 1_000_000
+"""The number of bytes that a Python file may have whose text is looked at."""
 STANDARD_ERROR: Final = 2
 """The file descriptor of the standard error stream."""
 
@@ -34,16 +39,39 @@ class SourceClass(NamedTuple):
     acts: bool | None
 
 
-def classes_in(file: Path) -> dict[str, SourceClass]:
-    """The classes in a Python file, by name. Nothing is imported. A file that cannot be read or parsed has none."""
+def parsed(file: Path) -> "ast.Module":
+    """The syntax tree of a Python file. Nothing is imported.
+
+    Raises:
+        OSError: there is no such file.
+        ValueError: it is longer than MOST_SOURCE, or no text.
+        SyntaxError, RecursionError, MemoryError: it is no Python, or nests too deeply for Python's own parser.
+    """
     import ast  # noqa: PLC0415 - no process of a match needs it
 
+    if not file.is_file():  # to open a named pipe waits for ever
+        raise FileNotFoundError(f"expected a file, found none at {file}")
+    with file.open("rb") as stream:
+        source = stream.read(MOST_SOURCE + 1)
+    if len(source) > MOST_SOURCE:
+        raise ValueError(f"expected at most {MOST_SOURCE} bytes of Python")
+    return ast.parse(source, file.name)
+
+
+def classes_in(file: Path) -> dict[str, SourceClass]:
+    """The classes in a Python file, by name. A file that cannot be read or parsed has none."""
     try:
-        body = ast.parse(file.read_text(encoding="utf-8")).body
-    except (OSError, UnicodeDecodeError, SyntaxError, ValueError, RecursionError):
+        return classes_of(parsed(file))
+    except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
         return {}
+
+
+def classes_of(module: "ast.Module") -> dict[str, SourceClass]:
+    """The classes in a syntax tree, by name."""
+    import ast  # noqa: PLC0415 - see `parsed`
+
     found: dict[str, SourceClass] = {}
-    for node in body:
+    for node in module.body:
         if isinstance(node, ast.ClassDef):
             methods = [item.name for item in node.body if isinstance(item, ast.FunctionDef)]
             named = [ast.unparse(t) for item in node.body if isinstance(item, ast.Assign) for t in item.targets]

@@ -213,7 +213,7 @@ def test_what_has_failed_is_kept_with_its_traceback(bench: Bench, kind: str) -> 
     experiment = bench.experiment("Raises", "Ahead")
     found = play_one(bench.workers(kind, experiment), experiment, 0)
     assert any("ValueError: no idea" in failure for failure in found.failures)
-    log = experiment.folder.failures / "Raises-vs-Ahead-0" / "logs" / "shark.log"
+    log = experiment.folder.failures / "Raises.vs.Ahead-0" / "logs" / "shark.log"
     assert 'raise ValueError("no idea")' in log.read_text()
 
 

@@ -18,6 +18,7 @@ from pyarrow import csv, parquet
 from tests.evaluation.conftest import target
 from vrg.cli import main
 
+OWN = "from vrg.agents import STILL, Strategy\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        "
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
 PATIENCE = 180.0
 """The real time in s that something may take to happen."""
@@ -64,7 +65,7 @@ def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Don
         0, "minnows", "sharks-and-minnows", 1.0,
     )  # fmt: skip
     assert row["calls_begin"] == 1
-    assert row["play_again"] == "vrg play here/matches/Lazy-vs-sharks-and-minnows/match.toml --in-process --seed 0"
+    assert row["play_again"] == "vrg play here/matches/Lazy.vs.sharks-and-minnows/match.toml --in-process --seed 0"
     assert "beats Lazy" in (out / "report.md").read_text()
     again = vrg(*command, "--output", "here")
     assert "games are in here already" in again.out
@@ -89,17 +90,22 @@ def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[
 
 
 def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Callable[..., Done], tmp_path: Path) -> None:
-    own = "from vrg.agents import STILL, Strategy\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        "
     (tmp_path / "class").mkdir()
     for name, code in (
-        ("Anna Maria", f"{own}return STILL\n"),
-        ("ben", f"{own}return STILL\n"),
-        ("cem", f"{own}raise ValueError('no idea')\n"),
-        ("dora", f"{own}return STILL)\n"),
+        ("Anna Maria", f"{OWN}return STILL\n"),
+        ("ben", f"{OWN}return STILL\n"),
+        ("cem", f"{OWN}raise ValueError('no idea')\n"),
+        ("dora", f"{OWN}return STILL)\n"),
         ("eve", "from vrg.agents import Strategy\n\n\nclass Mine(Strategy):\n    pass\n"),
+        ("fay", f"x = {'1+' * 100_000}1\n"),
+        ("gül" * 40, f"{OWN}return STILL\n"),
         ("_notes", "what is this?\n"),
     ):
         (tmp_path / "class" / f"{name}.py").write_text(code)
+    (tmp_path / "class" / "old.py").mkdir()
+    os.mkfifo(tmp_path / "class" / "pipe.py")
+    (tmp_path / "class" / os.fsdecode(b"\xe9ve.py")).write_text(f"{OWN}return STILL\n")
+    (tmp_path / "class" / "z\x1b[31mz.py").write_text("what\n")
     done = vrg("tournament", "class", "--match", "tiny.toml", "--games", "2", "--output", "a cup")
     assert done.status == 0
     assert "left out: cem: " in done.out
@@ -109,18 +115,44 @@ def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Callable[
         in done.out
     )
     assert "left out: eve: class/eve.py: expected one class with a method `act`, found none" in done.out
-    assert "at most 2 games of 1 pairing" in done.out
+    assert "left out: fay: class/fay.py: cannot be read as Python: " in done.out
+    for name in ("old", "pipe"):
+        assert f"left out: {name}: class/{name}.py: no such file" in done.out
+    assert "left out: '\\udce9ve': its name is not in UTF-8" in done.out
+    assert "left out: z\\x1b[31mz: class/z\\x1b[31mz.py: " in done.out
+    assert "at most 6 games of 3 pairings" in done.out
     assert "vrg play 'a cup/matches/" in done.out
     board = (tmp_path / "a cup" / "leaderboard.html").read_text()
     assert "<td>Anna Maria</td>" in board
-    assert "left out: dora, eve, cem" in board
+    assert "left out: dora, eve, fay, old, pipe, z\\x1b[31mz, &#x27;\\udce9ve&#x27;, cem" in board
     assert "refresh" not in board
     assert "| Anna Maria | ben | 2 | 0 |" in (tmp_path / "a cup" / "schedule.md").read_text()
+
+
+def test_the_files_of_a_folder_do_not_run_unsealed_unless_that_is_asked_for(
+    vrg: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "class").mkdir()
+    mark = tmp_path / "it ran"
+    for name in ("ann", "ben"):
+        code = f"from pathlib import Path\n\nPath({str(mark)!r}).touch()\n{OWN}return STILL\n"
+        (tmp_path / "class" / f"{name}.py").write_text(code)
+    monkeypatch.setattr("vrg.launch.sandbox.seal.missing", lambda: "no Landlock here")
+    command = ("tournament", "class", "--match", "tiny.toml", "--games", "2", "--output", "cup")
+    done = vrg(*command)
+    assert done.status == 1
+    assert "no Landlock here; --no-sandbox lets the files of a folder play all the same" in done.err
+    assert not mark.exists()
+    assert vrg(*command, "--no-sandbox").status == 0
+    assert mark.exists()
 
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (("compare", "empty", "players.py:Lazy"), "got the folder empty: `vrg tournament empty` plays its files"),
+        (("tournament", "empty"), "expected two or more different strategies, found 0 in empty"),
+        (("tournament", "players.py:Lazy", "players.py:Lazy"), "found 1 in players.py:Lazy players.py:Lazy"),
         (("compare", "nobody", "players.py:Lazy"), "strategy: expected one of"),
         (("compare", "sharks-and-minnows", "players.py:Nobody"), "expected the name of a class"),
         (("compare", "sharks-and-minnows", "nowhere.py:Mine"), "nowhere.py:Mine: no such file"),
@@ -130,6 +162,7 @@ def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Callable[
 def test_a_strategy_that_is_not_there_is_told_before_a_game_is_played(
     vrg: Callable[..., Done], tmp_path: Path, arguments: Sequence[str], said: str
 ) -> None:
+    (tmp_path / "empty").mkdir()
     done = vrg(*arguments, "--match", "tiny.toml", "--output", "here")
     assert done.status == 1
     assert done.err.count(said) == 1

@@ -67,7 +67,7 @@ def test_what_fails_is_visible_and_counts(play: Play, tmp_path: Path, capfd: pyt
     assert {row.played.ended for row in rows} == {OVER}
     assert {name for row in rows for name in row.played.disqualified} == {"shark", "ann", "bob"}
     assert all("ValueError: no idea (players.py" in row.played.failures[0] for row in rows)
-    log = tmp_path / "out" / "failures" / "Raises-vs-Ahead-0" / "logs" / "shark.log"
+    log = tmp_path / "out" / "failures" / "Raises.vs.Ahead-0" / "logs" / "shark.log"
     assert 'raise ValueError("no idea")' in log.read_text()
     assert capfd.readouterr() == ("", "")
 
@@ -91,7 +91,7 @@ def test_every_game_can_be_played_again(play: Play, tmp_path: Path, monkeypatch:
         tmp_path / "out", definition(tmp_path / "tiny.toml", 5, "Ahead", "sharks-and-minnows")
     ) as folder:
         command = folder.again(row.game)
-    assert command.endswith("sharks-and-minnows-vs-Ahead/match.toml --in-process --seed 5")
+    assert command.endswith("sharks-and-minnows.vs.Ahead/match.toml --in-process --seed 5")
     (tmp_path / "players.py").unlink()  # what was played is in the folder
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", [*command.split(), "--headless", "--no-record"])
@@ -133,7 +133,7 @@ def test_a_folder_is_not_shared_by_two_experiments(match: Path, change: str, sai
 
 
 def test_a_folder_with_other_files_is_refused(match: Path) -> None:
-    with pytest.raises(ConfigError, match="found other files: choose another --out"):
+    with pytest.raises(ConfigError, match="found other files: choose another --output"):
         ExperimentFolder(match.parent, definition(match, 0, "Lazy", "Ahead"))
 
 

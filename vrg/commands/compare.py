@@ -28,6 +28,11 @@ def compare(first: StrategyArgument, second: StrategyArgument, options: Evaluati
     from vrg.games import game_of
     from vrg.ui.comparison import plot_comparison
 
+    for typed in (first, second):
+        if Path(typed).is_dir():
+            raise ConfigError(
+                [f"expected two strategies, got the folder {typed}: `vrg tournament {typed}` plays its files"]
+            )
     with experiment([first, second], options, "compare") as played:
         console, folder = make_console(), played.folder
         [(pairing, series)] = played.series.items()
@@ -68,8 +73,6 @@ def tournament(
     from vrg.evaluation import files, report, standings
     from vrg.ui.crosstable import plot_cross_table
 
-    if len(set(strategies)) < len(strategies) or (len(strategies) < 2 and not Path(strategies[0]).is_dir()):
-        raise ConfigError([f"expected two or more different strategies, got {', '.join(strategies)}"])
     with experiment(
         strategies, options, "tournament", mirror=mirror, leave_out=True, follow=_write_leaderboard
     ) as played:
@@ -81,7 +84,7 @@ def tournament(
         cells = standings.cells(crossed)
         table = standings.table(rated, cells)
         sentences = [report.sentence(pairing, series, options.confidence) for pairing, series in played.series.items()]
-        remarks = [f"{name} was left out: {why}" for name, why in played.left_out.items()] + report.irregular(rows)
+        remarks = [f"{name} was left out: {why}" for name, why in played.left_out] + report.irregular(rows)
         files.write(folder.path, "games", files.games(rows, folder.again))
         files.write(folder.path, "pairings", files.pairings(played.series))
         files.write(folder.path, "ratings", files.rated(rated))
@@ -129,7 +132,7 @@ def _write_leaderboard(played: "Experiment", left: float | None) -> None:
     until = "" if left is None or played.over else f", {report.lasting(left)} left at most"
     notes = [f"{len(rows)} games{goes_on}{until}"]
     if played.left_out:
-        notes.append(f"left out: {', '.join(played.left_out)}")
+        notes.append(f"left out: {', '.join(name for name, _ in played.left_out)}")
     table = standings.board(rated, rows, played.series)
     write_text(played.folder.path, "leaderboard.html", page(definition.game, notes, table, reloads=not played.over))
     parts = [f"# {notes[0]}", report.markdown(report.pairings(played.series))]

@@ -26,13 +26,15 @@ from vrg.commands.options import (
     whole_target,
 )
 from vrg.errors import ConfigError
+from vrg.types import printable
 
 if TYPE_CHECKING:
+    from vrg.evaluation.contenders import Contender
     from vrg.evaluation.folder import ExperimentFolder
     from vrg.evaluation.games import GameRecord
     from vrg.evaluation.running import Experiment
 
-TOLD_EVERY = 20
+PRINTED_EVERY = 20
 """The number of games after which the progress is printed, where the output is no terminal."""
 FOLLOWED_EVERY = 2.0
 """The real time in s between two times at which what follows an experiment is called."""
@@ -115,26 +117,25 @@ def experiment(
         from vrg.evaluation.ray_workers import require_ray
 
         require_ray()
-    lacking = missing()
     setup = load_match(match_path(options.match), engine=options.engine, lasers=options.lasers, sandbox=options.sandbox)
     teams = contenders.teams_of(setup)
     entered, left_out = _entered(targets)
     found = contenders.contenders([target for _, target in entered], [own for own, _ in entered])
+    _check_number(found, left_out, targets, leave_out=leave_out)
+    playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
+    if (lacking := missing()) is not None and any(map(seals, playing)):
+        warning = f"strategies decide where the referee does, and can change it: {lacking}"
+        if any(Path(target).is_dir() for target in targets):
+            raise ConfigError([f"{warning}; --no-sandbox lets the files of a folder play all the same"])
+        console.print(f"[yellow]{escape(warning)}[/yellow]", soft_wrap=True)
     if leave_out:
         console.print(f"{len(found)} strategies play {TRIAL:g} s alone, to see whether they can")
     unable = contenders.unable(setup, found, options.jobs or cores(), match_time=TRIAL if leave_out else 0.0)
-    left_out |= {contender.label: why for contender, why in unable.items()}
+    left_out += [(contender.label, _line(why)) for contender, why in unable.items()]
     found = [contender for contender in found if contender not in unable]
-    if left_out and (not leave_out or len(found) < 2):
-        named = [f"{own}: {why}" for own, why in left_out.items()] if leave_out else left_out.values()
-        raise ConfigError(list(dict.fromkeys(named)))
-    for own, why in left_out.items():
+    _check_number(found, left_out, targets, leave_out=leave_out)
+    for own, why in left_out:
         console.print(f"[yellow]left out: {escape(own)}: {escape(why)}[/yellow]", soft_wrap=True)
-    playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
-    if lacking is not None and any(map(seals, playing)):
-        console.print(
-            f"[yellow]strategies decide where the referee does, and can change it: {escape(lacking)}[/yellow]"
-        )
     definition = define(setup, found, seed=options.seed, limit=options.limit)
     labels = [contender.label for contender in found]
     pairs = [Pairing(a, b) for i, a in enumerate(labels) for b in labels[i if mirror else i + 1 :]]
@@ -159,12 +160,12 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _entered(typed: Sequence[str]) -> tuple[list[tuple[str, str]], dict[str, str]]:
-    """The name and the whole target of each strategy; and those that cannot be found, by their names with the reason.
+def _entered(typed: Sequence[str]) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
+    """The name and the whole target of each strategy; and the name of each that cannot be found, with the reason.
 
     A folder stands for all files of Python in it. A file gives its strategy its own name.
     """
-    entered, wrong = [], dict[str, str]()
+    entered, wrong = list[tuple[str, str]](), list[tuple[str, str]]()
     for target in typed:
         folder = Path(target)
         for file in sorted(folder.glob("[!._]*.py")) if folder.is_dir() else [folder]:
@@ -172,10 +173,34 @@ def _entered(typed: Sequence[str]) -> tuple[list[tuple[str, str]], dict[str, str
                 entered.append((target.rpartition(":")[2], whole_target(target)))
                 continue
             try:
+                str(file).encode()
                 entered.append((file.stem, whole_target(f"{file}:{class_in(file)}")))
+            except UnicodeEncodeError:
+                wrong.append((ascii(file.stem), "its name is not in UTF-8: give the file another one"))
             except ConfigError as error:
-                wrong[file.stem] = str(error)
+                wrong.append((printable(file.stem), _line(str(error))))
     return entered, wrong
+
+
+def _line(why: str) -> str:
+    """A reason in one line, without signs that control a terminal: others have written the names and words in it."""
+    return printable(" ".join(why.split()))
+
+
+def _check_number(
+    found: "Sequence[Contender]", left_out: Sequence[tuple[str, str]], typed: Sequence[str], *, leave_out: bool
+) -> None:
+    """Check that enough strategies are there to play.
+
+    Raises:
+        ConfigError: there are not, or one cannot play where none may be left out.
+    """
+    if left_out and not leave_out:
+        raise ConfigError(list(dict.fromkeys(why for _, why in left_out)))
+    different = len({contender.target for contender in found})
+    if different < (2 if leave_out else 1):
+        expected = f"expected two or more different strategies, found {different} in {' '.join(typed)}"
+        raise ConfigError([*(f"{own}: {why}" for own, why in left_out), expected])
 
 
 def _play(
@@ -221,12 +246,12 @@ def _play(
             progress.update(bar, completed=completed, total=total, speed=speed, now=_now(running))
             if played == 2 * workers.jobs:
                 console.print(report.schedule(running.series, workers.jobs, left), soft_wrap=True)
-            if not console.is_terminal and played % TOLD_EVERY == 0:
+            if not console.is_terminal and played % PRINTED_EVERY == 0:
                 until = f", {report.lasting(left)} left at most"
                 console.print(f"{completed} of at most {total} games{speed}{_now(running)}{until}", soft_wrap=True)
             if took - followed > FOLLOWED_EVERY:
-                followed = took
                 follow(running, left)
+                followed = time.monotonic() - began
 
         def looked(games: int) -> None:
             progress.update(bar, running=games)

@@ -57,6 +57,14 @@ class PracticeOptions:
     runs: RunsOption = Path("runs")
     record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True
 
+    def check(self) -> None:
+        """Check the options that are read later, before anything starts.
+
+        Raises:
+            typer.BadParameter: one makes no sense, alone or with others.
+        """
+        self.speed  # noqa: B018 - it raises
+
     @property
     def speed(self) -> float | None:
         """The rate that was typed as a number; None if none was typed, or for `max`.
@@ -106,6 +114,19 @@ class PlayOptions(PracticeOptions):
         bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
     ] = False
     three: ThreeOption = False
+
+    def check(self) -> None:
+        """See PracticeOptions.check."""
+        super().check()
+        needing = {
+            "--seats": self.seats, "--sandbox": self.sandbox, "--foxglove": self.foxglove, "--3d": self.three,
+            "--web": self.address, "--developer": self.developer,
+        }  # fmt: skip
+        if self.in_process and (first := next((name for name, wanted in needing.items() if wanted), None)):
+            raise typer.BadParameter(
+                f"{first} needs processes: a match in one process has no seats and no sandboxes, serves no one and has "
+                "no developers' view; leave --in-process out"
+            )
 
     @property
     def address(self) -> tuple[str, int | None] | None:

@@ -123,10 +123,13 @@ def hand(
     from vrg.seats.folder import KeysFolder
 
     folder = KeysFolder(keys)
-    made = folder.hand_out([seat_of(text) for text in seats or ()], output)
-    if not seats:
-        everybody = [seat for entry in folder.entries() if (seat := _read(entry)).kind is SeatKind.PLAYER]
-        made = [path for seat in everybody for path in folder.hand_out([seat], output / seat.name)]
+    if seats:
+        made = folder.hand_out([seat_of(text) for text in seats], output)
+    else:
+        players = [seat for entry in folder.entries() if (seat := _read(entry)).kind is SeatKind.PLAYER]
+        made = [path for seat in players for path in folder.hand_out([seat], output / seat.name)]
+        if not made:
+            raise ConfigError([f"{keys}: expected keys of players, found none: name the seats whose keys are copied"])
     for path in made:
         typer.echo(path)
 
@@ -142,17 +145,17 @@ def sheet(
 
     The links are good whenever `vrg play` serves the page with these keys.
     """
-    from vrg.commands.page import known_page, own_addresses
+    from vrg.commands.page import EVERYWHERE, known_page, reached_at
     from vrg.seats.folder import KeysFolder, write_private
-    from vrg.ui.sheet import Strip
-    from vrg.ui.sheet import sheet as sheet_of
+    from vrg.ui import sheet as paper
     from vrg.ui.web.admission import DEFAULT_PORT, VisitorKind, admission
 
     folder, setup = KeysFolder(keys), _setup(match)
     if not folder.has_keys:
         raise ConfigError([f"{keys}: expected a folder of keys, found none: make one by `vrg keys init {match}`"])
-    host, port = web_address(listen) if listen else (own_addresses()[0], None)
-    known = known_page(keys)
+    folder.check_match(setup.roster.match)
+    host, port = web_address(listen) if listen else (EVERYWHERE, None)
+    address, known = reached_at(host)[0], known_page(keys)
     players = [player.name for player in setup.players]
     page = admission(host, port or DEFAULT_PORT, players, known=known)
     purposes = {
@@ -160,16 +163,15 @@ def sheet(
         VisitorKind.OFFICIAL: "halt, continue and end the match: keep this one",
         VisitorKind.SEAT: "drive with a telephone",
     }
-    strips = [Strip(role.player or role.kind, purposes[role.kind], link) for role, link in page.links(host)]
-    file = output or keys / "sheet.html"
+    strips = [paper.Strip(role.player or role.kind, purposes[role.kind], link) for role, link in page.links(address)]
+    file = output or folder.sheet
     try:
         write_private(folder.page, page.encoded().encode())
-        write_private(file, sheet_of(setup.name, strips).encode())
+        write_private(file, paper.page(setup.name, strips).encode())
     except OSError as error:
         raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None
-    typer.echo(
-        f"{file}: {len(strips)} strips to print, for the page at {host}:{page.port}; a strip is the right to its seat"
-    )
+    at = f"the page at {address}:{page.port}"
+    typer.echo(f"{file}: {len(strips)} strips to print, for {at}; a strip is the right to its seat")
     typer.echo(f"to play with them: vrg play {match} --keys {keys} --listen 0.0.0.0:{page.port}")
 
 

@@ -14,7 +14,7 @@ from vrg.blame import failure_of
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
-from vrg.modules import classes_in
+from vrg.modules import classes_of, parsed
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -210,12 +210,11 @@ def class_in(file: Path) -> str:
         ConfigError: there is no such file, it is no Python, or it has not exactly one such class.
     """
     try:
-        compile(file.read_bytes(), file, "exec")
+        found = classes_of(parsed(file)).items()
     except OSError:
         raise ConfigError([f"{file}: no such file; `vrg new player` writes one"]) from None
-    except (SyntaxError, ValueError) as error:
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         raise ConfigError([f"{file}: cannot be read as Python: {failure_of(error)}"]) from None
-    found = classes_in(file).items()
     # A class that is made from one of another file may have its method there.
     names = [name for name, kind in found if kind.acts] or [name for name, kind in found if kind.acts is None]
     if len(names) != 1:

@@ -23,7 +23,8 @@ from vrg.errors import ConfigError
 from vrg.seats.folder import KeysFolder
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission
 
-_EVERYWHERE = ("0.0.0.0", "::")
+EVERYWHERE = "0.0.0.0"
+"""The address to listen on for all other machines."""
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
@@ -114,8 +115,7 @@ def known_page(keys: Path) -> Admission | None:
 
 def print_links(page: Admission, console: Console) -> None:
     """Print the links of the page, and who can open it."""
-    addresses = own_addresses() if page.host in _EVERYWHERE else [page.host]
-    for address in addresses:
+    for address in reached_at(page.host):
         links = [(_WHO[role.kind].format(role.player), link) for role, link in page.links(address)]
         width = max(len(who) for who, _ in links)
         for who, link in links:
@@ -133,8 +133,10 @@ def print_links(page: Admission, console: Console) -> None:
         )
 
 
-def own_addresses() -> list[str]:
-    """The addresses of this machine at which others reach it; its own if there are none."""
+def reached_at(host: str) -> list[str]:
+    """The addresses of this machine at which others reach what listens on `host`; its own if there are none."""
+    if host not in (EVERYWHERE, "::"):
+        return [host]
     found = [
         entry.address
         for entries in psutil.net_if_addrs().values()

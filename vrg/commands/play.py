@@ -34,16 +34,7 @@ def check(match: GameArgument) -> None:
 
 def play(match: GameArgument, options: PlayOptions) -> None:
     """Play a match, show it, and say who won and where the run is recorded."""
-    _ = options.speed, options.address  # a mistake is reported before anything starts
-    needing = {
-        "--seats": options.seats, "--sandbox": options.sandbox, "--foxglove": options.foxglove, "--3d": options.three,
-        "--web": options.address, "--developer": options.developer,
-    }  # fmt: skip
-    if options.in_process and (first := next((name for name, wanted in needing.items() if wanted), None)):
-        raise typer.BadParameter(
-            f"{first} needs processes: a match in one process has no seats and no sandboxes, serves no one and has no "
-            "developers' view; leave --in-process out"
-        )
+    options.check()
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (options.in_process or options.dry_run)) as server:
         from vrg.commands.playing import play_match

@@ -37,7 +37,7 @@ def practice(
 
     The first robot begins at --pose, or in the middle; the others stand around it.
     """
-    _ = options.speed  # a mistake is reported before anything starts
+    options.check()
     with fork_server(wanted=not options.in_process) as server, tempfile.TemporaryDirectory() as folder:
         from vrg.commands.playing import play_match
         from vrg.launch.trial import trial

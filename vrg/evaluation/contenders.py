@@ -16,6 +16,8 @@ from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED
 from vrg.launch.run_folder import scratch_folder
 
+_LONGEST = 60
+"""The number of bytes of a label. The name of a file has two, and may have 255."""
 _LOOK = 0.1
 """The real time in s between two looks at whether a game takes too long."""
 
@@ -51,9 +53,9 @@ def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Conten
 
 
 def _short(name: str) -> str:
-    """A name with only such signs as may stand in the name of a file."""
-    words = " ".join(normal(name).split())
-    return "".join(sign if sign.isalnum() or sign in "-_ " else "-" for sign in words) or "strategy"
+    """A name with only such signs as may stand in the name of a file, and not too long for one."""
+    words = "".join(sign if sign.isalnum() or sign in "-_ " else "-" for sign in " ".join(normal(name).split()))
+    return words.encode()[:_LONGEST].decode(errors="ignore").strip() or "strategy"
 
 
 def teams_of(setup: MatchSetup) -> tuple[str, str]:

@@ -19,6 +19,8 @@ from vrg.launch.run_folder import RunFolder, delete, write_whole
 
 log = logging.getLogger(__name__)
 
+_VERSUS = ".vs."
+"""Stands between two labels, which have no dot."""
 _json = msgspec.json.Encoder()
 
 
@@ -58,18 +60,18 @@ class ExperimentFolder:
         except BlockingIOError:
             self.close()
             raise LaunchError(
-                f"{path}: another process plays these games: wait for it, or choose another --out"
+                f"{path}: another process plays these games: wait for it, or choose another --output"
             ) from None
         except OSError as error:
             self.close()
-            raise LaunchError(f"{path}: cannot be used: {error.strerror}: choose another --out") from None
+            raise LaunchError(f"{path}: cannot be used: {error.strerror}: choose another --output") from None
 
     def match_file(self, game: ScheduledGame) -> Path:
         """The match file of a game."""
         pairing = game.pairing
         first_plays_first_team = game.first_team == self.definition.teams[0]
         names = (pairing.first, pairing.second) if first_plays_first_team else (pairing.second, pairing.first)
-        return RunFolder(self.path / "matches" / "-vs-".join(names)).match_file
+        return RunFolder(self.path / "matches" / _VERSUS.join(names)).match_file
 
     def name_of(self, game: ScheduledGame) -> str:
         """The name of the folder for what a game writes."""
@@ -140,17 +142,17 @@ class ExperimentFolder:
         """Check that what is in the folder are games of the same experiment."""
         if not self._definition.is_file():
             if self.path.is_dir() and any(self.path.iterdir()):
-                text = "expected an empty folder or that of an experiment, found other files: choose another --out"
+                text = "expected an empty folder or that of an experiment, found other files: choose another --output"
                 raise ConfigError(f"{self.path}: {text}")
             return
         try:
             before = msgspec.json.decode(self._definition.read_bytes(), type=Definition)
         except msgspec.DecodeError as error:
-            text = f"expected the definition of an experiment of this release: {error}: choose another --out"
+            text = f"expected the definition of an experiment of this release: {error}: choose another --output"
             raise ConfigError(f"{self._definition}: {text}") from None
         differences = self.definition.differences(before)
         if differences:
-            text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --out"
+            text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --output"
             raise ConfigError(f"{self.path}: {text}")
 
     def _load(self) -> list[GameRecord]:

@@ -1,6 +1,6 @@
 """An experiment as it runs: games are started, recorded and counted until every series is over."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
@@ -20,7 +20,7 @@ class Experiment:
         folder: the open folder of the experiment. The games in it count.
         setup: the match as its user has written it.
         series: the series of each pairing, without games.
-        left_out: the strategies that take no part, by their names, each with the reason.
+        left_out: the strategies that take no part: the name of each, and the reason.
     """
 
     def __init__(
@@ -28,9 +28,9 @@ class Experiment:
         folder: ExperimentFolder,
         setup: MatchSetup,
         series: Mapping[Pairing, Series],
-        left_out: Mapping[str, str] | None = None,
+        left_out: Sequence[tuple[str, str]] = (),
     ) -> None:
-        self.left_out = dict(left_out or {})
+        self.left_out = left_out
         self.folder = folder
         self.series = dict(series)
         self._setups: dict[tuple[Pairing, str], MatchSetup] = {}

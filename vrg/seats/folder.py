@@ -109,24 +109,36 @@ class KeysFolder:
         folder = self.path / _AUTHORITY_FOLDER
         try:
             authority = KeyPair((folder / AUTHORITY).read_bytes(), (folder / _AUTHORITY_KEY).read_bytes())
-            found_name, wanted_name = validity(authority.certificate).common_name, authority_name(match)
         except OSError as error:
             raise ConfigError(
                 f"{folder}: expected the authority: {error.strerror}: renew keys where they were made"
             ) from None
+        self.check_match(match)
+        reached_by = tuple(dict.fromkeys([*self._hosts(), *hosts]))
+        with _writing(self.path):
+            self._make_seats(authority, seats, now, lasts, reached_by or LOCAL_HOSTS)
+
+    def check_match(self, match: str) -> None:
+        """Check that the keys are those of a match. Where no certificate tells the authority, nothing is checked.
+
+        Raises:
+            ConfigError: they are of another match, or the authority's certificate cannot be read.
+        """
+        folder, certificate = self.path / _AUTHORITY_FOLDER, self._common_authority()
+        if certificate is None:
+            return
+        try:
+            found, wanted = validity(certificate).common_name, authority_name(match)
         except ValueError as error:
             raise ConfigError(
                 f"{folder / AUTHORITY}: expected a certificate: {error}: take the authority from a copy, or make "
                 "another one by `vrg keys init --replace`"
             ) from None
-        if found_name != wanted_name:
+        if found != wanted:
             raise ConfigError(
-                f"{folder}: expected the authority of the match {match} ({wanted_name}), found {found_name}: name "
+                f"{folder}: expected the authority of the match {match} ({wanted}), found {found}: name "
                 "the folder of the keys of this match with --keys, or make keys for it in another folder"
             )
-        reached_by = tuple(dict.fromkeys([*self._hosts(), *hosts]))
-        with _writing(self.path):
-            self._make_seats(authority, seats, now, lasts, reached_by or LOCAL_HOSTS)
 
     def _hosts(self) -> tuple[str, ...]:
         """The hosts of the router's present certificate; none if there is no certificate."""
@@ -169,6 +181,11 @@ class KeysFolder:
         """The file of the tokens of the page, for links that are printed before the match."""
         return self.path / "page.json"
 
+    @property
+    def sheet(self) -> Path:
+        """The file of these links for the printer."""
+        return self.path / "sheet.html"
+
     def hand_out(self, seats: Iterable[Seat], to: Path) -> list[Path]:
         """Copy the folders of some seats, and nothing else, to a folder that goes to another machine.
 
@@ -205,6 +222,7 @@ class KeysFolder:
     def _remove_keys(self) -> None:
         """Remove the keys of the authority and of all seats, and nothing else that may be in the folder."""
         self.page.unlink(missing_ok=True)
+        self.sheet.unlink(missing_ok=True)
         seats = {path.parent for name in (CERTIFICATE, PRIVATE_KEY) for path in self.path.glob(f"*/{name}")}
         for folder in (self.path / _AUTHORITY_FOLDER, *seats):
             for name in (_AUTHORITY_KEY, PRIVATE_KEY, CERTIFICATE, AUTHORITY):

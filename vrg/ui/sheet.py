@@ -32,7 +32,7 @@ class Strip:
     link: str
 
 
-def sheet(title: str, strips: Sequence[Strip]) -> str:
+def page(title: str, strips: Sequence[Strip]) -> str:
     """The sheet as a page of HTML, which needs no other file and no network."""
     return "\n".join(
         [

@@ -30,7 +30,7 @@ from vrg.ui.edit.requests import (
     Watch,
 )
 from vrg.ui.edit.rules import rules_of
-from vrg.ui.edit.telling import games_told, match_told
+from vrg.ui.edit.state import games, match_state
 from vrg.ui.web.parts import colours
 
 DEFAULT_GAME: Final = "sharks-and-minnows"
@@ -173,7 +173,7 @@ class Editor:
             "undo": bool(self._past),
             "redo": bool(self._future),
             "ended": self.outcome is not None,
-            **match_told(draft, self.verdict, self._choices),
+            **match_state(draft, self.verdict, self._choices),
         }
 
     def _everything(self) -> dict[str, Any]:
@@ -184,7 +184,7 @@ class Editor:
             for r in self._recent
         ]
         maps = self._tools.choices(self._base).of(self.draft, "map")
-        start = {"games": games_told(), "maps": maps, "recent": listed, "first": DEFAULT_GAME}
+        start = {"games": games(), "maps": maps, "recent": listed, "first": DEFAULT_GAME}
         return {"start": start, "begins": self._begins, "colours": colours(), "most": MOST}
 
     def _do(self, request: Request) -> str | _Ask | None:

@@ -1,4 +1,4 @@
-"""The server of the configurator's page: one that holds its token asks, and a desk answers."""
+"""The server of the configurator's page: one that holds its token asks, and an editor answers."""
 
 import asyncio
 import hmac
@@ -25,12 +25,12 @@ class EditServer(Site):
     first page uses up, because everybody on this machine can read the command that opens a browser.
 
     Args:
-        desk: answers. port: of the page.
+        editor: answers. port: of the page.
     """
 
-    def __init__(self, desk: Editor, port: int) -> None:
+    def __init__(self, editor: Editor, port: int) -> None:
         super().__init__(HOST, port, "edit.html")
-        self._desk = desk
+        self._editor = editor
         self._token, self._ticket = secrets.token_urlsafe(TOKEN_BYTES), secrets.token_urlsafe(TOKEN_BYTES)
         self._turn, self._checking = threading.Lock(), threading.Lock()
         self._over = threading.Event()
@@ -43,15 +43,15 @@ class EditServer(Site):
             LaunchError: the page is not served any more.
         """
         self.check()
-        return self._desk.outcome if self._over.wait(patience) else None
+        return self._editor.outcome if self._over.wait(patience) else None
 
     def rescue(self) -> str:
-        """Keep what is not saved; return what to tell, which is empty if all is saved."""
+        """Keep what is not saved; return a sentence about it, which is empty if all is saved."""
         with self._turn:
-            return self._desk.rescue()
+            return self._editor.rescue()
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
-        """Add the desk, and what gives the lasting token for a ticket."""
+        """Add what answers, and what gives the lasting token for a ticket."""
         router.add_post("/edit", self._answer)
         router.add_post("/ticket", self._exchange)
 
@@ -76,15 +76,15 @@ class EditServer(Site):
             return refused
         self.let_in(request)
         try:
-            told = await asyncio.to_thread(self._work, await request.read())
+            answer = await asyncio.to_thread(self._work, await request.read())
         except ValueError as error:
             return web.Response(status=400, text=str(error))
-        response = web.Response(text=encode(told), content_type="application/json")
+        response = web.Response(text=encode(answer), content_type="application/json")
         try:
             await response.prepare(request)
             await response.write_eof()
         finally:  # also where the browser has gone meanwhile
-            if self._desk.outcome is not None:
+            if self._editor.outcome is not None:
                 self._over.set()
         return response
 
@@ -93,6 +93,6 @@ class EditServer(Site):
         if isinstance(wanted, Check):
             # A check imports strategies, which may take long; nothing waits for it to go on.
             with self._checking:
-                self._desk.check()
+                self._editor.check()
         with self._turn:
-            return self._desk.answer(wanted)
+            return self._editor.answer(wanted)

@@ -22,7 +22,7 @@ UNITS: Final = {"rate": "match s per s", "memory": "MB a player", "sight": "m"}
 """The units of the match's numbers."""
 
 
-def match_told(draft: Draft, verdict: CheckResult, choices: Choices) -> dict[str, Any]:
+def match_state(draft: Draft, verdict: CheckResult, choices: Choices) -> dict[str, Any]:
     """A draft with its fields, its problems, and the picture of its field."""
     scene, numbers = scene_of(draft, verdict)
     return {
@@ -51,7 +51,7 @@ def match_told(draft: Draft, verdict: CheckResult, choices: Choices) -> dict[str
     }
 
 
-def games_told() -> list[dict[str, Any]]:
+def games() -> list[dict[str, Any]]:
     """The games with a sentence each and their roles; those first that can be won."""
     names = sorted(GAMES.names(), key=lambda name: (not game_of(name).competitive, name != "sharks-and-minnows"))
     return [
