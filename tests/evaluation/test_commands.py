@@ -83,7 +83,7 @@ def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[
     assert next(p for p in pairings if p["first"] == p["second"] == "Lazy")["share_of_first"] == 0.5
     ratings = parquet.read_table(tmp_path / "here" / "ratings.parquet").to_pylist()
     assert ratings[0]["strategy"] == "sharks-and-minnows"
-    assert ratings[0]["mu"] > 25.0 > ratings[-1]["mu"]
+    assert ratings[0]["rating"] > 1500.0 > ratings[-1]["rating"]
     assert parquet.read_table(tmp_path / "here" / "games.parquet").num_rows == 12
     assert (tmp_path / "here" / "tournament.png").stat().st_size > 10_000
     assert "| sharks-and-minnows |" in (tmp_path / "here" / "report.md").read_text()

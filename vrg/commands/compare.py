@@ -95,7 +95,7 @@ def tournament(
             for sentence in sentences:
                 console.print(escape(sentence), soft_wrap=True)
         title = f"{folder.definition.game}, {len(rows)} games; *: a difference was found"
-        marks = [(rating.mu, rating.sigma) for rating in rated]
+        marks = [(rating.value, rating.sigma) for rating in rated]
         shares = [[None if now is None else now.share for now in line] for line in crossed]
         plot_cross_table(folder.path / "tournament.png", title, labels, shares, cells, marks)
         parts = [
