@@ -45,7 +45,7 @@ def test_equal_results_are_equal_ratings_in_any_order_of_the_games() -> None:
 
 
 def test_ratings_are_those_under_which_the_results_are_most_likely() -> None:
-    """Ten wins of eleven are 400 points, but for the prior, which many games outweigh; they also shrink the interval."""
+    """Ten wins of eleven are 400 points, but for the prior; many games outweigh it, and shrink the interval."""
     few, many = (
         ratings(["bob", "cem"], [game("bob", "cem", n, "cem" if n % 11 == 0 else "bob") for n in range(count)])
         for count in (11, 11_000)
@@ -53,10 +53,9 @@ def test_ratings_are_those_under_which_the_results_are_most_likely() -> None:
     assert many[0].value - many[1].value == pytest.approx(400.0, abs=1.0)
     assert many[0].value + many[1].value == pytest.approx(3000.0)
     assert 200.0 < few[0].value - few[1].value < 400.0
-    # Half the difference of two shares: the information of a game is p (1 - p).
-    assert (
-        many[0].sigma == many[1].sigma == pytest.approx(400 / math.log(10) / 2 / math.sqrt(11_000 * 10 / 121), rel=0.01)
-    )
+    # A game has the information p (1 - p) about the difference, whose half each rating is from the mean.
+    expected = 400 / math.log(10) / 2 / math.sqrt(11_000 * 10 / 121)
+    assert [rating.sigma for rating in many] == pytest.approx([expected, expected], rel=0.01)
     assert few[0].sigma > 10 * many[0].sigma
 
 

@@ -115,7 +115,7 @@ class Launch:
                 soft_wrap=True,
             )
         elif not hosts and launched.endpoint != DEFAULT_ENDPOINT:
-            console.print(f"router {launched.endpoint}, because another program has the port of the usual one")
+            console.print(f"router {launched.endpoint}: the usual port is taken, as by another match", soft_wrap=True)
         if (hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
             console.print(
                 f"[yellow]another program has port {port_of(DEFAULT_ENDPOINT)}: the router uses port "

@@ -49,6 +49,7 @@ STRATEGIES: Registry[type] = Registry(
         "intruder": "vrg.games.pursuit_evasion.intruder:Intruder",
     },
     lambda found: None if isinstance(found, type) else "expected a class",
+    besides="`module:Class`, or `file.py:Class`",
 )
 """Every strategy that a match file can choose by a name alone."""
 
