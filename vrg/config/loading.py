@@ -168,7 +168,7 @@ class _Checker:
             file = _FILE.validate_python(data)
             self._numbers = range(len(file.players))
         except ValidationError as error:
-            self.problems += problems_of(error)
+            self.problems += problems_of(error, fields=MatchFile.__struct_fields__)
             # All that is left is checked too, so that a person sees all mistakes at once.
             try:
                 file = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
@@ -261,7 +261,7 @@ class _Checker:
         try:
             return kind.model_validate(table)
         except ValidationError as error:
-            self.problems += problems_of(error, where)
+            self.problems += problems_of(error, where, kind.model_fields)
             return None
 
     def _player(self, game: Game, file: MatchFile, index: int) -> PlayerSetup | None:
