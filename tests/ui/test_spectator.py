@@ -12,7 +12,7 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.ui.driving import LEASE, SLOW
-from vrg.ui.spectator import Spectator
+from vrg.ui.spectator import HOLD, Spectator
 from vrg.ui.window import display_available
 
 
@@ -74,6 +74,9 @@ def test_when_it_is_over_enter_asks_to_watch_it_again_if_it_is_recorded(keys, tm
     press(pygame.K_KP_ENTER)
     match.step(window, 5.5, 5, stage=m.Stage.GAME_OVER)
     assert file.exists()
+    assert not window.closed, "it stays until the replay draws, or nobody opens one"
+    for number in range(6, 6 + HOLD):
+        match.step(window, 5.5, number, stage=m.Stage.GAME_OVER)
     assert window.closed
 
 
