@@ -13,6 +13,7 @@ export const WORDS = {
   end: "End the game",
   reallyEnd: "End it? Press again",
   estop: "EMERGENCY STOP",
+  press: (button) => `press “${button}”`,
   release: "Release the stop",
   roles: { viewer: "watching", official: "official", seat: "driver" },
   connecting: "Connecting …",
@@ -39,3 +40,6 @@ export const WORDS = {
   watch: "Watch only",
   again: "Try again",
 };
+
+/** The keys of the official and their buttons, as in the spectator's window: the referee's words name the keys. */
+export const KEYS = { h: "halt", c: "resume", r: "recover", u: "release" };
