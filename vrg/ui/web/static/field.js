@@ -97,10 +97,10 @@ export class Field {
     if (!state || !latest || bodies.length !== state.bodies.length) return;
     for (const mark of state.marks) drawMark(c, view, mark);
     motion.trails.forEach((trail, index) => drawTrail(c, view, trail.points, bodies[index], state.bodies[index].colour));
-    for (const stroke of match.plans ? match.strokes : []) drawStroke(c, view, stroke, colours, ui);
+    for (const stroke of match.showsPlans ? match.strokes : []) drawStroke(c, view, stroke, colours, ui);
     const order = state.bodies.map((_, index) => index).sort((a, b) => state.bodies[b].out - state.bodies[a].out);
     for (const index of order) drawBody(c, view, bodies[index], state.bodies[index], colours);
-    const robots = state.bodies.map((body, index) => ({ name: body.name, circle: circleOf(view, bodies[index], body) }));
+    const robots = state.bodies.map((body, index) => ({ name: body.name, remark: body.remark, circle: circleOf(view, bodies[index], body) }));
     const mine = robots.find((robot) => robot.name === own);
     if (mine) {
       c.beginPath();

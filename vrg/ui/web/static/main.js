@@ -177,8 +177,8 @@ window.addEventListener("hashchange", () => {
   link.connect();
 });
 function showPlans() {
-  match.plans = !match.plans;
-  byId("plans").ariaPressed = String(match.plans);
+  match.plans = !match.showsPlans;
+  if (!match.strokes.length) tell(match.plans ? WORDS.noPlans : WORDS.plansHidden);
 }
 byId("plans").addEventListener("click", showPlans);
 window.addEventListener("keydown", (event) => {

@@ -32,6 +32,8 @@ export const WORDS = {
   stopped: (player) => `Because of the emergency stop, ${player} is given back.`,
   padLost: "The gamepad is lost, so the robot is given back.",
   plans: "Plans",
+  noPlans: "Nobody shows a plan now: one is drawn once somebody does.",
+  plansHidden: "Plans are hidden.",
   fast: "Full speed",
   giveBack: "Give it back",
   displaced: (player) => `Another page has taken the seat of ${player}. You may watch.`,
