@@ -161,6 +161,26 @@ def test_pictures_are_numbered(window, match, tmp_path):
     assert pygame.image.load(str(tmp_path / "picture-001.png")).get_size() == (640, 480)
 
 
+def test_what_a_key_has_done_is_told_where_it_cannot_be_seen(window, match, tmp_path):
+    match.step(window, 5.0, 0)
+    press(pygame.K_l)
+    match.step(window, 5.1, 1)
+    assert "Nobody shows a plan" in window.notice
+    press(pygame.K_p)
+    match.step(window, 5.2, 2)
+    assert window.notice == f"Picture saved: picture-001.png in {tmp_path}"
+    press(pygame.K_c)
+    match.step(window, 5.3, 3)
+    assert not window.notice
+    [asked] = said(window)
+    text = "resume, asked for by spectator, is refused: the emergency stop is engaged"
+    for number, answers in enumerate(("another window's", asked.id), 1):
+        call = m.Call(number=number, rule="refused", text=text, players=(), poses=(), clock=5.0, answers=answers)
+        match.say(window.mailbox, match.keys.referee_event, call, 5.4, number)
+        match.step(window, 5.4, 3 + number)
+        assert window.notice == ("Refused: the emergency stop is engaged" if answers == asked.id else "")
+
+
 def test_a_picture_that_cannot_be_written_ends_nothing(keys, match, tmp_path, caplog):
     window = Spectator("spectator", Mailbox(), keys, run=tmp_path / "nowhere")
     match.step(window, 5.0, 0)

@@ -141,12 +141,17 @@ class ReplayWindow(Window):
         elif press.act is Act.WHY:
             self._explain(self.scene.calls[-1] if self.scene.calls else None)
         elif press.act is Act.PLANS:
-            self._painter.plans = not self._painter.plans
+            self._notice = self._painter.switch_plans(self.scene)
         elif press.act is Act.BRANCH:
+            self.help = False
             self._pause()
             self._overlay.choose(self.playback.time)
         elif press.act is Act.LEAVE:
             self._explain(None)
+
+    def tell(self, text: str) -> None:
+        """Tell the user what has come of something."""
+        self._notice, self._drawn = text, ()
 
     def click(self, place: tuple[int, int]) -> None:
         """Pause, take the knob of the time bar, or explain the call at a pixel."""
@@ -173,6 +178,7 @@ class ReplayWindow(Window):
 
     def _explain(self, call: Call | None) -> None:
         """Show why a call was made; None shows the field again."""
+        self.help = False
         if call is None:
             self._overlay.close()
             return

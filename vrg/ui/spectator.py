@@ -81,7 +81,7 @@ class Spectator(WindowNode):
     def answer(self, press: Press) -> None:
         """Answer to one of the acts in `answers`."""
         if press.act is Act.PLANS:
-            self._painter.plans = not self._painter.plans
+            self.notice = self._painter.switch_plans(self.scene)
         elif press.act is not Act.TAKE:
             if press.act is Act.LEAVE and self._over and self.driving.player is None:
                 self._over = ""
