@@ -151,6 +151,13 @@ class Launch:
                 for thread in (table, concluding):
                     if thread.ident is not None:
                         thread.join()
+                if self.folder.again.exists():
+                    # Until the match's processes have ended and the recording is read, there is something to see.
+                    from vrg.ui.replay import OPENING, hold_place  # pygame takes half a second to load
+
+                    show.announce(OPENING)
+                    with contextlib.suppress(LaunchError):
+                        hold_place(setup.name)
 
             def conclude() -> None:
                 done.set()
