@@ -12,7 +12,7 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.segments import arc, area, centroid, clipped, convex, in_disc, nearest_on_segment, on_inner_sides, turned
+from vrg.segments import arc, area, centroid, clipped, convex, in_box, in_disc, nearest_on_segment, on_inner_sides, turned
 from vrg.types import Length, Metres, Radians, Vector
 
 Bounds = tuple[float, float, float, float]
@@ -116,15 +116,8 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
         return self.x_min <= x <= self.x_max and self.y_min <= y <= self.y_max
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
-        """The stretch that is inside, by Liang and Barsky's clipping."""
-        enter, leave = 0.0, 1.0
-        for a, b, low, high in ((start[0], end[0], self.x_min, self.x_max), (start[1], end[1], self.y_min, self.y_max)):
-            if a == b:
-                if not low <= a <= high:
-                    return None
-                continue
-            first, second = (low - a) / (b - a), (high - a) / (b - a)
-            enter, leave = max(enter, min(first, second)), min(leave, max(first, second))
+        """The stretch that is inside."""
+        enter, leave = in_box(start, end, self.bounds)
         return (enter, leave) if enter <= leave else None
 
     def nearest(self, x: float, y: float) -> Vector:

@@ -25,6 +25,23 @@ def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> tuple[
     return (enter, leave) if enter <= leave else None
 
 
+def in_box(start: Vector, end: Vector, box: tuple[float, float, float, float]) -> tuple[float, float]:
+    """The part of a way that is in an axis-aligned box of (x_min, y_min, x_max, y_max), by Liang and Barsky's clipping.
+
+    Returns:
+        the fractions of the way at which it begins and ends; if the first is the greater one, there is none.
+    """
+    enter, leave = 0.0, 1.0
+    for a, b, low, high in ((start[0], end[0], box[0], box[2]), (start[1], end[1], box[1], box[3])):
+        if a == b:
+            if not low <= a <= high:
+                return math.inf, -math.inf
+            continue
+        first, second = (low - a) / (b - a), (high - a) / (b - a)
+        enter, leave = max(enter, min(first, second)), min(leave, max(first, second))
+    return enter, leave
+
+
 def on_inner_sides(
     start: Vector, end: Vector, planes: Sequence[tuple[float, float, float]], stretch: tuple[float, float] | None
 ) -> tuple[float, float] | None:
