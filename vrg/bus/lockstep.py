@@ -52,11 +52,8 @@ class Lockstep:
         self.begin()
         self.finish()
 
-    def begin(self) -> bool:
+    def begin(self) -> None:
         """The first half of `step`: the world steps and publishes, and the nodes that are due hear it and begin.
-
-        Returns:
-            True if any are due.
 
         Raises:
             Exception: as `step`.
@@ -73,7 +70,6 @@ class Lockstep:
         due = [node for node in self._nodes if node.period in periods] if periods else []
         begin_turn(due, Tick(time))
         self._begun = due
-        return bool(due)
 
     def finish(self) -> None:
         """The second half of `step`: the nodes that are due decide, and what they publish is sent.
