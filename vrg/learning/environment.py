@@ -3,8 +3,6 @@
 import math
 import operator
 from collections.abc import Mapping, Sequence
-from contextlib import ExitStack
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -22,13 +20,12 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.hal.models import RobotModel
-from vrg.launch.keeping import keep
-from vrg.launch.nodes import open_journal, recorder_node, strategy_of
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.nodes import strategy_of
 from vrg.learning.episode import Episode
-from vrg.learning.matches import learners_of, match_of, with_opponents, written
+from vrg.learning.matches import learners_of, match_of, with_opponents
 from vrg.learning.observation import Vector, names, observe
 from vrg.learning.picture import Camera, Picture
+from vrg.learning.record import MatchRecord
 from vrg.learning.rewards import Standpoint, for_calls, for_progress, for_winning, standpoint
 from vrg.learning.state import StateLayout
 from vrg.types import Twist
@@ -125,7 +122,8 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         self.over = True
         self._setup, self._learning = setup, learning
         self._raw, self._shaping, self._gamma, self._max_time, self._strict = raw, shaping, gamma, max_time, strict
-        self._record = None if record is None else Path(record)
+        self._runs = None if record is None else Path(record)
+        self._record: MatchRecord | None = None
         self._robots = {player.name: player.robot for player in setup.players}
         self._teams = {player.name: player.team for player in setup.players}
         check_strategies(setup, self._checked)
@@ -140,11 +138,19 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         self._limits = {agent: limits_of(self._robots[agent]) for agent in self.possible_agents}
         self._action_spaces = {agent: _actions(limits, raw=raw) for agent, limits in self._limits.items()}
         self._episode: Episode | None = None
-        self._resources = ExitStack()
         self._picture: Picture | None = None
         self._camera: Camera | None = None
         self._begun = False
         self._standpoints: dict[str, Standpoint] = {}
+
+    @property
+    def referee(self) -> RefereeState:
+        """The state of the match as the referee publishes it to all players.
+
+        Raises:
+            ConfigError: no match is being played.
+        """
+        return self._playing("referee").state
 
     def observation_space(self, agent: str) -> Box:
         """The space of a player's observations, always the same object.
@@ -233,8 +239,8 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         truncations = dict.fromkeys(agents, cut)
         self.agents = [agent for agent in agents if not (terminations[agent] or cut)]
         observations = self._observations(episode, agents)
-        if self.over and self._record is not None:
-            self._end(linger=True)
+        if self.over:
+            self._conclude(linger=episode.over)
         return observations, rewards, terminations, truncations, infos
 
     def state(self) -> Vector:
@@ -287,12 +293,10 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
             self._picture = Picture(setup)
             watchers.append(self._picture)
         journal = None
-        if self._record is not None:
-            setup = written(setup)
-            folder = RunFolder.create(self._record, setup.name, datetime.now(), setup.text)
-            keep(setup, folder)
-            journal = self._resources.enter_context(open_journal(setup, folder))
-            watchers.append(recorder_node(setup, folder))
+        if self._runs is not None:
+            self._record = MatchRecord(self._runs, setup)
+            journal = self._record.journal
+            watchers.append(self._record.recorder)
         return Episode(
             setup,
             self.possible_agents,
@@ -302,13 +306,27 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
             strict=self._strict,
         )
 
-    def _end(self, *, linger: bool = False) -> None:
-        """End the match that is being played, if there is one."""
-        episode, self._episode = self._episode, None
+    def _end(self) -> None:
+        """End the match that is being played, if there is one; nothing more can be asked of it."""
         self.agents, self.over = [], True
-        with self._resources:
+        try:
+            self._conclude(linger=False)
+        finally:
+            self._episode = None
+
+    def _conclude(self, *, linger: bool) -> None:
+        """Stop the nodes of the match, and conclude its record; its last state can still be asked for.
+
+        Args:
+            linger: True lets every node hear how the match ended, if it is recorded.
+        """
+        episode, record, self._record = self._episode, self._record, None
+        try:
             if episode is not None:
-                episode.close(linger=linger)
+                episode.close(linger=linger and record is not None)
+        finally:
+            if record is not None:
+                record.close(None if episode is None or not episode.begun else episode.state)
 
     def _twists(self, actions: Mapping[str, npt.ArrayLike], agents: Sequence[str]) -> dict[str, Twist]:
         """The motions of all players that still play.

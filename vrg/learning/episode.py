@@ -31,6 +31,7 @@ class Episode:
 
     Attributes:
         puppets: the strategies of the driven players, by name.
+        bodies: where all robots really are at this decision, by name.
 
     Raises:
         ConfigError: the match cannot be played, or a strategy cannot be made.
@@ -51,26 +52,28 @@ class Episode:
         self._talks = talks
         self._watch = Watch(setup.keys)
         self._closed = False
+        self._state: RefereeState | None = None
+        self.bodies: Mapping[str, Body] = {}
         self.puppets: dict[str, Puppet] = {}
         self._assembly = assemble(
             setup, journal or NoJournal(), self._player, watchers=[self._watch, *watchers], strict=strict
         )
 
     @property
+    def begun(self) -> bool:
+        """True after `start`."""
+        return self._state is not None
+
+    @property
     def state(self) -> RefereeState:
-        """The referee's state as the players see it now.
+        """The referee's state as the players see it at this decision, also after `close`.
 
         Raises:
             LaunchError: the match has not begun.
         """
-        if self._watch.state is None:
+        if self._state is None:
             raise LaunchError("expected a match that has begun: call start() first")
-        return self._watch.state
-
-    @property
-    def bodies(self) -> Mapping[str, Body]:
-        """Where all robots really are now, by name."""
-        return self._watch.bodies
+        return self._state
 
     @property
     def over(self) -> bool:
@@ -132,6 +135,7 @@ class Episode:
                     why = "the referee says nothing" if state is None else "; ".join(state.waiting)
                     raise LaunchError(f"no round begins within {LONGEST_PAUSE:g} s: {why}")
             elif state.halted is None:
+                self._state, self.bodies = state, watch.bodies
                 return watch.taken()
             if state is not None and state.halted is not None:
                 raise LaunchError(f"play is halted, and nobody is there to let it go on: {state.halted}")

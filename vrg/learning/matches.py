@@ -11,7 +11,6 @@ from vrg.errors import ConfigError
 from vrg.games import GAMES, STRATEGIES
 from vrg.hal.sim.engines import ENGINES
 from vrg.registry import did_you_mean, expected_one_of
-from vrg.toml_text import with_value
 
 
 def match_of(match: str | Path | MatchSetup, *, engine: str | None, lasers: bool | None) -> MatchSetup:
@@ -92,20 +91,6 @@ def learners_of(setup: MatchSetup, learners: Sequence[str] | None, opponents: se
             f"opponents: expected players that do not learn, got {', '.join(both)}: name them in one place"
         )
     return [name for name in players if name in learners]
-
-
-def written(setup: MatchSetup) -> MatchSetup:
-    """The same match, whose text has what an environment plays otherwise, so that its run folder tells it."""
-    text = setup.text
-    for path, value in (
-        (("seed",), setup.seed),
-        (("engine",), setup.engine),
-        (("lasers",), setup.lasers),
-        (("rules", "lineup"), setup.rules.get("lineup")),
-    ):
-        if value is not None:
-            text = with_value(text, path, value)
-    return structs.replace(setup, text=text)
 
 
 def _found(strategy: str) -> str:
