@@ -166,6 +166,11 @@ def test_a_match_without_a_page_loads_no_web_server() -> None:
     )
 
 
+def test_a_strategy_that_has_learned_needs_no_library_for_learning() -> None:
+    code = "import vrg.learning.observation, vrg.learning.rewards, vrg.learning.state, vrg.learning.episode"
+    assert _loaded(code, ("gymnasium", "pettingzoo", "pygame")) == []
+
+
 A_MATCH = """
 from pathlib import Path
 from vrg.config.setup import read_setup

@@ -2,6 +2,7 @@
 
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,9 @@ from tests.learning.making import GAMES_LEARNED, short_match
 from vrg.bus.messages import Stage
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError, StrategyError
+from vrg.hal.models.drivetrain import Drivetrain
+from vrg.hal.models.pioneer import P2AT
+from vrg.learning.action import limits_of
 from vrg.learning.environment import MatchEnvironment
 
 
@@ -360,11 +364,40 @@ def test_an_opponent_that_fails_is_named_with_the_reason(tmp_path: Path) -> None
     env.step(drive(env))
 
 
+def test_who_interrupts_while_an_opponent_decides_has_interrupted_the_program(tmp_path: Path) -> None:
+    file = tmp_path / "interrupted.py"
+    file.write_text(FAILING.replace('RuntimeError("out of luck")', "KeyboardInterrupt"), encoding="utf-8")
+    env = MatchEnvironment("roboflag", opponents={"blue3": f"{file}:Failing"})
+    env.reset()
+    for _ in range(6):
+        env.step(drive(env))
+    with pytest.raises(KeyboardInterrupt):
+        env.step(drive(env))
+    env.reset()
+
+
 def test_an_opponent_that_cannot_be_made_is_refused_at_once(tmp_path: Path) -> None:
     file = tmp_path / "broken.py"
     file.write_text(FAILING.replace("class Failing(Strategy):", "class Failing(Strategy):\n    x = 1 / 0"))
     with pytest.raises(ConfigError, match="division by zero"):
         MatchEnvironment("roboflag", opponents={"blue3": f"{file}:Failing"})
+
+
+def test_a_robot_that_can_drive_sideways_has_an_action_of_three_numbers() -> None:
+    rates = ((1.0, 0.2, 0.0), (-0.5, 0.2, 0.8), (-0.5, 0.2, -0.8))
+    omni = Drivetrain(axes=("a", "b", "c"), wheels=(), wheel_radius=0.1, wheel_width=0.05, rates=rates)
+    assert limits_of(P2AT) == (0.7, 2.4)
+    assert limits_of(replace(P2AT, drivetrain=omni)) == (0.7, 2.4, 0.7)
+
+
+def test_the_other_engine_can_be_chosen() -> None:
+    env = MatchEnvironment("sharks-and-minnows", engine=None, lasers=False, max_time=1.0)
+    for _ in range(2):
+        env.reset()
+        while env.agents:
+            env.step(drive(env, 1.0))
+        assert env._setup.engine == "pybullet"
+    env.close()
 
 
 def test_attributes_may_be_written() -> None:

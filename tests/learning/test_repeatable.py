@@ -99,3 +99,16 @@ def test_a_match_without_a_journal_and_in_strict_mode_is_the_same(tmp_path: Path
             env.step({agent: [0.7, 0.1 * len(agent)] for agent in env.agents})
         ends.append(env.state().tobytes())
     assert len(set(ends)) == 1
+
+
+def test_two_environments_in_turn_do_not_disturb_each_other() -> None:
+    def ends(*seeds: int) -> list[bytes]:
+        found = [MatchEnvironment("sharks-and-minnows", max_time=4.0, lasers=False) for _ in seeds]
+        for env, seed in zip(found, seeds, strict=True):
+            env.reset(seed=seed)
+        while found[0].agents:
+            for env in found:
+                env.step({agent: [0.7, 0.1 * len(agent)] for agent in env.agents})
+        return [env.state().tobytes() for env in found]
+
+    assert ends(1, 2) == [*ends(1), *ends(2)]

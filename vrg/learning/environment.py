@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from gymnasium.spaces import Box
 from msgspec import structs
-from pettingzoo import ParallelEnv
 
 from vrg.agents.player import PERIOD
 from vrg.bus.messages import DISQUALIFIED, Call, RefereeState
@@ -19,8 +17,8 @@ from vrg.config.loading import check_strategies
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import GAMES
-from vrg.hal.models import RobotModel
 from vrg.launch.nodes import strategy_of
+from vrg.learning.action import limits_of, twist_of
 from vrg.learning.episode import Episode
 from vrg.learning.matches import learners_of, match_of, with_opponents
 from vrg.learning.observation import Vector, names, observe
@@ -29,6 +27,12 @@ from vrg.learning.record import MatchRecord
 from vrg.learning.rewards import Standpoint, for_calls, for_progress, for_winning, standpoint
 from vrg.learning.state import StateLayout
 from vrg.types import Twist
+
+try:
+    from gymnasium.spaces import Box, Space
+    from pettingzoo import ParallelEnv
+except ImportError as error:
+    raise ImportError(f"an environment needs PettingZoo and Gymnasium: pip install 'vrg[learn]': {error}") from error
 
 RGB_ARRAY = "rgb_array"
 METADATA: dict[str, Any] = {
@@ -132,11 +136,11 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         self.state_space = Box(-1.0, 1.0, (len(layout.names),), np.float32)
         self.observation_names = names(learning, len(setup.players), raw=raw)
         bound = math.inf if raw else 1.0
-        self._observation_spaces = {
+        self.observation_spaces = {
             agent: Box(-bound, bound, (len(self.observation_names),), np.float32) for agent in self.possible_agents
         }
         self._limits = {agent: limits_of(self._robots[agent]) for agent in self.possible_agents}
-        self._action_spaces = {agent: _actions(limits, raw=raw) for agent, limits in self._limits.items()}
+        self.action_spaces = {agent: _actions(limits, raw=raw) for agent, limits in self._limits.items()}
         self._episode: Episode | None = None
         self._picture: Picture | None = None
         self._camera: Camera | None = None
@@ -152,21 +156,21 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         """
         return self._playing("referee").state
 
-    def observation_space(self, agent: str) -> Box:
+    def observation_space(self, agent: str) -> Space[npt.NDArray[Any]]:
         """The space of a player's observations, always the same object.
 
         Raises:
             ConfigError: the player does not learn.
         """
-        return self._observation_spaces[self._known(agent)]
+        return self.observation_spaces[self._known(agent)]
 
-    def action_space(self, agent: str) -> Box:
+    def action_space(self, agent: str) -> Space[npt.NDArray[Any]]:
         """The space of a player's actions, always the same object.
 
         Raises:
             ConfigError: the player does not learn.
         """
-        return self._action_spaces[self._known(agent)]
+        return self.action_spaces[self._known(agent)]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
         """Begin a match, and go on to the first decision of play.
@@ -340,24 +344,13 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
             )
         for agent in actions:
             self._known(agent)
-        return {agent: self._twist(agent, actions[agent]) for agent in agents}
-
-    def _twist(self, agent: str, action: npt.ArrayLike) -> Twist:
-        limits = self._limits[agent]
-        try:
-            given = np.asarray(action, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise ConfigError(
-                f"the action of {agent}: expected {len(limits)} numbers, got {action!r}: {error}"
-            ) from None
-        if given.shape != (len(limits),):
-            raise ConfigError(f"the action of {agent}: expected the shape ({len(limits)},), got {given.shape}")
-        values = given.tolist()
-        if not all(map(math.isfinite, values)):
-            raise ConfigError(f"the action of {agent}: expected finite numbers, got {values}")
-        if self._raw:
-            return Twist(*(max(-limit, min(limit, value)) for value, limit in zip(values, limits, strict=True)))
-        return Twist(*(limit * max(-1.0, min(1.0, value)) for value, limit in zip(values, limits, strict=True)))
+        twists = {}
+        for agent in agents:
+            try:
+                twists[agent] = twist_of(actions[agent], self._limits[agent], raw=self._raw)
+            except ConfigError as error:
+                raise ConfigError(f"the action of {agent}: {error}") from None
+        return twists
 
     def _observations(self, episode: Episode, agents: Sequence[str]) -> Observations:
         """What players see. One whose robot reports nothing still sees what it saw last."""
@@ -402,11 +395,6 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
             for info in infos.values():
                 info["winner"] = state.winner
         return infos
-
-
-def limits_of(robot: RobotModel) -> tuple[float, ...]:
-    """The top speeds of a robot for each number of an action: v, w, and to the left if it can drive sideways."""
-    return (robot.v_max, robot.w_max, robot.v_max) if robot.drivetrain.holonomic else (robot.v_max, robot.w_max)
 
 
 def _actions(limits: Sequence[float], *, raw: bool) -> Box:
