@@ -70,7 +70,8 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         opponents: strategies of players that do not learn, by the player or by the team: a name such as
             `conservative`, `module:Class` or `file.py:Class`. Without one, such a player plays as the match file says.
         engine: the physics engine; None for that of the match. `planar` is the fastest one.
-        lasers: False simulates no range finders, which is faster; None for what the match says.
+        lasers: False simulates no range finders, which is faster; None for what the match says. Learners see scans in
+            pursuit-evasion alone.
         raw: True gives observations and takes actions in SI units, without bounds for the observations.
         shaping: True adds rewards for what leads there: for calls by the game's second table, and for coming nearer to
             a goal. `infos[agent]["shaping"]` is that part of the reward.
