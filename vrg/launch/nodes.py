@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vrg.agents.player import Player
     from vrg.agents.strategy import Strategy
     from vrg.coordinator.coordinator import Coordinator
-    from vrg.coordinator.journal import Journal
+    from vrg.coordinator.journal import Journal, NoJournal
     from vrg.hal.can.link import Medium
     from vrg.hal.models import RobotModel
     from vrg.hal.sim.node import WorldNode
@@ -62,7 +62,7 @@ def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -
     return Journal(folder.journal, JournalHeader(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
 
 
-def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
+def coordinator_node(setup: MatchSetup, journal: "Journal | NoJournal") -> "Coordinator":
     """Make the coordinator of a match.
 
     Raises:
