@@ -12,7 +12,19 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.segments import arc, area, centroid, clipped, convex, in_box, in_disc, nearest_on_segment, on_inner_sides, turned
+from vrg.segments import (
+    arc,
+    area,
+    centroid,
+    clipped,
+    convex,
+    in_box,
+    in_disc,
+    nearest_on_segment,
+    on_inner_sides,
+    some,
+    turned,
+)
 from vrg.types import Length, Metres, Radians, Vector
 
 Bounds = tuple[float, float, float, float]
@@ -117,8 +129,7 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside."""
-        enter, leave = in_box(start, end, self.bounds)
-        return (enter, leave) if enter <= leave else None
+        return some(in_box(start, end, self.bounds))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point of the rectangle that is nearest to (x, y)."""
@@ -167,7 +178,7 @@ class Circle(_Shape, frozen=True, tag="circle"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, from the roots of a quadratic equation."""
-        return in_disc(start, end, (self.x, self.y), self.radius)
+        return some(in_disc(start, end, (self.x, self.y), self.radius))
 
     def depth(self, x: float, y: float) -> float:
         """The distance from a point inside to the border, m."""
@@ -232,7 +243,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
         """The stretch that is inside: the part in the disc that is also on the inner side of both edges."""
         stretch = in_disc(start, end, (self.x, self.y), self.radius)
         planes = [(nx, ny, nx * self.x + ny * self.y) for nx, ny in self._normals()]
-        return on_inner_sides(start, end, planes, stretch)
+        return some(on_inner_sides(start, end, planes, stretch))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the arc or of an edge."""
@@ -283,7 +294,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, by Cyrus and Beck's clipping."""
-        return on_inner_sides(start, end, self._planes(), (0.0, 1.0))
+        return some(on_inner_sides(start, end, self._planes(), (0.0, 1.0)))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the border."""

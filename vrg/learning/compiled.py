@@ -68,7 +68,15 @@ class Between(NamedTuple):
     y: float
 
 
+class Velocity(NamedTuple):
+    """A twist in machine code: vrg.types.Twist."""
+
+    v: float
+    w: float
+
+
 _INSTEAD: Final[dict[int, Any]] = {
+    id(types.Twist): Velocity,
     id(types.Pose): Place,
     id(regions.Circle): Disc,
     id(shapes.Box): Outline,

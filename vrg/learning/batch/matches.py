@@ -13,12 +13,13 @@ from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.hal.sim.map import load_map
-from vrg.learning.batch import chance, motion, sharks_and_minnows, stepping
+from vrg.learning.batch import chance, motion, roboflag, sharks_and_minnows, stepping
 from vrg.learning.batch.game import BatchedGame
 from vrg.learning.batch.stepping import Matches, Outputs, Variation
 from vrg.learning.compiled import compiled
 
-GAMES: Final[dict[str, Callable[[Any, MatchSetup], BatchedGame]]] = {
+GAMES: Final[dict[str, Callable[..., BatchedGame]]] = {
+    "roboflag": roboflag.batched,
     "sharks-and-minnows": sharks_and_minnows.batched,
 }
 """What makes the arrays and functions of each game that can be played in a batch."""
@@ -29,6 +30,7 @@ class Batch:
 
     Args:
         setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn.
+        shaping: whether calls that only lead to what counts are rewarded, too.
         vary: how matches differ from the match file. most: the decisions after which a match is truncated; 0 for no bound.
         threads: how many work at a time; None takes one for each core.
 
@@ -48,6 +50,7 @@ class Batch:
         *,
         seed: int = 0,
         vary: Variation = Variation(),  # noqa: B008 - it cannot change
+        shaping: bool = False,
         most: int = 0,
         threads: int | None = None,
     ) -> None:
@@ -63,9 +66,9 @@ class Batch:
             model, robots = motion.robots(models, matches), motion.robots(models, matches)
         except ValueError as error:
             raise ConfigError(f"{setup.origin}: {error}") from None
-        game = GAMES[setup.game](rulebook_of(setup), setup)
+        game = GAMES[setup.game](rulebook_of(setup), setup, shaping=shaping)
         players = len(self.players)
-        self.rules, self.length = game.rules, game.length
+        self.rules, self.teams, self.length = game.rules, game.teams, game.length
         self.records = Matches(
             setting=game.setting,
             standing=game.standing(matches),
@@ -98,7 +101,7 @@ class Batch:
         """Begin all matches anew, and return the observations: shape (matches, players, length)."""
         if seed is not None:
             chance.seed(self.records.chance, seed)
-        reset, observe = self._functions[2], self._functions[5]
+        reset, observe = self._functions[2], self._functions[4]
         self._begin(0, self.matches, reset, observe, self.records, self.vary, self.out)
         return self.out.observations
 

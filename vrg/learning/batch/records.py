@@ -20,5 +20,7 @@ def records(count: int, **fields: tuple[Any, ...]) -> Records:
         fields: the type of each field, followed by its shape. Truth values are stored as 0 and 1: numba has no arrays of
             them in records.
     """
-    layout = [(name, np.dtype(np.uint8 if kind is bool else kind), tuple(shape)) for name, (kind, *shape) in fields.items()]
+    layout = [
+        (name, np.dtype(np.uint8 if kind is bool else kind), tuple(shape)) for name, (kind, *shape) in fields.items()
+    ]
     return np.zeros(count, dtype=np.dtype(layout, align=True)).view(np.recarray)

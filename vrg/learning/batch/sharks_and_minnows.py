@@ -10,17 +10,18 @@ from typing import Final
 import numpy as np
 
 from vrg.config.setup import MatchSetup
+from vrg.games.sharks_and_minnows import MINNOWS, SHARKS
 from vrg.games.sharks_and_minnows.lineup import LargestBody, rows_of
+from vrg.games.sharks_and_minnows.observation import LEARNING
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.tagging import first_tag
 from vrg.geometry import interpolate, outline_distance
 from vrg.learning.batch.assigning import assigned
 from vrg.learning.batch.chance import between
-from vrg.learning.batch.game import BatchedGame, call, calls
+from vrg.learning.batch.game import BatchedGame, Functions, call, calls, worths
 from vrg.learning.batch.motion import command, lock, put
 from vrg.learning.batch.observing import Floats, Vector32, length, write_others, write_own, write_place
 from vrg.learning.batch.records import Record, Records, records
-from vrg.learning.batch.stepping import Functions
 from vrg.segments import in_box
 from vrg.types import Pose
 
@@ -31,11 +32,11 @@ LOW, HIGH = 0, 1
 TAG, OUT_OF_BOUNDS, PASS_LIMIT, PASS_OVER, NEW_SHARK = range(5)
 """The rules of calls, in the order of RULES."""
 RULES: Final = ("tag", "out_of_bounds", "pass_limit", "pass_over", "new_shark")
-NUMBERS, PLACES, FLAGS = 7, 2, 3
+NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNING.flags)
 """The counts of what the game adds to an observation."""
 
 
-def batched(book: SharksAndMinnows, setup: MatchSetup) -> BatchedGame:
+def batched(book: SharksAndMinnows, setup: MatchSetup, *, shaping: bool) -> BatchedGame:
     """The game of a match file."""
     settings, players = book.settings, list(book.contestants.values())
     count, extent = len(players), LargestBody.of(players)
@@ -53,7 +54,8 @@ def batched(book: SharksAndMinnows, setup: MatchSetup) -> BatchedGame:
         marks=(float, 2, count + 1, count, 3),
         order=(int, count),
         starts=(float, count, 3),
-        roles=(int, count),
+        sides=(int, count),
+        worth=(float, len(RULES), 4),
         first_goal=(int,),
         tag_distance=(float,),
         pass_limit=(float,),
@@ -65,7 +67,8 @@ def batched(book: SharksAndMinnows, setup: MatchSetup) -> BatchedGame:
     setting.marks[:] = marks
     setting.order[:] = np.argsort([player.name for player in players])
     setting.starts[:] = [(p.start.x, p.start.y, p.start.theta) for p in players]
-    setting.roles[:] = [SHARK if p.role == "shark" else MINNOW for p in players]
+    setting.sides[:] = [SHARK if p.role == "shark" else MINNOW for p in players]
+    setting.worth[:] = worths(RULES, LEARNING, shaping=shaping)
     setting.first_goal = LOW if settings.first_goal == "low" else HIGH
     setting.tag_distance, setting.pass_limit = settings.tag_distance, book.pass_limit
     setting.rounds, setting.slowest = book.rounds, settings.slowest
@@ -74,8 +77,9 @@ def batched(book: SharksAndMinnows, setup: MatchSetup) -> BatchedGame:
         standing=lambda matches: standing(matches, count),
         calls=lambda matches: calls(matches, count, 2 * count + 1),
         rules=RULES,
+        teams=(MINNOWS, SHARKS),
         length=length(NUMBERS, PLACES, count, FLAGS),
-        functions=Functions(judge, next_round, reset, reward, drive, observe),
+        functions=Functions(judge, next_round, reset, drive, observe),
     )
 
 
@@ -108,8 +112,8 @@ def reset(s: Record, t: Record, m: Record, r: Record, chance: Record) -> None:
     """Begin a match anew, with all players on their marks and at rest."""
     t.points[:] = 0
     t.number, t.goal, t.clock, t.winner = 1, s.first_goal, 0.0, -1
-    for n in range(len(s.roles)):
-        t.roles[n], t.active[n] = s.roles[n], True
+    for n in range(len(s.sides)):
+        t.roles[n], t.active[n] = s.sides[n], True
         t.limits[n] = r.v_max[n] * between(chance, s.slowest, 1.0)
         put(m, n, s.starts[n, 0], s.starts[n, 1], s.starts[n, 2])
     t.before[:] = m.poses
@@ -127,7 +131,7 @@ def judge(s: Record, t: Record, m: Record, r: Record, c: Record, dt: float) -> b
         at = tags(s, t, m, r, n)
         if at < math.inf:
             k = call(c, TAG, n)
-            for shark in range(len(s.roles)):
+            for shark in range(len(s.sides)):
                 c.others[k, shark] = is_within(s, t, m, r, n, shark, at)
             t.hit[n] = True
     for n in s.order:
@@ -139,7 +143,7 @@ def judge(s: Record, t: Record, m: Record, r: Record, c: Record, dt: float) -> b
             if t.active[n] and t.roles[n] == MINNOW and not (t.hit[n] or at_home(s, t, m, n)):
                 call(c, PASS_LIMIT, n)
                 t.hit[n] = True
-    for n in range(len(s.roles)):
+    for n in range(len(s.sides)):
         if t.hit[n]:
             t.points[SHARK] += t.roles[n] == MINNOW
             t.active[n] = False
@@ -150,7 +154,7 @@ def judge(s: Record, t: Record, m: Record, r: Record, c: Record, dt: float) -> b
 def end_of_pass(s: Record, t: Record, m: Record, c: Record) -> bool:
     """True if every minnow that is left is in the safe zone."""
     home, left = 0, 0
-    for n in range(len(s.roles)):
+    for n in range(len(s.sides)):
         if t.active[n] and t.roles[n] == MINNOW:
             left += 1
             home += at_home(s, t, m, n)
@@ -158,7 +162,7 @@ def end_of_pass(s: Record, t: Record, m: Record, c: Record) -> bool:
         return False
     t.points[MINNOW] += home
     k = call(c, PASS_OVER, -1)
-    for n in range(len(s.roles)):
+    for n in range(len(s.sides)):
         c.others[k, n] = t.active[n] and t.roles[n] == MINNOW
     return True
 
@@ -166,7 +170,7 @@ def end_of_pass(s: Record, t: Record, m: Record, c: Record) -> bool:
 def find_exits(s: Record, t: Record, m: Record) -> None:
     """Find when each active player left the field, as a fraction of the time between the looks; infinite if it did not."""
     box = (s.bounds[0], s.bounds[1], s.bounds[2], s.bounds[3])
-    for n in range(len(s.roles)):
+    for n in range(len(s.sides)):
         t.exits[n] = math.inf
         if not t.active[n]:
             continue
@@ -182,7 +186,7 @@ def find_exits(s: Record, t: Record, m: Record) -> None:
 def tags(s: Record, t: Record, m: Record, r: Record, minnow: int) -> float:
     """The instant at which a minnow is tagged first; infinite if it is not. Each shark's is put into `firsts`."""
     zone, best = s.zones[t.goal], math.inf
-    for n in range(len(s.roles)):
+    for n in range(len(s.sides)):
         t.firsts[n] = math.inf
         if t.active[n] and t.roles[n] == SHARK and may_meet(s, t, m, r, n, minnow):
             refuge = (zone[0], zone[1], zone[2], zone[3])
@@ -230,7 +234,7 @@ def at_home(s: Record, t: Record, m: Record, n: int) -> bool:
 
 def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     """End a game, or let inactive players become sharks and put all of them on their marks at the other end."""
-    count = len(s.roles)
+    count = len(s.sides)
     left = 0
     for n in range(count):
         left += t.active[n] and t.roles[n] == MINNOW
@@ -269,21 +273,6 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     t.before[:] = m.poses
 
 
-def reward(s: Record, t: Record, c: Record, rewards: Vector32) -> None:
-    """Add what the calls of the last look are worth to each player of a match, and the winning of the game."""
-    count = len(s.roles)
-    for k in range(c.total):
-        rule, first = c.rules[k], c.players[k]
-        if rule in (TAG, OUT_OF_BOUNDS, PASS_LIMIT):
-            rewards[first] -= 1.0
-        if rule in (TAG, PASS_OVER):
-            for n in range(count):
-                rewards[n] += 1.0 if c.others[k, n] else 0.0
-    if t.winner >= 0:
-        for n in range(count):
-            rewards[n] += 1.0 if s.roles[n] == t.winner else -1.0
-
-
 def observe(
     s: Record,
     t: Record,
@@ -299,7 +288,7 @@ def observe(
         seen: shape (players, 3): the poses that the referee has published. velocities: shape (players, 2), m/s.
         own: shape (players, 5): the pose and the twist that each measures of itself. out: shape (players, length).
     """
-    count = len(s.roles)
+    count = len(s.sides)
     dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
     reach = math.sqrt(dx * dx + dy * dy)
     zone = s.zones[t.goal]

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.learning.batch.chance import between, normal, uniform
+from vrg.learning.batch.game import reward
 from vrg.learning.batch.motion import Walls, advance
 from vrg.learning.batch.records import Record, Records, records
 from vrg.navigation.motion import SMOOTHING
@@ -54,17 +55,6 @@ class Outputs(NamedTuple):
     terminated: npt.NDArray[np.bool_]
     truncated: npt.NDArray[np.bool_]
     winners: npt.NDArray[np.int64]
-
-
-class Functions(NamedTuple):
-    """The functions of a game, which are given the records of one match; see those of a game."""
-
-    judge: Callable[..., bool]
-    next_round: Callable[..., None]
-    reset: Callable[..., None]
-    reward: Callable[..., None]
-    drive: Callable[..., None]
-    observe: Callable[..., None]
 
 
 class Matches(NamedTuple):
@@ -176,8 +166,8 @@ def begin_all(
 
 def step_all(
     low: int, high: int, judge: Callable[..., bool], next_round: Callable[..., None], reset: Callable[..., None],
-    reward: Callable[..., None], drive: Callable[..., None], observe: Callable[..., None], a: Matches, walls: Walls,
-    vary: Variation, actions: Any, most: int, o: Outputs,
+    drive: Callable[..., None], observe: Callable[..., None], a: Matches, walls: Walls, vary: Variation, actions: Any,
+    most: int, o: Outputs,
 ) -> None:  # fmt: skip
     """One decision of the matches of these numbers.
 
