@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+import typer
 
 from vrg import __version__
 from vrg.cli import main
@@ -271,3 +272,6 @@ def test_what_is_no_time_within_the_bounds_is_refused(vrg: Callable[..., Done], 
 
 def test_a_time_may_be_typed_in_minutes() -> None:
     assert [duration()(text) for text in ("80", "1:20", "0:01:20.5", 3.0)] == [80.0, 80.0, 80.5, 3.0]
+    for wrong in ("1:99", "1:60:00", "1:-5"):
+        with pytest.raises(typer.BadParameter, match="such as 80 or 1:20"):
+            duration()(wrong)

@@ -60,11 +60,13 @@ def test_the_match_of_the_thesis_is_good(load: Load) -> None:
 
 
 def test_an_unknown_key_is_told_with_its_line(load: Load) -> None:
-    assert problems(load, GOOD.replace("seed = 0", "sed = 0")) == ["8: sed: unknown field"]
+    assert problems(load, GOOD.replace("seed = 0", "sed = 0")) == ["8: sed: unknown field, did you mean 'seed'?"]
     assert problems(load, GOOD.replace('role = "shark"', 'role = "shark"\ncolour = "red"')) == [
         "20: players.1.colour: unknown field"
     ]
-    assert problems(load, GOOD.replace("zone_depth", "zone_dept")) == ["15: rules.zone_dept: unknown field"]
+    assert problems(load, GOOD.replace("zone_depth", "zone_dept")) == [
+        "15: rules.zone_dept: unknown field, did you mean 'zone_depth'?"
+    ]
 
 
 def test_what_is_missing_is_told_at_its_table(load: Load) -> None:

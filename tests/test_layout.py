@@ -21,7 +21,6 @@ ONLY_IN = {
     "mcap": ("recording",),
     "pytest": ("testing",),
     "pyarrow": ("evaluation",),
-    "openskill": ("evaluation",),
     "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/edit/server.py"),

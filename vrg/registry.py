@@ -29,15 +29,22 @@ class Registry(Generic[T]):
             name that comes with VRG.
         built_in: the `module:attribute` of each name that comes with VRG.
         check: returns the reason why an object cannot be in this table, or None if it can.
+        besides: what else may be named in place of one of its names, in words; empty for nothing.
     """
 
     def __init__(
-        self, what: str, group: str, built_in: Mapping[str, str], check: Callable[[Any], str | None] = lambda _: None
+        self,
+        what: str,
+        group: str,
+        built_in: Mapping[str, str],
+        check: Callable[[Any], str | None] = lambda _: None,
+        besides: str = "",
     ) -> None:
         self.what = what
         self.group = group
         self._built_in = dict(built_in)
         self._check = check
+        self._besides = besides
         self._found: dict[str, T] = {}
         self._unusable: set[str] = set()
 
@@ -74,7 +81,7 @@ class Registry(Generic[T]):
 
     def expected(self, name: str) -> str:
         """The names that were expected in place of this one, with a guess at the one that was meant."""
-        return expected_one_of(self.names(), name)
+        return expected_one_of(self.names(), name) + (f"; or {self._besides}" if self._besides else "")
 
     def known(self, name: str) -> str:
         """Return the name if it is in the table.

@@ -12,6 +12,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, Validat
 
 from vrg.errors import ConfigError, Path, Problem
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector
+from vrg.registry import did_you_mean
 
 
 class Table(BaseModel):
@@ -40,13 +41,19 @@ RegionSetting = Annotated[
 is a rectangle. People write the angles of a sector in degrees."""
 
 
-def problems_of(error: ValidationError, prefix: Path = ()) -> list[Problem]:
+def problems_of(error: ValidationError, prefix: Path = (), fields: Iterable[str] = ()) -> list[Problem]:
     """Convert the errors that pydantic has found into problems, in the words of this project.
 
     Args:
-        prefix: the path in the file of the table that was checked.
+        prefix: the path in the file of the table that was checked. fields: the names of its fields, to guess at the one
+            that was meant by a field that is not known.
     """
-    return [Problem(_words(detail), (*prefix, *detail["loc"])) for detail in error.errors()]
+    found = []
+    for detail in error.errors():
+        unknown = detail["type"] == "extra_forbidden" and len(detail["loc"]) == 1
+        guess = did_you_mean(str(detail["loc"][0]), fields) if unknown else ""
+        found.append(Problem(_words(detail) + guess, (*prefix, *detail["loc"])))
+    return found
 
 
 _EXPECTED = {

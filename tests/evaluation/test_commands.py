@@ -77,13 +77,13 @@ def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[
     strategies = ("players.py:Lazy", "sharks-and-minnows", "players.py:Ahead")
     done = vrg("tournament", *strategies, "--match", "tiny.toml", "--games", "2", "--mirror", "--output", "here")
     assert done.status == 0
-    assert "1. sharks-and-minnows" in done.out
+    assert "1. Ahead, 1. sharks-and-minnows, 3. Lazy" in done.out
     pairings = parquet.read_table(tmp_path / "here" / "pairings.parquet").to_pylist()
     assert len(pairings) == 6
     assert next(p for p in pairings if p["first"] == p["second"] == "Lazy")["share_of_first"] == 0.5
     ratings = parquet.read_table(tmp_path / "here" / "ratings.parquet").to_pylist()
-    assert ratings[0]["strategy"] == "sharks-and-minnows"
-    assert ratings[0]["mu"] > 25.0 > ratings[-1]["mu"]
+    assert [row["strategy"] for row in ratings] == ["Ahead", "sharks-and-minnows", "Lazy"]
+    assert ratings[0]["rating"] > 1500.0 > ratings[-1]["rating"]
     assert parquet.read_table(tmp_path / "here" / "games.parquet").num_rows == 12
     assert (tmp_path / "here" / "tournament.png").stat().st_size > 10_000
     assert "| sharks-and-minnows |" in (tmp_path / "here" / "report.md").read_text()
@@ -150,8 +150,13 @@ def test_the_files_of_a_folder_do_not_run_unsealed_unless_that_is_asked_for(
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("compare", "empty", "players.py:Lazy"), "got the folder empty: `vrg tournament empty` plays its files"),
+        (
+            ("compare", "empty", "players.py:Lazy"),
+            "got the folder empty: `vrg tournament empty` lets all files in it play",
+        ),
         (("tournament", "empty"), "expected two or more different strategies, found 0 in empty"),
+        (("tournament", "nowhere", "players.py:Lazy"), "nowhere: strategy: expected one of"),
+        (("compare", "players.py", "players.py:Lazy"), "players.py: expected one class with a method `act`, found "),
         (("tournament", "players.py:Lazy", "players.py:Lazy"), "found 1 in players.py:Lazy players.py:Lazy"),
         (("compare", "nobody", "players.py:Lazy"), "strategy: expected one of"),
         (("compare", "sharks-and-minnows", "players.py:Nobody"), "expected the name of a class"),

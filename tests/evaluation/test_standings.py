@@ -1,11 +1,14 @@
 """The leaderboard and the schedule of a tournament, as tables of texts."""
 
+import math
+from itertools import combinations
+
 import pytest
 
 from vrg.evaluation.games import OVER, GameRecord, Pairing, Played, ScheduledGame
 from vrg.evaluation.report import lasting, pairings, schedule
 from vrg.evaluation.series import Series
-from vrg.evaluation.standings import board, ratings
+from vrg.evaluation.standings import board, ranking, ratings
 
 NAMES = ["Anna Maria", "bob", "cem"]
 
@@ -28,15 +31,32 @@ def test_strategies_are_ranked_with_what_they_won_and_have_still_to_play() -> No
     head, *lines = board(ratings(NAMES, rows), rows, series)
     assert head[:2] == ["rank", "strategy"]
     assert [line[1] for line in lines] == ["bob", "cem", "Anna Maria"]
-    assert lines[0][3:] == ["1.5", "1", "1", "0", "2", "10"]
-    assert lines[1] == ["-", "cem", "25.0", "0", "0", "0", "0", "0", "6"]
-    assert lines[2][3:] == ["0.5", "0", "1", "1", "2", "4"]
+    assert lines[0][4:] == ["1.5", "1", "1", "0", "2", "10"]
+    assert lines[1] == ["-", "cem", "1500", "572", "0", "0", "0", "0", "0", "6"]
+    assert lines[2][4:] == ["0.5", "0", "1", "1", "2", "4"]
 
 
-def test_equal_strategies_share_a_rank() -> None:
-    rows = [game("bob", "cem", 0, ""), game("bob", "cem", 1, "")]
-    rated = ratings(["bob", "cem"], rows)
-    assert [line[0] for line in board(rated, rows, {})[1:]] == ["1", "1"]
+def test_equal_results_are_equal_ratings_in_any_order_of_the_games() -> None:
+    rows = [game(a, b, number, winner) for a, b in combinations(NAMES, 2) for number, winner in enumerate((a, b))]
+    rated = ratings(NAMES, rows)
+    assert [line[0] for line in board(rated, rows, {})[1:]] == ["1", "1", "1"]
+    assert ranking(rated) == "1. Anna Maria, 1. bob, 1. cem"
+    assert ratings(NAMES, reversed(rows)) == rated
+
+
+def test_ratings_are_those_under_which_the_results_are_most_likely() -> None:
+    """Ten wins of eleven are 400 points, but for the prior; many games outweigh it, and shrink the interval."""
+    few, many = (
+        ratings(["bob", "cem"], [game("bob", "cem", n, "cem" if n % 11 == 0 else "bob") for n in range(count)])
+        for count in (11, 11_000)
+    )
+    assert many[0].value - many[1].value == pytest.approx(400.0, abs=1.0)
+    assert many[0].value + many[1].value == pytest.approx(3000.0)
+    assert 200.0 < few[0].value - few[1].value < 400.0
+    # A game has the information p (1 - p) about the difference, whose half each rating is from the mean.
+    expected = 400 / math.log(10) / 2 / math.sqrt(11_000 * 10 / 121)
+    assert [rating.sigma for rating in many] == pytest.approx([expected, expected], rel=0.01)
+    assert few[0].sigma > 10 * many[0].sigma
 
 
 def test_the_schedule_tells_the_games_between_whom_and_how_long() -> None:

@@ -46,9 +46,9 @@ def test_the_nearest_player_comes_first_in_the_own_frame(flags: Situation) -> No
         return [value for name, value in seen.items() if name.startswith(f"other {number}:")]
 
     # red2 is ahead, stands, and heads a quarter turn to the left of red1.
-    assert slot(1) == pytest.approx([1, 0, 3 / REACH, math.exp(-3), -0.5, 0, 0, 1, 1, 1, 0, 0], abs=1e-6)
+    assert slot(1) == pytest.approx([1, 0, 3 / REACH, 1 / 4, -0.5, 0, 0, 1, 1, 1, 0, 0], abs=1e-6)
     # blue1 is to the right, heads as red1 does, and drives to the right as fast as it drives ahead.
-    assert slot(2) == pytest.approx([0, -1, 4 / REACH, math.exp(-4), 0, -0.5, 1, 0, 0, 1, 0, 0], abs=1e-6)
+    assert slot(2) == pytest.approx([0, -1, 4 / REACH, 1 / 5, 0, -0.5, 1, 0, 0, 1, 0, 0], abs=1e-6)
 
 
 def test_numbers_and_places_of_roboflag(flags: Situation) -> None:
@@ -58,7 +58,7 @@ def test_numbers_and_places_of_roboflag(flags: Situation) -> None:
     # Blue's flag is at (4, -1.6): ahead of +y and to the right.
     away = math.hypot(4.0, 1.6)
     place = [seen[f"their flag's place: {part}"] for part in ("cos bearing", "sin bearing", "distance", "nearness")]
-    assert place == pytest.approx([-1.6 / away, -4.0 / away, away / REACH, math.exp(-away)])
+    assert place == pytest.approx([-1.6 / away, -4.0 / away, away / REACH, 1 / (1 + away)])
     home = [seen[f"own home: {part}"] for part in ("cos bearing", "sin bearing", "distance")]
     away = math.hypot(6.0, 4.0)
     assert home == pytest.approx([-4.0 / away, 6.0 / away, away / REACH])

@@ -16,7 +16,7 @@ from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Card, Explainer
-from vrg.ui.proof import Proof
+from vrg.ui.proof import Proof, place_beside
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.spectator import Spectator
 from vrg.ui.text import Fonts
@@ -73,6 +73,16 @@ def test_a_card_that_was_closed_shows_nothing_when_its_proof_comes() -> None:
     assert not explainer.look()
 
 
+def test_the_number_of_a_measured_way_hides_no_robot_where_there_is_room() -> None:
+    inside, plate = pygame.Rect(0, 0, 600, 400), pygame.Rect(0, 0, 60, 20)
+    robots = [pygame.Rect(260, 170, 60, 60), pygame.Rect(310, 140, 60, 60)]
+    place = place_beside(plate, (315.0, 185.0), robots, inside, 8)
+    assert place.collidelist(robots) == -1
+    assert inside.contains(place)
+    assert abs(place.centerx - 315) + abs(place.centery - 185) < 120, "it is near what it measures"
+    assert inside.contains(place_beside(plate, (315.0, 185.0), [inside], inside, 8)), "it is shown also without room"
+
+
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (400, 300)])
 def test_a_card_with_its_picture_stays_inside_its_area(size: tuple[int, int]) -> None:
     surface, area = pygame.Surface(size), pygame.Rect(0, 0, size[0] * 2 // 3, size[1])
@@ -86,6 +96,25 @@ def test_a_card_with_its_picture_stays_inside_its_area(size: tuple[int, int]) ->
     xs, ys = (pixels == palette.CAUTION).all(axis=-1).nonzero()
     assert all(plate.collidepoint(x, y) for x, y in zip(xs, ys, strict=True))
     assert bool(len(xs)) == (size[1] > 400), "where there is no room, the words come first"
+
+
+def test_the_list_of_keys_and_a_card_take_each_others_place(keys: Keys) -> None:
+    window, match = Spectator("window", Mailbox(), keys, size=(1280, 720)), synthetic.Match(keys)
+    match.step(window, synthetic.TAGGED_AT, 0)
+    match.step(window, synthetic.TAGGED_AT + 5.0, 1)
+
+    def pressed(key: int, number: int) -> bytes:
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=0))
+        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=key, mod=0))
+        match.step(window, synthetic.TAGGED_AT + 5.0, number)
+        return pygame.image.tobytes(pygame.display.get_surface(), "RGB")
+
+    listed = pressed(pygame.K_F1, 2)
+    card = pressed(pygame.K_w, 3)
+    assert (window.help, window.explainer.card is not None) == (False, True)
+    assert pressed(pygame.K_F1, 4) == listed, "nothing of the card sticks out"
+    assert pressed(pygame.K_F1, 5) == card
+    window.stop()
 
 
 def test_a_click_on_a_call_in_the_window_asks_why_and_another_click_closes_the_card(keys: Keys) -> None:

@@ -197,3 +197,32 @@ def test_the_headline_tells_why_the_score_is_so_and_what_goes_on_now():
     head = headline(builder.build(True))
     assert head.reason == "pass 1, 0:09  gill is tagged by bruce", "a time of an earlier round is told as such"
     assert head.drama == "nemo has the red flag · as it stands, minnows win"
+
+
+def test_the_score_names_who_is_ahead_and_what_may_come_while_nobody_moves():
+    def drama(score, **states):
+        players = [
+            m.PlayerStatus(name=name, team=f"{name[:-1]}s", role=name[:-1], state=state, may_move=state == "crossing",
+                           radius=0.3)
+            for name, state in states.items()
+        ]  # fmt: skip
+        builder = SceneBuilder()
+        changes = {"game": "pursuit-evasion", "score": dict(zip(("pursuers", "intruders"), score, strict=True))}
+        builder.referee(synthetic.state(1.0, players=players, rounds=1, **changes))
+        return headline(builder.build(True)).drama
+
+    assert drama((0, 0), pursuer1="watching", intruder1="crossing", intruder2="waiting") == ""
+    assert (
+        drama((2, 1), pursuer1="watching", intruder1="captured", intruder2="crossing") == "as it stands, pursuers win"
+    )
+    soon = "as it stands, intruders win · the next intruder may come at any time"
+    assert drama((0, 1), pursuer1="watching", intruder1="escaped", intruder2="waiting") == soon
+
+
+def test_robots_out_of_play_are_told_apart_where_that_has_more_than_one_reason():
+    assert [game_of("pursuit-evasion").remark(state) for state in ("captured", "escaped", "crossing")] == [
+        "captured",
+        "escaped",
+        "",
+    ]
+    assert game_of("sharks-and-minnows").remark("inactive") == ""

@@ -4,13 +4,13 @@ import re
 
 import segno
 
-from vrg.ui.sheet import Strip, sheet
+from vrg.ui.sheet import Strip, page
 
 LINK = "http://192.168.1.5:8080/#y2NERmY99M5RohyjMrEvLw"
 
 
 def test_each_seat_has_a_strip_with_its_own_code() -> None:
-    text = sheet("final & more", [Strip("<b>max", "drive", LINK), Strip("watch", "watch", "http://a/")])
+    text = page("final & more", [Strip("<b>max", "drive", LINK), Strip("watch", "watch", "http://a/")])
     assert text.count("<section>") == text.count("<svg") == 2
     assert "<title>final &amp; more</title>" in text
     assert "<h2>&lt;b&gt;max</h2>" in text

@@ -12,7 +12,7 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.ui.driving import LEASE, SLOW
-from vrg.ui.spectator import Spectator
+from vrg.ui.spectator import HOLD, Spectator
 from vrg.ui.window import display_available
 
 
@@ -74,6 +74,9 @@ def test_when_it_is_over_enter_asks_to_watch_it_again_if_it_is_recorded(keys, tm
     press(pygame.K_KP_ENTER)
     match.step(window, 5.5, 5, stage=m.Stage.GAME_OVER)
     assert file.exists()
+    assert not window.closed, "it stays until the replay draws, or nobody opens one"
+    for number in range(6, 6 + HOLD):
+        match.step(window, 5.5, number, stage=m.Stage.GAME_OVER)
     assert window.closed
 
 
@@ -156,6 +159,26 @@ def test_pictures_are_numbered(window, match, tmp_path):
         match.step(window, 5.0 + number, number)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["picture-001.png", "picture-002.png"]
     assert pygame.image.load(str(tmp_path / "picture-001.png")).get_size() == (640, 480)
+
+
+def test_what_a_key_has_done_is_told_where_it_cannot_be_seen(window, match, tmp_path):
+    match.step(window, 5.0, 0)
+    press(pygame.K_l)
+    match.step(window, 5.1, 1)
+    assert "Nobody shows a plan" in window.notice
+    press(pygame.K_p)
+    match.step(window, 5.2, 2)
+    assert window.notice == f"Picture saved: picture-001.png in {tmp_path}"
+    press(pygame.K_c)
+    match.step(window, 5.3, 3)
+    assert not window.notice
+    [asked] = said(window)
+    text = "resume, asked for by spectator, is refused: the emergency stop is engaged"
+    for number, answers in enumerate(("another window's", asked.id), 1):
+        call = m.Call(number=number, rule="refused", text=text, players=(), poses=(), clock=5.0, answers=answers)
+        match.say(window.mailbox, match.keys.referee_event, call, 5.4, number)
+        match.step(window, 5.4, 3 + number)
+        assert window.notice == ("Refused: the emergency stop is engaged" if answers == asked.id else "")
 
 
 def test_a_picture_that_cannot_be_written_ends_nothing(keys, match, tmp_path, caplog):

@@ -1,6 +1,5 @@
 """The commands `vrg compare` and `vrg tournament`, which find out which of two or more strategies is better."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -8,7 +7,6 @@ from rich.markup import escape
 
 from vrg.commands.evaluating import EvaluationOptions, experiment, finish, show
 from vrg.commands.options import StrategyArgument, make_console
-from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
     from vrg.evaluation.games import GameRecord
@@ -28,11 +26,6 @@ def compare(first: StrategyArgument, second: StrategyArgument, options: Evaluati
     from vrg.games import game_of
     from vrg.ui.comparison import plot_comparison
 
-    for typed in (first, second):
-        if Path(typed).is_dir():
-            raise ConfigError(
-                [f"expected two strategies, got the folder {typed}: `vrg tournament {typed}` plays its files"]
-            )
     with experiment([first, second], options, "compare") as played:
         console, folder = make_console(), played.folder
         [(pairing, series)] = played.series.items()
@@ -95,7 +88,7 @@ def tournament(
             for sentence in sentences:
                 console.print(escape(sentence), soft_wrap=True)
         title = f"{folder.definition.game}, {len(rows)} games; *: a difference was found"
-        marks = [(rating.mu, rating.sigma) for rating in rated]
+        marks = [(rating.value, rating.sigma) for rating in rated]
         shares = [[None if now is None else now.share for now in line] for line in crossed]
         plot_cross_table(folder.path / "tournament.png", title, labels, shares, cells, marks)
         parts = [

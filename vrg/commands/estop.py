@@ -52,7 +52,7 @@ def estop(
         elif not release:
             typer.echo(f"{name}: emergency stop engaged")
         elif done.result():
-            typer.echo(f"{name}: released: go on with `vrg official resume`")
+            typer.echo(f"{name}: released: go on with `vrg official resume {name}`")
         else:
             typer.echo(f"{name}: no emergency stop was engaged, so there was nothing to release")
     if errors:

@@ -119,7 +119,7 @@ def experiment(
         require_ray()
     setup = load_match(match_path(options.match), engine=options.engine, lasers=options.lasers, sandbox=options.sandbox)
     teams = contenders.teams_of(setup)
-    entered, left_out = _entered(targets)
+    entered, left_out = _entered(targets, folders=leave_out)
     found = contenders.contenders([target for _, target in entered], [own for own, _ in entered])
     _check_number(found, left_out, targets, leave_out=leave_out)
     playing = [contenders.with_strategies(setup, dict.fromkeys(teams, contender.target)) for contender in found]
@@ -160,17 +160,29 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _entered(typed: Sequence[str]) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
+def _entered(typed: Sequence[str], *, folders: bool) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
     """The name and the whole target of each strategy; and the name of each that cannot be found, with the reason.
 
-    A folder stands for all files of Python in it. A file gives its strategy its own name.
+    A file gives its strategy its own name.
+
+    Args:
+        folders: whether a folder stands for all files of Python in it.
+
+    Raises:
+        ConfigError: one is a folder, and may not be.
     """
+    from vrg.games import STRATEGIES
+
     entered, wrong = list[tuple[str, str]](), list[tuple[str, str]]()
     for target in typed:
         folder = Path(target)
-        for file in sorted(folder.glob("[!._]*.py")) if folder.is_dir() else [folder]:
+        for file in sorted(folder.glob("[!._]*.py")) if folders and folder.is_dir() else [folder]:
             if file.suffix != ".py":
-                entered.append((target.rpartition(":")[2], whole_target(target)))
+                whole = whole_target(target)
+                if ":" in target or target in STRATEGIES:
+                    entered.append((target.rpartition(":")[2], whole))
+                else:
+                    wrong.append((printable(target), _line(STRATEGIES.unknown(target))))
                 continue
             try:
                 str(file).encode()

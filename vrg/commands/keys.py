@@ -79,7 +79,10 @@ def renew(on: MakingOptions) -> None:
     """Make new keys for all seats, those new in the match file too. Old ones are good until they expire."""
     from vrg.seats.folder import KeysFolder
 
-    typer.echo(f"{_make(KeysFolder(on.keys).renew, _setup(on.match), on)}: hand them out again")
+    folder = KeysFolder(on.keys)
+    typer.echo(f"{_make(folder.renew, _setup(on.match), on)}: hand them out again")
+    if folder.sheet.exists():
+        typer.echo(f"players that are new are not on {folder.sheet}: `vrg keys sheet {on.match}` prints it anew")
 
 
 def _make(make: Callable[..., None], setup: MatchSetup, on: MakingOptions) -> str:

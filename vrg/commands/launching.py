@@ -115,7 +115,7 @@ class Launch:
                 soft_wrap=True,
             )
         elif not hosts and launched.endpoint != DEFAULT_ENDPOINT:
-            console.print(f"router {launched.endpoint}, because another program has the port of the usual one")
+            console.print(f"router {launched.endpoint}: the usual port is taken, as by another match", soft_wrap=True)
         if (hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
             console.print(
                 f"[yellow]another program has port {port_of(DEFAULT_ENDPOINT)}: the router uses port "
@@ -151,6 +151,13 @@ class Launch:
                 for thread in (table, concluding):
                     if thread.ident is not None:
                         thread.join()
+                if self.folder.again.exists():
+                    # Until the match's processes have ended and the recording is read, there is something to see.
+                    from vrg.ui.replay import OPENING, hold_place  # pygame takes half a second to load
+
+                    show.announce(OPENING)
+                    with contextlib.suppress(LaunchError):
+                        hold_place(setup.name)
 
             def conclude() -> None:
                 done.set()

@@ -110,7 +110,9 @@ def _decide(action: OfficialAction, on: DecisionOptions, subject: str | None = N
     typer.echo(f"{name}: {call.text}")
     if call.rule == "refused":
         if referee.state.latest is not None and referee.state.latest.body.estop:
-            typer.echo("`vrg estop --release` releases the emergency stop; then `vrg official resume` continues play.")
+            typer.echo(
+                f"`vrg estop --release {name}` releases the stop; then `vrg official resume {name}` continues play."
+            )
         raise typer.Exit(1)
 
 

@@ -14,7 +14,8 @@ from vrg.blame import failure_of
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
-from vrg.modules import classes_of, parsed
+from vrg.modules import classes_of, no_method, parsed
+from vrg.registry import close_to
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -32,7 +33,8 @@ def duration(least: float = 0.0, most: float = math.inf) -> Callable[[str | floa
         except ValueError:
             parts = []
         value = sum(part * 60.0**power for power, part in enumerate(reversed(parts)))
-        if not 1 <= len(parts) <= 3 or not least <= value <= most or any(part < 0 for part in parts):
+        wrong = any(part < 0 for part in parts) or any(part >= 60 for part in parts[1:])
+        if wrong or not 1 <= len(parts) <= 3 or not least <= value <= most:
             bounds = f"of at least {least:g}" if math.isinf(most) else f"from {least:g} to {most:g}"
             raise typer.BadParameter(f"expected a time {bounds} s, such as 80 or 1:20, got {text!r}")
         return value
@@ -197,7 +199,17 @@ def need_display() -> None:
 
 
 def whole_target(strategy: str) -> str:
-    """A strategy as it was typed; that of a file, or of a module in the working folder, with the whole path."""
+    """A strategy as it was typed; that of a file, or of a module in the working folder, with the whole path.
+
+    Raises:
+        ConfigError: it is a folder, or a file without just one strategy.
+    """
+    if Path(strategy).is_dir():
+        raise ConfigError(
+            [f"expected a strategy, got the folder {strategy}: `vrg tournament {strategy}` lets all files in it play"]
+        )
+    if strategy.endswith(".py"):
+        strategy = f"{strategy}:{class_in(Path(strategy))}"
     path, colon, name = strategy.rpartition(":")
     file = path if path.endswith(".py") else f"{path}.py"
     return f"{Path(file).resolve()}{colon}{name}" if colon and Path(file).is_file() else strategy
@@ -217,6 +229,11 @@ def class_in(file: Path) -> str:
         raise ConfigError([f"{file}: cannot be read as Python: {failure_of(error)}"]) from None
     # A class that is made from one of another file may have its method there.
     names = [name for name, kind in found if kind.acts] or [name for name, kind in found if kind.acts is None]
+    misspelt = [
+        no_method(f"{file}:{name}", "act", kind.methods) for name, kind in found if close_to("act", kind.methods)
+    ]
+    if not names and misspelt:
+        raise ConfigError(misspelt)
     if len(names) != 1:
         raise ConfigError(
             [f"{file}: expected one class with a method `act`, found {', '.join(names) or 'none'}: type {file}:CLASS"]

@@ -138,7 +138,9 @@ def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
     sealed = [name for name in files if name not in names]
     how = "code is sealed only in processes of its own" if in_process else "--sandbox seals it"
     found = [f"sealed: the code of {_listed(sealed)} can only play"] if sealed else []
-    return found + ([f"not sealed: the code of {_listed(names)} can do all that you can; {how}"] if names else [])
+    return found + (
+        [f"not sealed: the code of {_listed(names)} can read and change all that you can; {how}"] if names else []
+    )
 
 
 def _listed(names: Sequence[str]) -> str:

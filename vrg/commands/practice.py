@@ -47,6 +47,8 @@ def practice(
         if target is not None:
             with trial(server) as tried:
                 tried.find(target, Path.cwd())  # a mistake is reported before anything starts
+        if not lasting:
+            typer.echo("the practice has no end: Ctrl-C ends it, and --for 60 would after 60 s")
         file = Path(folder, "practice.toml")
         file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
         play_match(str(file), PlayOptions(**vars(options)), server, base=Path.cwd())

@@ -131,7 +131,7 @@ def replay_window(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path
     from vrg.launch.branch import branch_of
     from vrg.launch.explaining import explain
     from vrg.ui.branching import Taken
-    from vrg.ui.replay import ReplayWindow
+    from vrg.ui.replay import ReplayWindow, title_of
 
     def opened(new: "RunFolder") -> Taken:
         taken = _read(new, setup)
@@ -142,10 +142,9 @@ def replay_window(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path
     note = (
         first.note if branch is None else f"Not what happened: {branch}; recorded in {branch.of}. {first.note}".strip()
     )
-    title = f"VRG: {setup.name}, recorded"
     brancher = ProcessBrancher(folder, setup, runs, opened)
     return ReplayWindow(
-        first.timeline, title=title, note=note, run=folder.path, explain=first.explain, brancher=brancher
+        first.timeline, title=title_of(setup.name), note=note, run=folder.path, explain=first.explain, brancher=brancher
     )
 
 

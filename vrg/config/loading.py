@@ -1,5 +1,6 @@
 """The reader of match files, which checks everything in them."""
 
+import contextlib
 import dataclasses
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
@@ -44,7 +45,8 @@ def match_path(game_or_path: str) -> Path:
     path = Path(game_or_path)
     if path.suffix == ".toml" or path.is_file():
         if not path.is_file():
-            raise ConfigError(f"{path}: no such file")
+            there = [str(file) for file in path.parent.glob("*.toml")]
+            raise ConfigError(f"{path}: no such file{did_you_mean(str(path), there)}")
         return path
     if game_or_path in GAMES:
         return GAMES.get(game_or_path).default_match()
@@ -52,7 +54,10 @@ def match_path(game_or_path: str) -> Path:
         for file in GAMES.get(game).default_match().parent.glob("*.toml"):
             if game_or_path == f"{game}-{file.stem}":
                 return file
-    guess = did_you_mean(game_or_path, GAMES.names())
+    own = path.with_name(f"{path.name}.toml")
+    guess = (
+        f", did you mean {str(own)!r}?" if path.name and own.is_file() else did_you_mean(game_or_path, GAMES.names())
+    )
     raise ConfigError(
         f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got {game_or_path!r}{guess}"
     )
@@ -138,7 +143,10 @@ def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object
         except ConfigError as error:
             problems += [Problem(p.text, ("players", player.number, "strategy")) for p in error.problems]
     if problems:
-        raise ConfigError(located(problems, setup.origin, setup.text))
+        text = setup.text
+        with contextlib.suppress(OSError, UnicodeDecodeError):
+            text = Path(setup.origin).read_text(encoding="utf-8")  # without overrides, which are lines of their own
+        raise ConfigError(located(problems, setup.origin, text))
 
 
 class _Checker:
@@ -160,7 +168,7 @@ class _Checker:
             file = _FILE.validate_python(data)
             self._numbers = range(len(file.players))
         except ValidationError as error:
-            self.problems += problems_of(error)
+            self.problems += problems_of(error, fields=MatchFile.__struct_fields__)
             # All that is left is checked too, so that a person sees all mistakes at once.
             try:
                 file = self._without_mistakes(data, [detail["loc"] for detail in error.errors()])
@@ -253,7 +261,7 @@ class _Checker:
         try:
             return kind.model_validate(table)
         except ValidationError as error:
-            self.problems += problems_of(error, where)
+            self.problems += problems_of(error, where, kind.model_fields)
             return None
 
     def _player(self, game: Game, file: MatchFile, index: int) -> PlayerSetup | None:
@@ -302,8 +310,7 @@ class _Checker:
         """Check that there is a strategy of this name or a file at this place, for the table at `where`."""
         path, colon, name = (strategy or "").rpartition(":")
         if strategy is not None and not colon and strategy not in STRATEGIES:
-            text = f"{STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`"
-            self.problems.append(Problem(text, (*where, "strategy")))
+            self.problems.append(Problem(STRATEGIES.expected(strategy), (*where, "strategy")))
         if path.endswith(".py") and not (self._base / path).is_file():
             self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
         # What needs no import is reported before anything starts, also where strategies are imported in a sandbox only.

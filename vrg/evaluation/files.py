@@ -70,7 +70,7 @@ def rated(found: Sequence[Rating]) -> Columns:
     """A row for each strategy."""
     return {
         "strategy": (pa.string(), [rating.label for rating in found]),
-        "mu": (pa.float64(), [rating.mu for rating in found]),
+        "rating": (pa.float64(), [rating.value for rating in found]),
         "sigma": (pa.float64(), [rating.sigma for rating in found]),
     }
 

@@ -1,51 +1,75 @@
 """The standings of a tournament: the ratings of the strategies, and their results against each other, as a table."""
 
+import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from openskill.models import PlackettLuce
+import numpy as np
 
 from vrg.evaluation.games import GameRecord, Pairing
 from vrg.evaluation.report import TextTable, percent
 from vrg.evaluation.series import Series, SeriesResult
 
+MEAN, SPREAD = 1500.0, 350.0
+"""The mean and the standard deviation of ratings before any game: those of chess federations."""
+_POINTS = 400.0 / math.log(10.0)
+"""The points of a rating that multiply the odds of winning by e: 400 of them make these ten times as good."""
+_SETTLED = 1e-9
+"""The change of the natural logarithm of the odds below which the ratings are found."""
+
 
 @dataclass(frozen=True)
 class Rating:
-    """The rating of a strategy: a normal distribution with the mean `mu` and the standard deviation `sigma`.
+    """The rating of a strategy, on the scale of chess: 400 points more win ten games of eleven.
 
     Attributes:
-        label: the label of the strategy.
+        label: the label of the strategy. value: the rating. sigma: its standard deviation.
     """
 
     label: str
-    mu: float
+    value: float
     sigma: float
 
 
 def ratings(labels: Sequence[str], rows: Iterable[GameRecord]) -> list[Rating]:
-    """Rate strategies by the model of Plackett and Luce (openskill), the strongest first.
+    """Rate strategies by the model of Bradley and Terry, the strongest first.
 
-    Everybody begins with 25 +- 8.3. The model looks at one game after the other, so the order of the games matters. It
-    is that of `rows`. Games of a strategy against itself tell nothing about it, and are left out.
+    The ratings are those under which the results are most likely, with a normal prior of MEAN and SPREAD; a draw is
+    half a win. The order of the games does not matter. Games of a strategy against itself tell nothing about it, and
+    are left out. The standard deviations are those of the distances from the mean of all ratings, which is MEAN.
     """
-    # Between two games of one strategy nothing is learned or forgotten, so no uncertainty is added: tau is 0.
-    model = PlackettLuce(tau=0.0)
-    found = {label: model.rating(name=label) for label in labels}
+    index = {label: n for n, label in enumerate(labels)}
+    won = np.zeros((len(labels), len(labels)))
     for row in rows:
-        first, second = row.game.pairing.first, row.game.pairing.second
+        first, second = index[row.game.pairing.first], index[row.game.pairing.second]
         if first != second:
-            [[found[first]], [found[second]]] = model.rate(
-                [[found[first]], [found[second]]], scores=[row.points, 1.0 - row.points]
-            )
-    rated = [Rating(label, rating.mu, rating.sigma) for label, rating in found.items()]
-    return sorted(rated, key=lambda rating: (-rating.mu, rating.label))
+            won[first, second] += row.points
+            won[second, first] += 1.0 - row.points
+    games, prior = won + won.T, (_POINTS / SPREAD) ** 2
+    strengths, step = np.zeros(len(labels)), np.ones(len(labels))
+    while np.abs(step).max(initial=0.0) > _SETTLED:
+        expected = 1.0 / (1.0 + np.exp(strengths[None, :] - strengths[:, None]))
+        certainty = games * expected * (1.0 - expected)
+        information = np.diag(certainty.sum(axis=1) + prior) - certainty
+        # Newton's method on a concave function; a short step cannot lead astray.
+        step = np.linalg.solve(information, (won - games * expected).sum(axis=1) - prior * strengths).clip(-1.0, 1.0)
+        strengths += step
+    centred = np.eye(len(labels)) - 1.0 / max(1, len(labels))
+    sigmas = _POINTS * np.sqrt(np.diag(centred @ np.linalg.inv(information) @ centred))
+    found = [Rating(n, MEAN + _POINTS * float(s), float(d)) for n, s, d in zip(labels, strengths, sigmas, strict=True)]
+    return sorted(found, key=lambda rating: (-round(rating.value, 3), rating.label))
+
+
+def ranks(rated: Sequence[Rating]) -> list[int]:
+    """The rank of each strategy, in the order of `rated`. Those whose ratings are the same to a point share one."""
+    shown = [round(rating.value) for rating in rated]
+    return [shown.index(value) + 1 for value in shown]
 
 
 def ranking(rated: Sequence[Rating]) -> str:
     """The strategies in the order of their ratings, in one line."""
-    return ", ".join(f"{number}. {rating.label}" for number, rating in enumerate(rated, 1))
+    return ", ".join(f"{rank}. {rating.label}" for rank, rating in zip(ranks(rated), rated, strict=True))
 
 
 def crossed(labels: Sequence[str], series: Mapping[Pairing, Series]) -> list[list[SeriesResult | None]]:
@@ -74,18 +98,18 @@ def table(rated: Sequence[Rating], shares: TextTable) -> TextTable:
     Args:
         shares: the cells, in the order of `rated`.
     """
-    head = ["share of the points of", *(f"against {rating.label}" for rating in rated), "mu", "sigma"]
+    head = ["share of the points of", *(f"against {rating.label}" for rating in rated), "rating", "sigma"]
     lines = zip(rated, shares, strict=True)
-    return [head, *([rating.label, *line, f"{rating.mu:.1f}", f"{rating.sigma:.1f}"] for rating, line in lines)]
+    return [head, *([rating.label, *line, f"{rating.value:.0f}", f"{rating.sigma:.0f}"] for rating, line in lines)]
 
 
 def board(rated: Sequence[Rating], rows: Sequence[GameRecord], series: Mapping[Pairing, Series]) -> TextTable:
-    """The leaderboard: a row for each strategy, in the order of `rated`. Strategies with equal ratings share a rank.
+    """The leaderboard: a row for each strategy, in the order of `rated`, with `+-` for twice sigma.
 
     Args:
         rows: the games that count. Those of a strategy against itself are left out.
     """
-    table = [["rank", "strategy", "rating", "points", "won", "drawn", "lost", "games", "to play"]]
+    table = [["rank", "strategy", "rating", "+-", "points", "won", "drawn", "lost", "games", "to play"]]
     results: dict[str, list[float]] = {rating.label: [] for rating in rated}
     left = Counter[str]()
     for row in rows:
@@ -96,11 +120,11 @@ def board(rated: Sequence[Rating], rows: Sequence[GameRecord], series: Mapping[P
     for pairing, of_pairing in series.items():
         if pairing.first != pairing.second:
             left.update({pairing.first: of_pairing.left, pairing.second: of_pairing.left})
-    rank = 1
-    for number, rating in enumerate(rated, 1):
-        rank = rank if number > 1 and rating.mu == rated[number - 2].mu else number
+    for rank, rating in zip(ranks(rated), rated, strict=True):
         points = results[rating.label]
         won, drawn, lost = (str(points.count(kind)) for kind in (1.0, 0.5, 0.0))
         numbers = [f"{sum(points):g}", won, drawn, lost, str(len(points)), str(left[rating.label])]
-        table.append([str(rank) if points else "-", rating.label, f"{rating.mu:.1f}", *numbers])
+        table.append(
+            [str(rank) if points else "-", rating.label, f"{rating.value:.0f}", f"{2 * rating.sigma:.0f}", *numbers]
+        )
     return table

@@ -49,6 +49,7 @@ STRATEGIES: Registry[type] = Registry(
         "intruder": "vrg.games.pursuit_evasion.intruder:Intruder",
     },
     lambda found: None if isinstance(found, type) else "expected a class",
+    besides="`module:Class`, or `file.py:Class`",
 )
 """Every strategy that a match file can choose by a name alone."""
 
@@ -66,6 +67,18 @@ def strategies_of(name: str) -> list[str]:
     return [
         strategy for strategy, kind in kinds.items() if kind is not None and kind.__module__.startswith(f"{package}.")
     ]
+
+
+def default_strategy(name: str, role: str) -> str:
+    """The strategy of a player in a role if the match file names none, as a file would name it; empty if unknown."""
+    game = GAMES.find(name)
+    known = game.role(role) if game is not None else None
+    if game is None or known is None:
+        return ""
+    target = known.strategy or game.strategy
+    kinds = {strategy: STRATEGIES.find(strategy) for strategy in strategies_of(name)}
+    made = (strategy for strategy, kind in kinds.items() if kind and f"{kind.__module__}:{kind.__name__}" == target)
+    return next(made, target)
 
 
 def game_of(name: str) -> Game:

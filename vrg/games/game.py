@@ -137,11 +137,13 @@ class Game:
         won_words: why a team has won, by team, where the score does not decide.
         decisive: the role of which players must be left, where the score does not decide; empty where it does.
         out_of_play: the states in which a player is only an obstacle.
+        expected: what may happen at any time while players are in a state and none of their team moves, by state.
         moments: how calls are marked in plots and windows, by rule.
         label: the game's name as people write it; made from `name` if it is empty.
         priorities: what a person who commands a team can order, at most four: one for each face button of a gamepad.
         competitive: False if there is no winner, so that its end is only announced as the end.
         rule_texts: the rules as people read them, by the names of their calls.
+        plans: True if windows show from the start what players sketch, because it tells what they know of the field.
         opens_hud: True if `vrg play` opens the head-up display of the first player in place of the spectator's window.
         about: what happens in the game, in a sentence for a person who chooses one.
         prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game computes no numbers.
@@ -160,6 +162,7 @@ class Game:
     won_words: Mapping[str, str] = field(default_factory=dict)
     decisive: str = ""
     out_of_play: frozenset[str] = frozenset()
+    expected: Mapping[str, str] = field(default_factory=dict)
     moments: Mapping[str, Moment] = field(default_factory=dict)
     label: str = ""
     priorities: tuple[Priority, ...] = ()
@@ -167,6 +170,7 @@ class Game:
     rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
     prover: str = ""
     learning: str = ""
+    plans: bool = False
     opens_hud: bool = False
     about: str = ""
 
@@ -196,6 +200,10 @@ class Game:
     def is_out(self, state: str) -> bool:
         """True if a player in this state is only an obstacle."""
         return state in self.out_of_play or state == DISQUALIFIED
+
+    def remark(self, state: str) -> str:
+        """The word that tells a robot out of play from others that are; empty where all are so for the same reason."""
+        return state if state in self.out_of_play and len(self.out_of_play) > 1 else ""
 
     def style(self, role: str, state: str = "") -> Style:
         """The style of a player. Out of play it is a grey cross; an unknown role gets a colour by its name."""

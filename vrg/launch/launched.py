@@ -143,8 +143,8 @@ class LaunchedMatch:
             progress: called with the name of each process that is ready.
             started: called with the launcher's session when all processes are ready.
             ending: called before the processes are stopped.
-            until_closed: called once when the game is over, and then all goes on until the window is closed; None ends
-                the match with the game.
+            until_closed: called once when the game is over, and then all goes on until the window is closed, or asks
+                to watch the match again; None ends the match with the game.
 
         Raises:
             LaunchError: a process does not start or dies too often.
@@ -172,7 +172,7 @@ class LaunchedMatch:
                         over_since = over_since or time.monotonic()
                         if time.monotonic() - over_since < LINGER:
                             continue
-                        if until_closed is None or WINDOW not in self.names:
+                        if until_closed is None or WINDOW not in self.names or self.folder.again.exists():
                             break
                         if not reported:
                             reported = True

@@ -57,9 +57,11 @@ def check_keys(folder: KeysFolder, match: str, seats: Sequence[Seat], now: datet
     for seat in seats:
         entry = found.get(seat.common_name)
         if entry is None:
-            problems.append(f"the seat {seat} has no keys: run `vrg keys renew`")
+            problems.append(f"the seat {seat} has no keys: run `vrg keys renew MATCH`")
         elif not entry.genuine or entry.validity.common_name != seat.common_name:
-            problems.append(f"the certificate of the seat {seat} is not one of this authority: run `vrg keys renew`")
+            problems.append(
+                f"the certificate of the seat {seat} is not one of this authority: run `vrg keys renew MATCH`"
+            )
         elif entry.validity.authority != authority_name(match):
             problems.append(
                 f"expected keys of the match {match} ({authority_name(match)}), found some of "
@@ -68,7 +70,7 @@ def check_keys(folder: KeysFolder, match: str, seats: Sequence[Seat], now: datet
         elif entry.validity.is_over(now):
             problems.append(
                 f"the certificate of the seat {seat} has expired on {entry.validity.ends:%Y-%m-%d %H:%M} UTC: run "
-                "`vrg keys renew`"
+                "`vrg keys renew MATCH`"
             )
     if problems:
         raise ConfigError([f"{folder.path}: {problem}" for problem in problems])

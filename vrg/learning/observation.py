@@ -52,7 +52,7 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
     """Return what a player sees, shape (n,): the values that `names` names.
 
     Distances are divided by the diagonal of the field, velocities by the robot's top speeds (those of others, relative
-    to the own, by twice the top speed), and all is within [-1, 1]. Nearness is exp(-d / 1 m) at a distance d.
+    to the own, by twice the top speed), and all is within [-1, 1]. Nearness is 1 / (1 + d) at a distance of d m.
 
     Args:
         learning: of the game.
@@ -97,7 +97,7 @@ def observe(view: View, learning: Learning, *, raw: bool = False) -> Vector:
             slot = (
                 *_place(ahead, aside, reach), along / fastest, across / fastest, math.cos(turn), math.sin(turn),
             )  # fmt: skip
-        slots.append((math.hypot(dx, dy), number, (*slot, *look.flags(other))))
+        slots.append((dx * dx + dy * dy, number, (*slot, *look.flags(other))))
     slots.sort()
     for _, _, slot in slots:
         values += slot
@@ -115,7 +115,7 @@ def _place(ahead: float, aside: float, reach: float) -> tuple[float, float, floa
     distance = math.hypot(ahead, aside)
     if distance == 0.0:
         return 1.0, 0.0, 0.0, 1.0
-    return ahead / distance, aside / distance, distance / reach, math.exp(-distance)
+    return ahead / distance, aside / distance, distance / reach, 1.0 / (1.0 + distance)
 
 
 def _scan(view: View, *, raw: bool) -> list[float]:

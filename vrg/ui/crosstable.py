@@ -36,10 +36,10 @@ def plot_cross_table(
     FigureCanvasAgg(figure)
     table, rated = figure.subplots(1, 2, width_ratios=(size, 3.0))
     _draw_cells(table, labels, shares, cells)
-    mu, sigma = np.array(ratings, dtype=float).reshape(-1, 2).T
+    values, sigma = np.array(ratings, dtype=float).reshape(-1, 2).T
     colour = tuple(part / 255 for part in BLUE)
-    rated.errorbar(mu, np.arange(n), xerr=2 * sigma, fmt="o", color=colour, capsize=4, linewidth=1.6)
-    rated.set(ylim=(n - 0.5, -0.5), xlabel="rating (mu and twice sigma)")
+    rated.errorbar(values, np.arange(n), xerr=2 * sigma, fmt="o", color=colour, capsize=4, linewidth=1.6)
+    rated.set(ylim=(n - 0.5, -0.5), xlabel="rating, and twice sigma")
     rated.set_yticks(np.arange(n), labels=[""] * n)
     rated.grid(True, color="0.92", linewidth=0.6)
     rated.set_axisbelow(True)

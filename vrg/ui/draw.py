@@ -8,12 +8,13 @@ from typing import Final, Protocol
 import pygame
 
 from vrg.bus.messages import Stage
+from vrg.games import game_of
 from vrg.ui import kit, palette, shapes
 from vrg.ui.banner import Help
 from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Card
 from vrg.ui.field import FieldPainter
-from vrg.ui.ground import strip_height
+from vrg.ui.ground import legend_left, strip_height
 from vrg.ui.header import HEIGHT, HeaderPainter, ResultPainter
 from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
@@ -22,6 +23,8 @@ from vrg.ui.view import Projection
 
 SMALLEST_UI: Final = 0.9
 """By how much letters are scaled at least; 1 is their size at 1280 by 800 pixels."""
+NO_PLANS: Final = "Nobody shows a plan now: one is drawn once somebody does"
+PLANS_HIDDEN: Final = "Plans are hidden"
 NARROW: Final = 520
 """Pixels; a window narrower than this shows the field alone."""
 
@@ -39,7 +42,8 @@ class Painter:
     Args:
         fonts: to write with. panel: what is drawn beside the field; the spectator's if it is None.
         panel_width: the width of the panel, pixels at the usual size of a window.
-        help_: how those who look at the window can help. plans: False hides what players sketch of their plans.
+        help_: how those who look at the window can help. plans: whether what players sketch of their plans
+            is shown; None leaves that to the game until somebody switches it.
     """
 
     def __init__(
@@ -49,7 +53,7 @@ class Painter:
         *,
         panel_width: int = 300,
         help_: Help = Help.NONE,
-        plans: bool = False,
+        plans: bool | None = None,
     ) -> None:
         self.plans = plans
         self._fonts = fonts or Fonts()
@@ -59,6 +63,14 @@ class Painter:
         self._header = HeaderPainter(self._fonts, help_)
         self._result = ResultPainter(self._fonts)
         self._card = CardPainter(self._fonts)
+
+    def switch_plans(self, scene: Scene) -> str:
+        """Show what players sketch of their plans, or not any more; return what to tell where that cannot be seen."""
+        self.plans = not self._shows_plans(scene)
+        return "" if scene.strokes else NO_PLANS if self.plans else PLANS_HIDDEN
+
+    def _shows_plans(self, scene: Scene) -> bool:
+        return game_of(scene.game).plans if self.plans is None else self.plans
 
     def draw(
         self,
@@ -88,13 +100,14 @@ class Painter:
         top = min(round(HEIGHT * ui), height // 3)
         surface.fill(palette.BACKGROUND)
         area = pygame.Rect(0, top, max(1, width - panel), max(1, height - top))
-        shown = scene if self.plans else replace(scene, strokes=())
+        shown = scene if self._shows_plans(scene) else replace(scene, strokes=())
         view = self._field.draw(surface, area, shown, ui, driving)
         self._result.remember(surface, area, scene, ui)
         if panel:
             self._panel.draw(surface, pygame.Rect(width - panel, top, panel, height - top), scene, ui, driving)
-        result = card is None and bool(over) and scene.stage is Stage.GAME_OVER
-        if card is not None:
+        # One thing lies over the field: the keys, or else a card, or else the result.
+        result = card is None and not keys and bool(over) and scene.stage is Stage.GAME_OVER
+        if card is not None and not keys:
             self._card.draw(surface, area, card, ui, turned=view.turned)
         elif result:
             self._result.draw(surface, area, scene, over, ui)
@@ -103,18 +116,22 @@ class Painter:
         if keys:
             kit.keys(surface, area, keys, ui, self._fonts)
         if hand:
-            self._hand(surface, area, hand, ui)
+            self._hand(surface, area, hand, legend_left(scene, area.width, ui, self._fonts), ui)
         return view
 
-    def _hand(self, surface: pygame.Surface, area: pygame.Rect, words: str, ui: float) -> None:
+    def _hand(self, surface: pygame.Surface, area: pygame.Rect, words: str, right: int, ui: float) -> None:
+        """Write what the user must read between the scale and the legend, which begins at `right`, or above them."""
         size = round(14 * ui)
         words = self._fonts.shorten(words, area.width - round(40 * ui), size, Face.BOLD)
         text = self._fonts.render(words, size, palette.INK, Face.BOLD)
         plate = text.get_rect().inflate(round(24 * ui), round(12 * ui))
-        # Right of the scale, in the strip below the field; in a narrow window upon the scale.
-        right = area.right - round(12 * ui)
-        plate.midright = (min(right, area.centerx + plate.width // 2), area.bottom - strip_height(ui) // 2)
-        plate.left = max(plate.left, min(round(190 * ui), right - plate.width))
+        strip = strip_height(ui)
+        between = pygame.Rect(round(190 * ui), area.bottom - strip, right - round(12 * ui) - round(190 * ui), strip)
+        if plate.width <= between.width:
+            plate.center = (area.centerx, between.centery)
+            plate.clamp_ip(between)
+        else:
+            plate.midbottom = (area.centerx, between.top - round(4 * ui))
         shapes.pill(surface, plate, palette.CAUTION, radius=plate.height // 2)
         surface.blit(text, text.get_rect(center=plate.center))
 

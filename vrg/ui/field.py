@@ -72,8 +72,10 @@ class FieldPainter:
             self._marks(surface, scene, view)
         for body in scene.bodies:
             _trail(surface, body, view, self._game.style(body.role, body.state))
-        for stroke in scene.strokes:
-            self._stroke(surface, stroke, view, ui)
+        # The name of a player stands beside the last thing that it has sketched.
+        named = {stroke.player: index for index, stroke in enumerate(scene.strokes)}
+        for index, stroke in enumerate(scene.strokes):
+            self._stroke(surface, stroke, view, ui, stroke.player if named[stroke.player] == index else "")
         below(view)
         # What is out of play lies under what plays.
         for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
@@ -85,8 +87,9 @@ class FieldPainter:
             self._object(surface, thing, view)
         words = [self._word(rect, flash, view, ui) for flash in scene.flashes]
         if names:
-            named = [self._named(body, view, driving) for body in scene.bodies]
-            self._names.draw(surface, rect, named, ui, [plate for _, plate in words])
+            robots = [self._named(body, view, driving) for body in scene.bodies]
+            remarks = [self._game.remark(body.state) for body in scene.bodies]
+            self._names.draw(surface, rect, robots, ui, [plate for _, plate in words], remarks)
         for flash, word in zip(scene.flashes, words, strict=True):
             self._flash(surface, flash, word, view, ui)
         surface.set_clip(before)
@@ -140,13 +143,13 @@ class FieldPainter:
         style = self._game.team_style(thing.team)
         flag(surface, view.point(*thing.at), max(0.5 * view.scale, SMALLEST), style.colour)
 
-    def _stroke(self, surface: pygame.Surface, stroke: SceneStroke, view: Projection, ui: float) -> None:
+    def _stroke(self, surface: pygame.Surface, stroke: SceneStroke, view: Projection, ui: float, name: str) -> None:
         colour = palette.mix(palette.FIELD, self._game.style(stroke.role).colour, 0.75)
         points = [view.point(*point) for point in stroke.points]
         for start, end in pairwise(points):
             shapes.stroke(surface, start, end, colour, 1.5 * ui)
         shapes.disc(surface, points[-1], (2.0 if len(points) == 1 else 3.5) * ui, colour)
-        label = " ".join(word for word in (stroke.player, stroke.label) if word)
+        label = " ".join(word for word in (name, stroke.label) if word)
         if label:
             text = self._fonts.render(label, max(10, round(12 * ui)), palette.TEXT)
             x, y = points[-1]

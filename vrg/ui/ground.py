@@ -7,6 +7,7 @@ import pygame
 from vrg.bus.messages import Zone
 from vrg.colours import Rgb
 from vrg.games import game_of
+from vrg.games.game import Style
 from vrg.regions import Region
 from vrg.types import Vector
 from vrg.ui import palette, shapes
@@ -52,6 +53,21 @@ def draw_ground(
 def strip_height(ui: float) -> int:
     """The height in pixels of the strip below the field, in which the scale is."""
     return round(42 * ui)
+
+
+def legend_left(scene: Scene, width: int, ui: float, fonts: Fonts) -> int:
+    """The pixel at which the legend begins in a strip of so many pixels."""
+    return _legend(scene, width, ui, fonts)[0]
+
+
+def _legend(scene: Scene, width: int, ui: float, fonts: Fonts) -> tuple[int, list[tuple[str, Style | None, int]]]:
+    """The left end of the legend, and its signs, as many as there is room for, with their words and widths."""
+    size, side, gap = max(11, round(13 * ui)), round(16 * ui), round(18 * ui)
+    right = width - round(14 * ui)
+    signs = [(words, style, fonts.width(words, size) + side + round(6 * ui)) for words, style in legend(scene)]
+    while signs and sum(each for *_, each in signs) + gap * (len(signs) - 1) > right - 230 * ui:
+        signs.pop()
+    return right - sum(each for *_, each in signs) - gap * max(0, len(signs) - 1), signs
 
 
 def _outline(region: Region, view: Projection) -> list[Pixel]:
@@ -162,14 +178,9 @@ def _scale(surface: pygame.Surface, view: Projection, ui: float, fonts: Fonts) -
 def _signs(surface: pygame.Surface, scene: Scene, ui: float, fonts: Fonts) -> None:
     """Draw a legend at the right of the strip: the signs of the roles, and what is grey, as far as there is room."""
     size, side, gap = max(11, round(13 * ui)), round(16 * ui), round(18 * ui)
-    y, right = surface.get_height() - strip_height(ui) // 2, surface.get_width() - round(14 * ui)
-    signs = legend(scene)
-    widths = [fonts.width(words, size) + side + round(6 * ui) for words, _ in signs]
-    while signs and sum(widths) + gap * (len(signs) - 1) > right - 230 * ui:
-        signs.pop()
-        widths.pop()
-    left = right - sum(widths) - gap * (len(signs) - 1)
-    for (words, style), width in zip(signs, widths, strict=True):
+    y = surface.get_height() - strip_height(ui) // 2
+    left, signs = _legend(scene, surface.get_width(), ui, fonts)
+    for words, style, width in signs:
         text = fonts.render(words, size, palette.TEXT)
         surface.blit(text, text.get_rect(midleft=(left + side + round(6 * ui), y)))
         sign = pygame.Rect(0, 0, side, side)

@@ -22,6 +22,8 @@ _SHARES: Final = (0.47, 0.38, 0.15)
 """The parts of the width for the words, the score and the clock."""
 _LINES: Final = 6
 """The most lines of a banner, which then covers a part of what is below the head."""
+_TIGHT: Final = 0.84
+"""By how much the lines of a banner are brought closer where that lets it fit into the head."""
 
 
 class HeaderPainter:
@@ -95,6 +97,10 @@ class HeaderPainter:
         reason = ""
         if plate.height > place.height and lines and beside + fonts.width(lines[0], size) <= room:
             reason, plate.height = lines.pop(0), plate.height - step
+        tight = round(_TIGHT * step)
+        if plate.height > place.height >= head + tight * (len(lines) + len(steps)):
+            # One line too many makes all of them closer, so that the plate does not hang out of the head.
+            step, plate.height = tight, place.height
         plate.height = max(place.height, plate.height)
         shapes.pill(surface, plate, first.colour, radius=round(8 * ui))
         ink = ink_on(first.colour)

@@ -67,9 +67,10 @@ def headline(scene: Scene) -> Headline:
         before = f"{game.round_word} {scene.reason_round}, " if scene.reason_round not in (0, scene.round) else ""
         reason = f"{before}{short_clock(scene.reason.clock)}  {scene.reason.text}"
     drama = [f"{thing.carrier} has the {thing.name}" for thing in scene.objects if thing.carrier]
-    role = game.role(game.decisive)
-    if role is not None and playing and any(p.role == role.name and not p.out_of_play for p in scene.players):
-        drama.append(f"as it stands, {role.team} win")
+    if playing:
+        leader = leading(scene)
+        drama += [f"as it stands, {leader} {'win' if leader.endswith('s') else 'wins'}"] if leader else []
+        drama += [words for state, words in game.expected.items() if _stands_by(scene, state)]
     return Headline(
         title=game.title or title(scene.game) or "Waiting for the referee",
         about=game.about,
@@ -129,6 +130,24 @@ def decisive_count(scene: Scene) -> str:
         return ""
     left = sum(player.role == role.name and not player.out_of_play for player in scene.players)
     return f"{left} of {sum(player.team == role.team for player in scene.players)} {role.team} left"
+
+
+def leading(scene: Scene) -> str:
+    """The team that has won if nothing more happens; empty if there is none."""
+    game = game_of(scene.game)
+    role = game.role(game.decisive)
+    if role is not None:
+        left = any(player.role == role.name and not player.out_of_play for player in scene.players)
+        return role.team if left else ""
+    most = max((points for _, points in scene.score), default=0)
+    best = [team for team, points in scene.score if points == most]
+    return best[0] if game.competitive and len(best) == 1 else ""
+
+
+def _stands_by(scene: Scene, state: str) -> bool:
+    """True if players are in a state, and nobody of their team moves."""
+    teams = {player.team for player in scene.players if player.state == state}
+    return bool(teams) and not any(player.may_move for player in scene.players if player.team in teams)
 
 
 def winner_words(scene: Scene) -> tuple[str, Rgb]:

@@ -50,8 +50,12 @@ class NamePainter:
         robots: Sequence[tuple[str, Rgb, Circle]],
         ui: float,
         covered: Sequence[pygame.Rect] = (),
+        remarks: Sequence[str] = (),
     ) -> list[pygame.Rect]:
         """Draw the name of each robot, given by name, colour and circle, inside of `area` and not below `covered`.
+
+        Args:
+            remarks: what stands behind the name of each robot; none if it is empty.
 
         Returns:
             where the names are.
@@ -64,7 +68,8 @@ class NamePainter:
         for index, (name, colour, (centre, radius)) in enumerate(robots):
             if not area.inflate(40, 40).collidepoint(centre):
                 continue
-            text = self._fonts.render(words[index], size, colour, Face.BOLD)
+            remark = f" {remarks[index]}" if remarks and remarks[index] else ""
+            text = self._fonts.render(words[index] + remark, size, colour, Face.BOLD)
             plate = self._place(name, text.get_rect().inflate(10, 2), index, circles, taken, area)
             taken.append(plate)
             placed.append((text, plate))

@@ -1,5 +1,6 @@
 """Draws why a call was made: the field around it, at that instant and before, with the numbers that decided it."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -11,8 +12,9 @@ from vrg.coordinator.proof import Measure
 from vrg.regions import Bounds
 from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
-from vrg.ui.scene import Scene
+from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.text import Face, Fonts
+from vrg.ui.view import Pixel, Projection
 
 SECONDS: Final = 3.0
 """The match time in s before a call that is shown."""
@@ -20,6 +22,8 @@ STRIP: Final = (3.0, 2.0, 1.0, 0.5)
 """The times of the small pictures before the call, s."""
 MARGIN: Final = 1.5
 """The width of the ground shown around the players of the call, m."""
+_SIDES: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
+"""The sides of a measured way on which its number may stand, in the order of preference; y is down."""
 SIZE: Final = (1200, 900)
 """The size of a picture in a file, pixels."""
 
@@ -87,6 +91,7 @@ class ProofPainter:
         view = self._fields[0].draw(surface, large, proof.now, ui, None, box=proof.box, turned=turned)
         before = surface.get_clip()
         surface.set_clip(large)
+        taken = [_square(body, view) for body in proof.now.bodies]
         for measure in proof.measures:
             if measure.ends is not None:
                 start, end = (view.point(*point) for point in measure.ends)
@@ -94,11 +99,11 @@ class ProofPainter:
                 for point in (start, end):
                     shapes.disc(surface, point, 4 * ui, palette.CAUTION)
                 text = self._fonts.render(measure.short, round(15 * ui), palette.INK, Face.BOLD)
-                plate = text.get_rect(center=((start[0] + end[0]) / 2, (start[1] + end[1]) / 2 - 18 * ui)).inflate(
-                    10, 4
-                )
-                shapes.pill(surface, plate.clamp(large), palette.CAUTION, radius=5)
-                surface.blit(text, text.get_rect(center=plate.clamp(large).center))
+                middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
+                plate = place_beside(text.get_rect().inflate(10, 4), middle, taken, large, round(8 * ui))
+                taken.append(plate)
+                shapes.pill(surface, plate, palette.CAUTION, radius=5)
+                surface.blit(text, text.get_rect(center=plate.center))
         surface.set_clip(before)
         each = (width - gap * (len(STRIP) - 1)) // len(STRIP)
         for index, (seconds, scene) in enumerate(proof.earlier):
@@ -111,3 +116,28 @@ class ProofPainter:
                     surface, place, replace(scene, calls=()), ui, None, box=proof.box, turned=turned, strip=False,
                     names=False,
                 )  # fmt: skip
+
+
+def _square(body: SceneBody, view: Projection) -> Rect:
+    """The pixels within which a robot is, however it is turned."""
+    x, y = view.point(body.pose.x, body.pose.y)
+    reach = math.hypot(body.length, body.width) / 2 * view.scale
+    return Rect(round(x - reach), round(y - reach), round(2 * reach), round(2 * reach))
+
+
+def place_beside(plate: Rect, middle: Pixel, taken: Sequence[Rect], inside: Rect, step: int) -> Rect:
+    """The place of a plate that is as near to a point as can be without hiding what is taken, or hides least of it."""
+    tried = []
+    for away in range(1, 24):
+        for right, down in _SIDES:
+            place = plate.copy()
+            place.center = (
+                round(middle[0] + right * (plate.width / 2 + away * step)),
+                round(middle[1] + down * (plate.height / 2 + away * step)),
+            )
+            place.clamp_ip(inside)
+            hidden = sum(common.width * common.height for common in (place.clip(other) for other in taken))
+            if not hidden:
+                return place
+            tried.append((hidden, place))
+    return min(tried, key=lambda found: found[0])[1]

@@ -8,6 +8,7 @@ from typing import Final
 import pygame
 
 from vrg.bus.messages import Call, Stage
+from vrg.ui import palette
 from vrg.ui.acts import Act, Press, listed
 from vrg.ui.branching import Brancher, Taken
 from vrg.ui.draw import Painter, letter_scale
@@ -20,7 +21,7 @@ from vrg.ui.text import Fonts
 from vrg.ui.timebar import TimeBar, TimeBarPainter
 from vrg.ui.timeline import Timeline
 from vrg.ui.view import Projection
-from vrg.ui.window import Window
+from vrg.ui.window import Window, open_window
 
 FRAMES: Final = 40
 """Frames in a second of real time, at most."""
@@ -50,6 +51,7 @@ KEYS: Final = (
     ("ARROWS", "5 s on or back, speed"),
     *listed((Act.LEAVE, Act.PICTURE, Act.SCREEN, Act.HELP, Act.CLOSE)),
 )
+OPENING: Final = "opening the replay …"
 OVER: Final = "HOME watches it again, any key hides this"
 NO_STOP: Final = "SPACE is the emergency stop of a match that runs: here K pauses"
 
@@ -139,12 +141,17 @@ class ReplayWindow(Window):
         elif press.act is Act.WHY:
             self._explain(self.scene.calls[-1] if self.scene.calls else None)
         elif press.act is Act.PLANS:
-            self._painter.plans = not self._painter.plans
+            self._notice = self._painter.switch_plans(self.scene)
         elif press.act is Act.BRANCH:
+            self.help = False
             self._pause()
             self._overlay.choose(self.playback.time)
         elif press.act is Act.LEAVE:
             self._explain(None)
+
+    def tell(self, text: str) -> None:
+        """Tell the user what has come of something."""
+        self._notice, self._drawn = text, ()
 
     def click(self, place: tuple[int, int]) -> None:
         """Pause, take the knob of the time bar, or explain the call at a pixel."""
@@ -171,6 +178,7 @@ class ReplayWindow(Window):
 
     def _explain(self, call: Call | None) -> None:
         """Show why a call was made; None shows the field again."""
+        self.help = False
         if call is None:
             self._overlay.close()
             return
@@ -202,6 +210,27 @@ class ReplayWindow(Window):
 
 def _playback(timeline: Timeline) -> Playback:
     return Playback.of(timeline.instants, [call.time for call in timeline.calls], timeline.end)
+
+
+def title_of(match: str) -> str:
+    """The title of the window in which a match of this name is shown again."""
+    return f"VRG: {match}, recorded"
+
+
+def hold_place(match: str) -> None:
+    """Open the window in which a match of this name will be shown again, with words that it is being opened.
+
+    Raises:
+        LaunchError: there is no display.
+    """
+    window = open_window(title_of(match))
+    window.fill(palette.BACKGROUND)
+    text = Fonts().render(OPENING, round(28 * letter_scale(*window.get_size())), palette.TEXT)
+    window.blit(text, text.get_rect(center=window.get_rect().center))
+    pygame.display.flip()
+    # Not every window manager has shown it by now.
+    pygame.event.pump()
+    pygame.display.flip()
 
 
 def show(window: ReplayWindow) -> None:

@@ -76,6 +76,9 @@ class Window:
     def scroll(self, place: tuple[int, int], steps: int) -> None:
         """The wheel was turned by so many steps, down if they are positive, at a pixel."""
 
+    def tell(self, text: str) -> None:
+        """Tell the user what has come of something, such as where a picture is."""
+
     def gone(self) -> str:
         """Return the message for a display that goes away; the process ends after that."""
         return GONE
@@ -174,7 +177,7 @@ class Window:
         window = pygame.display.get_surface()
         if self._picture and window is not None:
             self._picture = False
-            save_numbered(window, self._pictures)
+            self.tell(save_numbered(window, self._pictures))
 
 
 def display_available() -> bool:
@@ -252,8 +255,8 @@ def save_png(surface: pygame.Surface, path: Path) -> None:
         raise OSError(f"{path}: cannot write the picture: {error}") from None
 
 
-def save_numbered(surface: pygame.Surface, folder: Path) -> None:
-    """Write a surface into the first free of the files picture-001.png and so on, and log where, or why not."""
+def save_numbered(surface: pygame.Surface, folder: Path) -> str:
+    """Write a surface into the first free of the files picture-001.png and so on; log and return where, or why not."""
     number = 1
     while (path := folder / f"picture-{number:03d}.png").exists():
         number += 1
@@ -261,8 +264,10 @@ def save_numbered(surface: pygame.Surface, folder: Path) -> None:
         save_png(surface, path)
     except OSError as error:
         log.error("%s", error)
-    else:
-        log.info("picture saved: %s", path)
+        return str(error)
+    log.info("picture saved: %s", path)
+    # The name comes first: a window may cut the end.
+    return f"Picture saved: {path.name} in {folder.resolve()}"
 
 
 def _no_display(why: str) -> LaunchError:

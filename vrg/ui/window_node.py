@@ -1,6 +1,7 @@
 """The base of the windows of a match: what every one of them takes in, answers to and publishes, in the same way."""
 
 import logging
+import secrets
 from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar, Final
@@ -27,7 +28,7 @@ FRAME: Final = 1 / 30
 REFUSED: Final = "Only an official's seat may do that."
 STOPPED: Final = "Because of the emergency stop, {} is given back"
 LOST_PAD: Final = "The gamepad is lost: {} is given back"
-HAND: Final = "You drive {}: arrows, or stick and right shoulder button; ESC gives it back"
+HAND: Final = "You drive {}: arrows, or RB and stick; ESC gives it back"
 LED: Final = "The referee drives {} now; then it is yours"
 
 _DECISIONS: Final = {
@@ -89,6 +90,8 @@ class WindowNode(Window, Node):
         self._builder = builder
         self._inlets = inlets
         self._by = shortened(by or name, 64)
+        # Another window of this match gets answers of its own.
+        self._answers_to = f"window-{secrets.token_hex(4)}"
         self._pace = Pace(FRAME)
 
     @property
@@ -119,8 +122,10 @@ class WindowNode(Window, Node):
     # -- what a subclass does
 
     def take_in(self, tick: Tick) -> None:
-        """Take in the messages that arrived."""
-        self._inlets.feed(self._builder)
+        """Take in the messages that arrived, and tell the user why the referee has refused something."""
+        for call in self._inlets.feed(self._builder):
+            if call.rule == "refused" and call.answers == self._answers_to:
+                self.notice = f"Refused: {call.text.partition(' is refused: ')[2] or call.text}"
 
     def steer(self, tick: Tick) -> None:
         """Publish what the user's hands ask for. This is called at each tick while the match clock runs."""
@@ -203,7 +208,7 @@ class WindowNode(Window, Node):
             self._next(1)
         elif act in (Act.LEAVE, Act.MANUAL):
             if self.driving.player is None:
-                self.explainer.close()
+                self.explain(None)
             self.give_back()
         elif act is Act.WHY:
             self.explain(self.scene.calls[-1] if self.scene.calls else None)
@@ -230,13 +235,20 @@ class WindowNode(Window, Node):
             log.warning(LOST_PAD.format(self.driving.player))
             self.give_back(LOST_PAD.format(self.driving.player))
 
+    def tell(self, text: str) -> None:
+        """Tell the user what has come of something."""
+        self.notice = text
+
     def explain(self, call: Call | None) -> None:
-        """Show why a call was made; None shows the field again."""
+        """Show why a call was made, in place of the keys; None shows the field again."""
+        self.help = False
         self.explainer.ask(call, self.scene.game)
 
     def decide(self, action: OfficialAction, subject: str | None = None) -> None:
         """Publish an official's decision; `subject` is the player that it is about. A router refuses it to others."""
-        self.mailbox.publish(self._keys.official, Official(action=action, by=self._by, subject=subject))
+        self.mailbox.publish(
+            self._keys.official, Official(action=action, by=self._by, id=self._answers_to, subject=subject)
+        )
 
     def _decide(self, act: Act | None) -> None:
         if not self.official:

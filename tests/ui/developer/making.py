@@ -5,6 +5,7 @@ import struct
 from typing import Any
 
 import pygame
+from msgspec import structs
 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
@@ -85,7 +86,9 @@ class Bench:
         """One tick with what was told since the last one; what the window published."""
         self.node.mailbox.handover(self.time)
         self.node.tick(Tick(self.time, live))
-        return [out.message.body for out in self.node.mailbox.collect()]
+        bodies = [out.message.body for out in self.node.mailbox.collect()]
+        # The id of a decision is another one for each window.
+        return [structs.replace(body, id=None) if isinstance(body, m.Official) else body for body in bodies]
 
     def ticks(self, count: int) -> None:
         """So many ticks."""

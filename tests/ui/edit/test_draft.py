@@ -55,6 +55,17 @@ def test_an_empty_field_falls_back_to_its_default_where_there_is_one() -> None:
     assert [p.path for p in CHECK(draft.set(("players", 0, "name"), "")).problems] == [("players", 0, "name")]
 
 
+def test_the_default_strategy_is_that_of_the_team_of_the_role_or_of_the_game() -> None:
+    strategy = ("players", 0, "strategy")
+    draft = Draft.of_game("pursuit-evasion", Path())
+    assert {draft.default(("players", n, "strategy")) for n in range(len(draft.players))} == {"pursuer", "intruder"}
+    draft = Draft.of_game("roboflag", Path())
+    assert draft.default(strategy) == "balanced"
+    team = "blue" if draft.players[0].role.startswith("blue") else "red"
+    assert draft.set(("teams", team, "strategy"), "mixed").default(strategy) == "mixed"
+    assert draft.set(("players", 0, "role"), "nobody").default(strategy) == ""
+
+
 def test_a_position_outside_of_the_map_is_a_problem_of_its_fields_and_the_zones_stay() -> None:
     draft = draft_of()
     zones = DraftCheck()(draft).zones

@@ -162,6 +162,20 @@ def test_what_is_typed_slowly_is_left_as_it_is_typed(visit: Callable[[], Visitor
     page.wait("document.querySelector('[data-key=\"players.1.y\"]').value === '-16'")
 
 
+def test_a_field_that_is_left_at_once_is_checked(visit: Callable[[], Visitor], desk: Editor) -> None:
+    page = visit()
+    page.page.click("#change")
+    name = page.page.locator('[data-key="players.1.name"]')
+    name.fill("two words")
+    name.press("Tab")
+    page.wait_text("#table .why", "two words")
+    page.wait("vrg.told().checked")
+    name.fill("ann")
+    name.press("Tab")
+    page.wait("vrg.told().checked && vrg.told().players[1][0].value === 'ann'")
+    page.wait_text("#problems-heading", "none, ready to play")
+
+
 def test_everything_has_room(visit: Callable[[], Visitor]) -> None:
     page = visit()
     for screen in ("start", "edit"):

@@ -156,6 +156,11 @@ class TestPureParts:
         )
         assert found == [0, True, ["1", "12"], None]
 
+    def test_where_there_are_buttons_in_place_of_keys_a_step_names_its_button(self, visit):
+        steps = '["1. U releases the stop", "R lets robots clear their faults", "C continues play", "drive on"]'
+        found = self.run(visit, "panel.js", f"return {steps}.map((step) => m.buttonStep(step));")
+        assert found == ["1. press “Release the stop”", "press “Recover robots”", "press “Continue”", "drive on"]
+
 
 LAYOUT = """async () => {
     const { overlap } = await import(`${location.origin}/names.js`);
@@ -189,6 +194,16 @@ def test_everything_has_room(visit, server, who):
             page.page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
             good = {"cut": [], "covered": False, "scrolls": False, "reachable": True, "field": True}
             assert page.page.evaluate(LAYOUT) == good, f"{count} players at {width}x{height}"
+
+
+@pytest.mark.parametrize("who", ["", "official", "player2"], ids=["viewer", "official", "driver"])
+def test_on_a_telephone_what_must_be_read_stands_above_the_field(visit, server, who):
+    page = visit(who, SIZES[2])
+    server.show(parts.parts(replace(crowd(7), halted="a dog is on the field", way_out="an official continues")))
+    page.wait_text("#banners", "a dog is on the field")
+    top, bottom = (page.page.locator(box).bounding_box() for box in ("#banners", "#ground"))
+    assert top["y"] + top["height"] <= bottom["y"]
+    assert bottom["height"] > 80
 
 
 def test_robots_are_drawn_where_they_are_and_move(visit, server):

@@ -31,6 +31,8 @@ GAME = Game(
     ),
     score_words={PURSUERS: "captured", INTRUDERS: "escaped"},
     out_of_play=frozenset({CAPTURED, ESCAPED, OUT}),
+    plans=True,
+    expected={WAITING: "the next intruder may come at any time"},
     moments={
         "capture": Moment("X", "captured", others="by", counts=True),
         "escape": Moment("s", "escaped", counts=True),

@@ -84,13 +84,15 @@ def motions(matches: int, players: int, axes: int) -> Records:
     Fields, each with a row for each player: `poses` and `before`: x, y in m and the heading in rad, now and before the
     last step; `velocities`: v in m/s, w in rad/s, and the speed to the left in m/s; `speeds` and `targets`: those that the
     axes have, and aim for, rad/s; `braking`: True for locked wheels; `room`: the way in m that the robot can go before it
-    could touch anything.
+    could touch anything; `rolled`: v and w as the wheels have turned in the last step, also against an obstacle, which is
+    what odometry measures.
     """
     found = records(
         matches,
         poses=(float, players, 3),
         before=(float, players, 3),
         velocities=(float, players, 3),
+        rolled=(float, players, 2),
         speeds=(float, players, axes),
         targets=(float, players, axes),
         room=(float, players),
@@ -111,6 +113,7 @@ def put(m: Record, row: int, x: float, y: float, theta: float) -> None:
     """Put a robot somewhere, at rest."""
     m.poses[row, 0], m.poses[row, 1], m.poses[row, 2] = x, y, theta
     m.velocities[row, :] = 0.0
+    m.rolled[row, :] = 0.0
     m.speeds[row, :] = 0.0
     m.targets[row, :] = 0.0
     m.braking[row] = True
@@ -149,6 +152,7 @@ def advance(m: Record, r: Record, walls: Walls, dt: float) -> None:
             v += r.motions[n, axis, 0] * speed
             w += r.motions[n, axis, 1] * speed
         m.velocities[n, 0], m.velocities[n, 1], m.velocities[n, 2] = v, w, 0.0
+        m.rolled[n, 0], m.rolled[n, 1] = v, w
         way, turned = v * dt, w * dt
         x, y, theta = m.poses[n, 0], m.poses[n, 1], m.poses[n, 2]
         m.before[n, 0], m.before[n, 1], m.before[n, 2] = x, y, theta

@@ -275,9 +275,10 @@ def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, o
     """
     count = len(s.sides)
     dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
-    reach = math.sqrt(dx * dx + dy * dy)
+    scale = 1.0 / math.sqrt(dx * dx + dy * dy)
     limit = s.sudden_death if t.number == SUDDEN_DEATH else s.round_time
     flags, turns = np.empty((count, FLAGS)), np.empty((count, 2))
+    order, gaps = np.empty(count, dtype=np.int64), np.empty(count)
     for n in range(count):
         turns[n, 0], turns[n, 1] = math.cos(seen[n, 2]), math.sin(seen[n, 2])
         for state in range(3):
@@ -286,7 +287,7 @@ def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, o
         row, team = out[me], s.sides[me]
         x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
         cos, sin = math.cos(theta), math.sin(theta)
-        at = write_own(row, x, y, cos, sin, v / r.v_max[me], w / r.w_max[me], s.bounds)
+        at = write_own(row, x, y, cos, sin, v / r.v_max[me], w / r.w_max[me], s.bounds, scale)
         for state in range(3):
             row[at + state] = t.states[me] == state
         row[at + 3], row[at + 4] = t.carriers[team] != NO_ONE, t.carriers[1 - team] != NO_ONE
@@ -295,13 +296,13 @@ def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, o
         row[at + 7] = (x - s.midline) * s.ahead[team] <= 0.0
         row[at + 8] = in_zone(s, 0, x, y) or in_zone(s, 1, x, y)
         at += NUMBERS
-        at = write_place(row, at, s.flag_places[1 - team, 0] - x, s.flag_places[1 - team, 1] - y, cos, sin, reach)
-        at = write_place(row, at, s.flag_places[team, 0] - x, s.flag_places[team, 1] - y, cos, sin, reach)
-        at = write_place(row, at, s.homes[team, 0] - x, s.homes[team, 1] - y, cos, sin, reach)
-        at = write_place(row, at, s.midline - x, 0.0, cos, sin, reach)
+        at = write_place(row, at, s.flag_places[1 - team, 0] - x, s.flag_places[1 - team, 1] - y, cos, sin, scale)
+        at = write_place(row, at, s.flag_places[team, 0] - x, s.flag_places[team, 1] - y, cos, sin, scale)
+        at = write_place(row, at, s.homes[team, 0] - x, s.homes[team, 1] - y, cos, sin, scale)
+        at = write_place(row, at, s.midline - x, 0.0, cos, sin, scale)
         for n in range(count):
             flags[n, 0] = s.sides[n] == team
-        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], reach)
+        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], scale, order, gaps)
 
 
 def in_zone(s: Record, team: int, x: float, y: float) -> bool:

@@ -290,9 +290,10 @@ def observe(
     """
     count = len(s.sides)
     dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
-    reach = math.sqrt(dx * dx + dy * dy)
+    scale = 1.0 / math.sqrt(dx * dx + dy * dy)
     zone = s.zones[t.goal]
     flags, turns = np.empty((count, FLAGS)), np.empty((count, 2))
+    order, gaps = np.empty(count, dtype=np.int64), np.empty(count)
     minnows, sharks = 0, 0
     for n in range(count):
         flags[n, 1] = t.active[n]
@@ -304,7 +305,7 @@ def observe(
         row = out[me]
         x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
         cos, sin = math.cos(theta), math.sin(theta)
-        at = write_own(row, x, y, cos, sin, v / r.v_max[me], w / r.w_max[me], s.bounds)
+        at = write_own(row, x, y, cos, sin, v / r.v_max[me], w / r.w_max[me], s.bounds, scale)
         row[at] = t.roles[me] == SHARK
         row[at + 1] = t.active[me]
         row[at + 2] = zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3]
@@ -313,11 +314,11 @@ def observe(
         row[at + 5], row[at + 6] = minnows / count, sharks / count
         at += NUMBERS
         near_x, near_y = min(max(x, zone[0]), zone[2]), min(max(y, zone[1]), zone[3])
-        at = write_place(row, at, near_x - x, near_y - y, cos, sin, reach)
-        at = write_place(row, at, (zone[0] + zone[2]) / 2 - x, (zone[1] + zone[3]) / 2 - y, cos, sin, reach)
+        at = write_place(row, at, near_x - x, near_y - y, cos, sin, scale)
+        at = write_place(row, at, (zone[0] + zone[2]) / 2 - x, (zone[1] + zone[3]) / 2 - y, cos, sin, scale)
         for n in range(count):
             flags[n, 0] = t.roles[n] == t.roles[me]
-        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], reach)
+        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], scale, order, gaps)
 
 
 def drive(s: Record, t: Record, m: Record, r: Record, n: int, v: float, w: float) -> None:

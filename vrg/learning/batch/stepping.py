@@ -124,7 +124,7 @@ def measure(m: Record, k: Record, chance: Record, vary: Variation) -> None:
             k.own[n, 0] += vary.position_noise * normal(chance)
             k.own[n, 1] += vary.position_noise * normal(chance)
             k.own[n, 2] += vary.heading_noise * normal(chance)
-        k.own[n, 3], k.own[n, 4] = m.velocities[n, 0], m.velocities[n, 1]
+        k.own[n, 3], k.own[n, 4] = m.rolled[n, 0], m.rolled[n, 1]
 
 
 def publish(m: Record, k: Record, jumped: bool) -> None:

@@ -118,7 +118,7 @@ class DeveloperPainter:
             notice, tone = words.OFFICIAL_SEAT if insight.official else words.WINDOW_SEAT, tables.Tone.QUIET
         self._lists.line(surface, places.notice, notice, size, tone)
         shown = self._draw_panel(surface, places, insight, choices, view, panel=panel)
-        if card is not None:
+        if card is not None and not keys:
             self._card.draw(surface, places.field, card, places.ui, turned=view.turned)
         self._header.draw(surface, places.head, insight.scene, places.ui)
         if keys:

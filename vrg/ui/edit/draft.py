@@ -13,7 +13,7 @@ from pathlib import Path as FilePath
 from typing import Any, Final
 
 from vrg.errors import Path
-from vrg.games import game_of
+from vrg.games import default_strategy, game_of
 from vrg.toml_text import TomlValue, quoted, with_item, with_value, without
 from vrg.types import Pose
 
@@ -141,7 +141,8 @@ class Draft:
         match path:
             case ("players", int(player), "strategy"):
                 role = game_of(self.game).role(self.shown(("players", player, "role")))
-                return "" if role is None else self.shown(("teams", role.team, "strategy"))
+                team = "" if role is None else self.shown(("teams", role.team, "strategy"))
+                return team or default_strategy(self.game, "" if role is None else role.name)
             case ("players", _, str(name)):
                 return COLUMNS.get(name, "")
         return SETTINGS.get(str(path[0]), "") if len(path) == 1 else ""

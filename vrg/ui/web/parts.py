@@ -105,6 +105,7 @@ def state(scene: Scene) -> dict[str, Any]:
             | ({} if style is None else {"colour": hexadecimal(style.colour), "marker": style.marker.value})
             for words, style in legend(scene)
         ],
+        "plans": game.plans,
         "halted": scene.halted is not None,
         "estop": scene.estop,
         "over": scene.stage is Stage.GAME_OVER,
@@ -146,6 +147,7 @@ def _body(body: SceneBody, game: Game) -> dict[str, Any]:
         "marker": style.marker.value,
         "physical": body.physical,
         "out": body.out_of_play,
+        "remark": game.remark(body.state),
     }
 
 

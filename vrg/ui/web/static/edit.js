@@ -9,7 +9,7 @@ const byId = (id) => document.getElementById(id);
 const plan = new Plan(byId("field"), (player, [x, y, heading]) => ask({ do: "place", player, x, y, heading }), choose);
 let token = "", told = {}, start = {}, chosen = {}, ended = false;
 let marked = new Set(), columns = [];
-let queue = Promise.resolve(), typing = 0;
+let queue = Promise.resolve(), waiting = 0, typing = 0;
 /** What is typed and not yet answered, and what of it was sent, by the keys of fields. */
 const pending = new Map(), sent = new Map();
 
@@ -40,7 +40,9 @@ async function post(path, body, bearer) {
 }
 
 function send(request) {
+  waiting += 1;
   queue = queue.then(async () => {
+    waiting -= 1;
     if (ended) return;
     let answer = null;
     try {
@@ -50,15 +52,15 @@ function send(request) {
     }
     if (request.do === "place") plan.waits -= 1;
     if (answer) hear(answer, request);
+    // Whatever has changed the match, it is checked once nothing else is asked for. A check that fails is not repeated.
+    if (!ended && !waiting && told.checked === false && (answer || request.do !== "check")) send({ do: "check" });
   });
-  return queue;
 }
 
-/** Ask for a change of the match, and have it checked. */
+/** Ask for a change of the match. */
 function ask(request) {
   takeIn();
   send({ ...request, seen: 0 });
-  return send({ do: "check" });
 }
 
 /** Take in what is being typed now. */
@@ -115,6 +117,7 @@ function question({ kind, question: words }, request) {
   byId("answer").hidden = !named;
   byId("answer").value = named ? request.name || told.settings[0].value : "";
   byId("yes").textContent = named ? "Save" : "Yes";
+  byId("no").textContent = named ? "Cancel" : "No";
   dialog.returnValue = "no";
   dialog.onclose = () => {
     if (dialog.returnValue !== "yes") return;
@@ -158,7 +161,7 @@ function card(what, ...children) {
 
 function open(what) {
   const map = what.match ? {} : { map: byId("map").value };
-  send({ do: "open", ...what, ...map, then: () => ((chosen = what), send({ do: "check" })) });
+  send({ do: "open", ...what, ...map, then: () => (chosen = what) });
 }
 
 function go(screen) {
@@ -185,7 +188,7 @@ function control(field, choices) {
   input.oninput = () => {
     pending.set(field.key, input.value);
     clearTimeout(typing);
-    typing = setTimeout(() => (takeIn(), send({ do: "check" })), closed ? 0 : PAUSE);
+    typing = setTimeout(takeIn, closed ? 0 : PAUSE);
   };
   input.onblur = () => (takeIn(), show());
   return input;
@@ -322,10 +325,9 @@ const count = (players) => ask({ do: "count", players });
 const save = (more = {}) => {
   takeIn();
   send({ do: "save", seen: 0, ...more });
-  if (!more.play) send({ do: "check" });
 };
 const acts = {
-  back: () => send({ do: "open", ...chosen, ...(chosen.match ? {} : { map: byId("map").value }), then: () => (go("start"), send({ do: "look" }), send({ do: "check" })) }),
+  back: () => send({ do: "open", ...chosen, ...(chosen.match ? {} : { map: byId("map").value }), then: () => (go("start"), send({ do: "look" })) }),
   undo: () => (document.activeElement.blur(), ask({ do: "undo" })),
   redo: () => (document.activeElement.blur(), ask({ do: "redo" })),
   save: () => save(),
@@ -358,7 +360,6 @@ async function enter() {
   }
   token = sessionStorage.getItem("editor") ?? "";
   send({ do: "look" });
-  send({ do: "check" });
 }
 
 // For tests, and for whoever wants to know.

@@ -84,7 +84,11 @@ export class Field {
     }
     c.fillStyle = colours.background;
     c.fillRect(0, height - strip, width, strip);
-    if (strip > 30) drawLegend(c, signs, width, height, drawScale(c, view, width, height, colours, ui), colours, ui);
+    if (strip <= 30) return;
+    // Where there is no room for all, the signs go first, then the scale, then the axes.
+    const rest = width - legendWidth(c, signs, ui);
+    const left = rest > scaleWidth(view, ui) ? drawScale(c, view, width, height, colours, ui, rest > scaleWidth(view, ui, true)) : 0;
+    drawLegend(c, signs, width, height, left, colours, ui);
   }
 
   drawMoving(match, view, area, now, own, ui) {
@@ -93,10 +97,10 @@ export class Field {
     if (!state || !latest || bodies.length !== state.bodies.length) return;
     for (const mark of state.marks) drawMark(c, view, mark);
     motion.trails.forEach((trail, index) => drawTrail(c, view, trail.points, bodies[index], state.bodies[index].colour));
-    for (const stroke of match.plans ? match.strokes : []) drawStroke(c, view, stroke, colours, ui);
+    for (const stroke of match.showsPlans ? match.strokes : []) drawStroke(c, view, stroke, colours, ui);
     const order = state.bodies.map((_, index) => index).sort((a, b) => state.bodies[b].out - state.bodies[a].out);
     for (const index of order) drawBody(c, view, bodies[index], state.bodies[index], colours);
-    const robots = state.bodies.map((body, index) => ({ name: body.name, circle: circleOf(view, bodies[index], body) }));
+    const robots = state.bodies.map((body, index) => ({ name: body.name, remark: body.remark, circle: circleOf(view, bodies[index], body) }));
     const mine = robots.find((robot) => robot.name === own);
     if (mine) {
       c.beginPath();
@@ -234,9 +238,15 @@ function writeZone(c, view, zone, top, height, right, ui) {
   c.restore();
 }
 
-/** Draw the length of some metres, and where x and y point; returns how far to the right that reaches. */
-function drawScale(c, view, width, height, colours, ui) {
-  const metres = [1, 2, 5, 10, 20, 50, 100].find((count) => count * view.scale >= 60 * ui) ?? 100;
+/** The number of metres whose length is drawn. */
+const scaleMetres = (view, ui) => [1, 2, 5, 10, 20, 50, 100].find((count) => count * view.scale >= 60 * ui) ?? 100;
+
+/** How far to the right the scale reaches, px; with `axes` where x and y point, too. */
+const scaleWidth = (view, ui, axes = false) => scaleMetres(view, ui) * view.scale + (axes ? 92 : 32) * ui;
+
+/** Draw the length of some metres, and with `axes` where x and y point; returns how far to the right that reaches. */
+function drawScale(c, view, width, height, colours, ui, axes) {
+  const metres = scaleMetres(view, ui);
   const length = metres * view.scale, left = 18 * ui, bottom = height - 16 * ui;
   if (width < length + 140 * ui) return 0;
   c.strokeStyle = c.fillStyle = colours.muted;
@@ -253,6 +263,7 @@ function drawScale(c, view, width, height, colours, ui) {
   c.textAlign = "center";
   c.textBaseline = "bottom";
   c.fillText(WORDS.metres(metres), left + length / 2, bottom - 4 * ui);
+  if (!axes) return scaleWidth(view, ui);
   c.textBaseline = "middle";
   const origin = [left + length + 40 * ui, bottom - (view.turned ? 22 * ui : 0)];
   for (const [theta, letter] of [[0, "x"], [Math.PI / 2, "y"]]) {
@@ -270,15 +281,23 @@ function drawScale(c, view, width, height, colours, ui) {
     c.fill();
     c.fillText(letter, ...along(26));
   }
-  return origin[0] + 34 * ui;
+  return scaleWidth(view, ui, true);
 }
+
+/** The width of a sign of the legend with its words and of the gap beside it, px. */
+function signWidth(c, words, ui) {
+  c.font = `${Math.max(11, Math.round(13 * ui))}px ${FONT}`;
+  return c.measureText(words).width + Math.round(16 * ui) + 20 * ui;
+}
+
+/** The width of the whole legend, px. */
+const legendWidth = (c, signs, ui) => signs.reduce((all, { words }) => all + signWidth(c, words, ui), 0);
 
 /** Draw the signs of the roles, and what is grey, as far as there is room right of `left`. */
 function drawLegend(c, signs, width, height, left, colours, ui) {
-  const side = Math.round(16 * ui), gap = 14 * ui, y = height - 16 * ui;
-  c.font = `${Math.max(11, Math.round(13 * ui))}px ${FONT}`;
-  const widths = signs.map(({ words }) => c.measureText(words).width + side + 6 * ui);
-  const sum = () => widths.reduce((all, one) => all + one + gap, 0);
+  const side = Math.round(16 * ui), y = height - 16 * ui;
+  const widths = signs.map(({ words }) => signWidth(c, words, ui));
+  const sum = () => widths.reduce((all, one) => all + one, 0);
   while (widths.length && sum() > width - left) widths.pop();
   c.textAlign = "left";
   c.textBaseline = "middle";
@@ -300,7 +319,7 @@ function drawLegend(c, signs, width, height, left, colours, ui) {
     } else c.stroke();
     c.fillStyle = colours.text;
     c.fillText(words, x + side + 6 * ui, y);
-    x += wide + gap;
+    x += wide;
   });
 }
 

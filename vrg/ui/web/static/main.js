@@ -4,15 +4,12 @@ import { Field } from "./field.js";
 import { Link } from "./link.js";
 import { Match } from "./match.js";
 import { Panel, say } from "./panel.js";
-import { WORDS } from "./words.js";
+import { KEYS, WORDS } from "./words.js";
 
 /** ms between two driving commands, and ms without news after which the picture is said to be old. */
 const COMMAND = 50, SILENT = 3000;
 /** ms for which a notice is shown, and ms in which ending the game must be confirmed. */
 const NOTICE = 6000, CONFIRM = 4000;
-
-/** The keys of the official, as in the spectator's window: the referee's words name them. */
-const KEYS = { h: "halt", c: "resume", r: "recover", u: "release" };
 
 const byId = (id) => document.getElementById(id);
 const match = new Match();
@@ -180,8 +177,8 @@ window.addEventListener("hashchange", () => {
   link.connect();
 });
 function showPlans() {
-  match.plans = !match.plans;
-  byId("plans").ariaPressed = String(match.plans);
+  match.plans = !match.showsPlans;
+  if (!match.strokes.length) tell(match.plans ? WORDS.noPlans : WORDS.plansHidden);
 }
 byId("plans").addEventListener("click", showPlans);
 window.addEventListener("keydown", (event) => {

@@ -10,8 +10,8 @@ export class Match {
     this.forget();
     this.role = "viewer";
     this.player = "";
-    /** What players sketch of their plans is shown. */
-    this.plans = false;
+    /** Whether what players sketch of their plans is shown; null leaves that to the game until somebody switches it. */
+    this.plans = null;
   }
 
   /** Forget what was seen, but for the colours and the role. */
@@ -66,6 +66,11 @@ export class Match {
         break;
     }
     return message.t;
+  }
+
+  /** What players sketch of their plans is shown. */
+  get showsPlans() {
+    return this.plans ?? this.state?.plans ?? false;
   }
 
   /** The player that this page may drive, as the state has it, or null. */

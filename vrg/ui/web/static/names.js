@@ -12,10 +12,10 @@ export class Names {
     this.crowded = false;
   }
 
-  /** Place the names of robots [{name, circle}] within an area. `measure` gives the width of a text.
+  /** Place the names of robots [{name, circle, remark}] within an area. `measure` gives the width of a text.
    *  Returns [{index, text, box, line}]; `line` is where a line from the robot to a distant name ends, or null. */
   place(robots, area, measure, height) {
-    const words = this.words(robots, measure);
+    const words = this.words(robots, measure).map((word, index) => [word, robots[index].remark].filter(Boolean).join(" "));
     const circles = robots.map((robot) => robot.circle);
     const taken = circles.map(({ x, y, radius }) => ({ left: x - radius - 2, top: y - radius - 2, width: 2 * radius + 4, height: 2 * radius + 4 }));
     return robots.map((robot, index) => {

@@ -1,6 +1,6 @@
 // Writes what is told in words: heading, score, players, calls, banners. It rewrites only what has changed.
 import { drawMarker } from "./field.js";
-import { WORDS } from "./words.js";
+import { KEYS, WORDS } from "./words.js";
 
 const byId = (id) => document.getElementById(id);
 
@@ -49,6 +49,7 @@ export class Panel {
       byId("chips").replaceChildren(...chips);
     });
     this.when("scores", state?.scores, () => byId("scores").replaceChildren(...(state?.scores ?? []).map(score)));
+    this.when("plans", match.showsPlans, () => (byId("plans").ariaPressed = String(match.showsPlans)));
     this.when("objects", state?.objects, () => byId("objects").replaceChildren(...(state?.objects ?? []).map(thing)));
     this.when("banners", [state?.banners, match.role], () => {
       byId("banners").replaceChildren(...(state?.banners ?? []).map((told) => banner(told, match.role)));
@@ -104,11 +105,20 @@ function thing({ words, colour, carried }) {
   return make("div", carried ? "thing carried" : "thing", "", flag, words);
 }
 
+/** People touch this device: it may have no keyboard. */
+const fingers = matchMedia("(pointer: coarse)").matches;
+
+/** A step such as `2. C continues play` for those who have buttons in place of keys. */
+export const buttonStep = (step) => step.replace(/^(\d+\. )?([A-Z]) .*$/, (whole, number = "", key) => {
+  const button = KEYS[key.toLowerCase()];
+  return button ? number + WORDS.press(WORDS[button]) : whole;
+});
+
 function banner({ heading, lines, steps, colour, ink, brief }, role) {
   const plate = make("div", brief ? "banner brief" : "banner", "", make("strong", "", heading));
   if (brief) plate.append(make("span", "", lines.join(" · ")));
   else plate.append(...lines.map((line) => make("p", "", line)));
-  if (role === "official") plate.append(...steps.map((step) => make("p", "step", step)));
+  if (role === "official") plate.append(...steps.map((step) => make("p", "step", fingers ? buttonStep(step) : step)));
   plate.style.background = colour;
   plate.style.color = ink;
   return plate;

@@ -13,6 +13,7 @@ export const WORDS = {
   end: "End the game",
   reallyEnd: "End it? Press again",
   estop: "EMERGENCY STOP",
+  press: (button) => `press “${button}”`,
   release: "Release the stop",
   roles: { viewer: "watching", official: "official", seat: "driver" },
   connecting: "Connecting …",
@@ -31,6 +32,8 @@ export const WORDS = {
   stopped: (player) => `Because of the emergency stop, ${player} is given back.`,
   padLost: "The gamepad is lost, so the robot is given back.",
   plans: "Plans",
+  noPlans: "Nobody shows a plan now: one is drawn once somebody does.",
+  plansHidden: "Plans are hidden.",
   fast: "Full speed",
   giveBack: "Give it back",
   displaced: (player) => `Another page has taken the seat of ${player}. You may watch.`,
@@ -39,3 +42,6 @@ export const WORDS = {
   watch: "Watch only",
   again: "Try again",
 };
+
+/** The keys of the official and their buttons, as in the spectator's window: the referee's words name the keys. */
+export const KEYS = { h: "halt", c: "resume", r: "recover", u: "release" };
