@@ -38,7 +38,7 @@ def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretc
 
 
 def in_box(start: Vector, end: Vector, box: tuple[float, float, float, float]) -> Stretch:
-    """The part of a way that is in an axis-aligned box of (x_min, y_min, x_max, y_max), by Liang and Barsky's clipping."""
+    """The part of a way that is in a box of (x_min, y_min, x_max, y_max), by Liang and Barsky's clipping."""
     enter, leave = 0.0, 1.0
     for a, b, low, high in ((start[0], end[0], box[0], box[2]), (start[1], end[1], box[1], box[3])):
         if a == b:

@@ -1,10 +1,11 @@
 """The compilation of functions of numbers, such as those by which the referee judges, as they stand.
 
-`compiled` makes machine code of a function and of all that it calls in VRG, by numba. Neither they nor their modules know
-of it, so a match needs no numba. Without numba a function is returned as it is, and the same code runs, slowly.
+`compiled` makes machine code of a function and of all that it calls in VRG, by numba. Neither they nor their modules
+know of it, so a match needs no numba. Without numba a function is returned as it is, and the same code runs, slowly.
 """
 
 import functools
+import hashlib
 import importlib.util
 import math
 from collections.abc import Callable
@@ -13,6 +14,7 @@ from types import FunctionType
 from typing import Any, Final, NamedTuple, TypeVar, cast
 
 import numpy as np
+import platformdirs
 
 import vrg
 from vrg import geometry, regions, types
@@ -84,34 +86,69 @@ _INSTEAD: Final[dict[int, Any]] = {
     id(geometry.wrap): _wrap,
 }
 """What stands in machine code for what numba does not know, by its id."""
-_done: dict[int, Any] = {}
 
 
-def compiled(function: F) -> F:
-    """The function as machine code, which holds no lock while it runs; without numba the function itself."""
-    return cast(F, _compiled(function)) if HAS_NUMBA else function
+def hole(*_: Any) -> Any:
+    """Stands for a function that `compiled` fills in, such as the rules of a game."""
+    raise NotImplementedError("expected a function that `compiled` has filled in")
 
 
-def _compiled(function: Any) -> Any:
-    """Compile a function after those that it calls. Its module's own names stay as they are."""
-    known = _done.get(id(function))
-    if known is not None:
-        return known
-    from numba import njit
+_Filled = dict[str, FunctionType]
+_done: dict[tuple[int, ...], Any] = {}
 
-    own = cast(FunctionType, _INSTEAD.get(id(function), function))
-    names = dict(own.__globals__)
+
+def compiled(function: F, **filled: Callable[..., Any]) -> F:
+    """The function as machine code, which holds no lock while it runs; without numba as it is.
+
+    The machine code is kept in the user's cache, for as long as no file that it is made of changes.
+
+    Args:
+        filled: the functions that its module, and those that it calls there, name as a `hole`.
+    """
+    files: set[str] = set()
+    return cast(F, _compiled(function, cast(_Filled, filled), files, outermost=True))
+
+
+def _compiled(function: Any, filled: _Filled, files: set[str], *, outermost: bool = False) -> Any:
+    """Compile a function after those that it calls. Its module's own names stay as they are.
+
+    Args:
+        files: the files of all functions that were compiled; this one's are added.
+    """
+    own = cast(FunctionType, _INSTEAD.get(id(function), function)) if HAS_NUMBA else function
+    own_filled = {name: value for name, value in filled.items() if own.__globals__.get(name) is hole}
+    names = {**own.__globals__, **own_filled}
+    files.add(own.__code__.co_filename)
     for name in own.__code__.co_names:
         value = names.get(name)
-        if id(value) in _INSTEAD and isinstance(value, type):
+        if HAS_NUMBA and isinstance(value, type) and id(value) in _INSTEAD:
             names[name] = _INSTEAD[id(value)]
         elif isinstance(value, FunctionType) and _is_ours(value):
-            names[name] = _compiled(value)
-    twin = FunctionType(own.__code__, names, own.__name__, own.__defaults__, own.__closure__)
-    functools.update_wrapper(twin, own)
+            names[name] = _compiled(value, filled, files)
+    key = (id(function), outermost, *map(id, own_filled.values()))
+    if key not in _done:
+        twin = FunctionType(own.__code__, names, own.__name__, own.__defaults__, own.__closure__)
+        functools.update_wrapper(twin, own)
+        # One name for each combination, by which numba finds its machine code again.
+        twin.__qualname__ = "-".join([own.__qualname__, *(f"{f.__module__}.{f.__name__}" for f in own_filled.values())])
+        _done[key] = _machine_code(twin, files if outermost else None) if HAS_NUMBA else twin
+    return _done[key]
+
+
+def _machine_code(function: FunctionType, kept: set[str] | None) -> Any:
+    """Let numba compile a function when it is called first.
+
+    Args:
+        kept: the files that its machine code, which is kept, is made of; None keeps none.
+    """
+    from numba import config, njit  # noqa: PLC0415 - not everybody has it, and a policy in a match needs none
+
+    if kept is not None:
+        # numba itself compares the file of the function alone.
+        digest = hashlib.sha256(b"".join(Path(file).read_bytes() for file in sorted(kept))).hexdigest()[:16]
+        vars(config)["CACHE_DIR"] = str(platformdirs.user_cache_path("vrg") / "machine-code" / digest)
     # fastmath stays off: results must be those of Python, to the last bit wherever the processor allows it.
-    found = _done[id(function)] = njit(nogil=True, error_model="numpy", forceinline=True)(twin)
-    return found
+    return njit(nogil=True, error_model="numpy", forceinline=kept is None, cache=kept is not None)(function)
 
 
 def _is_ours(function: FunctionType) -> bool:

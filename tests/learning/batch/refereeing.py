@@ -98,9 +98,9 @@ def compare(
             differences = list(_differences(judge, expected, batch, b))
             if not differences and judge.match.over:
                 found.matches += 1
-                judges[b] = judge = Judged(setup, batch.players)
-            if not differences and judge.match.stage is Stage.INITIALIZE:
-                differences = [wrong] if (wrong := judge.begin(poses[b])) else []
+                judges[b] = Judged(setup, batch.players)
+            if not differences and judges[b].match.stage is Stage.INITIALIZE:
+                differences = [wrong] if (wrong := judges[b].begin(poses[b])) else []
             found.differences += [f"match {b}: {words}" for words in differences]
             for call in expected:
                 found.calls[call.rule] = found.calls.get(call.rule, 0) + 1

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.outside.package.toys.kiwi import KIWI
 from vrg.hal.models import robot_model
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.map import load_map
@@ -46,7 +47,5 @@ def test_robots_in_a_crowd_move_as_in_the_planar_engine(seed: int) -> None:
 
 
 def test_a_robot_that_drives_sideways_is_refused() -> None:
-    from tests.outside.package.toys.kiwi import KIWI
-
     with pytest.raises(ValueError, match="cannot drive sideways"):
         motion.robots([KIWI], 1)

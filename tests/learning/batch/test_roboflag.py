@@ -1,12 +1,10 @@
 """RoboFlag in a batch: the same calls at the same looks as the referee of a match."""
 
+import numpy as np
 from msgspec import structs
 
-import numpy as np
-import pytest
-
 from tests.learning.batch.refereeing import Singles, compare
-from vrg.config.loading import check_match, load_match, match_path
+from vrg.config.loading import load_match, match_path
 from vrg.learning.batch.observing import OWN
 
 SETUP = load_match(match_path("roboflag"))
@@ -30,10 +28,9 @@ def drives(seen: Singles, rng: np.random.Generator) -> Singles:
     return np.stack((np.clip(1.2 - np.abs(bearing), 0.1, 1.0), turn), axis=-1).astype(np.float32)
 
 
-@pytest.mark.parametrize("captures", [1, 3])
-def test_the_calls_are_those_of_the_referee(captures: int) -> None:
-    rules = {**SETUP.rules, "round_time": 40.0, "sudden_death": 15.0, "captures": captures}
-    found = compare(structs.replace(SETUP, rules=rules), 24, drives, ended=24, seed=captures)
+def test_the_calls_are_those_of_the_referee() -> None:
+    rules = {**SETUP.rules, "round_time": 50.0, "sudden_death": 10.0, "captures": 2}
+    found = compare(structs.replace(SETUP, rules=rules), 24, drives, ended=24)
     assert not found.differences
     assert found.calls["tag"] > 100
     assert min(found.calls[rule] for rule in ("flag", "home", "capture", "time", "sudden_death")) > 3

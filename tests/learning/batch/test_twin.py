@@ -1,4 +1,4 @@
-"""A batch plays the match that the nodes of a match play: the same poses, observations and rewards for the same actions."""
+"""A batch plays what the nodes of a match play: the same poses, observations and rewards for the same actions."""
 
 from types import ModuleType
 
@@ -13,8 +13,8 @@ from vrg.learning.batch.matches import Batch
 from vrg.learning.environment import MatchEnvironment
 
 EXACT, TICKS = 1e-6, 5e-3
-"""The bounds of differences: of all but velocities, and of these: odometry counts ticks, of which one in 20 ms is 1 mm/s."""
-CALM = 12
+"""The bounds of differences: of all but velocities, and of these. Odometry counts ticks: one in 20 ms is 1 mm/s."""
+CALM = 20
 """The decisions after the line-up in which players see the velocities of robots that were put somewhere else."""
 
 

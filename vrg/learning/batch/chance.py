@@ -1,4 +1,4 @@
-"""Random numbers of many matches, each with a stream of its own, so that no match depends on how many others there are."""
+"""Random numbers of many matches, each with a stream of its own, so that no match depends on the others."""
 
 import math
 

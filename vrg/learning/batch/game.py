@@ -13,8 +13,8 @@ from vrg.learning.rewards import WINNING
 def calls(matches: int, players: int, most: int) -> Records:
     """Room for so many calls at a look.
 
-    Fields: `total`: how many there are; and of each of them `rules`: its number in `BatchedGame.rules`; `players`: the row
-    of the first player that it names, -1 if it names none first; `others`: which others it names.
+    Fields: `total`: how many there are; and of each of them `rules`: its number in `BatchedGame.rules`; `players`: the
+    row of the first player that it names, -1 if it names none first; `others`: which others it names.
     """
     return records(matches, total=(int,), rules=(int, most), players=(int, most), others=(bool, most, players))
 

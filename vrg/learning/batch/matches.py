@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -29,10 +29,10 @@ class Batch:
     """So many matches at once. Matches that end begin anew in the same step (Gymnasium's SAME_STEP).
 
     Args:
-        setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn.
-        shaping: whether calls that only lead to what counts are rewarded, too.
-        vary: how matches differ from the match file. most: the decisions after which a match is truncated; 0 for no bound.
-        threads: how many work at a time; None takes one for each core.
+        setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn. shaping: whether calls
+        that only lead to what counts are rewarded, too. vary: how matches differ from the match file. most: the
+        decisions after which a match is truncated; 0 for no bound. threads: how many work at a time; None takes one for
+        each core.
 
     Attributes:
         players: the names of the players, in the order of the arrays.
@@ -89,9 +89,9 @@ class Batch:
             truncated=np.zeros(matches, dtype=np.bool_),
             winners=np.full(matches, -1, dtype=np.int64),
         )
-        self._functions: list[Any] = [compiled(function) for function in game.functions]
-        self._step: Any = compiled(stepping.step_all)
-        self._begin: Any = compiled(stepping.begin_all)
+        functions = game.functions._asdict()
+        self._step = compiled(stepping.step_all, **functions)
+        self._begin = compiled(stepping.begin_all, **functions)
         threads = threads or len(os.sched_getaffinity(0))
         edges = np.linspace(0, matches, min(threads, matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
@@ -101,8 +101,7 @@ class Batch:
         """Begin all matches anew, and return the observations: shape (matches, players, length)."""
         if seed is not None:
             chance.seed(self.records.chance, seed)
-        reset, observe = self._functions[2], self._functions[4]
-        self._begin(0, self.matches, reset, observe, self.records, self.vary, self.out)
+        self._begin(0, self.matches, self.records, self.vary, self.out)
         return self.out.observations
 
     def step(self, actions: npt.NDArray[np.float32]) -> Outputs:
@@ -127,7 +126,7 @@ class Batch:
         return self.out
 
     def _part(self, low: int, high: int, actions: npt.NDArray[np.float32]) -> None:
-        self._step(low, high, *self._functions, self.records, self.walls, self.vary, actions, self.most, self.out)
+        self._step(low, high, self.records, self.walls, self.vary, actions, self.most, self.out)
 
     def close(self) -> None:
         """End the threads. Idempotent."""

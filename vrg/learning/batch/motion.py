@@ -27,8 +27,8 @@ class Walls(NamedTuple):
     """The walls and obstacles of a map.
 
     Args:
-        boxes: shape (boxes, 5): x, y, heading, length, width, in m and rad. turns: the cosine and the sine of each heading.
-        circles: shape (circles, 3): x, y, radius, m.
+        boxes: shape (boxes, 5): x, y, heading, length, width, in m and rad. turns: the cosine and the sine of each
+        heading. circles: shape (circles, 3): x, y, radius, m.
     """
 
     boxes: Floats
@@ -82,10 +82,10 @@ def motions(matches: int, players: int, axes: int) -> Records:
     """The motion of the robots of so many matches: at rest at the origin, with locked wheels.
 
     Fields, each with a row for each player: `poses` and `before`: x, y in m and the heading in rad, now and before the
-    last step; `velocities`: v in m/s, w in rad/s, and the speed to the left in m/s; `speeds` and `targets`: those that the
-    axes have, and aim for, rad/s; `braking`: True for locked wheels; `room`: the way in m that the robot can go before it
-    could touch anything; `rolled`: v and w as the wheels have turned in the last step, also against an obstacle, which is
-    what odometry measures.
+    last step; `velocities`: v in m/s, w in rad/s, and the speed to the left in m/s; `speeds` and `targets`: those that
+    the axes have, and aim for, rad/s; `braking`: True for locked wheels; `room`: the way in m that the robot can go
+    before it could touch anything; `rolled`: v and w as the wheels have turned in the last step, also against an
+    obstacle, which is what odometry measures.
     """
     found = records(
         matches,
@@ -170,7 +170,7 @@ def advance(m: Record, r: Record, walls: Walls, dt: float) -> None:
 
 
 def look_around(m: Record, r: Record, walls: Walls) -> float:
-    """Measure the room of all robots of a match, and return the least gap between the circles around them and anything."""
+    """Measure the room of all robots, and return the least gap between the circle around one and anything, m."""
     count, least = len(m.room), math.inf
     for n in range(count):
         gap = wall_gap(m, r, walls, n)
@@ -187,7 +187,8 @@ def look_around(m: Record, r: Record, walls: Walls) -> float:
 def robot_gap(m: Record, r: Record, n: int, other: int) -> float:
     """The gap between the circles around two bodies, m; negative if they overlap."""
     dx, dy = m.poses[n, 0] - m.poses[other, 0], m.poses[n, 1] - m.poses[other, 1]
-    return math.sqrt(dx * dx + dy * dy) - r.reach[n] - r.reach[other]
+    gap: float = math.sqrt(dx * dx + dy * dy) - r.reach[n] - r.reach[other]
+    return gap
 
 
 def wall_gap(m: Record, r: Record, walls: Walls, n: int) -> float:
@@ -201,7 +202,8 @@ def wall_gap(m: Record, r: Record, walls: Walls, n: int) -> float:
     for k in range(len(walls.circles)):
         dx, dy = x - walls.circles[k, 0], y - walls.circles[k, 1]
         least = min(least, math.sqrt(dx * dx + dy * dy) - walls.circles[k, 2])
-    return least - r.reach[n]
+    gap: float = least - r.reach[n]
+    return gap
 
 
 def body(poses: Floats, sizes: Floats, n: int) -> Box:
@@ -262,48 +264,56 @@ def push_apart(m: Record, r: Record, walls: Walls, at_wall: Flags, near: Flags) 
 
     All pushes of an attempt are computed before any is applied.
     """
-    poses, sizes = m.poses, r.sizes
-    count = len(poses)
+    count = len(m.poses)
     moved, blocked = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.bool_)
     for _ in range(PUSH_ROUNDS):
         shifts, shifted = np.zeros((count, 2)), np.zeros(count, dtype=np.bool_)
         for n in range(count):
-            if not at_wall[n]:
-                continue
-            for k in range(len(walls.boxes)):
-                x, y, heading, length, width = walls.boxes[k]
-                gap = box_gap(body(poses, sizes, n), Box(x, y, heading, length, width))
-                shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, 1.0)
-            for k in range(len(walls.circles)):
-                x, y, radius = walls.circles[k]
-                gap = circle_gap(body(poses, sizes, n), Circle(x, y, radius))
-                shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, 1.0)
-        for n in range(count):
-            blocked[n] |= shifted[n]
+            if at_wall[n]:
+                shift_from_walls(m.poses, r.sizes, walls, n, shifts, shifted)
+                blocked[n] |= shifted[n]
         for n in range(count):
             for other in range(n + 1, count):
-                if not near[n, other]:
-                    continue
-                gap = box_gap(body(poses, sizes, n), body(poses, sizes, other))
-                if gap.distance >= 0.0:
-                    continue
-                if blocked[n] != blocked[other]:
-                    share = 1.0 if blocked[other] else 0.0
-                    blocked[n] = blocked[other] = True
-                else:
-                    own = force(m, r, n, gap.nx, gap.ny, gap.x, gap.y, 1.0)
-                    its = force(m, r, other, gap.nx, gap.ny, gap.x, gap.y, -1.0)
-                    share = 0.5 if own == its else (1.0 if own < its else 0.0)
-                shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, share)
-                shift(shifts, shifted, other, gap.distance, gap.nx, gap.ny, share - 1.0)
+                if near[n, other]:
+                    shift_from_each_other(m, r, n, other, blocked, shifts, shifted)
         if not shifted.any():
             break
         for n in range(count):
             if shifted[n]:
-                poses[n, 0] += shifts[n, 0]
-                poses[n, 1] += shifts[n, 1]
+                m.poses[n, 0] += shifts[n, 0]
+                m.poses[n, 1] += shifts[n, 1]
                 moved[n] = True
     return moved
+
+
+def shift_from_walls(poses: Floats, sizes: Floats, walls: Walls, n: int, shifts: Floats, shifted: Flags) -> None:
+    """Add the pushes that separate a body from the walls."""
+    for k in range(len(walls.boxes)):
+        x, y, heading, length, width = walls.boxes[k]
+        gap = box_gap(body(poses, sizes, n), Box(x, y, heading, length, width))
+        shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, 1.0)
+    for k in range(len(walls.circles)):
+        x, y, radius = walls.circles[k]
+        gap = circle_gap(body(poses, sizes, n), Circle(x, y, radius))
+        shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, 1.0)
+
+
+def shift_from_each_other(
+    m: Record, r: Record, n: int, other: int, blocked: Flags, shifts: Floats, shifted: Flags
+) -> None:
+    """Add the pushes that separate two bodies. One that is blocked holds against one that is not, and blocks it."""
+    gap = box_gap(body(m.poses, r.sizes, n), body(m.poses, r.sizes, other))
+    if gap.distance >= 0.0:
+        return
+    if blocked[n] != blocked[other]:
+        share = 1.0 if blocked[other] else 0.0
+        blocked[n] = blocked[other] = True
+    else:
+        own = force(m, r, n, gap.nx, gap.ny, gap.x, gap.y, 1.0)
+        its = force(m, r, other, gap.nx, gap.ny, gap.x, gap.y, -1.0)
+        share = 0.5 if own == its else (1.0 if own < its else 0.0)
+    shift(shifts, shifted, n, gap.distance, gap.nx, gap.ny, share)
+    shift(shifts, shifted, other, gap.distance, gap.nx, gap.ny, share - 1.0)
 
 
 def shift(shifts: Floats, shifted: Flags, n: int, distance: float, nx: float, ny: float, share: float) -> None:

@@ -1,4 +1,4 @@
-"""The observation of one player of one match, laid out as vrg.learning.observation lays out that of a player in a match."""
+"""The observation of one player, laid out as vrg.learning.observation lays out that of a player in a match."""
 
 import math
 

@@ -17,7 +17,8 @@ def records(count: int, **fields: tuple[Any, ...]) -> Records:
     """So many records of zeros.
 
     Args:
-        fields: the type of each field, followed by its shape. Truth values are stored as 0 and 1: numba has no arrays of
+        fields: the type of each field, followed by its shape. Truth values are stored as 0 and 1: numba has no arrays
+        of
             them in records.
     """
     layout = [

@@ -1,8 +1,8 @@
 """RoboFlag for many matches at once: the rules, the observation and the driving home, as functions of one match.
 
 The rules are those of vrg.games.roboflag.rules, and instants are found by the very functions of that referee. Nobody is
-pushed, placed by an official or disqualified in these matches, and there are no auctions, which change no rule. A tagged
-player is driven straight home, and not around others as by the coordinator of a match.
+pushed, placed by an official or disqualified in these matches, and there are no auctions, which change no rule. A
+tagged player is driven straight home, and not around others as by the coordinator of a match.
 """
 
 import math
@@ -89,9 +89,10 @@ def batched(book: RoboFlag, setup: MatchSetup, *, shaping: bool) -> BatchedGame:
 def standing(matches: int, players: int) -> Records:
     """The standing of so many matches, before their reset.
 
-    Fields: `states` and `before` (the pose at the look before) of each player; `carriers` and `points` of each team, where
-    the carrier is that of its flag; `number`: that of the round, from 1; `clock`: the time of play in it, s; `winner`: the
-    team that has won, DRAWN or -1; `after`: the states after the tags of a look, in which a judgement works.
+    Fields: `states` and `before` (the pose at the look before) of each player; `carriers` and `points` of each team,
+    where the carrier is that of its flag; `number`: that of the round, from 1; `clock`: the time of play in it, s;
+    `winner`: the team that has won, DRAWN or -1; `after`: the states after the tags of a look, in which a judgement
+    works.
     """
     return records(
         matches,

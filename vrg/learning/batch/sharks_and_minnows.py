@@ -88,8 +88,8 @@ def standing(matches: int, players: int) -> Records:
 
     Fields: `roles`, `active` (whether it may move), `limits` (the top speed, m/s) and `before` (the pose at the look
     before) of each player; `points`: those of the minnows and of the sharks; `number`: that of the pass, from 1;
-    `goal`: the end that the minnows cross to; `clock`: the time of play in this pass, s; `winner`: the role whose team has
-    won, -1 while the game goes on; and `exits`, `firsts` and `hit`, in which a judgement works.
+    `goal`: the end that the minnows cross to; `clock`: the time of play in this pass, s; `winner`: the role whose team
+    has won, -1 while the game goes on; and `exits`, `firsts` and `hit`, in which a judgement works.
     """
     return records(
         matches,
@@ -168,7 +168,7 @@ def end_of_pass(s: Record, t: Record, m: Record, c: Record) -> bool:
 
 
 def find_exits(s: Record, t: Record, m: Record) -> None:
-    """Find when each active player left the field, as a fraction of the time between the looks; infinite if it did not."""
+    """Find when each active player left the field, as a fraction of the time between the looks; infinite for never."""
     box = (s.bounds[0], s.bounds[1], s.bounds[2], s.bounds[3])
     for n in range(len(s.sides)):
         t.exits[n] = math.inf
@@ -198,12 +198,12 @@ def tags(s: Record, t: Record, m: Record, r: Record, minnow: int) -> float:
 
 
 def may_meet(s: Record, t: Record, m: Record, r: Record, n: int, other: int) -> bool:
-    """False if two bodies surely stay farther apart than the tag distance. It is cheaper to find out than the instant."""
+    """False if two bodies surely stay farther apart than the tag distance, which is found out sooner than when."""
     dx, dy = t.before[n, 0] - t.before[other, 0], t.before[n, 1] - t.before[other, 1]
     moved_x = (m.poses[n, 0] - t.before[n, 0]) - (m.poses[other, 0] - t.before[other, 0])
     moved_y = (m.poses[n, 1] - t.before[n, 1]) - (m.poses[other, 1] - t.before[other, 1])
     far = r.reach[n] + r.reach[other] + s.tag_distance + abs(moved_x) + abs(moved_y) + 1e-6
-    return dx * dx + dy * dy <= far * far
+    return bool(dx * dx + dy * dy <= far * far)
 
 
 def is_within(s: Record, t: Record, m: Record, r: Record, minnow: int, shark: int, at: float) -> bool:
@@ -216,7 +216,7 @@ def is_within(s: Record, t: Record, m: Record, r: Record, minnow: int, shark: in
         return False
     h0, h1, size = way(t, m, r, shark)
     p0, p1, own = way(t, m, r, minnow)
-    return outline_distance(interpolate(h0, h1, at), interpolate(p0, p1, at), size, own) <= s.tag_distance
+    return bool(outline_distance(interpolate(h0, h1, at), interpolate(p0, p1, at), size, own) <= s.tag_distance)
 
 
 def way(t: Record, m: Record, r: Record, n: int) -> tuple[Pose, Pose, tuple[float, float]]:

@@ -4,7 +4,6 @@ At each decision the referee judges where the robots are. A player knows its own
 referee published one decision before. What it decides holds until the next decision, which is PERIOD later.
 """
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from vrg.learning.batch.chance import between, normal, uniform
 from vrg.learning.batch.game import reward
 from vrg.learning.batch.motion import Walls, advance
 from vrg.learning.batch.records import Record, Records, records
+from vrg.learning.compiled import hole
 from vrg.navigation.motion import SMOOTHING
 
 PERIOD, TICKS = 0.1, 5
@@ -80,8 +80,8 @@ def minds(matches: int, players: int, delay: int) -> Records:
     """What the players of so many matches know and have decided.
 
     Fields: `poses`: as published; `velocities`: their estimates, m/s; `own`: each player's own measured pose and twist;
-    `steps`: the decisions in this match so far; `late`: by how many decisions commands are late; `loss`: their lost share;
-    `wanted`, shape (players, decisions, 2): the last commands, in m/s and rad/s.
+    `steps`: the decisions in this match so far; `late`: by how many decisions commands are late; `loss`: their lost
+    share; `wanted`, shape (players, decisions, 2): the last commands, in m/s and rad/s.
     """
     return records(
         matches,
@@ -95,10 +95,13 @@ def minds(matches: int, players: int, delay: int) -> Records:
     )
 
 
+judge = next_round = reset = drive = observe = hole
+"""The functions of a game, which are given the records of one match; `compiled` fills them in."""
+
+
 def begin(
-    reset: Callable[..., None], s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, chance: Record,
-    vary: Variation,
-) -> None:  # fmt: skip
+    s: Record, t: Record, m: Record, r: Record, model: Record, k: Record, chance: Record, vary: Variation
+) -> None:
     """Begin a match anew, with robots and a link of its own."""
     for n in range(len(m.poses)):
         r.v_max[n] = model.v_max[n] * between(chance, 1.0 - vary.speed, 1.0 + vary.speed)
@@ -147,28 +150,18 @@ def keep(k: Record, chance: Record, n: int, v: float, w: float) -> None:
         k.wanted[n, 0, 0], k.wanted[n, 0, 1] = v, w
 
 
-def begin_all(
-    low: int,
-    high: int,
-    reset: Callable[..., None],
-    observe: Callable[..., None],
-    a: Matches,
-    vary: Variation,
-    o: Outputs,
-) -> None:
+def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> None:
     """Begin the matches of these numbers anew."""
     for b in range(low, high):
         s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
-        begin(reset, s, t, m, r, a.model[b], k, a.chance[b], vary)
+        begin(s, t, m, r, a.model[b], k, a.chance[b], vary)
         measure(m, k, a.chance[b], vary)
         observe(s, t, r, k.poses, k.velocities, k.own, o.observations[b])
 
 
 def step_all(
-    low: int, high: int, judge: Callable[..., bool], next_round: Callable[..., None], reset: Callable[..., None],
-    drive: Callable[..., None], observe: Callable[..., None], a: Matches, walls: Walls, vary: Variation, actions: Any,
-    most: int, o: Outputs,
-) -> None:  # fmt: skip
+    low: int, high: int, a: Matches, walls: Walls, vary: Variation, actions: Any, most: int, o: Outputs
+) -> None:
     """One decision of the matches of these numbers.
 
     Args:
@@ -191,7 +184,7 @@ def step_all(
         if o.terminated[b] or o.truncated[b]:
             measure(m, k, chance, vary)
             observe(s, t, r, k.poses, k.velocities, k.own, o.last[b])
-            begin(reset, s, t, m, r, model, k, chance, vary)
+            begin(s, t, m, r, model, k, chance, vary)
         elif not over:
             for n in range(len(m.poses)):
                 keep(k, chance, n, actions[b, n, 0] * model.v_max[n], actions[b, n, 1] * model.w_max[n])
