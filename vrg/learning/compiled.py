@@ -4,11 +4,12 @@
 know of it, so a match needs no numba. Without numba a function is returned as it is, and the same code runs, slowly.
 """
 
+import contextlib
 import functools
 import hashlib
 import importlib.util
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import FunctionType
 from typing import Any, Final, NamedTuple, TypeVar, cast
@@ -130,7 +131,7 @@ def _compiled(function: Any, filled: _Filled, files: set[str], *, outermost: boo
         twin = FunctionType(own.__code__, names, own.__name__, own.__defaults__, own.__closure__)
         functools.update_wrapper(twin, own)
         # One name for each combination, by which numba finds its machine code again.
-        twin.__qualname__ = "-".join([own.__qualname__, *(f"{f.__module__}.{f.__name__}" for f in own_filled.values())])
+        twin.__qualname__ = f"{own.__qualname__}-{_digest(f'{f.__module__}.{f.__name__}' for f in own_filled.values())}"
         _done[key] = _machine_code(twin, files if outermost else None) if HAS_NUMBA else twin
     return _done[key]
 
@@ -143,12 +144,20 @@ def _machine_code(function: FunctionType, kept: set[str] | None) -> Any:
     """
     from numba import config, njit  # noqa: PLC0415 - not everybody has it, and a policy in a match needs none
 
+    cached = False
     if kept is not None:
         # numba itself compares the file of the function alone.
-        digest = hashlib.sha256(b"".join(Path(file).read_bytes() for file in sorted(kept))).hexdigest()[:16]
-        vars(config)["CACHE_DIR"] = str(platformdirs.user_cache_path("vrg") / "machine-code" / digest)
+        folder = platformdirs.user_cache_path("vrg") / "machine-code"
+        folder /= _digest(Path(file).read_text(encoding="utf-8") for file in sorted(kept))
+        with contextlib.suppress(OSError):  # a home may be read-only
+            folder.mkdir(parents=True, exist_ok=True)
+            vars(config)["CACHE_DIR"], cached = str(folder), True
     # fastmath stays off: results must be those of Python, to the last bit wherever the processor allows it.
-    return njit(nogil=True, error_model="numpy", forceinline=kept is None, cache=kept is not None)(function)
+    return njit(nogil=True, error_model="numpy", forceinline=kept is None, cache=cached)(function)
+
+
+def _digest(texts: Iterable[str]) -> str:
+    return hashlib.sha256("\n".join(texts).encode()).hexdigest()[:16]
 
 
 def _is_ours(function: FunctionType) -> bool:
