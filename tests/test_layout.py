@@ -29,7 +29,7 @@ ONLY_IN = {
     "numba": ("learning/compiled.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
     "pettingzoo": ("learning/environment.py",),
-    "gymnasium": ("learning/environment.py", "learning/single.py"),
+    "gymnasium": ("learning/environment.py", "learning/single.py", "learning/batch/vector.py"),
 }
 """Libraries, and the only room that imports each."""
 SHELLS = ("ui", "config", "launch", "evaluation", "learning", "commands", "recording")
