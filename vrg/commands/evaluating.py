@@ -163,23 +163,33 @@ def cores() -> int:
 def _entered(typed: Sequence[str]) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
     """The name and the whole target of each strategy; and the name of each that cannot be found, with the reason.
 
-    A folder stands for all files of Python in it. A file gives its strategy its own name.
+    A folder stands for all files of Python and of policies in it. A file gives its strategy its own name.
     """
+    from vrg.games import is_strategy_file
+
     entered, wrong = list[tuple[str, str]](), list[tuple[str, str]]()
     for target in typed:
         folder = Path(target)
-        for file in sorted(folder.glob("[!._]*.py")) if folder.is_dir() else [folder]:
-            if file.suffix != ".py":
+        for file in _files(folder) if folder.is_dir() else [folder]:
+            own = is_strategy_file(str(file))
+            if file.suffix != ".py" and not own:
                 entered.append((target.rpartition(":")[2], whole_target(target)))
                 continue
             try:
                 str(file).encode()
-                entered.append((file.stem, whole_target(f"{file}:{class_in(file)}")))
+                entered.append((file.stem, whole_target(str(file) if own else f"{file}:{class_in(file)}")))
             except UnicodeEncodeError:
                 wrong.append((ascii(file.stem), "its name is not in UTF-8: give the file another one"))
             except ConfigError as error:
                 wrong.append((printable(file.stem), _line(str(error))))
     return entered, wrong
+
+
+def _files(folder: Path) -> list[Path]:
+    """The files of strategies in a folder, except those whose names begin with `.` or `_`."""
+    from vrg.games import is_strategy_file
+
+    return [file for file in sorted(folder.glob("[!._]*")) if file.suffix == ".py" or is_strategy_file(file.name)]
 
 
 def _line(why: str) -> str:

@@ -69,7 +69,7 @@ def _known_engine(engine: str | None) -> str | None:
 PlayerArgument = Annotated[str, typer.Argument(metavar="PLAYER", help="Name of a player, and of its robot.")]
 TeamArgument = Annotated[str, typer.Argument(metavar="TEAM", help="Name of a team, such as red.")]
 StrategyArgument = Annotated[
-    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, or file.py:Class, or module:Class.")
+    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, file.py:Class, module:Class, or policy.npz.")
 ]
 
 # A match that is to be played, one that runs, one that was played.
@@ -198,6 +198,10 @@ def need_display() -> None:
 
 def whole_target(strategy: str) -> str:
     """A strategy as it was typed; that of a file, or of a module in the working folder, with the whole path."""
+    from vrg.games import is_strategy_file
+
+    if is_strategy_file(strategy):
+        return str(Path(strategy).resolve())
     path, colon, name = strategy.rpartition(":")
     file = path if path.endswith(".py") else f"{path}.py"
     return f"{Path(file).resolve()}{colon}{name}" if colon and Path(file).is_file() else strategy

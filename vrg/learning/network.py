@@ -65,7 +65,8 @@ def initial(own: int, slot: int, outputs: int, rng: np.random.Generator, *, last
     """Parameters to begin with: weights that keep the spread of values, and biases of 0.
 
     Args:
-        own, slot, outputs: as for `shapes`. last: the factor of the last weights; a small one lets all outputs begin near 0.
+        own, slot, outputs: as for `shapes`.
+        last: the factor of the last weights; a small one lets all outputs begin near 0.
     """
     found: Parameters = {}
     for name, shape in shapes(own, slot, outputs).items():
@@ -197,11 +198,11 @@ class Adam:
         self.steps += 1
         factor = min(1.0, self.longest / (length(slopes.values()) + 1e-8))
         step = rate * math.sqrt(1.0 - 0.999**self.steps) / (1.0 - 0.9**self.steps)
-        for name, values in self.parameters.items():
+        for name in self.parameters:
             slope, mean, square = slopes[name] * factor, self.means[name], self.squares[name]
             mean += 0.1 * (slope - mean)
             square += 0.001 * (slope * slope - square)
-            values -= step * mean / (np.sqrt(square) + 1e-8)
+            self.parameters[name] -= step * mean / (np.sqrt(square) + 1e-8)
 
 
 def length(slopes: Iterable[Values]) -> float:
