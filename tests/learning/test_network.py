@@ -61,13 +61,22 @@ def test_one_row_has_the_outputs_that_it_has_among_many() -> None:
         np.testing.assert_allclose(net(seen[row : row + 1])[0], net(seen)[row], atol=1e-5)
 
 
+def test_slopes_of_many_rows_are_those_of_all_at_once() -> None:
+    net, seen = network(kind=np.float64), observations(1300, 3).astype(np.float64)
+    outputs, trace = net.forward(seen)
+    np.testing.assert_array_equal(net(seen).shape, outputs.shape)
+    np.testing.assert_allclose(net(seen), outputs)
+    together, pieces = net.backward(trace, 2.0 * outputs), net.slopes(seen, lambda found, part: 2.0 * found)
+    for name, values in together.items():
+        np.testing.assert_allclose(pieces[name], values, rtol=1e-9, atol=1e-9)
+
+
 def test_the_same_seed_makes_the_same_network() -> None:
     def trained(seed: int) -> Parameters:
         net, seen = network(seed), observations(32, 3)
         adam = Adam(net.parameters)
         for _ in range(3):
-            outputs, trace = net.forward(seen)
-            adam.update(net.backward(trace, outputs - 0.5), 1e-2)
+            adam.update(net.slopes(seen, lambda outputs, part: outputs - 0.5), 1e-2)
         return net.parameters
 
     first, again, other = trained(0), trained(0), trained(1)

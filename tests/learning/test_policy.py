@@ -125,7 +125,10 @@ def lying(file: Path) -> None:
 BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "no file": (os.unlink, "no such file"),
     "a pickle": (lambda file: file.write_bytes(pickle.dumps({"first.weight": [1.0]})), "got a pickle"),
-    "a pickle in an array": (lambda file: with_array(file, "first.weight", np.array([{}])), "cannot be read as a policy"),
+    "a pickle in an array": (
+        lambda file: with_array(file, "first.weight", np.array([{}])),
+        "cannot be read as a policy",
+    ),
     "text": (lambda file: file.write_text("weights"), "expected a policy, an archive of numpy"),
     "nothing": (lambda file: file.write_bytes(b""), "expected a policy, an archive of numpy"),
     "one array": (lambda file: np.save(file.open("wb"), np.zeros(3)), "expected a policy, an archive of numpy"),
@@ -179,11 +182,18 @@ def test_a_file_is_told_from_a_name() -> None:
     assert file_of("policy.npz") == file_of("./policy.npz").removeprefix("./") == "policy.npz"  # type: ignore[union-attr]
     assert file_of("folder/mine.py:Mine") == "folder/mine.py"
     assert file_of("module:Class") is file_of("pursuer") is file_of("some.name") is None
-    assert [has_name(text) for text in ("pursuer", "policy.npz", "mine.py:Mine", "module:Class")] == [True] + [False] * 3
+    assert [has_name(text) for text in ("pursuer", "policy.npz", "mine.py:Mine", "module:Class")] == [True] + [
+        False
+    ] * 3
 
 
 def match_with(file: Path, folder: Path, game: str = SHARKS) -> Path:
-    return short_match(folder, game, players=f'strategy = "{file}"', top='engine_ = "planar"'.replace("engine_", "memory") if False else "")
+    return short_match(
+        folder,
+        game,
+        players=f'strategy = "{file}"',
+        top='engine_ = "planar"'.replace("engine_", "memory") if False else "",
+    )
 
 
 def test_a_match_is_played_by_a_policy(file: Path, tmp_path: Path) -> None:
@@ -203,7 +213,9 @@ def test_a_policy_of_pursuit_evasion_tells_what_the_games_own_strategy_tells(tmp
 
 def test_a_policy_does_not_play_another_game(file: Path, tmp_path: Path) -> None:
     setup = load_match(match_with(Path(file.name), tmp_path, "roboflag"))
-    with pytest.raises(ConfigError, match=r"match\.toml:\d+: .*expected a strategy for roboflag, got one that plays sharks"):
+    with pytest.raises(
+        ConfigError, match=r"match\.toml:\d+: .*expected a strategy for roboflag, got one that plays sharks"
+    ):
         check_strategies(setup, strategy_of)
 
 
@@ -238,8 +250,11 @@ def test_a_sealed_player_may_read_its_own_policy_and_no_other(tmp_path: Path) ->
     (tmp_path / "match.toml").write_text(text, encoding="utf-8")
     setup = load_match(tmp_path / "match.toml")
     run = RunFolder(tmp_path / "runs" / "run")
-    readable = {path for path, access in policy_of(setup, "player1", router=None, run=run, seat=None).files
-                if Access.READ in access}
+    readable = {
+        path
+        for path, access in policy_of(setup, "player1", router=None, run=run, seat=None).files
+        if Access.READ in access
+    }
     assert tmp_path / "sharks.npz" in readable
     assert not any((tmp_path / "minnows.npz").is_relative_to(path) for path in readable)
 
@@ -251,7 +266,10 @@ def test_a_run_folder_keeps_the_policies_of_its_match(file: Path, tmp_path: Path
     [(place, source)] = kept.copies.items()
     assert source == file.resolve()
     assert f'strategy = "{place.as_posix()}"' in kept.text
-    assert files_of_strategy(str(file), Path("substitute")) == ("substitute/policy.npz", {Path("substitute/policy.npz"): file})
+    assert files_of_strategy(str(file), Path("substitute")) == (
+        "substitute/policy.npz",
+        {Path("substitute/policy.npz"): file},
+    )
 
 
 def test_policies_are_compared_by_the_names_of_their_files(file: Path, tmp_path: Path) -> None:
@@ -277,7 +295,9 @@ def test_a_folder_of_policies_and_players_is_a_field_of_a_tournament(tmp_path: P
     from vrg.commands.evaluating import _entered
 
     save(random_policy(), tmp_path / "b.npz")
-    (tmp_path / "a.py").write_text("from vrg.agents import Strategy\nclass A(Strategy):\n    def act(self, view): ...\n")
+    (tmp_path / "a.py").write_text(
+        "from vrg.agents import Strategy\nclass A(Strategy):\n    def act(self, view): ...\n"
+    )
     (tmp_path / "notes.txt").write_text("")
     entered, wrong = _entered([str(tmp_path)])
     assert [name for name, _ in entered] == ["a", "b"]

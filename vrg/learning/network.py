@@ -6,7 +6,7 @@ same network plays with more or fewer others. Slots of all zeros, which are thos
 """
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -19,6 +19,8 @@ SLOT_UNITS: Final = 64
 """The number of values that a slot becomes."""
 UNITS: Final = 128
 """The number of units of each of the two layers behind."""
+PIECE: Final = 512
+"""The number of rows at a time: with more, their values leave the caches of a processor, which is several times slower."""
 
 Values = npt.NDArray[Any]
 """An array of float32; tests use float64."""
@@ -82,8 +84,8 @@ class Trace(NamedTuple):
     """What a forward pass leaves for the pass backwards. Rows are observations.
 
     Args:
-        slots: the slots, shape (rows * slots, values of a slot). hidden: their layer, shape (rows, slots, SLOT_UNITS).
-        most: its maximum. shares: what each slot counts for in the mean, shape (rows, slots, 1).
+        slots: the slots, shape (slots * rows, values of a slot). hidden: their layer, shape (slots, rows, SLOT_UNITS).
+        most: its maximum. shares: what each slot counts for in the mean, shape (slots, rows, 1).
         joined, first, second: the input and the values of the two layers.
     """
 
@@ -113,7 +115,22 @@ class Network:
 
     def __call__(self, observations: Values) -> Values:
         """The outputs for observations, shape (rows, outputs); see `forward`."""
-        return self.forward(observations)[0]
+        pieces = [self.forward(observations[part])[0] for part in _pieces(len(observations))]
+        return pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+
+    def slopes(self, observations: Values, slope: Callable[[Values, slice], Values]) -> Parameters:
+        """The derivative of a loss by each parameter.
+
+        Args:
+            observations: as for `forward`.
+            slope: returns the derivative of the loss by each output, given the outputs for some rows and which these are.
+        """
+        found = {name: np.zeros_like(self.parameters[name]) for name in shapes(0, 0, 0)}
+        for part in _pieces(len(observations)):
+            outputs, trace = self.forward(observations[part])
+            for name, values in self.backward(trace, slope(outputs, part)).items():
+                found[name] += values
+        return found
 
     def forward(self, observations: Values) -> tuple[Values, Trace]:
         """The outputs, shape (rows, outputs), and the trace for `backward`.
@@ -123,21 +140,24 @@ class Network:
         """
         p, rows = self.parameters, len(observations)
         count = (observations.shape[1] - self.own) // self.slot
-        slots = observations[:, self.own :].reshape(rows * count, self.slot)
-        known = (slots != 0.0).any(axis=1).reshape(rows, count, 1)
-        shares = known / np.maximum(known.sum(axis=1, keepdims=True), 1).astype(observations.dtype)
+        # The first index is the slot, so that all that is done with a slot is done with memory in one piece.
+        slots = observations[:, self.own :].reshape(rows, count, self.slot).transpose(1, 0, 2).reshape(-1, self.slot)
+        known = slots.any(axis=1).reshape(count, rows, 1)
+        shares = known / np.maximum(known.sum(axis=0), 1).astype(observations.dtype)
         hidden = slots @ p["slot.weight"]
         hidden += p["slot.bias"]
         # Nothing is below 0, so the zeros of unknown slots are never the maximum of others.
         np.maximum(hidden, 0.0, out=hidden)
-        hidden = hidden.reshape(rows, count, SLOT_UNITS)
-        hidden *= known
+        hidden = hidden.reshape(count, rows, SLOT_UNITS)
+        if not known.all():
+            hidden *= known
         joined = np.zeros((rows, self.own + 2 * SLOT_UNITS), dtype=hidden.dtype)
         joined[:, : self.own] = observations[:, : self.own]
-        most, mean = joined[:, self.own : -SLOT_UNITS], joined[:, -SLOT_UNITS:]
-        for number in range(count):
-            np.maximum(most, hidden[:, number], out=most)
-            mean += hidden[:, number] * shares[:, number]
+        most, mean = np.zeros((2, rows, SLOT_UNITS), dtype=hidden.dtype)
+        for values, share in zip(hidden, shares, strict=True):
+            np.maximum(most, values, out=most)
+            mean += values * share
+        joined[:, self.own : -SLOT_UNITS], joined[:, -SLOT_UNITS:] = most, mean
         first = joined @ p["first.weight"]
         first += p["first.bias"]
         np.tanh(first, out=first)
@@ -145,7 +165,7 @@ class Network:
         second += p["second.bias"]
         np.tanh(second, out=second)
         outputs = second @ p["last.weight"] + p["last.bias"]
-        return outputs, Trace(slots, hidden, most, shares.astype(hidden.dtype), joined, first, second)
+        return outputs, Trace(slots, hidden, most, shares, joined, first, second)
 
     def backward(self, trace: Trace, slopes: Values) -> Parameters:
         """The derivative of a loss by each parameter.
@@ -168,14 +188,15 @@ class Network:
         pooled = first @ p["first.weight"][self.own :].T
         most, mean = pooled[:, :SLOT_UNITS], pooled[:, SLOT_UNITS:]
         hidden = np.empty_like(trace.hidden)
-        for number in range(hidden.shape[1]):
-            values = trace.hidden[:, number]
-            slope = mean * trace.shares[:, number]
-            slope += most * (values == trace.most)
-            slope *= values > 0.0
-            hidden[:, number] = slope
+        for number, values in enumerate(trace.hidden):
+            hidden[number] = (most * (values == trace.most) + mean * trace.shares[number]) * (values > 0.0)
         layer("slot", trace.slots, hidden.reshape(-1, SLOT_UNITS))
         return found
+
+
+def _pieces(rows: int) -> list[slice]:
+    """The rows in pieces that the caches of a processor hold."""
+    return [slice(start, min(rows, start + PIECE)) for start in range(0, max(rows, 1), PIECE)]
 
 
 class Adam:
