@@ -42,7 +42,7 @@ def collected(match: str, games: int, seed: int) -> Pairs:
 
 
 def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int = 1000) -> tuple[Policy, list[float]]:
-    """The policy that does most nearly the same, and its mean squared error on a tenth of the pairs after each epoch."""
+    """The policy that does most nearly the same, and its squared error on a tenth of the pairs after each epoch."""
     learning = GAMES.get(game).load_learning()
     assert learning is not None
     rng, layout = np.random.default_rng(seed), layout_of(learning)

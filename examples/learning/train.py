@@ -9,7 +9,6 @@ the matches one team is a former self. It writes policy.npz, which plays in a ma
 
 import argparse
 import json
-import math
 import os
 import signal
 import time
@@ -20,6 +19,7 @@ from typing import Any, NamedTuple
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the policy and the value learn in a thread each, which is faster
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
@@ -32,12 +32,7 @@ from vrg.learning.policy import Policy, load, save
 GAMMA, LAMBDA = 0.99, 0.95  # the discount of a step, and of the estimates of advantages (Schulman et al. 2016)
 CLIP, ENTROPY, EPOCHS, ROWS = 0.2, 0.002, 3, 4096  # ROWS: those of a minibatch
 RATE, LEAST_RATE, MOST_RATE, KL = 5e-4, 5e-5, 2e-3, 0.012  # the rate follows how far an update moves the policy
-POOL, KEEP_EVERY, DRAW_EVERY, GROUPS = (
-    30,
-    10,
-    5,
-    4,
-)  # former selves; updates between them; groups that play against them
+POOL, KEEP_EVERY, DRAW_EVERY, GROUPS = 30, 10, 5, 4  # former selves; updates between them; groups that meet them
 SHAPING, SHAPED = 2.0, 15e6  # the factor of the rewards for progress, and the decisions after which it is 0
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
@@ -49,22 +44,26 @@ class Progress(NamedTuple):
 
     Args:
         phase: the values of an observation of which none may change for two distances to be compared.
-        goals: the value whose distance is the one to the goal, by the value that must be 1 for it.
-        chased: the values of a slot, and what they are for another player who is a goal; the value that must be 1 for it.
+        goals: the value that must be 1, and the one that is the distance to the goal then; of several the last counts.
+            An empty one is 1 for everybody.
+        chased: the value that must be 1 for the goal to be the nearest of some others.
+        prey: the values of such another one.
         winners: the roles, by the numbers of the teams that win.
     """
 
     phase: tuple[str, ...]
-    goals: dict[str, str]
-    chased: tuple[str, dict[str, float]] | None
+    goals: tuple[tuple[str, str], ...]
+    chased: str
+    prey: dict[str, float]
     winners: tuple[str, str]
 
 
 PROGRESS = {
     "sharks-and-minnows": Progress(
         phase=("i am a shark", "i am active", "round"),
-        goals={"i am a minnow": "nearest point of the safe zone: distance"},
-        chased=("i am a shark", {"same role": 0.0, "active": 1.0, "in the safe zone": 0.0}),
+        goals=(("", "nearest point of the safe zone: distance"),),
+        chased="i am a shark",
+        prey={"same role": 0.0, "active": 1.0, "in the safe zone": 0.0},
         winners=("minnow", "shark"),
     ),
 }
@@ -116,10 +115,8 @@ class Training:
         if self.updates % DRAW_EVERY == 0:
             self.drawn = [int(self.rng.integers(len(self.pool))) for _ in range(GROUPS)]
         seen, wanted, chance, advantages, returns, active = self.play()
-        weights = active / max(1.0, active.sum()) * len(active)
-        mean = float((advantages * weights).mean())
-        spread = math.sqrt(float((np.square(advantages - mean) * weights).mean()))
-        advantages = (advantages - mean) / (spread + 1e-6) * active
+        able = advantages[active > 0.0]
+        advantages = (advantages - able.mean()) / (able.std() + 1e-6) * active
         rows = len(seen)
         orders = [np.array_split(self.rng.permutation(rows), max(1, rows // ROWS)) for _ in range(EPOCHS)]
         learning = self.threads.submit(self.learn_value, seen, returns, orders)
@@ -241,17 +238,16 @@ class Training:
     def distances(self, seen: np.ndarray) -> np.ndarray:
         """The distance of each player to its goal, as a fraction of the field's diagonal; infinite without a goal."""
         own, slot, found = self.layout.own, self.layout.slot, np.full(seen.shape[:-1], np.inf, dtype=np.float32)
-        for needed, goal in self.progress.goals.items():
-            is_so = seen[..., own.index(needed)] > 0.5 if needed in own else np.ones(found.shape, dtype=bool)
+        for needed, goal in self.progress.goals:
+            is_so = seen[..., own.index(needed)] > 0.5 if needed else np.ones(found.shape, dtype=bool)
             found = np.where(is_so, seen[..., own.index(goal)], found)
-        if self.progress.chased is not None:
-            needed, kind = self.progress.chased
+        if self.progress.chased:
             slots = seen[..., len(own) :].reshape(*found.shape, -1, len(slot))
-            fits = (slots != 0.0).any(axis=-1)
-            for name, value in kind.items():
+            fits = slots.any(axis=-1)
+            for name, value in self.progress.prey.items():
                 fits &= slots[..., slot.index(name)] == value
-            nearest = np.where(fits, slots[..., slot.index("distance")], np.inf).min(axis=-1)
-            found = np.where(seen[..., own.index(needed)] > 0.5, nearest, found)
+            nearest = np.where(fits, slots[..., slot.index("distance")], np.inf).min(axis=-1, initial=np.inf)
+            found = np.where(seen[..., own.index(self.progress.chased)] > 0.5, nearest, found)
         return found
 
     def learned(self) -> Policy:
@@ -307,13 +303,9 @@ def likelihood(off: np.ndarray, log_std: np.ndarray) -> np.ndarray:
 
 def draw(curve: list[list[float]], file: Path) -> None:
     """Draw how the training went."""
-    import matplotlib as mpl
-
-    mpl.use("Agg")
-    from matplotlib import pyplot as plt
-
     decisions, reward, won = np.array(curve).T
-    figure, (above, below) = plt.subplots(2, 1, sharex=True, figsize=(8, 6), layout="constrained")
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
     above.plot(decisions / 1e6, reward)
     above.set_ylabel("reward of a player in a minute")
     below.plot(decisions / 1e6, 100 * won)
@@ -362,7 +354,7 @@ def main() -> None:
     if training.curve:
         draw(training.curve, output.with_suffix(".png"))
     training.batch.close()
-    print(f"{(training.decisions - first) / 1e6:.1f} million decisions. Play it: vrg play --help; or compare it:")
+    print(f"{(training.decisions - first) / 1e6:.1f} million decisions. To see how good it is:")
     print(f"    vrg compare {output} {training.game} --match {training.options['match']}")
 
 

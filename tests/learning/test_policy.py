@@ -12,11 +12,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 from tests.learning.making import GAMES_LEARNED, Situation, short_match
 from vrg.agents.strategy import Action
 from vrg.bus.messages import Stage
 from vrg.cli import make_app
+from vrg.commands.evaluating import _entered
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.coordinator.journal import NoJournal
 from vrg.errors import ConfigError
@@ -34,7 +36,6 @@ from vrg.learning.action import twist_of
 from vrg.learning.network import Network, initial, layout_of
 from vrg.learning.observation import observe
 from vrg.learning.policy import Policy, PolicyPlayer, load, player_of, save
-from typer.testing import CliRunner
 
 SHARKS = "sharks-and-minnows"
 
@@ -188,12 +189,8 @@ def test_a_file_is_told_from_a_name() -> None:
 
 
 def match_with(file: Path, folder: Path, game: str = SHARKS) -> Path:
-    return short_match(
-        folder,
-        game,
-        players=f'strategy = "{file}"',
-        top='engine_ = "planar"'.replace("engine_", "memory") if False else "",
-    )
+    """The match file of a game in which all play by a policy."""
+    return short_match(folder, game, players=f'strategy = "{file}"')
 
 
 def test_a_match_is_played_by_a_policy(file: Path, tmp_path: Path) -> None:
@@ -292,8 +289,6 @@ def test_a_policy_is_compared_with_the_shipped_strategy(file: Path, tmp_path: Pa
 
 
 def test_a_folder_of_policies_and_players_is_a_field_of_a_tournament(tmp_path: Path) -> None:
-    from vrg.commands.evaluating import _entered
-
     save(random_policy(), tmp_path / "b.npz")
     (tmp_path / "a.py").write_text(
         "from vrg.agents import Strategy\nclass A(Strategy):\n    def act(self, view): ...\n"
@@ -314,7 +309,8 @@ def test_a_new_match_has_a_policy(file: Path, tmp_path: Path) -> None:
 def test_a_player_of_a_policy_loads_no_library_for_learning(file: Path, tmp_path: Path) -> None:
     match = match_with(Path(file.name), tmp_path)
     code = (
-        "import sys\nfrom pathlib import Path\nfrom vrg.config.loading import load_match\nfrom vrg.launch import nodes\n"
+        "import sys\nfrom pathlib import Path\nfrom vrg.config.loading import load_match\n"
+        "from vrg.launch import nodes\n"
         f"setup = load_match(Path({str(match)!r}))\nnodes.player_node(setup, setup.players[0].name)\n"
         "print(*(m for m in ('numba', 'gymnasium', 'pettingzoo', 'pygame', 'scipy') if m in sys.modules))"
     )

@@ -1,4 +1,4 @@
-"""What strategies do in matches, as pairs of an observation and an action, from which a network can learn to do the same."""
+"""What strategies do in matches, as pairs of an observation and an action, from which a network can learn it."""
 
 from typing import NamedTuple
 

@@ -20,7 +20,7 @@ SLOT_UNITS: Final = 64
 UNITS: Final = 128
 """The number of units of each of the two layers behind."""
 PIECE: Final = 512
-"""The number of rows at a time: with more, their values leave the caches of a processor, which is several times slower."""
+"""The number of rows at a time: the values of more leave the caches of a processor, which is several times slower."""
 
 Values = npt.NDArray[Any]
 """An array of float32; tests use float64."""
@@ -123,7 +123,7 @@ class Network:
 
         Args:
             observations: as for `forward`.
-            slope: returns the derivative of the loss by each output, given the outputs for some rows and which these are.
+            slope: returns the derivative of the loss by each output, given the outputs for some rows, and which.
         """
         found = {name: np.zeros_like(self.parameters[name]) for name in shapes(0, 0, 0)}
         for part in _pieces(len(observations)):
