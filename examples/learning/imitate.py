@@ -73,8 +73,8 @@ def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int =
     return Policy(game, network, np.full(actions, np.log(SPREAD), dtype=np.float32), what), errors
 
 
-def main() -> None:
-    """Read the command line, play, learn, and write what was learned."""
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
     parser.add_argument("--games", type=int, default=30, help="how many are played")
@@ -82,7 +82,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--pairs", type=Path, help="keep what was played in this file (npz), or use what is there")
     parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy")
-    options = parser.parse_args()
+    return parser
+
+
+def main() -> None:
+    """Read the command line, play, learn, and write what was learned."""
+    options = make_parser().parse_args()
     if options.pairs and options.pairs.exists():
         with np.load(options.pairs) as found:
             pairs = Pairs(found["observations"], found["actions"])

@@ -313,8 +313,8 @@ def draw(curve: list[list[float]], file: Path) -> None:
     figure.savefig(file)
 
 
-def main() -> None:
-    """Read the command line, train, and write what was learned."""
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
     parser.add_argument("--minutes", type=float, default=5.0, help="how long")
@@ -327,7 +327,12 @@ def main() -> None:
     parser.add_argument("--horizon", type=int, default=48, help="steps between two updates")
     parser.add_argument("--hold", type=int, default=3, help="decisions of 0.1 s in a step, which have the same action")
     parser.add_argument("--most", type=int, default=1500, help="decisions after which a match is cut off")
-    arguments = vars(parser.parse_args())
+    return parser
+
+
+def main() -> None:
+    """Read the command line, train, and write what was learned."""
+    arguments = vars(make_parser().parse_args())
     minutes, output, resume = (arguments.pop(name) for name in ("minutes", "output", "resume"))
     print("compiling the game: about half a minute", flush=True)
     training = resumed(resume) if resume else Training(arguments)

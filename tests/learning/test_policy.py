@@ -81,6 +81,18 @@ def test_it_plays_what_its_network_says() -> None:
     assert action.twist == twist_of(np.tanh(policy.network(seen[None]))[0], (view.robot.v_max, view.robot.w_max))
 
 
+def test_it_drives_to_its_mark_as_the_games_own_strategy_does(file: Path, tmp_path: Path) -> None:
+    """A match whose referee puts nobody on a mark cannot begin otherwise."""
+    match = match_with(Path(file.name), tmp_path)
+    text = match.read_text(encoding="utf-8").replace("y = -30.0", "y = -28.5")
+    match.write_text(text.replace("[rules]", '[rules]\nlineup = "drive"'), encoding="utf-8")
+    setup = load_match(match, engine="planar")
+    ending = play(setup, NoJournal(), limit=40.0)
+    assert not ending.failures
+    assert ending.state.stage is not Stage.INITIALIZE
+    assert ending.state.clock > 0.0 or ending.state.round > 1
+
+
 def arrays_of(file: Path) -> dict[str, np.ndarray]:
     with np.load(file) as found:
         return {name: found[name] for name in found.files}

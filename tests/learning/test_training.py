@@ -1,6 +1,8 @@
 """The examples that train: they get better at what they are rewarded for, and go on as if they had not been stopped."""
 
 import importlib.util
+import re
+import shlex
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -173,3 +175,16 @@ def test_an_imitation_does_nearly_the_same() -> None:
     policy, errors = imitate.fitted(SHARKS, pairs, minutes=60.0, epochs=15)
     assert errors[-1] < 0.1 * float(np.square(pairs.actions).mean())
     assert policy.game == SHARKS
+
+
+def test_the_page_shows_commands_and_code_that_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (EXAMPLES.parents[1] / "docs" / "learning.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^    python examples/learning/(\w+)\.py (.*)$", text, re.MULTILINE)
+    assert {name for name, _ in commands} == {"train", "imitate"}
+    for name, words in commands:
+        {"train": train, "imitate": imitate}[name].make_parser().parse_args(shlex.split(words))
+    monkeypatch.chdir(tmp_path)
+    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(snippets) == 2
+    for snippet in snippets:
+        exec(snippet, {})

@@ -17,9 +17,9 @@ import numpy as np
 from msgspec import Meta, Struct
 
 from vrg.agents.strategy import Action, Strategy, View, decided
+from vrg.bus.messages import Stage
 from vrg.errors import ConfigError
 from vrg.games import GAMES, STRATEGIES
-from vrg.games.game import Game
 from vrg.games.learning import Learning
 from vrg.hal.models import RobotModel
 from vrg.learning.action import limits_of, twist_of
@@ -223,20 +223,20 @@ def _check_arrays(file: Path, header: Header, arrays: Mapping[str, np.ndarray]) 
 class PolicyPlayer(Strategy):
     """Plays by a policy. `player_of` makes a class of it for a file.
 
-    Where the rules need more of a player than its motion, such as bids, the game's own strategy goes on telling that.
+    The game's own strategy lines the robot up between rounds. Where the rules need more of a player than its motion,
+    such as bids, it goes on telling that.
     """
 
     policy: ClassVar[Policy]
 
     def __init__(self, name: str, robot: RobotModel) -> None:
         super().__init__(name, robot)
-        game = GAMES.get(self.policy.game)
-        self._game, self._learning = game, _learning(Path(), game.name)
+        self._learning = _learning(Path(), self.policy.game)
         actions = len(self.policy.log_std)
         self._limits = limits_of(robot)[:actions]
         if len(self._limits) < actions:
             raise ConfigError(f"{robot.name}: expected a robot that can drive sideways, as those of its training do")
-        self._teller: Strategy | None = None
+        self._other: Strategy | None = None
 
     @property
     def mode(self) -> str:
@@ -244,23 +244,24 @@ class PolicyPlayer(Strategy):
         return "Policy"
 
     def act(self, view: View) -> Action:
-        """The motion that the policy takes for the best one."""
-        seen = observe(view, self._learning)
-        action = Action(twist_of(self.policy.means(seen[None])[0], self._limits))
-        if not self._learning.talks:
+        """The motion that the policy takes for the best one; in a line-up that of the game's own strategy."""
+        playing = view.referee.stage is Stage.PLAY_ROUND
+        action = decided(self._own(view.me.role), view)[0] if self._learning.talks or not playing else Action()
+        if not playing:
             return action
-        if self._teller is None:
-            self._teller = _teller(self._game, view.me.role, self.name, self.robot)
-            self._teller.seed = self.seed
-        return replace(decided(self._teller, view)[0], twist=action.twist)
+        seen = observe(view, self._learning)
+        return replace(action, twist=twist_of(self.policy.means(seen[None])[0], self._limits))
 
-
-def _teller(game: Game, role: str, name: str, robot: RobotModel) -> Strategy:
-    """The strategy that comes with a game for a role."""
-    found = game.role(role)
-    target = (found.strategy if found else None) or game.strategy
-    kind: type[Strategy] = load_object(target) if ":" in target else STRATEGIES.get(target)
-    return kind(name, robot)
+    def _own(self, role: str) -> Strategy:
+        """The strategy that comes with the game for a role."""
+        if self._other is None:
+            game = GAMES.get(self.policy.game)
+            found = game.role(role)
+            target = (found.strategy if found else None) or game.strategy
+            kind: type[Strategy] = load_object(target) if ":" in target else STRATEGIES.get(target)
+            self._other = kind(self.name, self.robot)
+            self._other.seed = self.seed
+        return self._other
 
 
 def player_of(file: Path) -> type[PolicyPlayer]:
