@@ -46,7 +46,7 @@ class Progress(NamedTuple):
         phase: the values of an observation of which none may change for two distances to be compared.
         goals: the value that must be 1, and the one that is the distance to the goal then; of several the last counts.
             An empty one is 1 for everybody.
-        chased: the value that must be 1 for the goal to be the nearest of some others.
+        chased: the value that must be 1 for the goal to be the nearest of some others; empty if it never is.
         prey: the values of such another one.
         winners: the roles, by the numbers of the teams that win.
     """
@@ -65,6 +65,13 @@ PROGRESS = {
         chased="i am a shark",
         prey={"same role": 0.0, "active": 1.0, "in the safe zone": 0.0},
         winners=("minnow", "shark"),
+    ),
+    "roboflag": Progress(
+        phase=("i am normal", "i am tagged", "i am flagged"),
+        goals=(("i am normal", "their flag's place: distance"), ("i am flagged", "own home: distance")),
+        chased="",
+        prey={},
+        winners=("red", "blue"),
     ),
 }
 
@@ -102,21 +109,25 @@ class Training:
         self.updates, self.decisions, self.rate = 0, 0, RATE
         self.curve: list[list[float]] = []  # decisions, reward, share won against former selves
         self.won = 0.5
-        side = np.array([self.progress.winners.index(role) for role in self.batch.roles])
+        self.side = np.array([self.progress.winners.index(role) for role in self.batch.roles])
         size = max(1, options["matches"] // (4 * GROUPS))  # a quarter of the matches in all
         self.groups = [slice(n * size, (n + 1) * size) for n in range(GROUPS)]
-        self.frozen = np.zeros((options["matches"], len(side)), dtype=bool)
+        self.frozen = np.zeros((options["matches"], len(self.side)), dtype=bool)
         for n, group in enumerate(self.groups):
-            self.frozen[group] = side == n % 2
+            self.frozen[group] = self.side == n % 2
         self.seen = self.batch.reset().copy()
 
     def update(self) -> None:
         """Play `horizon` decisions of all matches, and learn from them."""
         if self.updates % DRAW_EVERY == 0:
             self.drawn = [int(self.rng.integers(len(self.pool))) for _ in range(GROUPS)]
-        seen, wanted, chance, advantages, returns, active = self.play()
-        able = advantages[active > 0.0]
-        advantages = (advantages - able.mean()) / (able.std() + 1e-6) * active
+        seen, wanted, chance, advantages, returns, active, side = self.play()
+        for team in (0, 1):  # they learn alike, however few a team has
+            able = (side == team) & (active > 0.0)
+            if able.any():
+                advantages[side == team] -= advantages[able].mean()
+                advantages[side == team] /= advantages[able].std() + 1e-6
+                active[able] *= 0.5 * np.count_nonzero(active) / np.count_nonzero(able)
         rows = len(seen)
         orders = [np.array_split(self.rng.permutation(rows), max(1, rows // ROWS)) for _ in range(EPOCHS)]
         learning = self.threads.submit(self.learn_value, seen, returns, orders)
@@ -152,12 +163,12 @@ class Training:
         def slope(outputs: np.ndarray, rows: slice) -> np.ndarray:
             means = np.tanh(outputs)
             off, advantage = (wanted[rows] - means) / spread, advantages[rows]
-            change = (likelihood(off, log_std) - chance[rows]) * active[rows]
+            change = likelihood(off, log_std) - chance[rows]
             ratio = np.exp(np.minimum(change, 10.0))
             inside = np.where(advantage > 0.0, ratio < 1.0 + CLIP, ratio > 1.0 - CLIP)
-            pull = (-advantage * ratio * inside / count)[:, None]
+            pull = (-advantage * ratio * inside * active[rows] / count)[:, None]
             pulls[:] += (pull * (off * off - 1.0)).sum(axis=0)
-            moved[0] += float((ratio - 1.0 - change).sum()) / count
+            moved[0] += float(((ratio - 1.0 - change) * active[rows]).sum()) / count
             found: np.ndarray = pull * off / spread * (1.0 - means * means)
             return found
 
@@ -168,7 +179,7 @@ class Training:
 
     def play(self) -> tuple[np.ndarray, ...]:
         """Play, and return a row for each decision of each player that learns: what it saw, what it wanted, the
-        logarithm of the chance of that, its advantage, its return, and whether it could move."""
+        logarithm of the chance of that, its advantage, its return, whether it could move, and its team's number."""
         steps, players = self.options["horizon"], self.frozen.shape
         saw = np.zeros((steps + 1, *self.seen.shape), dtype=np.float32)
         wanted, noise = np.zeros((steps, *players, 2), dtype=np.float32), np.exp(self.policy.parameters["log_std"])
@@ -216,10 +227,12 @@ class Training:
         for step in reversed(range(steps)):
             carried = delta[step] + GAMMA * LAMBDA * carried * ~(over[step] | cut[step])[:, None]
             advantages[step] = carried
-        active = saw[:-1, ..., self.layout.own.index("i am active")] if "i am active" in self.layout.own else over + 1.0
+        can_move = "i am active"
+        active = saw[:-1, ..., self.layout.own.index(can_move)] if can_move in self.layout.own else np.ones_like(delta)
         self.curve.append([self.decisions, float(rewards.mean()) / self.options["hold"] * 600.0, self.won])
         mine = np.broadcast_to(~self.frozen, delta.shape)
-        found = saw[:-1], wanted, chance, advantages, advantages + values[:-1], np.broadcast_to(active, delta.shape)
+        returns, side = advantages + values[:-1], np.broadcast_to(self.side, delta.shape)
+        found = saw[:-1], wanted, chance, advantages, returns, np.broadcast_to(active, delta.shape), side
         return tuple(array[mine] for array in found)
 
     def outputs(self, network: Network, seen: np.ndarray) -> np.ndarray:
