@@ -17,7 +17,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a process for each core is faster
 import numpy as np
 from msgspec import structs
 
-from vrg.games import GAMES
+from vrg.games import GAMES, strategies_of
 from vrg.learning.demonstration import Pairs, demonstrate
 from vrg.learning.matches import match_of
 from vrg.learning.network import Adam, Network, initial, layout_of
@@ -102,7 +102,7 @@ def main() -> None:
     save(policy, options.output)
     mean = float(np.square(pairs.actions - pairs.actions.mean(axis=0)).mean())
     print(f"squared error {errors[-1]:.4f} after {len(errors)} epochs; of the mean action it would be {mean:.4f}")
-    print(f"Play it: vrg compare {options.output} {game} --match {options.match}")
+    print(f"Play it: vrg compare {options.output} {strategies_of(game)[0]} --match {options.match}")
 
 
 if __name__ == "__main__":

@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.games import GAMES
+from vrg.games import GAMES, strategies_of
 from vrg.learning.batch.matches import Batch
 from vrg.learning.batch.stepping import Variation
 from vrg.learning.network import Adam, Network, Parameters, initial, layout_of
@@ -373,7 +373,7 @@ def main() -> None:
         draw(training.curve, output.with_suffix(".png"))
     training.batch.close()
     print(f"{(training.decisions - first) / 1e6:.1f} million decisions. To see how good it is:")
-    print(f"    vrg compare {output} {training.game} --match {training.options['match']}")
+    print(f"    vrg compare {output} {strategies_of(training.game)[0]} --match {training.options['match']}")
 
 
 if __name__ == "__main__":

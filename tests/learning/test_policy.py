@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from tests.learning.making import GAMES_LEARNED, Situation, short_match
 from vrg.agents.strategy import Action
-from vrg.bus.messages import Stage
+from vrg.bus.messages import DISQUALIFIED, Stage
 from vrg.cli import make_app
 from vrg.commands.evaluating import _entered
 from vrg.config.loading import check_strategies, load_match, match_path
@@ -212,6 +212,18 @@ def test_a_match_is_played_by_a_policy(file: Path, tmp_path: Path) -> None:
     assert not ending.failures
     assert ending.state.stage in (Stage.PLAY_ROUND, Stage.GAME_OVER)
     assert setup.strategy_file(setup.players[0].name) == file.resolve()
+
+
+def test_emulated_drives_do_what_a_policy_wants(file: Path, tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "examples" / "mixed.toml").read_text(encoding="utf-8")
+    assert text.count('backend = "can"') == 2
+    match = tmp_path / "match.toml"
+    match.write_text(text.replace('backend = "can"', f'backend = "can"\nstrategy = "{file.name}"'), encoding="utf-8")
+    setup = load_match(match, engine="planar")
+    ending = play(setup, NoJournal(), limit=40.0)
+    assert not ending.failures
+    assert ending.state.clock > 0.0
+    assert not any(player.state == DISQUALIFIED for player in ending.state.players)
 
 
 def test_a_policy_of_pursuit_evasion_tells_what_the_games_own_strategy_tells(tmp_path: Path) -> None:
