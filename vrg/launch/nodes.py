@@ -120,9 +120,8 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     player = setup.player(name)
     kind = strategy_class(player.strategy, Path(setup.base))
     if kind.games and setup.game not in kind.games:
-        raise ConfigError(
-            f"{player.strategy}: expected a strategy for {setup.game}, got one that plays {', '.join(kind.games)} alone"
-        )
+        able = ", ".join(kind.games)
+        raise ConfigError(f"{player.strategy}: expected a strategy for {setup.game}, got one that plays {able} alone")
     strategy = _made(player.strategy, kind, name, player.robot)
     # numpy's older generators take no more than 32 bits.
     strategy.seed = setup.draw(team_seed(player.team)) % 2**32
