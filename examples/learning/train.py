@@ -33,6 +33,7 @@ GAMMA, LAMBDA = 0.99, 0.95  # the discount of a step, and of the estimates of ad
 CLIP, ENTROPY, EPOCHS, ROWS = 0.2, 0.002, 3, 4096  # ROWS: those of a minibatch
 RATE, LEAST_RATE, MOST_RATE, KL = 5e-4, 5e-5, 2e-3, 0.012  # the rate follows how far an update moves the policy
 POOL, KEEP_EVERY, DRAW_EVERY, GROUPS = 30, 10, 5, 4  # former selves; updates between them; groups that meet them
+WINNING = 4.0  # more for winning than the 1 of the rules: games won are what `vrg compare` counts
 SHAPING, SHAPED = 2.0, 15e6  # the factor of the rewards for progress, and the decisions after which it is 0
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
@@ -202,6 +203,9 @@ class Training:
                 going = ~(over[step] | cut[step])
                 rewards[step] += out.rewards * going[:, None]
                 ended = (out.terminated | out.truncated) & going
+                decided = ended & ((out.winners == 0) | (out.winners == 1))  # a draw is neither
+                sign = np.where(out.winners[:, None] == self.side, WINNING, -WINNING)
+                rewards[step] += sign * decided[:, None]
                 following[ended] = out.last[ended]
                 if ended.any():
                     ends.append((step, np.flatnonzero(out.truncated & ended), out.last[out.truncated & ended].copy()))
@@ -222,17 +226,15 @@ class Training:
             if len(matches):
                 beyond[step, matches] = self.value(last.reshape(-1, saw.shape[-1])).reshape(len(matches), -1)
         beyond[over] = 0.0
-        delta = rewards + GAMMA * beyond - values[:-1]
-        advantages, carried = np.zeros_like(delta), np.zeros(players, dtype=np.float32)
-        for step in reversed(range(steps)):
-            carried = delta[step] + GAMMA * LAMBDA * carried * ~(over[step] | cut[step])[:, None]
-            advantages[step] = carried
+        advantages = advantages_of(rewards + GAMMA * beyond - values[:-1], ~(over | cut))
         can_move = "i am active"
-        active = saw[:-1, ..., self.layout.own.index(can_move)] if can_move in self.layout.own else np.ones_like(delta)
+        active = (
+            saw[:-1, ..., self.layout.own.index(can_move)] if can_move in self.layout.own else np.ones_like(rewards)
+        )
         self.curve.append([self.decisions, float(rewards.mean()) / self.options["hold"] * 600.0, self.won])
-        mine = np.broadcast_to(~self.frozen, delta.shape)
-        returns, side = advantages + values[:-1], np.broadcast_to(self.side, delta.shape)
-        found = saw[:-1], wanted, chance, advantages, returns, np.broadcast_to(active, delta.shape), side
+        mine = np.broadcast_to(~self.frozen, rewards.shape)
+        returns, side = advantages + values[:-1], np.broadcast_to(self.side, rewards.shape)
+        found = saw[:-1], wanted, chance, advantages, returns, np.broadcast_to(active, rewards.shape), side
         return tuple(array[mine] for array in found)
 
     def outputs(self, network: Network, seen: np.ndarray) -> np.ndarray:
@@ -306,6 +308,19 @@ def resumed(file: Path) -> Training:
     training.actor.steps, training.critic.steps = kept["steps"]
     training.rng.bit_generator.state = kept["rng"]
     return training
+
+
+def advantages_of(surprises: np.ndarray, going: np.ndarray) -> np.ndarray:
+    """The generalised estimates of advantages.
+
+    Args:
+        surprises: how much better each step was than its value, shape (steps, matches, players).
+        going: whether the match has gone on, shape (steps, matches).
+    """
+    found, carried = np.zeros_like(surprises), np.zeros_like(surprises[0])
+    for step in reversed(range(len(surprises))):
+        found[step] = carried = surprises[step] + GAMMA * LAMBDA * carried * going[step][:, None]
+    return found
 
 
 def likelihood(off: np.ndarray, log_std: np.ndarray) -> np.ndarray:
