@@ -33,7 +33,6 @@ GAMMA, LAMBDA = 0.99, 0.95  # the discount of a step, and of the estimates of ad
 CLIP, ENTROPY, EPOCHS, ROWS = 0.2, 0.002, 3, 4096  # ROWS: those of a minibatch
 RATE, LEAST_RATE, MOST_RATE, KL = 5e-4, 5e-5, 2e-3, 0.012  # the rate follows how far an update moves the policy
 POOL, KEEP_EVERY, DRAW_EVERY, GROUPS = 30, 10, 5, 4  # former selves; updates between them; groups that meet them
-WINNING = 4.0  # more for winning than the 1 of the rules: games won are what `vrg compare` counts
 SHAPING, SHAPED = 2.0, 15e6  # the factor of the rewards for progress, and the decisions after which it is 0
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
@@ -195,7 +194,8 @@ class Training:
             wanted[step], chance[step] = means + noise * off, likelihood(off, self.policy.parameters["log_std"])
             for group, former in zip(self.groups, self.drawn, strict=True):
                 where = self.frozen[group]
-                wanted[step][group][where] = np.tanh(Network(self.pool[former])(saw[step][group][where]))
+                means = np.tanh(Network(self.pool[former])(saw[step][group][where]))
+                wanted[step][group][where] = means + np.exp(self.pool[former]["log_std"]) * off[group][where]
             action = np.clip(wanted[step], -1.0, 1.0)
             following = np.empty_like(saw[step])
             for _ in range(self.options["hold"]):
@@ -203,9 +203,6 @@ class Training:
                 going = ~(over[step] | cut[step])
                 rewards[step] += out.rewards * going[:, None]
                 ended = (out.terminated | out.truncated) & going
-                decided = ended & ((out.winners == 0) | (out.winners == 1))  # a draw is neither
-                sign = np.where(out.winners[:, None] == self.side, WINNING, -WINNING)
-                rewards[step] += sign * decided[:, None]
                 following[ended] = out.last[ended]
                 if ended.any():
                     ends.append((step, np.flatnonzero(out.truncated & ended), out.last[out.truncated & ended].copy()))
