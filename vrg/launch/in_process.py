@@ -18,6 +18,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
+from vrg.games import has_name
 from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
@@ -47,7 +48,7 @@ class Change(Struct, frozen=True):
     @property
     def name(self) -> str:
         """The strategy as people call it: without the folder of its file."""
-        return Path(self.strategy).name if ":" in self.strategy else self.strategy
+        return self.strategy if has_name(self.strategy) else Path(self.strategy).name
 
 
 @dataclass(frozen=True)

@@ -38,3 +38,14 @@ def twist_of(action: npt.ArrayLike, limits: tuple[float, ...], *, raw: bool = Fa
     if raw:
         return Twist(*(max(-limit, min(limit, value)) for value, limit in zip(values, limits, strict=True)))
     return Twist(*(limit * max(-1.0, min(1.0, value)) for value, limit in zip(values, limits, strict=True)))
+
+
+def fractions_of(twist: Twist, limits: tuple[float, ...]) -> npt.NDArray[np.float32]:
+    """The action that stands for a motion, shape (len(limits),): the inverse of `twist_of`, within -1 to 1.
+
+    Args:
+        limits: as `limits_of` returns them.
+    """
+    parts = (twist.v, twist.w, twist.side)[: len(limits)]
+    found = np.array([value / limit for value, limit in zip(parts, limits, strict=True)], dtype=np.float32)
+    return np.clip(found, -1.0, 1.0)

@@ -1,6 +1,6 @@
 """One match that goes on from decision to decision, in which programs drive some players."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 from vrg.agents.player import Player
 from vrg.agents.strategy import Strategy
@@ -28,6 +28,7 @@ class Episode:
         setup: the match. driven: the players that programs drive; the others play by their strategies.
         talks: True if the strategies of driven players tell what these tell.
         journal: the open journal. watchers: further nodes. strict: as for `vrg.launch.in_process.play`.
+        wrap: returns the strategy that a player has in place of its own, if no program drives it.
 
     Attributes:
         puppets: the strategies of the driven players, by name.
@@ -46,10 +47,12 @@ class Episode:
         journal: Journal | NoJournal | None = None,
         watchers: Sequence[Node] = (),
         strict: bool = False,
+        wrap: Callable[[Strategy], Strategy] = lambda strategy: strategy,
     ) -> None:
         self._setup = setup
         self._driven = driven
         self._talks = talks
+        self._wrap = wrap
         self._watch = Watch(setup.keys)
         self._closed = False
         self._state: RefereeState | None = None
@@ -166,7 +169,7 @@ class Episode:
 
     def _player(self, name: str) -> Player:
         if name not in self._driven:
-            return player_node(self._setup, name, make=lambda: strategy_of(self._setup, name))
+            return player_node(self._setup, name, make=lambda: self._wrap(strategy_of(self._setup, name)))
         strategy = strategy_of(self._setup.substituted(name, TARGET), name)
         if not isinstance(strategy, Puppet):
             raise ConfigError(f"{name}: expected the strategy {TARGET}, got {strategy!r}")

@@ -8,7 +8,7 @@ from msgspec import structs
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.games import GAMES, STRATEGIES
+from vrg.games import GAMES, STRATEGIES, file_of, has_name
 from vrg.hal.sim.engines import ENGINES
 from vrg.registry import did_you_mean, expected_one_of
 
@@ -99,14 +99,13 @@ def _found(strategy: str) -> str:
     Raises:
         ConfigError: there is none of this name, or no such file.
     """
-    path, colon, name = strategy.rpartition(":")
-    if not colon:
+    if has_name(strategy):
         if strategy not in STRATEGIES:
-            raise ConfigError(f"opponents: {STRATEGIES.expected(strategy)}; or `module:Class`, or `file.py:Class`")
+            raise ConfigError(f"opponents: {STRATEGIES.expected(strategy)}")
         return strategy
-    if path.endswith(".py"):
+    if (path := file_of(strategy)) is not None:
         file = Path(path).resolve()
         if not file.is_file():
             raise ConfigError(f"opponents: {strategy}: no such file: {file}")
-        return f"{file}:{name}"
+        return f"{file}{strategy.removeprefix(path)}"
     return strategy
