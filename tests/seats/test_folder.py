@@ -164,7 +164,7 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
 
 def test_a_match_is_not_started_with_keys_that_will_be_refused(folder: KeysFolder, tmp_path: Path) -> None:
     seats = [*ROSTER.seats, Seat(SeatKind.PLAYER, "eve")]
-    with pytest.raises(ConfigError, match=r"the seat player\.eve has no keys: run `vrg keys renew`"):
+    with pytest.raises(ConfigError, match=r"the seat player\.eve has no keys: run `vrg keys renew MATCH`"):
         check_keys(folder, "final", seats, NOW)
     with pytest.raises(ConfigError, match=r"the certificate of the seat world has expired on 2026-03-31 12:00 UTC"):
         check_keys(folder, "final", ROSTER.seats, NOW + 31 * DAY)

@@ -101,7 +101,7 @@ def test_an_emergency_stop_holds_until_it_is_released_and_play_is_resumed(match:
 
     refused = match.vrg("official", "resume")
     assert refused.returncode == 1
-    assert "`vrg estop --release` releases the emergency stop" in refused.stdout
+    assert "`vrg estop --release long` releases the stop" in refused.stdout
     observer.wait_until(lambda: not any(observer.heard.robots[n][-1].body.armed for n in PLAYERS), "motors to be off")
 
     match.command("estop", "--release")

@@ -30,7 +30,7 @@ launch_window = 1.0
 
 def test_an_auction_survives_the_death_of_the_referee(tmp_path: Path) -> None:
     text = match_path("pursuit-evasion-table-4-1").read_text().replace("[rules]", RULES)
-    text = text.replace('engine = "pybullet"', 'engine = "planar"\nrate = 3.0')
+    text = text.replace('engine = "pybullet"', 'engine = "planar"\nrate = 1.5')
     with Match(tmp_path, text, movers=("intruder1",)) as match:
         observer = match.observer
         found: list[Auction] = []
