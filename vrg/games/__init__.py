@@ -62,10 +62,7 @@ STRATEGY_FILES: Registry[Callable[[Path], type]] = Registry(
 """What makes a class of strategies of a file that is no Python, by the ending of the file's name."""
 
 UNKNOWN_GAME = Game(name="", settings="", rules="", strategy="", match="", roles=())
-"""Stands for a game that is not installed on this machine. Its players are shown witho
-
-STRATEGY_FORMS = "`module:Class`, `file.py:Class`, or the file of a policy (*.npz)"
-"""The ways to name a strategy that has no name of its own."""
+"""Stands for a game that is not installed on this machine. Its players are shown without colours of their own."""
 
 
 def file_of(strategy: str) -> str | None:
