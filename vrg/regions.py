@@ -18,6 +18,7 @@ from vrg.segments import (
     centroid,
     clipped,
     convex,
+    disc_part,
     in_box,
     in_disc,
     nearest_on_segment,
@@ -178,7 +179,7 @@ class Circle(_Shape, frozen=True, tag="circle"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, from the roots of a quadratic equation."""
-        return some(in_disc(start, end, (self.x, self.y), self.radius))
+        return in_disc(start, end, (self.x, self.y), self.radius)
 
     def depth(self, x: float, y: float) -> float:
         """The distance from a point inside to the border, m."""
@@ -241,7 +242,7 @@ class Sector(_Shape, frozen=True, tag="sector"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside: the part in the disc that is also on the inner side of both edges."""
-        stretch = in_disc(start, end, (self.x, self.y), self.radius)
+        stretch = disc_part(start, end, (self.x, self.y), self.radius)
         planes = [(nx, ny, nx * self.x + ny * self.y) for nx, ny in self._normals()]
         return some(on_inner_sides(start, end, planes, stretch))
 

@@ -22,8 +22,13 @@ def some(stretch: Stretch) -> Stretch | None:
     return stretch if stretch[0] <= stretch[1] else None
 
 
-def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch:
-    """The part of a way that is in a disc."""
+def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch | None:
+    """The part of a way that is in a disc; None if there is none."""
+    return some(disc_part(start, end, centre, radius))
+
+
+def disc_part(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch:
+    """The part of a way that is in a disc; NEVER if there is none."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     fx, fy = start[0] - centre[0], start[1] - centre[1]
     a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - radius * radius

@@ -318,7 +318,7 @@ def test_a_folder_of_policies_and_players_is_a_field_of_a_tournament(tmp_path: P
         "from vrg.agents import Strategy\nclass A(Strategy):\n    def act(self, view): ...\n"
     )
     (tmp_path / "notes.txt").write_text("")
-    entered, wrong = _entered([str(tmp_path)])
+    entered, wrong = _entered([str(tmp_path)], folders=True)
     assert [name for name, _ in entered] == ["a", "b"]
     assert entered[1][1] == str(tmp_path / "b.npz")
     assert not wrong

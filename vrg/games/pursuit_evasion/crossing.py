@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from vrg.coordinator.rulebook import Observation
 from vrg.geometry import interpolate
 from vrg.regions import Region
-from vrg.segments import NEVER, in_disc
+from vrg.segments import in_disc
 from vrg.types import Pose
 
 COURSE_REACH = 0.5
@@ -96,7 +96,7 @@ def _capture(pursuer: str, a: Pose, b: Pose, before: Observation, now: Observati
     p = before.poses.get(pursuer, q)
     start, end = (a.x - p.x, a.y - p.y), (b.x - q.x, b.y - q.y)
     stretch = in_disc(start, end, (0.0, 0.0), reach)
-    if stretch == NEVER:
+    if stretch is None:
         return None
     # A way that only touches the circle comes as near as `reach`, but not closer.
     middle = (stretch[0] + stretch[1]) / 2

@@ -14,7 +14,7 @@ from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
 from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.state import State
 from vrg.geometry import interpolate
-from vrg.segments import NEVER, Stretch, in_disc
+from vrg.segments import NEVER, Stretch, disc_part
 from vrg.types import Pose, Vector
 
 Judged = tuple[State, list[Call]]
@@ -147,7 +147,7 @@ def _tags_of(state: State, layout: FieldLayout, ways: Ways, name: str) -> dict[s
 
 def inside(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch:
     """The stretch in which a player on its way was within `radius` m of a place."""
-    return in_disc(start, end, centre, radius + ROUNDING)
+    return disc_part(start, end, centre, radius + ROUNDING)
 
 
 def near(a0: Vector, a1: Vector, b0: Vector, b1: Vector, reach: float) -> Stretch:
