@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -240,6 +241,11 @@ def test_nothing_waits_for_an_ssh_that_does_not_end(bench: Bench) -> None:
     connection = bench.host._connection
     assert connection is not None
     connection._process.send_signal(signal.SIGSTOP)
+    # It must have stopped: of several signals that are pending, the one that ends it would be taken first.
+    deadline = time.monotonic() + 60.0
+    while psutil.Process(connection._process.pid).status() != psutil.STATUS_STOPPED:
+        assert time.monotonic() < deadline, "it does not stop"
+        time.sleep(0.01)
     while bench.host.is_at(StartupStep.LOADED):
         bench.now += MAX_PAUSE
     assert not connection.gone, "it was not waited for"
