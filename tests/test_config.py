@@ -96,7 +96,11 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
         ('role = "shark"', 'role = "shark"\nbackend = "steam"', "players.1.backend: expected one of"),
         ('role = "shark"', 'role = "shark"\nmodel = "R2D2"', "players.1.model: expected one of"),
         ('role = "shark"', 'role = "shark"\nstrategy = "nowhere:Nobody"', "players.1.strategy: nowhere:Nobody: cannot"),
-        ('role = "shark"', 'role = "shark"\nstrategy = "Nobody"', "or `module:Class`, or `file.py:Class`"),
+        (
+            'role = "shark"',
+            'role = "shark"\nstrategy = "Nobody"',
+            "or `module:Class`, `file.py:Class`, or the file of a policy",
+        ),
         ('name = "player1"', 'name = "player 1"', "players.1.name: expected 1 to 64 letters"),
         ('name = "player2"', 'name = "player1"', "player1"),
         ("x = 21.5\ny = -16.0", "x = 21.2\ny = -15.5", "overlap"),

@@ -26,24 +26,28 @@ ONLY_IN = {
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/edit/server.py"),
     "segno": ("ui/sheet.py",),
     "viser": ("ui/three/theatre.py",),
+    "numba": ("learning/compiled.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
+    "pettingzoo": ("learning/environment.py",),
+    "gymnasium": ("learning/environment.py", "learning/single.py", "learning/batch/vector.py"),
 }
 """Libraries, and the only room that imports each."""
-SHELLS = ("ui", "config", "launch", "evaluation", "commands", "recording")
+SHELLS = ("ui", "config", "launch", "evaluation", "learning", "commands", "recording")
 MAY_NOT = {
     "bus": ("hal", "navigation", "agents", "coordinator", "games", *SHELLS),
     "hal": ("navigation", "agents", "coordinator", "games", *SHELLS),
     "navigation": ("bus", "hal", "agents", "coordinator", "games", *SHELLS),
     "agents": ("coordinator", "games", *SHELLS),
     "coordinator": ("agents", "games", *SHELLS),
-    "recording": ("agents", "coordinator", "ui", "config", "launch", "evaluation", "commands"),
+    "recording": ("agents", "coordinator", "ui", "config", "launch", "evaluation", "learning", "commands"),
     "games": SHELLS,
-    "ui": ("agents", "config", "launch", "evaluation", "commands"),
-    "config": ("agents", "ui", "launch", "evaluation", "commands"),
+    "ui": ("agents", "config", "launch", "evaluation", "learning", "commands"),
+    "config": ("agents", "ui", "launch", "evaluation", "learning", "commands"),
     "seats": ("hal", "navigation", "agents", "coordinator", "games", *SHELLS),
-    "launch": ("evaluation", "commands"),
-    "evaluation": ("ui", "recording", "commands"),
-    "testing": ("ui", "evaluation", "commands"),
+    "launch": ("evaluation", "learning", "commands"),
+    "evaluation": ("ui", "recording", "learning", "commands"),
+    "learning": ("evaluation", "commands"),
+    "testing": ("ui", "evaluation", "learning", "commands"),
 }
 """What each room may not import."""
 LOWEST = (
@@ -160,6 +164,11 @@ def test_a_match_without_a_page_loads_no_web_server() -> None:
         _loaded("import vrg.commands.play, vrg.commands.playing, vrg.ui.spectator", ("aiohttp", "asyncio.runners"))
         == []
     )
+
+
+def test_a_strategy_that_has_learned_needs_no_library_for_learning() -> None:
+    code = "import vrg.learning.observation, vrg.learning.rewards, vrg.learning.state, vrg.learning.episode"
+    assert _loaded(code, ("gymnasium", "pettingzoo", "pygame")) == []
 
 
 A_MATCH = """

@@ -126,4 +126,4 @@ def _corners_to_body(points: list[Vector], pose: Pose, size: Vector) -> float:
 
 def circumradius(size: Vector) -> float:
     """Return the radius of the circle around a body of (length, width), in m."""
-    return math.hypot(*size) / 2
+    return math.hypot(size[0], size[1]) / 2

@@ -12,7 +12,20 @@ from typing import Annotated
 
 from msgspec import Meta, Struct
 
-from vrg.segments import arc, area, centroid, clipped, convex, in_disc, nearest_on_segment, on_inner_sides, turned
+from vrg.segments import (
+    arc,
+    area,
+    centroid,
+    clipped,
+    convex,
+    disc_part,
+    in_box,
+    in_disc,
+    nearest_on_segment,
+    on_inner_sides,
+    some,
+    turned,
+)
 from vrg.types import Length, Metres, Radians, Vector
 
 Bounds = tuple[float, float, float, float]
@@ -116,16 +129,8 @@ class Rectangle(_Shape, frozen=True, tag="rectangle"):
         return self.x_min <= x <= self.x_max and self.y_min <= y <= self.y_max
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
-        """The stretch that is inside, by Liang and Barsky's clipping."""
-        enter, leave = 0.0, 1.0
-        for a, b, low, high in ((start[0], end[0], self.x_min, self.x_max), (start[1], end[1], self.y_min, self.y_max)):
-            if a == b:
-                if not low <= a <= high:
-                    return None
-                continue
-            first, second = (low - a) / (b - a), (high - a) / (b - a)
-            enter, leave = max(enter, min(first, second)), min(leave, max(first, second))
-        return (enter, leave) if enter <= leave else None
+        """The stretch that is inside."""
+        return some(in_box(start, end, self.bounds))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point of the rectangle that is nearest to (x, y)."""
@@ -237,9 +242,9 @@ class Sector(_Shape, frozen=True, tag="sector"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside: the part in the disc that is also on the inner side of both edges."""
-        stretch = in_disc(start, end, (self.x, self.y), self.radius)
+        stretch = disc_part(start, end, (self.x, self.y), self.radius)
         planes = [(nx, ny, nx * self.x + ny * self.y) for nx, ny in self._normals()]
-        return on_inner_sides(start, end, planes, stretch)
+        return some(on_inner_sides(start, end, planes, stretch))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the arc or of an edge."""
@@ -290,7 +295,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, by Cyrus and Beck's clipping."""
-        return on_inner_sides(start, end, self._planes(), (0.0, 1.0))
+        return some(on_inner_sides(start, end, self._planes(), (0.0, 1.0)))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the border."""

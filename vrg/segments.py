@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import Final
 
 from vrg.types import Vector
 
@@ -11,37 +12,64 @@ _TINY = 1e-9
 """The tolerance in m or m^2 by which rounding may move a corner to the wrong side."""
 
 
-def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> tuple[float, float] | None:
+Stretch = tuple[float, float]
+"""A part of a way, as two fractions of it; empty if the first is the greater one."""
+NEVER: Final[Stretch] = (math.inf, -math.inf)
+
+
+def some(stretch: Stretch) -> Stretch | None:
+    """A stretch, or None if it is empty."""
+    return stretch if stretch[0] <= stretch[1] else None
+
+
+def in_disc(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch | None:
+    """The part of a way that is in a disc; None if there is none."""
+    return some(disc_part(start, end, centre, radius))
+
+
+def disc_part(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch:
+    """The part of a way that is in a disc; NEVER if there is none."""
     dx, dy = end[0] - start[0], end[1] - start[1]
     fx, fy = start[0] - centre[0], start[1] - centre[1]
     a, b, c = dx * dx + dy * dy, fx * dx + fy * dy, fx * fx + fy * fy - radius * radius
     if a == 0.0:
-        return (0.0, 1.0) if c <= 0.0 else None
+        return (0.0, 1.0) if c <= 0.0 else NEVER
     discriminant = b * b - a * c
     if discriminant < 0.0:
-        return None
+        return NEVER
     root = math.sqrt(discriminant)
     enter, leave = max(0.0, (-b - root) / a), min(1.0, (-b + root) / a)
-    return (enter, leave) if enter <= leave else None
+    return (enter, leave) if enter <= leave else NEVER
+
+
+def in_box(start: Vector, end: Vector, box: tuple[float, float, float, float]) -> Stretch:
+    """The part of a way that is in a box of (x_min, y_min, x_max, y_max), by Liang and Barsky's clipping."""
+    enter, leave = 0.0, 1.0
+    for a, b, low, high in ((start[0], end[0], box[0], box[2]), (start[1], end[1], box[1], box[3])):
+        if a == b:
+            if not low <= a <= high:
+                return NEVER
+            continue
+        first, second = (low - a) / (b - a), (high - a) / (b - a)
+        enter, leave = max(enter, min(first, second)), min(leave, max(first, second))
+    return enter, leave
 
 
 def on_inner_sides(
-    start: Vector, end: Vector, planes: Sequence[tuple[float, float, float]], stretch: tuple[float, float] | None
-) -> tuple[float, float] | None:
+    start: Vector, end: Vector, planes: Sequence[tuple[float, float, float]], stretch: Stretch
+) -> Stretch:
     """The part of a stretch of the way that is on the inner side of every plane."""
-    if stretch is None:
-        return None
     enter, leave = stretch
     for nx, ny, offset in planes:
         at_start = nx * start[0] + ny * start[1] - offset
         at_end = nx * end[0] + ny * end[1] - offset
         if at_start < 0.0 and at_end < 0.0:
-            return None
+            return NEVER
         if at_start < 0.0:
             enter = max(enter, at_start / (at_start - at_end))
         elif at_end < 0.0:
             leave = min(leave, at_start / (at_start - at_end))
-    return (enter, leave) if enter <= leave else None
+    return enter, leave
 
 
 def arc(centre: Vector, radius: float, start: float, sweep: float) -> list[Vector]:

@@ -85,6 +85,47 @@ def test_at_the_end_the_world_hears_that_robots_were_let_go() -> None:
     assert trace[-1] == "world 0.04 hears ['a@0.00']"
 
 
+class _Asked(_Driver):
+    """Tells when it begins, so that somebody can come between that and its tick."""
+
+    def begin(self, tick: Tick) -> None:
+        assert self.clock.latest is not None
+        self.trace.append(f"{self.name} {tick.time:.2f} begins, clock {self.clock.latest.stamp:.2f}")
+
+
+def test_a_tick_in_two_halves_is_the_same_tick() -> None:
+    whole: list[str] = []
+    halves: list[str] = []
+    executor = Lockstep(_World(whole), [_Asked("a", whole), _Asked("b", whole)])
+    for _ in range(5):
+        executor.step()
+    executor = Lockstep(_World(halves), [_Asked("a", halves), _Asked("b", halves)])
+    for _ in range(5):
+        executor.begin()
+        executor.finish()
+    assert halves == whole
+
+
+def test_who_comes_between_the_halves_finds_what_the_nodes_have_heard() -> None:
+    trace: list[str] = []
+    executor = Lockstep(_World(trace), [_Asked("a", trace)])
+    executor.begin()
+    assert trace == ["world 0.00 hears []", "a 0.00 begins, clock 0.00"]
+    assert executor.time == 0.0
+    executor.finish()
+    assert executor.time == pytest.approx(0.02)
+
+
+def test_the_halves_of_a_tick_take_turns() -> None:
+    executor = Lockstep(_World([]), [_Asked("a", [])])
+    with pytest.raises(RuntimeError, match="call begin"):
+        executor.finish()
+    executor.begin()
+    with pytest.raises(RuntimeError, match="call finish"):
+        executor.begin()
+    executor.stop()
+
+
 def test_a_node_is_due_once_in_each_of_its_periods_however_time_is_cut() -> None:
     for step in (0.02, 0.01, 0.005):
         due = [due_index(i * step, 0.1) for i in range(round(1.0 / step))]

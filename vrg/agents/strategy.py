@@ -98,12 +98,14 @@ class Strategy(ABC):
 
     Attributes:
         priorities: the names of the priorities that a person who commands the team may set; see `View.priority`.
+        games: the names of the games that it can play; empty if it is tried in any.
         seed: a number from the seed of the match, the same for all players of a team. A strategy that plays by chance
             draws from it, so that a match can be played again. It is set before the first `act`.
         planner: what changes the motions before the robot makes them; None if nothing does.
     """
 
     priorities: ClassVar[Sequence[str]] = ()
+    games: ClassVar[Sequence[str]] = ()
 
     def __init__(self, name: str, robot: RobotModel) -> None:
         self.name = name

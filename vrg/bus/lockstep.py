@@ -4,12 +4,15 @@ It uses no threads, no network and no wall clock: the same nodes with the same s
 byte. Each tick has two halves. First the world steps and publishes. Then every other node that is due is called: it
 hears what the world has just published and what the others published in earlier ticks. So the order of the nodes gives
 none of them an advantage.
+
+Between the two an outer loop may ask the nodes for what they have heard, and give them what they will decide: it calls
+`begin` and `finish` in place of `step`.
 """
 
 from collections.abc import Sequence
 
 from vrg.bus.node import Node, Tick, due_index
-from vrg.bus.transport import MemoryTransport, turn
+from vrg.bus.transport import MemoryTransport, begin_turn, end_turn, turn
 
 
 class Lockstep:
@@ -29,6 +32,8 @@ class Lockstep:
         self._nodes = sorted(nodes, key=lambda node: (node.kind, node.name))
         self._due = {node.period: -1 for node in self._nodes}
         self._ticks = 0
+        self._begun: list[Node] | None = None
+        """The nodes that are due in a tick that has begun; None between two ticks."""
         for node in [world, *self._nodes]:
             self._transport.attach(node.mailbox)
 
@@ -44,15 +49,38 @@ class Lockstep:
             Exception: whatever a node raises, with a note that names the node.
             TypeError, MessageError: a message could not travel over the bus; only raised if `strict` is set.
         """
+        self.begin()
+        self.finish()
+
+    def begin(self) -> None:
+        """The first half of `step`: the world steps and publishes, and the nodes that are due hear it and begin.
+
+        Raises:
+            Exception: as `step`.
+        """
+        if self._begun is not None:
+            raise RuntimeError("expected a tick to be finished before the next one begins: call finish() first")
         if not self._started:
             self._started = True
             for node in [self._world, *self._nodes]:
                 node.start()
-        time = self._ticks * self._world.period
-        tick = Tick(time)
-        turn([self._world], tick, self._transport)
-        if periods := self._complete(time):
-            turn([node for node in self._nodes if node.period in periods], tick, self._transport)
+        time = self.time
+        turn([self._world], Tick(time), self._transport)
+        periods = self._complete(time)
+        due = [node for node in self._nodes if node.period in periods] if periods else []
+        begin_turn(due, Tick(time))
+        self._begun = due
+
+    def finish(self) -> None:
+        """The second half of `step`: the nodes that are due decide, and what they publish is sent.
+
+        Raises:
+            Exception: as `step`.
+        """
+        if self._begun is None:
+            raise RuntimeError("expected a tick that has begun: call begin() first")
+        due, self._begun = self._begun, None
+        end_turn(due, Tick(self.time), self._transport)
         self._ticks += 1
 
     def stop(self) -> None:

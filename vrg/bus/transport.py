@@ -47,18 +47,44 @@ def turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
     Raises:
         Exception: whatever a node raises, with a note that names the node.
     """
+    begin_turn(nodes, tick)
+    end_turn(nodes, tick, transport)
+
+
+def begin_turn(nodes: Sequence[Node], tick: Tick) -> None:
+    """The first half of `turn`: each node is given what has arrived before, and begins. Nothing is sent.
+
+    Raises:
+        Exception: whatever a node raises, with a note that names the node.
+    """
     for node in nodes:
         node.mailbox.handover(tick.time)
     try:
         for node in nodes:
             node.begin(tick)
+    except Exception as error:
+        error.add_note(_raised_by(node, tick))
+        raise
+
+
+def end_turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
+    """The second half of `turn`: each node decides, and what all of them have published is sent.
+
+    Raises:
+        Exception: whatever a node raises, with a note that names the node.
+    """
+    try:
         for node in nodes:
             node.tick(tick)
     except Exception as error:
-        error.add_note(f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s")
+        error.add_note(_raised_by(node, tick))
         raise
     for node in nodes:
         transport.send(node.mailbox.collect())
+
+
+def _raised_by(node: Node, tick: Tick) -> str:
+    return f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s"
 
 
 class MemoryTransport:

@@ -10,6 +10,7 @@ from vrg.config.loading import check_match, check_strategies
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, Problem
+from vrg.games import file_of, has_name
 from vrg.hal.sim.map import load_map
 from vrg.launch.trial import trial
 from vrg.toml_text import without
@@ -52,8 +53,8 @@ class DraftCheck:
 
     def _import_problems(self, setup: MatchSetup, draft: Draft) -> tuple[Problem, ...]:
         """The faults of the strategies that are files or modules."""
-        own = {(player.number, player.strategy) for player in setup.players if ":" in player.strategy}
-        files = {Path(setup.base) / strategy.rpartition(":")[0] for _, strategy in own}
+        own = {(player.number, player.strategy) for player in setup.players if not has_name(player.strategy)}
+        files = {Path(setup.base) / (file_of(strategy) or "") for _, strategy in own}
         key = (own, setup.base, {(file, file.stat().st_mtime_ns) for file in files if file.is_file()})
         if not self._imports or all(strategy.startswith("vrg.") for _, strategy in own):
             return ()

@@ -52,7 +52,8 @@ def tournament(
     strategies: Annotated[
         list[str],
         typer.Argument(
-            metavar="STRATEGY...", help="Files or folders of files, names of strategies, file.py:Class, module:Class."
+            metavar="STRATEGY...",
+            help="Files or folders of files, names of strategies, file.py:Class, module:Class, policy.npz.",
         ),
     ],
     options: EvaluationOptions,

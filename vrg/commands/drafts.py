@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from vrg.errors import ConfigError
+from vrg.games import is_strategy_file
 from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder, write_whole
 from vrg.modules import classes_in
@@ -119,8 +120,9 @@ def _table(path: Path) -> dict[str, Any] | None:
 
 
 def _strategies(folder: Path) -> Iterator[str]:
-    """The classes in the Python files of a folder that are strategies, as far as their text tells."""
+    """The classes in the Python files of a folder that are strategies, as far as their text tells, and the policies."""
     for path in sorted(folder.glob("*.py"))[:_MOST_FILES]:
         with suppress(OSError):
             if path.stat().st_size <= _LONGEST:
                 yield from (f"{path.name}:{name}" for name, kind in classes_in(path).items() if kind.acts)
+    yield from (path.name for path in sorted(folder.iterdir())[:_MOST_FILES] if is_strategy_file(path.name))

@@ -166,18 +166,19 @@ def _entered(typed: Sequence[str], *, folders: bool) -> tuple[list[tuple[str, st
     A file gives its strategy its own name.
 
     Args:
-        folders: whether a folder stands for all files of Python in it.
+        folders: whether a folder stands for all files of Python and of policies in it.
 
     Raises:
         ConfigError: one is a folder, and may not be.
     """
-    from vrg.games import STRATEGIES
+    from vrg.games import STRATEGIES, is_strategy_file
 
     entered, wrong = list[tuple[str, str]](), list[tuple[str, str]]()
     for target in typed:
         folder = Path(target)
-        for file in sorted(folder.glob("[!._]*.py")) if folders and folder.is_dir() else [folder]:
-            if file.suffix != ".py":
+        for file in _files(folder) if folders and folder.is_dir() else [folder]:
+            own = is_strategy_file(str(file))
+            if file.suffix != ".py" and not own:
                 whole = whole_target(target)
                 if ":" in target or target in STRATEGIES:
                     entered.append((target.rpartition(":")[2], whole))
@@ -186,12 +187,19 @@ def _entered(typed: Sequence[str], *, folders: bool) -> tuple[list[tuple[str, st
                 continue
             try:
                 str(file).encode()
-                entered.append((file.stem, whole_target(f"{file}:{class_in(file)}")))
+                entered.append((file.stem, whole_target(str(file) if own else f"{file}:{class_in(file)}")))
             except UnicodeEncodeError:
                 wrong.append((ascii(file.stem), "its name is not in UTF-8: give the file another one"))
             except ConfigError as error:
                 wrong.append((printable(file.stem), _line(str(error))))
     return entered, wrong
+
+
+def _files(folder: Path) -> list[Path]:
+    """The files of strategies in a folder, except those whose names begin with `.` or `_`."""
+    from vrg.games import is_strategy_file
+
+    return [file for file in sorted(folder.glob("[!._]*")) if file.suffix == ".py" or is_strategy_file(file.name)]
 
 
 def _line(why: str) -> str:

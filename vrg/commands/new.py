@@ -56,7 +56,8 @@ def match(
     players: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[FILE.py[:CLASS]]...", help="Your own players, which are spread over the teams of the game."
+            metavar="[FILE.py[:CLASS]|POLICY.npz]...",
+            help="Your own players, which are spread over the teams of the game.",
         ),
     ] = None,
     game: Annotated[str, typer.Option("--game", help="The game that is played.")] = "sharks-and-minnows",
@@ -186,18 +187,20 @@ def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
     """
     if not targets:
         return []
+    from vrg.games import file_of
     from vrg.launch.trial import trial  # it loads what checks match files
 
     found = []
     with trial() as tried:
         for typed in targets:
             target = f"{typed}:{class_in(Path(typed))}" if typed.endswith(".py") else typed
-            path, colon, name = target.rpartition(":")
-            if path.endswith(".py") and not Path(path).is_file():
-                raise ConfigError(f"{target}: no such file: {path}; `vrg new player` writes one")
+            file = file_of(target)
+            if file is not None and not Path(file).is_file():
+                raise ConfigError(f"{target}: no such file: {file}; `vrg new player` writes one")
             tried.find(target, Path.cwd())
-            own_file = path.endswith(".py")
-            found.append(Path(os.path.relpath(path, folder)).as_posix() + colon + name if own_file else target)
+            if file is not None:
+                target = Path(os.path.relpath(file, folder)).as_posix() + target.removeprefix(file)
+            found.append(target)
     return found
 
 

@@ -71,7 +71,7 @@ def _known_engine(engine: str | None) -> str | None:
 PlayerArgument = Annotated[str, typer.Argument(metavar="PLAYER", help="Name of a player, and of its robot.")]
 TeamArgument = Annotated[str, typer.Argument(metavar="TEAM", help="Name of a team, such as red.")]
 StrategyArgument = Annotated[
-    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, or file.py:Class, or module:Class.")
+    str, typer.Argument(metavar="STRATEGY", help="A strategy's name, file.py:Class, module:Class, or policy.npz.")
 ]
 
 # A match that is to be played, one that runs, one that was played.
@@ -204,10 +204,14 @@ def whole_target(strategy: str) -> str:
     Raises:
         ConfigError: it is a folder, or a file without just one strategy.
     """
+    from vrg.games import is_strategy_file
+
     if Path(strategy).is_dir():
         raise ConfigError(
             [f"expected a strategy, got the folder {strategy}: `vrg tournament {strategy}` lets all files in it play"]
         )
+    if is_strategy_file(strategy):
+        return str(Path(strategy).resolve())
     if strategy.endswith(".py"):
         strategy = f"{strategy}:{class_in(Path(strategy))}"
     path, colon, name = strategy.rpartition(":")

@@ -16,7 +16,7 @@ from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, Problem
 from vrg.errors import Path as Place
-from vrg.games import GAMES, STRATEGIES
+from vrg.games import GAMES, STRATEGIES, file_of, has_name
 from vrg.games.game import Game
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
@@ -308,14 +308,19 @@ class _Checker:
 
     def _check_strategy(self, strategy: str | None, where: Place) -> None:
         """Check that there is a strategy of this name or a file at this place, for the table at `where`."""
-        path, colon, name = (strategy or "").rpartition(":")
-        if strategy is not None and not colon and strategy not in STRATEGIES:
-            self.problems.append(Problem(STRATEGIES.expected(strategy), (*where, "strategy")))
-        if path.endswith(".py") and not (self._base / path).is_file():
-            self.problems.append(Problem(f"{strategy}: no such file: {self._base / path}", (*where, "strategy")))
+        if strategy is None:
+            return
+        place, file = (*where, "strategy"), file_of(strategy)
+        if has_name(strategy):
+            if strategy not in STRATEGIES:
+                self.problems.append(Problem(STRATEGIES.expected(strategy), place))
+        elif file is not None and not (self._base / file).is_file():
+            self.problems.append(Problem(f"{strategy}: no such file: {self._base / file}", place))
         # What needs no import is reported before anything starts, also where strategies are imported in a sandbox only.
-        elif path.endswith(".py") and (found := classes_in(self._base / path).get(name)) and found.acts is False:
-            self.problems.append(Problem(no_method(str(strategy), "act", found.methods), (*where, "strategy")))
+        elif file is not None and file != strategy:
+            found = classes_in(self._base / file).get(strategy.rpartition(":")[2])
+            if found and found.acts is False:
+                self.problems.append(Problem(no_method(strategy, "act", found.methods), place))
 
     def _check_backends(self, file: MatchFile) -> list[Companion]:
         """Check the tables [backends.*] and return the companions of the players' robots.

@@ -16,6 +16,7 @@ from vrg.bus.seats import Roster
 from vrg.bus.topics import Keys
 from vrg.config.files import HERE, Machine, MatchFile, PlayerEntry
 from vrg.errors import ConfigError, LaunchError
+from vrg.games import file_of
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.models import RobotModel, robot_model
@@ -48,7 +49,7 @@ class PlayerSetup(PlayerEntry, frozen=True, kw_only=True):
     Args:
         team: the team of its role.
         physical: True if its robot is a physical one.
-        strategy: `module:Class`, `file.py:Class`, or the name of a registered strategy.
+        strategy: `module:Class`, `file.py:Class`, `policy.npz`, or the name of a registered strategy.
         number: its place among the players of the match file, from 0.
         sensors: the numbers of its robot's sensors that are not those of the model, those of the match included.
     """
@@ -169,10 +170,11 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         Raises:
             ConfigError: there is no such player.
         """
-        base, path = Path(self.base).resolve(), self.player(name).strategy.rpartition(":")[0]
-        if path.endswith(".py"):
-            return (base / path).resolve()
-        found = module_in(base, path.split(".")[0]) if path else None
+        base, strategy = Path(self.base).resolve(), self.player(name).strategy
+        if (file := file_of(strategy)) is not None:
+            return (base / file).resolve()
+        module = strategy.rpartition(":")[0]
+        found = module_in(base, module.split(".")[0]) if module else None
         return None if found is None else found.resolve()
 
     def _is_strangers(self, file: Path) -> bool:

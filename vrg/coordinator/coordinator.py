@@ -36,7 +36,7 @@ from vrg.coordinator.evidence import (
     Reinstated,
     enact,
 )
-from vrg.coordinator.journal import Journal
+from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.leading import Leader
 from vrg.coordinator.match import Checkpoint, Match, standing_still
 from vrg.coordinator.outcome import Effects, numbered
@@ -69,7 +69,8 @@ class Coordinator(Node):
     Args:
         mailbox: the node's own mailbox. keys: the keys of the match.
         book: the rule book.
-        journal: the open journal. If it has a standing, the match goes on from there, in HALT.
+        journal: the open journal, or one that keeps nothing. If it has a standing, the match goes on from there, in
+            HALT.
         leader: works out how robots are driven that the rules want to be driven.
         sight: how far a team sees from each of its robots, m; None if everybody sees everybody.
         disqualify: True disqualifies a player that falls silent in play; False halts the match.
@@ -83,7 +84,7 @@ class Coordinator(Node):
         mailbox: Mailbox,
         keys: Keys,
         book: RuleBook[Any],
-        journal: Journal,
+        journal: Journal | NoJournal,
         *,
         leader: Leader | None = None,
         sight: float | None = None,

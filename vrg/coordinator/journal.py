@@ -261,6 +261,29 @@ class Journal:
         self.close()
 
 
+class NoJournal:
+    """Stands for the journal of a match that is played for practice alone: it keeps nothing.
+
+    Such a match cannot be taken up again after a crash, nor be judged again. `Journal` says what its methods stand for.
+    """
+
+    standing: Checkpoint | None = None
+    last: Record | None = None
+
+    def append(self, time: float, stages: list[Stage], calls: list[Call], standing: Checkpoint) -> None:
+        """Forget a change."""
+
+    def settled(self) -> bool:
+        """True: there is nothing to wait for."""
+        return True
+
+    def witness(self, time: float, field: Observation, entries: list[Entry]) -> None:
+        """Forget what the referee decides by."""
+
+    def mark(self, standing: Checkpoint) -> None:
+        """Forget the play clock."""
+
+
 def read_journal(path: Path) -> tuple[JournalHeader, list[Record]]:
     """Read all complete lines of a journal.
 

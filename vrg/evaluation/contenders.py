@@ -14,6 +14,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED
+from vrg.games import file_of
 from vrg.launch.run_folder import scratch_folder
 
 _LONGEST = 60
@@ -38,9 +39,9 @@ def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Conten
     """Give each strategy a label, with a number if others have the same.
 
     Args:
-        names: that of each strategy; without them, each has its own name or that of its class.
+        names: that of each strategy; without them, each has its own name, or that of its class or its file.
     """
-    short = [_short(name) for name in names or [target.rpartition(":")[2] for target in targets]]
+    short = [_short(name) for name in names or map(_name_of, targets)]
     count = Counter(short)
     taken = {label for label in short if count[label] == 1}
     found = []
@@ -50,6 +51,11 @@ def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Conten
         taken.add(own)
         found.append(Contender(label=own, target=target))
     return found
+
+
+def _name_of(target: str) -> str:
+    """The name of a strategy, of its class, or of the file that it is."""
+    return Path(target).stem if file_of(target) == target else target.rpartition(":")[2]
 
 
 def _short(name: str) -> str:
@@ -82,9 +88,9 @@ def with_strategies(setup: MatchSetup, by_team: dict[str, str]) -> MatchSetup:
 
 def seen_from(base: Path, target: str) -> str:
     """A strategy as a match file in the folder `base` names it: files in this folder by their relative path."""
-    path, colon, name = target.rpartition(":")
-    if path.endswith(".py") and Path(path).is_absolute() and Path(path).is_relative_to(base):
-        return f"{Path(os.path.relpath(path, base)).as_posix()}{colon}{name}"
+    file = file_of(target)
+    if file is not None and Path(file).is_absolute() and Path(file).is_relative_to(base):
+        return Path(os.path.relpath(file, base)).as_posix() + target.removeprefix(file)
     return target
 
 

@@ -18,7 +18,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Pairing, ScheduledGame
-from vrg.games import STRATEGIES
+from vrg.games import STRATEGIES, file_of
 from vrg.launch.keeping import files_of
 from vrg.toml_text import with_value
 
@@ -129,7 +129,7 @@ def written(setup: MatchSetup, strategies: dict[str, str], secret: str = "") -> 
 def _hashes(setup: MatchSetup, contender: Contender) -> Iterator[tuple[str, str]]:
     """The hashes of VRG, of the package or the file of a strategy, of the files beside it, and of the map."""
     yield "the code of VRG", code_of_vrg()
-    if not contender.target.rpartition(":")[0].endswith(".py"):
+    if file_of(contender.target) is None:
         module = contender.target.rpartition(":")[0] or STRATEGIES.get(contender.target).__module__
         # It is found and not imported: a strategy that is to be sealed has no business in this process.
         spec = importlib.util.find_spec(module.partition(".")[0])

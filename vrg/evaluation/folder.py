@@ -105,7 +105,7 @@ class ExperimentFolder:
         found = load_match(folder.match_file)
         for team, target in strategies.items():
             for player in found.players:
-                if player.team == team and player.strategy.rpartition(":")[2] != target.rpartition(":")[2]:
+                if player.team == team and _end(player.strategy) != _end(target):
                     text = f"expected {player.name} to play by {target}, found {player.strategy}"
                     raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
@@ -183,3 +183,8 @@ def write_text(folder: Path, name: str, text: str) -> None:
         write_whole(folder / name, text.encode())
     except OSError as error:
         raise LaunchError(f"{folder}: {name} cannot be written: {error.strerror}: free some space") from None
+
+
+def _end(strategy: str) -> str:
+    """The end of how a strategy is named, which does not change with the place of its file."""
+    return Path(strategy.rpartition(":")[2]).name

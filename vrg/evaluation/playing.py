@@ -25,6 +25,7 @@ from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
+from vrg.games import has_name
 from vrg.launch import in_process
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.judged import judge_run
@@ -114,7 +115,8 @@ def invalid(setup: MatchSetup, reported: Played, why: str) -> Played:
     """A match that is not valid: it is lost for the team whose code alone was in the process of its referee."""
     sealed = missing() is None
     teams = list(dict.fromkeys(player.team for player in setup.players))
-    able = {p.team for p in setup.players if ":" in p.strategy and not (sealed and setup.sandboxed(p.name, seats=True))}
+    own = [player for player in setup.players if not has_name(player.strategy)]
+    able = {player.team for player in own if not (sealed and setup.sandboxed(player.name, seats=True))}
     # Strategies with a name come with VRG or are installed: their code is trusted.
     others = [team for team in teams if team not in able]
     return structs.replace(reported, ended=INVALID, problem=why, winner=others[0] if len(others) == 1 else None)

@@ -4,6 +4,9 @@ Inside a game's folder the rules never import the player, and the player never i
 messages. A package outside VRG adds a game by an entry point of the group `vrg.games` whose object is a `Game`.
 """
 
+from collections.abc import Callable
+from pathlib import Path
+
 from vrg.games.game import Game
 from vrg.registry import Registry
 
@@ -49,12 +52,36 @@ STRATEGIES: Registry[type] = Registry(
         "intruder": "vrg.games.pursuit_evasion.intruder:Intruder",
     },
     lambda found: None if isinstance(found, type) else "expected a class",
-    besides="`module:Class`, or `file.py:Class`",
+    besides="`module:Class`, `file.py:Class`, or the file of a policy (*.npz)",
 )
 """Every strategy that a match file can choose by a name alone."""
 
+STRATEGY_FILES: Registry[Callable[[Path], type]] = Registry(
+    "file of a strategy", "vrg.strategy_files", {"npz": "vrg.learning.policy:player_of"}
+)
+"""What makes a class of strategies of a file that is no Python, by the ending of the file's name."""
+
 UNKNOWN_GAME = Game(name="", settings="", rules="", strategy="", match="", roles=())
 """Stands for a game that is not installed on this machine. Its players are shown without colours of their own."""
+
+
+def file_of(strategy: str) -> str | None:
+    """The file in `file.py:Class`, and in `policy.npz`, which is one itself; None for `module:Class` and for names."""
+    if is_strategy_file(strategy):
+        return strategy
+    path = strategy.rpartition(":")[0]
+    return path if path.endswith(".py") else None
+
+
+def is_strategy_file(strategy: str) -> bool:
+    """True for the file of a strategy that is no Python; such a one is named by its path alone."""
+    ending = Path(strategy).suffix[1:]
+    return bool(ending) and ending in STRATEGY_FILES
+
+
+def has_name(strategy: str) -> bool:
+    """True for a strategy that is chosen by a name alone, which comes with an installed package."""
+    return ":" not in strategy and file_of(strategy) is None
 
 
 def strategies_of(name: str) -> list[str]:

@@ -19,6 +19,7 @@ from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.errors import ConfigError, LaunchError
+from vrg.games import file_of
 from vrg.launch import in_process, nodes
 from vrg.launch.in_process import Change
 from vrg.launch.keeping import copy_into, files_of_strategy, keep, keep_layout
@@ -184,7 +185,6 @@ def _kept(change: Change, folder: RunFolder) -> Change:
     """The change, with a strategy that is a file as a copy of it in the run folder."""
     target, copies = files_of_strategy(change.strategy, Path("substitute"))
     copy_into(folder, copies)
-    path, colon, kind = target.rpartition(":")
-    if copies:
-        target = f"{(folder.path / path).resolve()}{colon}{kind}"
+    if copies and (file := file_of(target)) is not None:
+        target = f"{(folder.path / file).resolve()}{target.removeprefix(file)}"
     return Change(change.time, change.player, target)

@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 from msgspec import Struct
 
@@ -15,9 +15,10 @@ from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.journal import Journal
+from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
+from vrg.games import has_name
 from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
@@ -25,8 +26,11 @@ from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_n
 from vrg.launch.run_folder import RunFolder, write_json
 
 if TYPE_CHECKING:
+    from vrg.coordinator.coordinator import Coordinator
     from vrg.hal.can.workshop.simulation import Simulation
     from vrg.launch.fork_server import ForkServer
+
+P = TypeVar("P", bound=Node)
 
 
 class Change(Struct, frozen=True):
@@ -44,7 +48,7 @@ class Change(Struct, frozen=True):
     @property
     def name(self) -> str:
         """The strategy as people call it: without the folder of its file."""
-        return Path(self.strategy).name if ":" in self.strategy else self.strategy
+        return self.strategy if has_name(self.strategy) else Path(self.strategy).name
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,46 @@ class Ending:
     state: RefereeState
     time: float
     failures: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Assembly(Generic[P]):
+    """The nodes of a match in this process, and what ticks them.
+
+    Args:
+        executor: ticks all nodes. world, coordinator: their nodes. players: the nodes of the players, by name.
+    """
+
+    executor: Lockstep
+    world: Node
+    coordinator: "Coordinator"
+    players: dict[str, P]
+
+
+def assemble(
+    setup: MatchSetup,
+    journal: Journal | NoJournal,
+    player: Callable[[str], P],
+    *,
+    watchers: Sequence[Node] = (),
+    strict: bool = False,
+) -> Assembly[P]:
+    """Make the nodes of a match, and their executor. Nothing is started.
+
+    Args:
+        journal: the open journal of the match.
+        player: makes the node of a player, by its name.
+        watchers, strict: as for `play`.
+
+    Raises:
+        ConfigError: the match cannot be played with this set-up.
+        Exception: what `player` raises.
+    """
+    coordinator = coordinator_node(setup, journal)
+    players = {entry.name: player(entry.name) for entry in setup.players}
+    world = world_node(setup)
+    executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict)
+    return Assembly(executor, world, coordinator, players)
 
 
 def play(
@@ -95,7 +139,6 @@ def play(
         LaunchError: a player has failed too often, and the match file wants no disqualification.
     """
     simulation = _simulation(setup)
-    coordinator = coordinator_node(setup, journal)
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
 
     def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
@@ -105,21 +148,20 @@ def play(
             return lambda: StrategyApart(apart, setup, name, RunFolder(logs.parent))
         return lambda: strategy_of(setup, name)
 
-    players = {
-        player.name: ContainedPlayer(
-            player_node(setup, player.name, simulation, make := maker(setup, player.name)),
+    def contained(name: str) -> ContainedPlayer:
+        return ContainedPlayer(
+            player_node(setup, name, simulation, make := maker(setup, name)),
             setup.keys,
             make,
             alarm,
             memory,
-            None if logs is None else logs / f"{player.name}.log",
+            None if logs is None else logs / f"{name}.log",
             disqualify=setup.on_fault == "disqualify",
         )
-        for player in setup.players
-    }
+
+    assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict)
+    executor, world, coordinator, players = assembly.executor, assembly.world, assembly.coordinator, assembly.players
     waiting = list(changes)
-    world = world_node(setup)
-    executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict)
     linger, began = 0.0, None
     with ExitStack() as stack:
         if simulation is not None:

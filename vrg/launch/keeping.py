@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vrg.config.setup import MatchSetup
+from vrg.games import file_of
 from vrg.hal.sensors.depiction import Rays
 from vrg.launch.code_files import imported
 from vrg.launch.run_folder import RunFolder
@@ -29,9 +30,9 @@ def files_of(setup: MatchSetup) -> "Kept":
     base = Path(setup.base)
     kept = Kept(base, setup.text)
     for player in setup.players:
-        module, colon, _ = player.strategy.rpartition(":")
-        if module.endswith(".py"):
-            kept.keep(module)
+        file, (module, colon, _) = file_of(player.strategy), player.strategy.rpartition(":")
+        if file is not None:
+            kept.keep(file)
         elif colon and (source := module_in(base, module.split(".")[0])) is not None:
             kept.keep(str(source.relative_to(base)))
     if setup.map.endswith(".toml") or "/" in setup.map:
@@ -52,12 +53,12 @@ def files_of_strategy(strategy: str, place: Path) -> tuple[str, dict[Path, Path]
         the strategy there, and the source of each file or package that it needs, by its path in the run folder. A
         strategy that is no file is the same everywhere.
     """
-    path, colon, name = strategy.rpartition(":")
-    if not (colon and path.endswith(".py")):
+    file = file_of(strategy)
+    if file is None:
         return strategy, {}
-    source = Path(path)
+    source = Path(file)
     copies = {place / beside.name: beside for beside in (source, *imported(source))}
-    return f"{(place / source.name).as_posix()}:{name}", copies
+    return (place / source.name).as_posix() + strategy.removeprefix(file), copies
 
 
 def copy_into(folder: RunFolder, copies: Mapping[Path, Path]) -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vrg.agents.player import Player
     from vrg.agents.strategy import Strategy
     from vrg.coordinator.coordinator import Coordinator
-    from vrg.coordinator.journal import Journal
+    from vrg.coordinator.journal import Journal, NoJournal
     from vrg.hal.can.link import Medium
     from vrg.hal.models import RobotModel
     from vrg.hal.sim.node import WorldNode
@@ -62,7 +62,7 @@ def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -
     return Journal(folder.journal, JournalHeader(match=setup.name, game=setup.game, seed=setup.seed), aside=aside)
 
 
-def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
+def coordinator_node(setup: MatchSetup, journal: "Journal | NoJournal") -> "Coordinator":
     """Make the coordinator of a match.
 
     Raises:
@@ -86,16 +86,20 @@ def coordinator_node(setup: MatchSetup, journal: "Journal") -> "Coordinator":
 
 
 def strategy_class(target: str, base: Path) -> "type[Strategy]":
-    """The class of a strategy: `module:Class`, `file.py:Class`, or the name of one that a package has registered.
+    """The class of a strategy: `module:Class`, `file.py:Class`, `policy.npz`, or the name of a registered one.
 
     Raises:
-        ConfigError: there is none, it cannot be imported, or it is no strategy.
+        ConfigError: there is none, it cannot be imported or read, or it is no strategy.
     """
     from vrg.agents.importing import import_object
     from vrg.agents.strategy import Strategy
-    from vrg.games import STRATEGIES
+    from vrg.games import STRATEGIES, STRATEGY_FILES, is_strategy_file
 
-    kind = import_object(target, base) if ":" in target else STRATEGIES.get(target)
+    kind: object
+    if is_strategy_file(target):
+        kind = STRATEGY_FILES.get(Path(target).suffix[1:])(base / target)
+    else:
+        kind = import_object(target, base) if ":" in target else STRATEGIES.get(target)
     if not (isinstance(kind, type) and issubclass(kind, Strategy)):
         raise ConfigError(f"{target}: expected a subclass of vrg.agents.Strategy, got {kind!r}")
     if lacking := sorted(kind.__abstractmethods__):
@@ -107,13 +111,18 @@ def strategy_of(setup: MatchSetup, name: str) -> "Strategy":
     """Import and make the strategy of a player.
 
     Raises:
-        ConfigError: there is no such player, or its strategy cannot be imported or made, or is no Strategy.
+        ConfigError: there is no such player, or its strategy cannot be imported or made, is no Strategy, or is one for
+            other games.
     """
     from vrg.agents.planner import Planner
     from vrg.games import PLANNERS
 
     player = setup.player(name)
-    strategy = _made(player.strategy, strategy_class(player.strategy, Path(setup.base)), name, player.robot)
+    kind = strategy_class(player.strategy, Path(setup.base))
+    if kind.games and setup.game not in kind.games:
+        able = ", ".join(kind.games)
+        raise ConfigError(f"{player.strategy}: expected a strategy for {setup.game}, got one that plays {able} alone")
+    strategy = _made(player.strategy, kind, name, player.robot)
     # numpy's older generators take no more than 32 bits.
     strategy.seed = setup.draw(team_seed(player.team)) % 2**32
     if setup.planner is not None:

@@ -12,6 +12,7 @@ from typing import Final
 
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
+from vrg.games import has_name
 from vrg.launch import apart
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes import strategy_class, strategy_of
@@ -48,7 +49,7 @@ class Trial:
         Raises:
             ConfigError: there is no such player, or its strategy cannot be imported or made.
         """
-        if ":" not in setup.player(name).strategy:
+        if has_name(setup.player(name).strategy):
             strategy_of(setup, name)
         else:
             self._try(setup, name, make=True)
@@ -57,13 +58,13 @@ class Trial:
         """Import the class of a strategy.
 
         Args:
-            target: `module:Class`, `file.py:Class`, or the name of one that a package has registered.
+            target: `module:Class`, `file.py:Class`, `policy.npz`, or the name of one that a package has registered.
             base: the folder that a relative path starts from.
 
         Raises:
             ConfigError: there is none, it cannot be imported, or it is no strategy.
         """
-        if ":" not in target:
+        if has_name(target):
             strategy_class(target, base)
         else:
             setup = load_match(match_path("practice"), base=base)

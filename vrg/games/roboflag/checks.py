@@ -74,7 +74,7 @@ def _misplaced(layout: FieldLayout, c: Contestant) -> str | None:
     """The reason why a player cannot start where it does, or None."""
     half = layout.half(c.role)
     x, y = c.start.x, c.start.y
-    if half.contains(x, y) and not layout.invades(c.role, (x, y)):
+    if half.contains(x, y) and (x - layout.midline) * layout.ahead(c.role) < 0.0:
         return None
     return (
         f"expected the start of {c.name} in the half of its team {c.role}, x {half.x_min:g} to {half.x_max:g}, "

@@ -6,7 +6,7 @@ exactly the distance is near enough.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vrg.coordinator.rulebook import Call, called
@@ -14,14 +14,11 @@ from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
 from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.state import State
 from vrg.geometry import interpolate
-from vrg.regions import Circle
-from vrg.segments import in_disc
+from vrg.segments import NEVER, Stretch, disc_part
 from vrg.types import Pose, Vector
 
 Judged = tuple[State, list[Call]]
 """The new state, and the calls in order."""
-Stretch = tuple[float, float]
-"""A part of the time between two looks, as two fractions of it."""
 ROUNDING = 1e-9
 """The distance in m by which a player may be farther away than a limit, because numbers are rounded; and the fraction
 of the time between two looks by which two instants may differ that are the same."""
@@ -50,15 +47,13 @@ class Ways:
         """The pose of a player at a fraction of the time between the looks."""
         return interpolate(self.before.get(name, self.now[name]), self.now[name], at)
 
-    def within(self, name: str, place: Vector, reach: float) -> Stretch | None:
-        """The stretch in which a player was within `reach` m of a place; None if it never was."""
-        return in_disc(*self.of(name), place, reach + ROUNDING)
+    def within(self, name: str, place: Vector, reach: float) -> Stretch:
+        """The stretch in which a player was within `reach` m of a place."""
+        return inside(*self.of(name), place, reach)
 
-    def near(self, one: str, two: str, reach: float) -> Stretch | None:
-        """The stretch in which two players were within `reach` m of each other; None if they never were."""
-        (a0, a1), (b0, b1) = self.of(one), self.of(two)
-        start, end = (a0[0] - b0[0], a0[1] - b0[1]), (a1[0] - b1[0], a1[1] - b1[1])
-        return in_disc(start, end, (0.0, 0.0), reach + ROUNDING)
+    def near(self, one: str, two: str, reach: float) -> Stretch:
+        """The stretch in which two players were within `reach` m of each other."""
+        return near(*self.of(one), *self.of(two), reach)
 
     def call(self, rule: str, text: str, at: float, *names: str) -> Call:
         """A call about these players, with their poses at a fraction of the time between the looks."""
@@ -74,7 +69,7 @@ def judge_homes(state: State, layout: FieldLayout, ways: Ways) -> Judged:
             continue
         home = layout.home(team)
         stretch = ways.within(name, (home.x, home.y), layout.home_reach)
-        if stretch is None:
+        if stretch == NEVER:
             continue
         state = state.with_state([name], NORMAL)
         if before == TAGGED:
@@ -100,7 +95,7 @@ def judge_flags(state: State, layout: FieldLayout, ways: Ways) -> Judged:
         for name in ways.now:
             if ways.teams[name] == other(team) and state.states[name] == NORMAL:
                 stretch = ways.within(name, place, layout.flag_reach)
-                if stretch is not None:
+                if stretch != NEVER:
                     pose = ways.pose(name, stretch[0])
                     takers.append((stretch[0], math.dist((pose.x, pose.y), place), name))
         if takers and state.flag(team).carrier is None:
@@ -135,47 +130,60 @@ def _tags_of(state: State, layout: FieldLayout, ways: Ways, name: str) -> dict[s
     team, status = ways.teams[name], state.states[name]
     if status == TAGGED:
         return {}
-    exposed = (0.0, 1.0) if status == FLAGGED else _invasion(layout, team, *ways.of(name))
-    if exposed is None:
-        return {}
-    refuges = [stretch for zone in layout.flag_zones() if (stretch := _inside(zone, *ways.of(name))) is not None]
+    start, end = ways.of(name)
+    exposed = (0.0, 1.0) if status == FLAGGED else invasion(start[0], end[0], layout.midline, layout.ahead(team))
+    one, two = (inside(start, end, (zone.x, zone.y), zone.radius) for zone in layout.flag_zones())
     found = {}
     for by in sorted(ways.now):
         if ways.teams[by] != team and state.states[by] != TAGGED:
-            reach = ways.near(name, by, layout.tag_distance)
-            at = None if reach is None else first_exposed(reach, exposed, refuges)
-            if at is not None:
+            at = first_exposed(ways.near(name, by, layout.tag_distance), exposed, one, two)
+            if at < math.inf:
                 found[by] = at
     return found
 
 
-def first_exposed(reach: Stretch, exposed: Stretch, refuges: Sequence[Stretch]) -> float | None:
-    """The first instant in both stretches that is in no refuge; None if there is none.
+# What follows are functions of numbers, which are also compiled for many matches at once (vrg.learning.batch.roboflag).
+
+
+def inside(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch:
+    """The stretch in which a player on its way was within `radius` m of a place."""
+    return disc_part(start, end, centre, radius + ROUNDING)
+
+
+def near(a0: Vector, a1: Vector, b0: Vector, b1: Vector, reach: float) -> Stretch:
+    """The stretch in which two players, on their ways from a0 to a1 and from b0 to b1, were within `reach` m."""
+    return inside((a0[0] - b0[0], a0[1] - b0[1]), (a1[0] - b1[0], a1[1] - b1[1]), (0.0, 0.0), reach)
+
+
+def first_exposed(reach: Stretch, exposed: Stretch, one: Stretch, two: Stretch) -> float:
+    """The first instant in both stretches that is in none of two refuges; infinite if there is none.
 
     A refuge holds its ends: a player is out of it only after its end.
     """
     at, last = max(reach[0], exposed[0]), min(reach[1], exposed[1])
     if at > last:
-        return None
-    for start, end in sorted(refuges):
+        return math.inf
+    for start, end in (one, two) if one <= two else (two, one):
         if start - ROUNDING <= at <= end:
             if end >= last - ROUNDING:
-                return None
+                return math.inf
             at = end
     return at
 
 
-def _inside(zone: Circle, start: Vector, end: Vector) -> Stretch | None:
-    return in_disc(start, end, (zone.x, zone.y), zone.radius + ROUNDING)
+def invasion(start: float, end: float, midline: float, ahead: float) -> Stretch:
+    """The stretch in which a player was on the opponents' side of the midline, or on it.
 
+    What is beyond the other borders of the field counts too, so that no player is safe because it leaves the field.
 
-def _invasion(layout: FieldLayout, team: str, start: Vector, end: Vector) -> Stretch | None:
-    """The stretch in which a player of a team was on the opponents' side of the midline, or on it; None if it never
-    was."""
-    was, is_ = layout.invades(team, start), layout.invades(team, end)
-    if was and is_:
+    Args:
+        start, end: the x at which it was and is, m. midline: its x, m. ahead: 1 if the opponents' half is at greater x;
+            -1 if it is at smaller x.
+    """
+    was, now = (start - midline) * ahead >= 0.0, (end - midline) * ahead >= 0.0
+    if was and now:
         return 0.0, 1.0
-    if not (was or is_):
-        return None
-    crossing = (layout.midline - start[0]) / (end[0] - start[0])
-    return (crossing, 1.0) if is_ else (0.0, crossing)
+    if not (was or now):
+        return NEVER
+    crossing = (midline - start) / (end - start)
+    return (crossing, 1.0) if now else (0.0, crossing)

@@ -52,12 +52,9 @@ class FieldLayout:
         """The zone around a team's flag."""
         return self._zones[team]
 
-    def invades(self, team: str, place: Vector) -> bool:
-        """True if a player of a team is on the opponents' side of the midline, or on the midline.
-
-        What is beyond the other borders of the field counts too, so that no player is safe because it leaves the field.
-        """
-        return place[0] >= self.midline if team == RED else place[0] <= self.midline
+    def ahead(self, team: str) -> float:
+        """1 if the opponents of a team have the half at greater x, or -1."""
+        return 1.0 if team == RED else -1.0
 
     def flag_zones(self) -> list[Circle]:
         """The zones in which no player can be tagged."""

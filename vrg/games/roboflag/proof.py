@@ -8,6 +8,7 @@ from vrg.coordinator.rulebook import away
 from vrg.games.roboflag import FLAGGED, other
 from vrg.games.roboflag.judging import Ways
 from vrg.games.roboflag.rules import SUDDEN_DEATH, RoboFlag
+from vrg.segments import NEVER
 from vrg.types import Pose, Vector
 
 
@@ -42,7 +43,7 @@ def _tag(book: RoboFlag, case: Case) -> list[Measure]:
     later = any(away(here, pose) <= reach + ROUNDING for pose in theirs)
     for by, pose in zip(taggers, theirs, strict=True):
         ends = here, pose
-        if later and away(here, pose) > reach + ROUNDING and (stretch := ways.near(name, by, reach)) is not None:
+        if later and away(here, pose) > reach + ROUNDING and (stretch := ways.near(name, by, reach)) != NEVER:
             # The poses of the call are those of the first tag; this opponent comes near enough after it.
             ends = ways.pose(name, stretch[0]), ways.pose(by, stretch[0])
         what = f"distance between the centres of {name} and {by}"

@@ -51,14 +51,14 @@ def line_up(
     """
     # With marks for more players than there are, those that are taken can be left out.
     for more in range(len(obstacles) * 4 + 1):
-        marks = _rows(len(players) + more, zone, field, extent)
+        marks = rows_of(len(players) + more, zone, field, extent)
         free = [
             mark for mark in marks if all(math.dist((mark.x, mark.y), place) > extent.across for place in obstacles)
         ]
         if len(free) >= len(players):
             break
     else:
-        free = _rows(len(players), zone, field, extent)
+        free = rows_of(len(players), zone, field, extent)
     return assigned(players, free)
 
 
@@ -66,12 +66,12 @@ def in_order(players: Mapping[str, Pose], zone: Rectangle, field: Rectangle, ext
     """Marks across an end zone for players in their order across the field; arguments as for `line_up`."""
     along_y = _along_y(zone, field)
     order = sorted(players, key=lambda n: (players[n].x if along_y else players[n].y, n))
-    return dict(zip(order, _rows(len(order), zone, field, extent), strict=True))
+    return dict(zip(order, rows_of(len(order), zone, field, extent), strict=True))
 
 
 def crowded(players: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> bool:
     """True if so many players, or fewer, do not all have a mark in an end zone at which they touch no other."""
-    return any(_collide(_rows(count, zone, field, extent), extent) for count in range(2, players + 1))
+    return any(_collide(rows_of(count, zone, field, extent), extent) for count in range(2, players + 1))
 
 
 def _collide(marks: Sequence[Pose], extent: LargestBody) -> bool:
@@ -79,7 +79,7 @@ def _collide(marks: Sequence[Pose], extent: LargestBody) -> bool:
     return any(math.dist(a, b) < extent.across for i, a in enumerate(places) for b in places[:i])
 
 
-def _rows(count: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> list[Pose]:
+def rows_of(count: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> list[Pose]:
     """So many marks, in their order across the field, in as few rows as there is room for them."""
     across = zone.x_max - zone.x_min if _along_y(zone, field) else zone.y_max - zone.y_min
     per_row = max(1, int(across / (SPACING_FACTOR * extent.side)) - 1)

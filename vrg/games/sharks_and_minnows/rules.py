@@ -121,7 +121,7 @@ class SharksAndMinnows(RuleBook[State]):
         if not near:
             return None
         leaves = {shark: min(out.get(shark, 1.0), out.get(name, 1.0)) for shark in near}
-        found = first_tags(near, minnow, self.settings.tag_distance, self._ends[state.goal], leaves)
+        found = first_tags(near, minnow, self.settings.tag_distance, self._ends[state.goal].bounds, leaves)
         if found is None:
             return None
         fraction, taggers = found

@@ -4,7 +4,8 @@ import math
 from collections.abc import Mapping
 
 from vrg.geometry import circumradius, interpolate, outline_distance, wrap
-from vrg.regions import Bounds, Region
+from vrg.regions import Bounds
+from vrg.segments import in_box
 from vrg.types import Pose, Vector
 
 RESOLUTION = 1e-3
@@ -47,7 +48,7 @@ def swept(motion: SweptBody, margin: float) -> Bounds:
 
 
 def first_tags(
-    hunters: Mapping[str, SweptBody], prey: SweptBody, reach: float, refuge: Region, until: Mapping[str, float]
+    hunters: Mapping[str, SweptBody], prey: SweptBody, reach: float, refuge: Bounds, until: Mapping[str, float]
 ) -> tuple[float, list[str]] | None:
     """The first instant at which any hunter tags the prey, and all hunters that are within reach at that instant.
 
@@ -61,7 +62,7 @@ def first_tags(
     first: dict[str, float] = {}
     for name, hunter in hunters.items():
         fraction = first_tag(hunter, prey, reach, refuge)
-        if fraction is not None and fraction <= until[name]:
+        if fraction <= until[name]:
             first[name] = fraction
     if not first:
         return None
@@ -77,7 +78,7 @@ def first_tags(
     return at, sorted(taggers)
 
 
-def first_tag(hunter: SweptBody, prey: SweptBody, reach: float, refuge: Region) -> float | None:
+def first_tag(hunter: SweptBody, prey: SweptBody, reach: float, refuge: Bounds) -> float:
     """The first instant at which the outlines are within `reach` while the prey's centre is outside `refuge`.
 
     Both bodies are taken to move straight and to turn evenly between their two poses. The method is conservative
@@ -88,13 +89,13 @@ def first_tag(hunter: SweptBody, prey: SweptBody, reach: float, refuge: Region) 
         reach: the distance of the outlines, m.
 
     Returns:
-        the instant as a fraction from 0 (before) to 1 (now), or None if there is no such instant.
+        the instant as a fraction from 0 (before) to 1 (now); infinite if there is no such instant.
     """
     (h0, h1, h_size), (p0, p1, p_size) = hunter, prey
     radii = circumradius(h_size) + circumradius(p_size)
     shift = math.hypot((h1.x - h0.x) - (p1.x - p0.x), (h1.y - h0.y) - (p1.y - p0.y))
     if math.hypot(h0.x - p0.x, h0.y - p0.y) - shift > radii + reach:
-        return None
+        return math.inf
     motion = (
         shift
         + abs(wrap(h1.theta - h0.theta)) * circumradius(h_size)
@@ -102,14 +103,14 @@ def first_tag(hunter: SweptBody, prey: SweptBody, reach: float, refuge: Region) 
     )
     fraction = 0.0
     # A refuge is convex, so the prey is in it on one stretch of its way only.
-    enters, leaves = refuge.inside((p0.x, p0.y), (p1.x, p1.y)) or (math.inf, math.inf)
+    enters, leaves = in_box((p0.x, p0.y), (p1.x, p1.y), refuge)
     while True:
         h, p = interpolate(h0, h1, fraction), interpolate(p0, p1, fraction)
         gap = outline_distance(h, p, h_size, p_size) - reach
-        if gap <= 0 and not refuge.contains(p.x, p.y):
+        if gap <= 0 and not (refuge[0] <= p.x <= refuge[2] and refuge[1] <= p.y <= refuge[3]):
             return fraction
         inside = enters <= fraction <= leaves
         if fraction >= 1.0 or (motion == 0.0 and not inside):
-            return None
+            return math.inf
         # The border belongs to the refuge: the prey is outside just behind it.
         fraction = min(1.0, leaves + 1e-9 if inside else fraction + max(gap, RESOLUTION) / motion)

@@ -21,13 +21,13 @@ from vrg.types import Twist
 
 CONTACT = 0.005
 """The distance in m below which a bumper is pressed."""
-_SLACK = 1e-9
+SLACK = 1e-9
 """The distance in m that is left between bodies that were pushed apart, so that rounding makes no overlap."""
 _PUSH = 0.2
 """The longest push of a robot in one step, m."""
-_ROUNDS = 6
+PUSH_ROUNDS = 6
 """The number of attempts to push bodies apart, before those that still overlap are put back where they came from."""
-_SHOVE = _PUSH / (2 * _ROUNDS)
+_SHOVE = _PUSH / (2 * PUSH_ROUNDS)
 """The longest push of a robot in one attempt, m, in a world with kinematic bodies: one may appear inside another."""
 
 
@@ -219,7 +219,7 @@ class PlanarEngine(Engine):
         """
         moved: set[int] = set()
         blocked: set[int] = set()  # by a wall, or by a body that a wall blocks
-        for _ in range(_ROUNDS):
+        for _ in range(PUSH_ROUNDS):
             shifts: dict[int, list[float]] = {}
             for row, shape in walls:
                 self._shift(shifts, row, self._gap(row, shape), 1.0)
@@ -244,7 +244,7 @@ class PlanarEngine(Engine):
     @staticmethod
     def _shift(shifts: dict[int, list[float]], row: int, gap: Gap, share: float) -> None:
         if gap.distance < 0.0 and share:
-            push = (_SLACK - gap.distance) * share
+            push = (SLACK - gap.distance) * share
             shift = shifts.setdefault(row, [0.0, 0.0])
             shift[0] += push * gap.nx
             shift[1] += push * gap.ny
@@ -276,7 +276,7 @@ class PlanarEngine(Engine):
         (x, y, theta), (v, w, aside) = self.poses[row].tolist(), self.velocities[row].tolist()
         cos, sin = math.cos(theta), math.sin(theta)
         vx, vy = v * cos - aside * sin - w * (gap.y - y), v * sin + aside * cos + w * (gap.x - x)
-        return grip * DRIVE if side * (vx * gap.nx + vy * gap.ny) < -_SLACK else grip
+        return grip * DRIVE if side * (vx * gap.nx + vy * gap.ny) < -SLACK else grip
 
     def _put_back(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]], before: Floats) -> set[int]:
         """Put bodies that still overlap back where they came from, where none of them overlapped."""
@@ -293,7 +293,7 @@ class PlanarEngine(Engine):
         theta = float(self.poses[row, 2])
         cos, sin = math.cos(theta), math.sin(theta)
         ahead, _, aside = self.velocities[row].tolist()
-        v, side = _slowed((x * cos + y * sin) / dt, ahead), _slowed((y * cos - x * sin) / dt, aside)
+        v, side = slowed((x * cos + y * sin) / dt, ahead), slowed((y * cos - x * sin) / dt, aside)
         self.velocities[row] = v, heading / dt, side
         drivetrain = self.models[row].drivetrain
         self.speeds[row, : len(drivetrain.axes)] = drivetrain.speeds(Twist(v, heading / dt, side))
@@ -314,6 +314,6 @@ class PlanarEngine(Engine):
         return Box(x, y, heading, model.length, model.width)
 
 
-def _slowed(speed: float, driven: float) -> float:
+def slowed(speed: float, driven: float) -> float:
     """A speed after a push: it may slow a body down or stop it, but never drives its wheels."""
     return max(0.0, min(speed, driven)) if driven > 0 else min(0.0, max(speed, driven))

@@ -1,0 +1,109 @@
+"""Teaches a network to play as the strategies of a match file do, by regression of what these do in some matches.
+
+    python examples/learning/imitate.py --match sharks-and-minnows --games 30
+
+It writes policy.npz, which plays in a match, and from which train.py can go on: `train.py --start policy.npz`.
+"""
+
+import argparse
+import os
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a process for each core is faster
+
+import numpy as np
+from msgspec import structs
+
+from vrg.games import GAMES, strategies_of
+from vrg.learning.demonstration import Pairs, demonstrate
+from vrg.learning.matches import match_of
+from vrg.learning.network import Adam, Network, initial, layout_of
+from vrg.learning.policy import Policy, save
+
+ROWS, RATE, SPREAD = 1024, 2e-3, 0.3  # rows of a minibatch; the rate at the start; how far train.py tries out from here
+
+
+def played(match: str, seed: int) -> Pairs:
+    """What the strategies of a match file do with a seed, in the planar engine."""
+    return demonstrate(structs.replace(match_of(match, engine="planar", lasers=False), seed=seed))
+
+
+def collected(match: str, games: int, seed: int) -> Pairs:
+    """What the strategies do in several games, on all cores."""
+    parts = []
+    with ProcessPoolExecutor() as processes:
+        for number, pairs in enumerate(processes.map(played, [match] * games, range(seed, seed + games)), 1):
+            parts.append(pairs)
+            print(f"game {number} of {games}: {sum(len(part.actions) for part in parts)} decisions", flush=True)
+    return Pairs(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int = 1000) -> tuple[Policy, list[float]]:
+    """The policy that does most nearly the same, and its squared error on a tenth of the pairs after each epoch."""
+    learning = GAMES.get(game).load_learning()
+    assert learning is not None
+    rng, layout = np.random.default_rng(seed), layout_of(learning)
+    actions = pairs.actions.shape[1]
+    network = Network(initial(len(layout.own), len(layout.slot), actions, rng))
+    adam, errors, begin = Adam(network.parameters), list[float](), time.monotonic()
+    order = rng.permutation(len(pairs.actions))
+    kept, rest = np.split(order, [max(1, len(order) // 10)])
+
+    def learn(rows: np.ndarray, rate: float) -> None:
+        wanted = pairs.actions[rows]
+
+        def slope(outputs: np.ndarray, part: slice) -> np.ndarray:
+            means = np.tanh(outputs)
+            found: np.ndarray = (means - wanted[part]) * (1.0 - means * means) / len(wanted)
+            return found
+
+        adam.update(network.slopes(pairs.observations[rows], slope), rate)
+
+    done = 0.0
+    while done < 1.0 and len(errors) < epochs:
+        for rows in np.array_split(rng.permutation(rest), max(1, len(rest) // ROWS)):
+            learn(rows, RATE * (1.0 - 0.95 * done))
+        off = np.tanh(network(pairs.observations[kept])) - pairs.actions[kept]
+        errors.append(float(np.square(off).mean()))
+        done = max((time.monotonic() - begin) / (60.0 * minutes), len(errors) / epochs)
+    what = f"imitate.py: {len(order)} decisions of {game}"
+    return Policy(game, network, np.full(actions, np.log(SPREAD), dtype=np.float32), what), errors
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
+    parser.add_argument("--games", type=int, default=30, help="how many are played")
+    parser.add_argument("--minutes", type=float, default=2.0, help="how long to learn from them")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--pairs", type=Path, help="keep what was played in this file (npz), or use what is there")
+    parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy")
+    return parser
+
+
+def main() -> None:
+    """Read the command line, play, learn, and write what was learned."""
+    options = make_parser().parse_args()
+    if options.pairs and options.pairs.exists():
+        with np.load(options.pairs) as found:
+            pairs = Pairs(found["observations"], found["actions"])
+    else:
+        pairs = collected(options.match, options.games, options.seed)
+        if options.pairs:
+            np.savez_compressed(options.pairs, **pairs._asdict())
+    if not len(pairs.actions):
+        sys.exit("no player has moved in these games")
+    game = match_of(options.match, engine=None, lasers=None).game
+    policy, errors = fitted(game, pairs, options.minutes, options.seed)
+    save(policy, options.output)
+    mean = float(np.square(pairs.actions - pairs.actions.mean(axis=0)).mean())
+    print(f"squared error {errors[-1]:.4f} after {len(errors)} epochs; of the mean action it would be {mean:.4f}")
+    print(f"Play it: vrg compare {options.output} {strategies_of(game)[0]} --match {options.match}")
+
+
+if __name__ == "__main__":
+    main()

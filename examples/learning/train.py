@@ -1,0 +1,392 @@
+"""Teaches a team to play by proximal policy optimisation (PPO, Schulman et al. 2017), in numpy alone.
+
+    python examples/learning/train.py --match sharks-and-minnows --minutes 5
+
+All players of a match learn one policy, each from what it sees: both teams play against themselves, and in a quarter of
+the matches one team is a former self. It writes policy.npz, which plays in a match, policy.training, from which
+`--resume` goes on, and policy.png with the curve. Ctrl-C ends it and keeps what is learned.
+"""
+
+import argparse
+import json
+import os
+import signal
+import time
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the policy and the value learn in a thread each, which is faster
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from vrg.config.loading import load_match, match_path
+from vrg.errors import ConfigError
+from vrg.games import GAMES, strategies_of
+from vrg.learning.batch.matches import Batch
+from vrg.learning.batch.stepping import Variation
+from vrg.learning.network import Adam, Network, Parameters, initial, layout_of
+from vrg.learning.policy import Policy, load, save
+
+GAMMA, LAMBDA = 0.99, 0.95  # the discount of a step, and of the estimates of advantages (Schulman et al. 2016)
+CLIP, ENTROPY, EPOCHS, ROWS = 0.2, 0.002, 3, 4096  # ROWS: those of a minibatch
+RATE, LEAST_RATE, MOST_RATE, KL = 5e-4, 5e-5, 2e-3, 0.012  # the rate follows how far an update moves the policy
+POOL, KEEP_EVERY, DRAW_EVERY, GROUPS = 30, 10, 5, 4  # former selves; updates between them; groups that meet them
+SHAPING, SHAPED = 2.0, 15e6  # the factor of the rewards for progress, and the decisions after which it is 0
+VARIED = Variation(
+    speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
+)
+
+
+class Progress(NamedTuple):
+    """What leads to a goal in a game: rewards for it are an advance on those for the goal itself.
+
+    Args:
+        phase: the values of an observation of which none may change for two distances to be compared.
+        goals: the value that must be 1, and the one that is the distance to the goal then; of several the last counts.
+            An empty one is 1 for everybody.
+        chased: the value that must be 1 for the goal to be the nearest of some others; empty if it never is.
+        prey: the values of such another one.
+        winners: the roles, by the numbers of the teams that win.
+    """
+
+    phase: tuple[str, ...]
+    goals: tuple[tuple[str, str], ...]
+    chased: str
+    prey: dict[str, float]
+    winners: tuple[str, str]
+
+
+PROGRESS = {
+    "sharks-and-minnows": Progress(
+        phase=("i am a shark", "i am active", "round"),
+        goals=(("", "nearest point of the safe zone: distance"),),
+        chased="i am a shark",
+        prey={"same role": 0.0, "active": 1.0, "in the safe zone": 0.0},
+        winners=("minnow", "shark"),
+    ),
+    "roboflag": Progress(
+        phase=("i am normal", "i am tagged", "i am flagged"),
+        goals=(("i am normal", "their flag's place: distance"), ("i am flagged", "own home: distance")),
+        chased="",
+        prey={},
+        winners=("red", "blue"),
+    ),
+}
+
+
+class Training:
+    """A policy that learns, with all that goes on in it.
+
+    Args:
+        options: as the command line gives them: match, seed, matches, horizon, hold, most, vary, start.
+    """
+
+    def __init__(self, options: dict[str, Any]) -> None:
+        self.options = options
+        setup = load_match(match_path(options["match"]))
+        if setup.game not in PROGRESS:
+            raise ConfigError(f"{setup.game}: expected one of {', '.join(PROGRESS)}, which this example knows")
+        self.game, self.progress = setup.game, PROGRESS[setup.game]
+        learning = GAMES.get(setup.game).load_learning()
+        assert learning is not None
+        self.layout = layout_of(learning)
+        self.rng = np.random.default_rng(options["seed"])
+        vary = VARIED if options["vary"] else Variation()
+        self.batch = Batch(setup, options["matches"], seed=options["seed"], vary=vary, most=options["most"])
+        own, slot = len(self.layout.own), len(self.layout.slot)
+        actor: Parameters = {**initial(own, slot, 2, self.rng), "log_std": np.full(2, -0.5, dtype=np.float32)}
+        if options["start"]:
+            policy = load(Path(options["start"]))
+            actor = {**policy.network.parameters, "log_std": np.maximum(policy.log_std, -1.0)}
+        critic = initial(own, slot, 1, self.rng, last=0.1)
+        self.actor, self.critic = Adam(actor), Adam(critic)
+        self.policy, self.value = Network(actor), Network(critic)
+        self.threads = ThreadPoolExecutor(2)
+        self.pool: list[Parameters] = [{name: values.copy() for name, values in actor.items()}]
+        self.drawn = [0] * GROUPS
+        self.updates, self.decisions, self.rate = 0, 0, RATE
+        self.curve: list[list[float]] = []  # decisions, reward, share won against former selves
+        self.won = 0.5
+        self.side = np.array([self.progress.winners.index(role) for role in self.batch.roles])
+        size = max(1, options["matches"] // (4 * GROUPS))  # a quarter of the matches in all
+        self.groups = [slice(n * size, (n + 1) * size) for n in range(GROUPS)]
+        self.frozen = np.zeros((options["matches"], len(self.side)), dtype=bool)
+        for n, group in enumerate(self.groups):
+            self.frozen[group] = self.side == n % 2
+        self.seen = self.batch.reset().copy()
+
+    def update(self) -> None:
+        """Play `horizon` decisions of all matches, and learn from them."""
+        if self.updates % DRAW_EVERY == 0:
+            self.drawn = [int(self.rng.integers(len(self.pool))) for _ in range(GROUPS)]
+        seen, wanted, chance, advantages, returns, active, side = self.play()
+        for team in (0, 1):  # they learn alike, however few a team has
+            able = (side == team) & (active > 0.0)
+            if able.any():
+                advantages[side == team] -= advantages[able].mean()
+                advantages[side == team] /= advantages[able].std() + 1e-6
+                active[able] *= 0.5 * np.count_nonzero(active) / np.count_nonzero(able)
+        rows = len(seen)
+        orders = [np.array_split(self.rng.permutation(rows), max(1, rows // ROWS)) for _ in range(EPOCHS)]
+        learning = self.threads.submit(self.learn_value, seen, returns, orders)
+        for order in orders:
+            moved = [self.learn_policy(seen[p], wanted[p], chance[p], advantages[p], active[p]) for p in order]
+            self.rate *= 1 / 1.5 if np.mean(moved) > 1.5 * KL else 1.5 if np.mean(moved) < KL / 1.5 else 1.0
+            self.rate = min(MOST_RATE, max(LEAST_RATE, self.rate))
+        learning.result()
+        self.updates += 1
+        if self.updates % KEEP_EVERY == 0:
+            if len(self.pool) == POOL:
+                self.pool.pop(int(self.rng.integers(POOL)))
+            self.pool.append({name: values.copy() for name, values in self.policy.parameters.items()})
+
+    def learn_value(self, seen: np.ndarray, returns: np.ndarray, orders: list[list[np.ndarray]]) -> None:
+        """Fit the value to the returns."""
+
+        def fit(rows: np.ndarray) -> None:
+            wanted = returns[rows, None]
+            slopes = self.value.slopes(seen[rows], lambda values, part: (values - wanted[part]) / len(wanted))
+            self.critic.update(slopes, RATE)
+
+        for rows in (rows for order in orders for rows in order):
+            fit(rows)
+
+    def learn_policy(
+        self, seen: np.ndarray, wanted: np.ndarray, chance: np.ndarray, advantages: np.ndarray, active: np.ndarray
+    ) -> float:
+        """Change the policy by one minibatch, and return how far it has moved (an estimate of the KL divergence)."""
+        log_std, count = self.policy.parameters["log_std"], max(1.0, float(active.sum()))
+        spread, pulls, moved = np.exp(log_std), np.zeros(2, dtype=np.float32), [0.0]
+
+        def slope(outputs: np.ndarray, rows: slice) -> np.ndarray:
+            means = np.tanh(outputs)
+            off, advantage = (wanted[rows] - means) / spread, advantages[rows]
+            change = likelihood(off, log_std) - chance[rows]
+            ratio = np.exp(np.minimum(change, 10.0))
+            inside = np.where(advantage > 0.0, ratio < 1.0 + CLIP, ratio > 1.0 - CLIP)
+            pull = (-advantage * ratio * inside * active[rows] / count)[:, None]
+            pulls[:] += (pull * (off * off - 1.0)).sum(axis=0)
+            moved[0] += float(((ratio - 1.0 - change) * active[rows]).sum()) / count
+            found: np.ndarray = pull * off / spread * (1.0 - means * means)
+            return found
+
+        slopes = self.policy.slopes(seen, slope)
+        self.actor.update({**slopes, "log_std": pulls - ENTROPY}, self.rate)
+        np.clip(log_std, -2.0, 0.0, out=log_std)
+        return moved[0]
+
+    def play(self) -> tuple[np.ndarray, ...]:
+        """Play, and return a row for each decision of each player that learns: what it saw, what it wanted, the
+        logarithm of the chance of that, its advantage, its return, whether it could move, and its team's number."""
+        steps, players = self.options["horizon"], self.frozen.shape
+        saw = np.zeros((steps + 1, *self.seen.shape), dtype=np.float32)
+        wanted, noise = np.zeros((steps, *players, 2), dtype=np.float32), np.exp(self.policy.parameters["log_std"])
+        chance, rewards = np.zeros((steps, *players), dtype=np.float32), np.zeros((steps, *players), dtype=np.float32)
+        over, cut = np.zeros((steps, players[0]), dtype=bool), np.zeros((steps, players[0]), dtype=bool)
+        ends: list[tuple[int, np.ndarray, np.ndarray]] = []
+        saw[0], factor = self.seen, SHAPING * max(0.0, 1.0 - self.decisions / SHAPED)
+        won, lost = 0, 0
+        for step in range(steps):
+            means = np.tanh(self.outputs(self.policy, saw[step])).reshape(wanted[step].shape)
+            off = self.rng.standard_normal(means.shape, dtype=np.float32)
+            wanted[step], chance[step] = means + noise * off, likelihood(off, self.policy.parameters["log_std"])
+            for group, former in zip(self.groups, self.drawn, strict=True):
+                where = self.frozen[group]
+                means = np.tanh(Network(self.pool[former])(saw[step][group][where]))
+                wanted[step][group][where] = means + np.exp(self.pool[former]["log_std"]) * off[group][where]
+            action = np.clip(wanted[step], -1.0, 1.0)
+            following = np.empty_like(saw[step])
+            for _ in range(self.options["hold"]):
+                out = self.batch.step(action)
+                going = ~(over[step] | cut[step])
+                rewards[step] += out.rewards * going[:, None]
+                ended = (out.terminated | out.truncated) & going
+                following[ended] = out.last[ended]
+                if ended.any():
+                    ends.append((step, np.flatnonzero(out.truncated & ended), out.last[out.truncated & ended].copy()))
+                over[step], cut[step] = over[step] | (out.terminated & going), cut[step] | (out.truncated & going)
+                for n, group in enumerate(self.groups):
+                    winners = out.winners[group][out.terminated[group] & ended[group]]
+                    won, lost = won + int((winners == 1 - n % 2).sum()), lost + int((winners == n % 2).sum())
+            saw[step + 1] = out.observations
+            alive = ~(over[step] | cut[step])
+            following[alive] = out.observations[alive]
+            rewards[step] += factor * self.progress_between(saw[step], following, ~over[step])
+        self.seen = saw[-1].copy()
+        self.decisions += steps * self.options["hold"] * self.frozen.size
+        self.won += (won - (won + lost) * self.won) / max(60.0, won + lost)
+        values = np.concatenate([self.outputs(self.value, rows) for rows in saw]).reshape(-1, *players)
+        beyond = values[1:].copy()
+        for step, matches, last in ends:
+            if len(matches):
+                beyond[step, matches] = self.value(last.reshape(-1, saw.shape[-1])).reshape(len(matches), -1)
+        beyond[over] = 0.0
+        advantages = advantages_of(rewards + GAMMA * beyond - values[:-1], ~(over | cut))
+        can_move = "i am active"
+        active = (
+            saw[:-1, ..., self.layout.own.index(can_move)] if can_move in self.layout.own else np.ones_like(rewards)
+        )
+        self.curve.append([self.decisions, float(rewards.mean()) / self.options["hold"] * 600.0, self.won])
+        mine = np.broadcast_to(~self.frozen, rewards.shape)
+        returns, side = advantages + values[:-1], np.broadcast_to(self.side, rewards.shape)
+        found = saw[:-1], wanted, chance, advantages, returns, np.broadcast_to(active, rewards.shape), side
+        return tuple(array[mine] for array in found)
+
+    def outputs(self, network: Network, seen: np.ndarray) -> np.ndarray:
+        """The outputs of a network for what players see in all matches, half of them in each thread."""
+        rows = seen.reshape(-1, seen.shape[-1])
+        return np.concatenate(list(self.threads.map(network, np.array_split(rows, 2))))
+
+    def progress_between(self, before: np.ndarray, now: np.ndarray, going: np.ndarray) -> np.ndarray:
+        """How much nearer each player has come to its goal, as a fraction of the field's diagonal."""
+        columns = [self.layout.own.index(name) for name in self.progress.phase]
+        same = (before[..., columns] == now[..., columns]).all(axis=-1) & going[:, None]
+        first, then = self.distances(before), self.distances(now)
+        good: np.ndarray = same & np.isfinite(first) & np.isfinite(then)
+        return np.where(good, np.where(good, first, 0.0) - GAMMA * np.where(good, then, 0.0), 0.0)
+
+    def distances(self, seen: np.ndarray) -> np.ndarray:
+        """The distance of each player to its goal, as a fraction of the field's diagonal; infinite without a goal."""
+        own, slot, found = self.layout.own, self.layout.slot, np.full(seen.shape[:-1], np.inf, dtype=np.float32)
+        for needed, goal in self.progress.goals:
+            is_so = seen[..., own.index(needed)] > 0.5 if needed else np.ones(found.shape, dtype=bool)
+            found = np.where(is_so, seen[..., own.index(goal)], found)
+        if self.progress.chased:
+            slots = seen[..., len(own) :].reshape(*found.shape, -1, len(slot))
+            fits = slots.any(axis=-1)
+            for name, value in self.progress.prey.items():
+                fits &= slots[..., slot.index(name)] == value
+            nearest = np.where(fits, slots[..., slot.index("distance")], np.inf).min(axis=-1, initial=np.inf)
+            found = np.where(seen[..., own.index(self.progress.chased)] > 0.5, nearest, found)
+        return found
+
+    def learned(self) -> Policy:
+        """The policy as it is now."""
+        parameters = {name: values for name, values in self.policy.parameters.items() if name != "log_std"}
+        what = f"train.py: {self.decisions / 1e6:.1f} million decisions of {self.options['match']}"
+        return Policy(self.game, Network(parameters), self.policy.parameters["log_std"], what)
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All arrays that change, by name; they can be written to."""
+        found = {"seen": self.seen, "out": self.batch.out.observations}
+        for kind, adam in (("actor", self.actor), ("critic", self.critic)):
+            for part, group in (("", adam.parameters), (" mean", adam.means), (" square", adam.squares)):
+                found |= {f"{kind}{part} {name}": values for name, values in group.items()}
+        for name, records in self.batch.records._asdict().items():
+            if isinstance(records, np.recarray):
+                found[f"batch {name}"] = records.view(np.ndarray).view(np.uint8)
+        return found
+
+    def save(self, file: Path) -> None:
+        """Write all that is needed to go on."""
+        kept = {"options": self.options, "updates": self.updates, "decisions": self.decisions, "rate": self.rate}
+        kept |= {"won": self.won, "drawn": self.drawn, "curve": self.curve, "pool": len(self.pool)}
+        kept |= {"steps": [self.actor.steps, self.critic.steps], "rng": self.rng.bit_generator.state}
+        pool = {f"pool {n} {name}": v for n, former in enumerate(self.pool) for name, v in former.items()}
+        part = file.with_name(f"{file.name}.part")
+        with part.open("wb") as stream:
+            np.savez(stream, kept=np.array(json.dumps(kept)), **self.arrays(), **pool)
+        os.replace(part, file)  # a training that is killed meanwhile leaves the one before
+
+
+def resumed(file: Path) -> Training:
+    """The training that was saved in a file."""
+    with np.load(file, allow_pickle=False) as found:
+        kept = json.loads(str(found["kept"]))
+        training = Training(kept["options"])
+        for name, values in training.arrays().items():
+            values[...] = found[name]
+        names = list(training.pool[0])
+        training.pool = [{name: found[f"pool {n} {name}"] for name in names} for n in range(kept["pool"])]
+    training.updates, training.decisions, training.rate = kept["updates"], kept["decisions"], kept["rate"]
+    training.won, training.drawn, training.curve = kept["won"], kept["drawn"], kept["curve"]
+    training.actor.steps, training.critic.steps = kept["steps"]
+    training.rng.bit_generator.state = kept["rng"]
+    return training
+
+
+def advantages_of(surprises: np.ndarray, going: np.ndarray) -> np.ndarray:
+    """The generalised estimates of advantages.
+
+    Args:
+        surprises: how much better each step was than its value, shape (steps, matches, players).
+        going: whether the match has gone on, shape (steps, matches).
+    """
+    found, carried = np.zeros_like(surprises), np.zeros_like(surprises[0])
+    for step in reversed(range(len(surprises))):
+        found[step] = carried = surprises[step] + GAMMA * LAMBDA * carried * going[step][:, None]
+    return found
+
+
+def likelihood(off: np.ndarray, log_std: np.ndarray) -> np.ndarray:
+    """The logarithm of the chance of actions, up to a constant, by how many standard deviations they are off."""
+    found: np.ndarray = -0.5 * (off * off).sum(axis=-1) - log_std.sum()
+    return found
+
+
+def draw(curve: list[list[float]], file: Path) -> None:
+    """Draw how the training went."""
+    decisions, reward, won = np.array(curve).T
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    above, below = figure.subplots(2, 1, sharex=True)
+    above.plot(decisions / 1e6, reward)
+    above.set_ylabel("reward of a player in a minute")
+    below.plot(decisions / 1e6, 100 * won)
+    below.set(ylabel="won against former selves (%)", xlabel="million decisions", ylim=(0, 100))
+    figure.savefig(file)
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """The parser of the command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
+    parser.add_argument("--minutes", type=float, default=5.0, help="how long")
+    parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy")
+    parser.add_argument("--resume", type=Path, help="go on with a training, such as policy.training")
+    parser.add_argument("--start", help="begin with this policy, such as one of imitate.py")
+    parser.add_argument("--vary", action="store_true", help="each match has robots and links of its own")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--matches", type=int, default=128, help="how many are played at once")
+    parser.add_argument("--horizon", type=int, default=48, help="steps between two updates")
+    parser.add_argument("--hold", type=int, default=3, help="decisions of 0.1 s in a step, which have the same action")
+    parser.add_argument("--most", type=int, default=1500, help="decisions after which a match is cut off")
+    return parser
+
+
+def main() -> None:
+    """Read the command line, train, and write what was learned."""
+    arguments = vars(make_parser().parse_args())
+    minutes, output, resume = (arguments.pop(name) for name in ("minutes", "output", "resume"))
+    print("compiling the game: about half a minute", flush=True)
+    training = resumed(resume) if resume else Training(arguments)
+    stop: list[int] = []
+    signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
+    begin = shown = time.monotonic()
+    first, told = training.decisions, training.decisions
+    while not stop and time.monotonic() < begin + 60.0 * minutes:
+        training.update()
+        now = time.monotonic()
+        if now - shown > 5.0:
+            _, reward, won = training.curve[-1]
+            speed, left = (training.decisions - told) / (now - shown), max(0.0, begin + 60.0 * minutes - now)
+            print(
+                f"{training.decisions / 1e6:6.1f} million decisions, {speed / 1e3:4.0f} thousand a second; reward "
+                f"{reward:+.2f} a minute; won {100 * won:3.0f} % against former selves; {left:4.0f} s left",
+                flush=True,
+            )
+            shown, told = now, training.decisions
+            save(training.learned(), output)
+            training.save(output.with_suffix(".training"))
+    save(training.learned(), output)
+    training.save(output.with_suffix(".training"))
+    if training.curve:
+        draw(training.curve, output.with_suffix(".png"))
+    training.batch.close()
+    print(f"{(training.decisions - first) / 1e6:.1f} million decisions. To see how good it is:")
+    print(f"    vrg compare {output} {strategies_of(training.game)[0]} --match {training.options['match']}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,131 @@
+"""Plays matches in a batch, lets the referee of a match judge the same poses, and compares the calls of both."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.bus.messages import Stage
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.match import Match
+from vrg.coordinator.rulebook import Call, Observation
+from vrg.learning.batch.matches import Batch
+from vrg.learning.batch.stepping import PERIOD
+from vrg.types import Pose
+
+Singles = npt.NDArray[np.float32]
+Drives = Callable[[Singles, np.random.Generator], Singles]
+"""Returns actions for observations: both of shape (matches, players, values)."""
+Made = tuple[str, tuple[str, ...]]
+"""A call: its rule, and the players that it names."""
+
+
+@dataclass
+class Compared:
+    """What was compared.
+
+    Args:
+        matches: those that were played to their end. calls: how many, by rule. differences: in words.
+    """
+
+    matches: int = 0
+    calls: dict[str, int] = field(default_factory=dict)
+    differences: list[str] = field(default_factory=list)
+
+
+class Judged:
+    """One match of a batch under the referee of a match.
+
+    Args:
+        setup: the match. players: their names, in the order of the batch.
+    """
+
+    def __init__(self, setup: MatchSetup, players: list[str]) -> None:
+        self._setup, self._players = setup, players
+        self.match = Match(rulebook_of(setup))
+        self._time = 0.0
+
+    def step(self, poses: npt.NDArray[np.float64]) -> list[Call]:
+        """Judge a look, and return the calls."""
+        self._time += PERIOD
+        found = {name: Pose(*pose) for name, pose in zip(self._players, poses.tolist(), strict=True)}
+        return list(self.match.step(PERIOD, Observation(found, time=self._time), []).calls)
+
+    def begin(self, poses: npt.NDArray[np.float64]) -> str:
+        """Begin a round with the players where they are; return what is wrong, or nothing."""
+        for name, pose in zip(self._players, poses.tolist(), strict=True):
+            mark = self.match.mark(name, Observation({}))
+            if mark is None or max(abs(mark.x - pose[0]), abs(mark.y - pose[1]), abs(mark.theta - pose[2])) > 1e-9:
+                return f"{name} is at {pose}, and its mark is {mark}"
+        self.step(poses)
+        return "" if self.match.stage is Stage.PLAY_ROUND else f"the round does not begin: {self.match.waiting}"
+
+    def finish_round(self, poses: npt.NDArray[np.float64]) -> list[Call]:
+        """Let the pause after a round pass, and return the calls that follow it."""
+        found = []
+        while self.match.stage is Stage.ROUND_OVER:
+            found += self.step(poses)
+        return found
+
+
+def compare(
+    setup: MatchSetup, matches: int, drives: Drives, *, ended: int, seed: int = 0, batch: Any = None
+) -> Compared:
+    """Play until so many matches have ended, and compare every call with the referee's.
+
+    Args:
+        matches: how many are played at a time. batch: what plays them; None makes one.
+    """
+    found = Compared()
+    batch = batch or Batch(setup, matches, seed=seed)
+    rng = np.random.default_rng(seed)
+    seen = batch.reset()
+    judges = [Judged(setup, batch.players) for _ in range(matches)]
+    poses = batch.records.motions.poses
+    for judge, own in zip(judges, poses, strict=True):
+        found.differences += filter(None, [judge.begin(own)])
+    while found.matches < ended and not found.differences:
+        before = poses.copy()
+        out = batch.step(drives(seen, rng))
+        seen = out.observations
+        for b, judge in enumerate(judges):
+            expected = judge.step(before[b])
+            if judge.match.stage is Stage.ROUND_OVER:
+                expected += judge.finish_round(before[b])
+            differences = list(_differences(judge, expected, batch, b))
+            if not differences and judge.match.over:
+                found.matches += 1
+                judges[b] = Judged(setup, batch.players)
+            if not differences and judges[b].match.stage is Stage.INITIALIZE:
+                differences = [wrong] if (wrong := judges[b].begin(poses[b])) else []
+            found.differences += [f"match {b}: {words}" for words in differences]
+            for call in expected:
+                found.calls[call.rule] = found.calls.get(call.rule, 0) + 1
+    return found
+
+
+def _differences(judge: Judged, expected: list[Call], batch: Any, b: int) -> Iterator[str]:
+    made, wanted = _made(batch, b), [_wanted(call) for call in expected if call.rule in batch.rules]
+    if made != wanted:
+        yield f"at {judge.match.clock:.1f} s expected {wanted}, got {made}"
+    winner = batch.out.winners[b]
+    names = [judge.match.winner] if judge.match.over else []
+    if (winner >= 0) != bool(names) or (winner >= 0 and batch.teams[winner] != names[0]):
+        yield f"expected the winner {names}, got {winner}"
+
+
+def _made(batch: Any, b: int) -> list[Made]:
+    calls, found = batch.records.calls[b], []
+    for k in range(calls.total):
+        first, others = calls.players[k], np.flatnonzero(calls.others[k])
+        names = [batch.players[first]] if first >= 0 else []
+        found.append((batch.rules[calls.rules[k]], (*names, *sorted(batch.players[n] for n in others))))
+    return found
+
+
+def _wanted(call: Call) -> Made:
+    first = call.players[:0] if call.rule == "pass_over" else call.players[:1]
+    return call.rule, (*first, *sorted(call.players[len(first) :]))

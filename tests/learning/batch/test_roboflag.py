@@ -1,0 +1,36 @@
+"""RoboFlag in a batch: the same calls at the same looks as the referee of a match."""
+
+import numpy as np
+from msgspec import structs
+
+from tests.learning.batch.refereeing import Singles, compare
+from vrg.config.loading import load_match, match_path
+from vrg.learning.batch.observing import OWN
+
+SETUP = load_match(match_path("roboflag"))
+PLACES, SLOTS = OWN + 9, OWN + 9 + 4 * 4
+SLOT = 12
+
+
+def drives(seen: Singles, rng: np.random.Generator) -> Singles:
+    """Half of each team go for the flag and home again, the others for the nearest opponent, now and then astray."""
+    slots = seen[:, :, SLOTS:].reshape(*seen.shape[:2], -1, SLOT)
+    nearest = np.argmax(slots[..., 8] == 0.0, axis=-1)
+    slot = np.take_along_axis(slots, nearest[..., None, None], axis=2)[:, :, 0]
+    carrying = seen[..., OWN + 2] == 1.0
+    flag, home = seen[..., PLACES : PLACES + 2], seen[..., PLACES + 8 : PLACES + 10]
+    goal = np.where(carrying[..., None], home, flag)
+    bearing = np.arctan2(goal[..., 1], goal[..., 0])
+    hunts = (np.arange(seen.shape[1]) % 2 == 1) & ~carrying
+    bearing = np.where(hunts, np.arctan2(slot[..., 1], slot[..., 0]), bearing) + rng.normal(0.0, 0.5, bearing.shape)
+    astray = rng.random(bearing.shape) < 0.02
+    turn = np.clip(np.where(astray, rng.uniform(-3.0, 3.0, bearing.shape), bearing), -1.0, 1.0)
+    return np.stack((np.clip(1.2 - np.abs(bearing), 0.1, 1.0), turn), axis=-1).astype(np.float32)
+
+
+def test_the_calls_are_those_of_the_referee() -> None:
+    rules = {**SETUP.rules, "round_time": 50.0, "sudden_death": 10.0, "captures": 2}
+    found = compare(structs.replace(SETUP, rules=rules), 24, drives, ended=24)
+    assert not found.differences
+    assert found.calls["tag"] > 100
+    assert min(found.calls[rule] for rule in ("flag", "home", "capture", "time", "sudden_death")) > 3

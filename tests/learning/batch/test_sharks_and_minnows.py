@@ -1,0 +1,33 @@
+"""Sharks and Minnows in a batch: the same calls at the same looks as the referee of a match."""
+
+import numpy as np
+
+from tests.learning.batch.refereeing import Singles, compare
+from vrg.config.loading import load_match, match_path
+from vrg.learning.batch.observing import OWN
+
+SETUP = load_match(match_path("sharks-and-minnows"))
+OTHERS, SLOT = OWN + 7 + 2 * 4, 11
+"""Where the slots of other players begin in an observation, and their length."""
+
+
+def drives(seen: Singles, rng: np.random.Generator) -> Singles:
+    """Minnows drive to the safe zone, sharks to the nearest minnow, and all of them astray now and then."""
+    slots = seen[:, :, OTHERS:].reshape(*seen.shape[:2], -1, SLOT)
+    prey = (slots[..., 8] == 0.0) & (slots[..., 9] == 1.0)
+    nearest = np.argmax(prey, axis=-1)
+    slot = np.take_along_axis(slots, nearest[..., None, None], axis=2)[:, :, 0]
+    shark = seen[..., OWN] == 1.0
+    goal = seen[..., OWN + 7 : OWN + 9]
+    bearing = np.where(shark, np.arctan2(slot[..., 1], slot[..., 0]), np.arctan2(goal[..., 1], goal[..., 0]))
+    bearing = bearing + rng.normal(0.0, 0.6, bearing.shape)
+    astray = rng.random(bearing.shape) < 0.02
+    turn = np.clip(np.where(astray, rng.uniform(-3.0, 3.0, bearing.shape), bearing), -1.0, 1.0)
+    return np.stack((np.clip(1.2 - np.abs(bearing), 0.1, 1.0), turn), axis=-1).astype(np.float32)
+
+
+def test_the_calls_are_those_of_the_referee() -> None:
+    found = compare(SETUP, 32, drives, ended=60)
+    assert not found.differences
+    assert found.calls["tag"] > 100
+    assert min(found.calls[rule] for rule in ("out_of_bounds", "pass_over", "new_shark")) > 20

@@ -1,0 +1,114 @@
+"""The same seed and the same actions give the same match: in every process, and as a match without an environment."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.learning.making import GAMES_LEARNED, short_match
+from vrg.agents.strategy import Strategy, decided
+from vrg.config.loading import load_match
+from vrg.coordinator.journal import read_journal
+from vrg.launch.in_process import play
+from vrg.launch.nodes import open_journal, strategy_of
+from vrg.launch.run_folder import RunFolder
+from vrg.learning.environment import MatchEnvironment
+
+HASH = "from tests.learning.making import digest; print(digest({game!r}, {seed}, {max_time}))"
+
+
+@pytest.mark.parametrize("game", GAMES_LEARNED)
+def test_one_seed_gives_one_match_in_every_process(game: str) -> None:
+    found = []
+    for seed, hashes in ((4, "1"), (4, "2"), (5, "1")):
+        out = subprocess.run(
+            [sys.executable, "-c", HASH.format(game=game, seed=seed, max_time=40.0)],
+            env={**os.environ, "PYTHONHASHSEED": hashes},
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=600,
+        )
+        found.append(out.stdout.strip())
+    assert len(found[0]) == 64
+    assert found[0] == found[1]
+    assert found[2] != found[0]
+
+
+@pytest.mark.parametrize(
+    ("game", "rules"),
+    [
+        ("sharks-and-minnows", "passes = 1"),
+        ("roboflag", "round_time = 20.0\nsudden_death = 5.0"),
+        ("pursuit-evasion", ""),
+    ],
+)
+def test_a_match_of_strategies_is_the_same_as_without_an_environment(tmp_path: Path, game: str, rules: str) -> None:
+    file = short_match(tmp_path, game, f'lineup = "place"\n{rules}')
+    setup, folder = load_match(file, engine="planar", seed=3).at_rate(0.0), RunFolder(tmp_path / "run")
+    folder.prepare()
+    with open_journal(setup, folder) as journal:
+        play(setup, journal, limit=900.0)
+    env = MatchEnvironment(file, learners=[], record=tmp_path / "runs")
+    env.reset(seed=3)
+    while not env.over:
+        env.step({})
+    (recorded,) = (tmp_path / "runs").iterdir()
+    _, whole = read_journal(folder.journal)
+    assert whole[-1].standing.winner is not None
+    assert RunFolder(recorded).journal.read_bytes() == folder.journal.read_bytes()
+    assert RunFolder(recorded).evidence.read_bytes() == folder.evidence.read_bytes()
+
+
+def test_programs_that_decide_as_the_strategies_do_play_the_same_match(tmp_path: Path) -> None:
+    """In the first pass: before the second one strategies drive to their marks, and programs are put there."""
+    file = short_match(tmp_path, "sharks-and-minnows", 'lineup = "place"\npasses = 1')
+    setup, folder = load_match(file, engine="planar", lasers=False).at_rate(0.0), RunFolder(tmp_path / "run")
+    folder.prepare()
+    with open_journal(setup, folder) as journal:
+        play(setup, journal, limit=900.0)
+    env = MatchEnvironment(file, lasers=False, raw=True, record=tmp_path / "runs")
+    strategies: dict[str, Strategy] = {agent: strategy_of(setup, agent) for agent in env.possible_agents}
+    env.reset()
+    while env.agents:
+        actions = {}
+        for agent in env.agents:
+            view = env._episode.puppets[agent].view
+            assert view is not None
+            # The robot itself would slow it down in the same way.
+            twist = view.robot.limited(decided(strategies[agent], view)[0].twist)
+            actions[agent] = [twist.v, twist.w]
+        env.step(actions)
+    (recorded,) = (tmp_path / "runs").iterdir()
+    journals = [read_journal(run.journal)[1] for run in (folder, RunFolder(recorded))]
+    calls = [
+        [(call.clock, call.rule, call.players) for record in records for call in record.calls] for records in journals
+    ]
+    assert len(calls[0]) > 3
+    assert calls[0] == calls[1]
+
+
+def test_a_match_without_a_journal_and_in_strict_mode_is_the_same(tmp_path: Path) -> None:
+    ends = []
+    for options in ({}, {"strict": True}, {"record": tmp_path / "runs"}, {"render_mode": "rgb_array"}):
+        env = MatchEnvironment("roboflag", max_time=5.0, **options)
+        env.reset()
+        while env.agents:
+            env.step({agent: [0.7, 0.1 * len(agent)] for agent in env.agents})
+        ends.append(env.state().tobytes())
+    assert len(set(ends)) == 1
+
+
+def test_two_environments_in_turn_do_not_disturb_each_other() -> None:
+    def ends(*seeds: int) -> list[bytes]:
+        found = [MatchEnvironment("sharks-and-minnows", max_time=4.0, lasers=False) for _ in seeds]
+        for env, seed in zip(found, seeds, strict=True):
+            env.reset(seed=seed)
+        while found[0].agents:
+            for env in found:
+                env.step({agent: [0.7, 0.1 * len(agent)] for agent in env.agents})
+        return [env.state().tobytes() for env in found]
+
+    assert ends(1, 2) == [*ends(1), *ends(2)]

@@ -1,0 +1,190 @@
+"""The examples that train: they get better at what they are rewarded for, and go on as if they had not been stopped."""
+
+import importlib.util
+import re
+import shlex
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from tests.learning.making import short_match
+from vrg.config.loading import load_match
+from vrg.games import GAMES
+from vrg.learning.demonstration import Pairs, demonstrate
+from vrg.learning.matches import match_of
+from vrg.learning.observation import names
+from vrg.learning.policy import load, save
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "learning"
+SHARKS = "sharks-and-minnows"
+
+
+def example(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(f"example_{name}", EXAMPLES / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+train, imitate = example("train"), example("imitate")
+OWN = len(names(GAMES.get(SHARKS).load_learning(), 1))  # type: ignore[arg-type]
+
+
+class Records(NamedTuple):
+    """What changes in a ThrowingBatch."""
+
+    chance: np.recarray[Any, Any]
+
+
+class TinyBatch:
+    """In place of a batch: two players, each of which is paid for turning as far as the third value that it sees.
+
+    A match ends by chance in one of twenty decisions.
+    """
+
+    def __init__(self, setup: object, matches: int, *, seed: int = 0, **_: object) -> None:
+        self.roles, self.matches, self.length = ["shark", "minnow"], matches, OWN + 11
+        self.records = Records(np.zeros(1, dtype=[("number", np.uint64)]).view(np.recarray))
+        self.records.chance.number = seed
+        self.out = SimpleNamespace(observations=np.zeros((matches, 2, self.length), dtype=np.float32))
+        self.out.last = self.out.observations
+
+    def reset(self) -> np.ndarray:
+        self.records.chance.number += 1
+        rng = np.random.default_rng(int(self.records.chance.number[0]))
+        self.out.observations[:] = rng.uniform(-1.0, 1.0, self.out.observations.shape)
+        self.out.observations[..., 8:11] = 0.0, 1.0, 0.0  # an active minnow
+        self.ended = rng.uniform(size=self.matches) < 0.05
+        found: np.ndarray = self.out.observations
+        return found
+
+    def step(self, actions: np.ndarray) -> SimpleNamespace:
+        rewards = -np.square(actions[..., 1] - self.out.observations[..., 2]).astype(np.float32)
+        self.out.last = self.out.observations.copy()
+        self.reset()
+        self.out.rewards, self.out.terminated = rewards, self.ended
+        self.out.truncated, self.out.winners = np.zeros_like(self.ended), self.ended * 1
+        return self.out
+
+    def close(self) -> None:
+        pass
+
+
+def options(**change: object) -> dict[str, Any]:
+    found = {
+        "match": SHARKS,
+        "seed": 3,
+        "matches": 16,
+        "horizon": 16,
+        "hold": 1,
+        "most": 50,
+        "vary": False,
+        "start": None,
+    }
+    return found | change
+
+
+def test_training_gets_better_at_what_it_is_rewarded_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(train, "Batch", TinyBatch)
+    monkeypatch.setattr(train, "SHAPING", 0.0)
+    monkeypatch.setattr(train, "ROWS", 256)
+    training = train.Training(options(matches=32, horizon=32))
+    for _ in range(25):
+        training.update()
+    rewards = [reward for _, reward, _ in training.curve]
+    # The mean square of what is asked for is a third, and trying out costs as much as its variance.
+    assert np.mean(rewards[-3:]) > 0.6 * np.mean(rewards[:3])
+    seen = training.batch.reset()
+    means = training.learned().means(seen.reshape(-1, seen.shape[-1]))
+    assert np.corrcoef(means[:, 1], seen[..., 2].ravel())[0, 1] > 0.8
+
+
+@pytest.mark.parametrize("real", [False, True], ids=["tiny", "sharks and minnows"])
+def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
+    real: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if not real:
+        monkeypatch.setattr(train, "Batch", TinyBatch)
+    whole, stopped = (train.Training(options(horizon=6, hold=2)) for _ in range(2))
+    whole.update()
+    stopped.update()
+    stopped.save(tmp_path / "policy.training")
+    again = train.resumed(tmp_path / "policy.training")
+    for training in (whole, again):
+        training.update()
+        training.update()
+    assert again.curve == whole.curve
+    assert again.decisions == whole.decisions == 3 * 6 * 2 * whole.frozen.size
+    for name, values in whole.arrays().items():
+        np.testing.assert_array_equal(again.arrays()[name], values, err_msg=name)
+
+
+def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(train, "Batch", TinyBatch)
+    training = train.Training(options())
+    training.update()
+    save(training.learned(), tmp_path / "policy.npz")
+    further = train.Training(options(start=str(tmp_path / "policy.npz")))
+    for name, values in load(tmp_path / "policy.npz").network.parameters.items():
+        np.testing.assert_array_equal(further.policy.parameters[name], values)
+    train.draw(training.curve, tmp_path / "curve.png")
+    assert (tmp_path / "curve.png").stat().st_size > 1000
+
+
+def test_progress_is_the_way_to_the_goal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(train, "Batch", TinyBatch)
+    training = train.Training(options())
+    own, slot = training.layout.own, training.layout.slot
+    seen = np.zeros((1, 2, len(own) + 2 * len(slot)), dtype=np.float32)
+    seen[..., own.index("nearest point of the safe zone: distance")] = 0.5
+    seen[0, 1, own.index("i am a shark")] = 1.0
+    for number, (distance, active) in enumerate([(0.1, 0.0), (0.3, 1.0)]):
+        at = len(own) + number * len(slot)
+        seen[..., at + slot.index("distance")], seen[..., at + slot.index("active")] = distance, active
+    np.testing.assert_allclose(training.distances(seen), [[0.5, 0.3]])
+    nearer = seen.copy()
+    nearer[0, 0, own.index("nearest point of the safe zone: distance")] = 0.4
+    going = np.ones(1, dtype=bool)
+    found = training.progress_between(seen, nearer, going)
+    np.testing.assert_allclose(found, [[0.5 - 0.99 * 0.4, 0.3 - 0.99 * 0.3]], rtol=1e-5)
+    nearer[..., own.index("round")] = 1.0
+    np.testing.assert_array_equal(training.progress_between(seen, nearer, going), [[0.0, 0.0]])
+
+
+def test_what_strategies_do_is_kept_as_pairs(tmp_path: Path) -> None:
+    match = short_match(tmp_path, SHARKS, rules="passes = 1\npass_limit = 5.0")
+    pairs = demonstrate(match_of(match, engine="planar", lasers=False))
+    setup = load_match(match)
+    assert pairs.observations.shape[1] == OWN + 11 * (len(setup.players) - 1)
+    assert 100 < len(pairs.observations) == len(pairs.actions) <= 51 * len(setup.players)
+    assert (np.abs(pairs.actions) <= 1.0).all()
+    assert pairs.observations[:, OWN - 15 + 1].all()  # all were active
+
+
+def test_an_imitation_does_nearly_the_same() -> None:
+    rng = np.random.default_rng(0)
+    seen = rng.uniform(-1.0, 1.0, (4000, OWN + 22)).astype(np.float32)
+    pairs = Pairs(seen, np.stack([0.8 * seen[:, 1], -0.5 * seen[:, 2]], axis=1))
+    policy, errors = imitate.fitted(SHARKS, pairs, minutes=60.0, epochs=15)
+    assert errors[-1] < 0.1 * float(np.square(pairs.actions).mean())
+    assert policy.game == SHARKS
+
+
+def test_the_page_shows_commands_and_code_that_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (EXAMPLES.parents[1] / "docs" / "learning.md").read_text(encoding="utf-8")
+    commands = re.findall(r"^    python examples/learning/(\w+)\.py (.*)$", text, re.MULTILINE)
+    assert {name for name, _ in commands} == {"train", "imitate"}
+    for name, words in commands:
+        {"train": train, "imitate": imitate}[name].make_parser().parse_args(shlex.split(words))
+    monkeypatch.chdir(tmp_path)
+    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(snippets) == 2
+    for snippet in snippets:
+        exec(snippet, {})

@@ -1,0 +1,52 @@
+"""What a player of pursuit-evasion sees, in numbers. Poses of others are unknown while they are in play."""
+
+from vrg.agents.strategy import View
+from vrg.bus.messages import TIME_LIMIT, PlayerStatus, RefereeState
+from vrg.games.learning import Learning, Look, left
+from vrg.games.pursuit_evasion import (
+    AREA,
+    CAPTURED,
+    CROSSING,
+    DISPATCHED,
+    ESCAPED,
+    OUT,
+    PURSUER,
+    RETURNING,
+    WAITING,
+    WATCHING,
+)
+from vrg.games.pursuit_evasion.rewards import REWARDS
+from vrg.regions import Bounds, Region
+from vrg.shared import shared
+from vrg.types import Vector
+
+
+def look(view: View) -> Look:
+    """What a player sees of the game. It is in play while its robot may be driven."""
+    me, state = view.me, view.referee
+    bounds, area, middle = _area(state)
+    team = me.team
+
+    def flags(other: PlayerStatus) -> tuple[float, ...]:
+        return (float(other.team == team),)
+
+    numbers = float(me.role == PURSUER), float(me.may_move), left(state.clock, state.numbers.get(TIME_LIMIT))
+    return Look(bounds, numbers, (middle, area.nearest(*view.position)), flags)
+
+
+@shared
+def _area(state: RefereeState) -> tuple[Bounds, Region, Vector]:
+    area = next(zone.region for zone in state.zones if zone.kind == AREA)
+    return area.bounds, area, area.middle
+
+
+LEARNING = Learning(
+    look=look,
+    numbers=("i am a pursuer", "i am in play", "time left"),
+    places=("centre of the area", "nearest point of the area"),
+    flags=("mate",),
+    states=(WATCHING, DISPATCHED, RETURNING, WAITING, CROSSING, CAPTURED, ESCAPED, OUT),
+    scan=True,
+    talks=True,
+    rewards=REWARDS,
+)

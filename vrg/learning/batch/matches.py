@@ -1,0 +1,134 @@
+"""Many matches of one match file at once, in arrays, on all cores."""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
+from vrg.hal.sim.map import load_map
+from vrg.learning.batch import chance, motion, roboflag, sharks_and_minnows, stepping
+from vrg.learning.batch.game import BatchedGame
+from vrg.learning.batch.stepping import Matches, Outputs, Variation
+from vrg.learning.compiled import compiled
+
+GAMES: Final[dict[str, Callable[..., BatchedGame]]] = {
+    "roboflag": roboflag.batched,
+    "sharks-and-minnows": sharks_and_minnows.batched,
+}
+"""What makes the arrays and functions of each game that can be played in a batch."""
+
+
+class Batch:
+    """So many matches at once. Matches that end begin anew in the same step (Gymnasium's SAME_STEP).
+
+    Args:
+        setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn. shaping: whether calls
+        that only lead to what counts are rewarded, too. vary: how matches differ from the match file. most: the
+        decisions after which a match is truncated; 0 for no bound. threads: how many work at a time; None takes one for
+        each core.
+
+    Attributes:
+        players: the names of the players, in the order of the arrays.
+        roles: the role of each at the start. length: the number of values of an observation.
+        out: what the last step has returned: arrays that the next step overwrites.
+
+    Raises:
+        ConfigError: the game or the robots cannot be played in a batch.
+    """
+
+    def __init__(
+        self,
+        setup: MatchSetup,
+        matches: int,
+        *,
+        seed: int = 0,
+        vary: Variation = Variation(),  # noqa: B008 - it cannot change
+        shaping: bool = False,
+        most: int = 0,
+        threads: int | None = None,
+    ) -> None:
+        if setup.physical:
+            raise ConfigError(f"{setup.origin}: {', '.join(setup.physical)}: only virtual robots can play in a batch")
+        if setup.game not in GAMES:
+            raise ConfigError(f"{setup.origin}: expected one of {', '.join(GAMES)} for a batch, got {setup.game}")
+        self.players = [player.name for player in setup.players]
+        self.roles = [player.role for player in setup.players]
+        self.matches, self.vary, self.most = matches, vary, most
+        models = [player.robot for player in setup.players]
+        try:
+            model, robots = motion.robots(models, matches), motion.robots(models, matches)
+        except ValueError as error:
+            raise ConfigError(f"{setup.origin}: {error}") from None
+        game = GAMES[setup.game](rulebook_of(setup), setup, shaping=shaping)
+        players = len(self.players)
+        self.rules, self.teams, self.length = game.rules, game.teams, game.length
+        self.records = Matches(
+            setting=game.setting,
+            standing=game.standing(matches),
+            calls=game.calls(matches),
+            motions=motion.motions(matches, players, robots.rates.shape[2]),
+            robots=robots,
+            model=model,
+            minds=stepping.minds(matches, players, vary.delay),
+            chance=chance.streams(matches),
+        )
+        chance.seed(self.records.chance, seed)
+        self.walls = motion.walls_of(load_map(setup.map))
+        self.out = Outputs(
+            observations=np.zeros((matches, players, self.length), dtype=np.float32),
+            last=np.zeros((matches, players, self.length), dtype=np.float32),
+            rewards=np.zeros((matches, players), dtype=np.float32),
+            terminated=np.zeros(matches, dtype=np.bool_),
+            truncated=np.zeros(matches, dtype=np.bool_),
+            winners=np.full(matches, -1, dtype=np.int64),
+        )
+        functions = game.functions._asdict()
+        self._step = compiled(stepping.step_all, **functions)
+        self._begin = compiled(stepping.begin_all, **functions)
+        threads = threads or len(os.sched_getaffinity(0))
+        edges = np.linspace(0, matches, min(threads, matches) + 1).astype(int).tolist()
+        self._parts = list(pairwise(edges))
+        self._pool = ThreadPoolExecutor(len(self._parts)) if len(self._parts) > 1 else None
+
+    def reset(self, seed: int | None = None) -> npt.NDArray[np.float32]:
+        """Begin all matches anew, and return the observations: shape (matches, players, length)."""
+        if seed is not None:
+            chance.seed(self.records.chance, seed)
+        self._begin(0, self.matches, self.records, self.vary, self.out)
+        return self.out.observations
+
+    def step(self, actions: npt.NDArray[np.float32]) -> Outputs:
+        """Play one decision of all matches.
+
+        Args:
+            actions: shape (matches, players, 2): shares of each model's top speed and turn rate, -1 to 1.
+
+        Raises:
+            ValueError: they have another shape, or one is not finite.
+        """
+        expected = (self.matches, len(self.players), 2)
+        if actions.shape != expected or not np.isfinite(actions).all():
+            got = f"shape {actions.shape}" if actions.shape != expected else "some that are not finite"
+            raise ValueError(f"actions: expected finite numbers of shape {expected}, got {got}")
+        wanted = np.ascontiguousarray(actions, dtype=np.float32)
+        if self._pool is None:
+            self._part(0, self.matches, wanted)
+        else:
+            for done in [self._pool.submit(self._part, low, high, wanted) for low, high in self._parts]:
+                done.result()
+        return self.out
+
+    def _part(self, low: int, high: int, actions: npt.NDArray[np.float32]) -> None:
+        self._step(low, high, self.records, self.walls, self.vary, actions, self.most, self.out)
+
+    def close(self) -> None:
+        """End the threads. Idempotent."""
+        if self._pool is not None:
+            self._pool.shutdown()

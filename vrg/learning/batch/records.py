@@ -1,0 +1,27 @@
+"""Records: all that belongs to one match side by side in memory, under names.
+
+A function of one match is given its record, of which numba passes the address alone, however many fields it has.
+"""
+
+from typing import Any
+
+import numpy as np
+
+Record = Any
+"""One record: its fields are numbers and arrays."""
+Records = Any
+"""An array of records, a `numpy.recarray`: each of its fields is an array whose first index is the record."""
+
+
+def records(count: int, **fields: tuple[Any, ...]) -> Records:
+    """So many records of zeros.
+
+    Args:
+        fields: the type of each field, followed by its shape. Truth values are stored as 0 and 1: numba has no arrays
+        of
+            them in records.
+    """
+    layout = [
+        (name, np.dtype(np.uint8 if kind is bool else kind), tuple(shape)) for name, (kind, *shape) in fields.items()
+    ]
+    return np.zeros(count, dtype=np.dtype(layout, align=True)).view(np.recarray)
