@@ -17,9 +17,9 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a process for each core is faster
 import numpy as np
 from msgspec import structs
 
-from vrg.games import GAMES, strategies_of
+from vrg.games import strategies_of
 from vrg.learning.demonstration import Pairs, demonstrate
-from vrg.learning.matches import match_of
+from vrg.learning.matches import learning_of, match_of
 from vrg.learning.network import Adam, Network, initial, layout_of
 from vrg.learning.policy import Policy, save
 
@@ -43,9 +43,7 @@ def collected(match: str, games: int, seed: int) -> Pairs:
 
 def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int = 1000) -> tuple[Policy, list[float]]:
     """The policy that does most nearly the same, and its squared error on a tenth of the pairs after each epoch."""
-    learning = GAMES.get(game).load_learning()
-    assert learning is not None
-    rng, layout = np.random.default_rng(seed), layout_of(learning)
+    rng, layout = np.random.default_rng(seed), layout_of(learning_of(game))
     actions = pairs.actions.shape[1]
     network = Network(initial(len(layout.own), len(layout.slot), actions, rng))
     adam, errors, begin = Adam(network.parameters), list[float](), time.monotonic()

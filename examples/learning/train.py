@@ -23,9 +23,10 @@ from matplotlib.figure import Figure
 
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.games import GAMES, strategies_of
+from vrg.games import strategies_of
 from vrg.learning.batch.matches import Batch
 from vrg.learning.batch.stepping import Variation
+from vrg.learning.matches import learning_of
 from vrg.learning.network import Adam, Network, Parameters, initial, layout_of
 from vrg.learning.policy import Policy, load, save
 
@@ -89,9 +90,7 @@ class Training:
         if setup.game not in PROGRESS:
             raise ConfigError(f"{setup.game}: expected one of {', '.join(PROGRESS)}, which this example knows")
         self.game, self.progress = setup.game, PROGRESS[setup.game]
-        learning = GAMES.get(setup.game).load_learning()
-        assert learning is not None
-        self.layout = layout_of(learning)
+        self.layout = layout_of(learning_of(setup.game))
         self.rng = np.random.default_rng(options["seed"])
         vary = VARIED if options["vary"] else Variation()
         self.batch = Batch(setup, options["matches"], seed=options["seed"], vary=vary, most=options["most"])

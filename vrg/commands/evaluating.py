@@ -1,6 +1,5 @@
 """The common part of `vrg compare` and `vrg tournament`: their options, and the course of an experiment."""
 
-import os
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -26,6 +25,7 @@ from vrg.commands.options import (
     whole_target,
 )
 from vrg.errors import ConfigError
+from vrg.launch.fork_server import cores
 from vrg.types import printable
 
 if TYPE_CHECKING:
@@ -153,11 +153,6 @@ def experiment(
         yield running
         if stop.is_set():
             raise typer.Exit(130)
-
-
-def cores() -> int:
-    """The number of cores that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _entered(typed: Sequence[str], *, folders: bool) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:

@@ -278,7 +278,7 @@ class _Checker:
         if entry.localisation != "odometry" and not backend.physical:
             self.problems.append(Problem("a virtual robot has none: leave it out", (*where, "localisation")))
         team = file.teams.get(role.team)
-        strategy = entry.strategy or (team.strategy if team else None) or role.strategy or game.strategy
+        strategy = entry.strategy or (team.strategy if team else None) or game.strategy_of(entry.role)
         self._check_strategy(entry.strategy, where)
         if entry.machine not in (machines := list(dict.fromkeys([HERE, *file.machines]))):
             self.problems.append(Problem(expected_one_of(machines, entry.machine), (*where, "machine")))

@@ -20,7 +20,7 @@ from vrg.coordinator import disqualifying, pushing
 from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Effects, announce
-from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Observation, RuleBook, Verdict, away
+from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Observation, RuleBook, Verdict, away, wins
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -379,7 +379,7 @@ class Match:
 
 def won(team: str) -> str:
     """That a team has won, in words: `sharks win`, but `lion wins`."""
-    return f"{team} win" if team.endswith("s") else f"{team} wins"
+    return f"{team} {wins(team)}"
 
 
 def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:

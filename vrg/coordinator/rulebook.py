@@ -27,6 +27,11 @@ DRAW = "draw"
 """The winner of a match without a winner."""
 
 
+def wins(team: str) -> str:
+    """The verb for a team that wins: sharks `win`, but a lion `wins`."""
+    return "win" if team.endswith("s") else "wins"
+
+
 class Disqualification(Struct, frozen=True, kw_only=True):
     """Why a player is out, whatever the game.
 

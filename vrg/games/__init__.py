@@ -76,7 +76,8 @@ def file_of(strategy: str) -> str | None:
 def is_strategy_file(strategy: str) -> bool:
     """True for the file of a strategy that is no Python; such a one is named by its path alone."""
     ending = Path(strategy).suffix[1:]
-    return bool(ending) and ending in STRATEGY_FILES
+    # That of `file.py:Class` is none; to look for it would read the metadata of every installed package.
+    return bool(ending) and ":" not in ending and ending in STRATEGY_FILES
 
 
 def has_name(strategy: str) -> bool:
@@ -99,10 +100,9 @@ def strategies_of(name: str) -> list[str]:
 def default_strategy(name: str, role: str) -> str:
     """The strategy of a player in a role if the match file names none, as a file would name it; empty if unknown."""
     game = GAMES.find(name)
-    known = game.role(role) if game is not None else None
-    if game is None or known is None:
+    if game is None or game.role(role) is None:
         return ""
-    target = known.strategy or game.strategy
+    target = game.strategy_of(role)
     kinds = {strategy: STRATEGIES.find(strategy) for strategy in strategies_of(name)}
     made = (strategy for strategy, kind in kinds.items() if kind and f"{kind.__module__}:{kind.__name__}" == target)
     return next(made, target)

@@ -197,6 +197,11 @@ class Game:
         """The role of this name, or None if there is none."""
         return next((role for role in self.roles if role.name == name), None)
 
+    def strategy_of(self, role: str) -> str:
+        """`module:Class` of the strategy that a player in a role has if the match file names no other."""
+        known = self.role(role)
+        return (known.strategy if known is not None else "") or self.strategy
+
     def is_out(self, state: str) -> bool:
         """True if a player in this state is only an obstacle."""
         return state in self.out_of_play or state == DISQUALIFIED

@@ -8,11 +8,13 @@ import contextlib
 import functools
 import hashlib
 import importlib.util
+import inspect
 import math
+from collections import namedtuple
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import FunctionType
-from typing import Any, Final, NamedTuple, TypeVar, cast
+from typing import Any, Final, TypeVar, cast
 
 import numpy as np
 import platformdirs
@@ -27,14 +29,6 @@ HAS_NUMBA: Final = importlib.util.find_spec("numba") is not None
 """True if functions are compiled."""
 
 
-class Place(NamedTuple):
-    """A pose in machine code: vrg.types.Pose, whose class numba does not know."""
-
-    x: float
-    y: float
-    theta: float
-
-
 def _wrap(angle: float) -> float:
     """The same as vrg.geometry.wrap; numba does not know math.remainder. No step rounds."""
     rest = float(np.fmod(angle, math.tau))
@@ -43,48 +37,15 @@ def _wrap(angle: float) -> float:
     return rest + math.tau if rest < -math.pi else rest
 
 
-class Disc(NamedTuple):
-    """A circle in machine code: vrg.regions.Circle."""
-
-    x: float
-    y: float
-    radius: float
-
-
-class Outline(NamedTuple):
-    """A box in machine code: vrg.hal.sim.shapes.Box."""
-
-    x: float
-    y: float
-    heading: float
-    length: float
-    width: float
-
-
-class Between(NamedTuple):
-    """A gap in machine code: vrg.hal.sim.shapes.Gap."""
-
-    distance: float
-    nx: float
-    ny: float
-    x: float
-    y: float
-
-
-class Velocity(NamedTuple):
-    """A twist in machine code: vrg.types.Twist."""
-
-    v: float
-    w: float
+def _tuple_of(kind: type) -> type:
+    """A tuple with the fields of a class and their defaults: numba knows tuples, but none of the project's classes."""
+    defaults = [p.default for p in inspect.signature(kind).parameters.values() if p.default is not p.empty]
+    return namedtuple(kind.__name__, inspect.signature(kind).parameters, defaults=defaults)
 
 
 _INSTEAD: Final[dict[int, Any]] = {
-    id(types.Twist): Velocity,
-    id(types.Pose): Place,
-    id(regions.Circle): Disc,
-    id(shapes.Box): Outline,
-    id(shapes.Gap): Between,
     id(geometry.wrap): _wrap,
+    **{id(kind): _tuple_of(kind) for kind in (types.Pose, types.Twist, regions.Circle, shapes.Box, shapes.Gap)},
 }
 """What stands in machine code for what numba does not know, by its id."""
 

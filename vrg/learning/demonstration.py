@@ -8,11 +8,10 @@ import numpy.typing as npt
 from vrg.agents.strategy import Action, Strategy, View, decided
 from vrg.bus.messages import Stage
 from vrg.config.setup import MatchSetup
-from vrg.errors import ConfigError
-from vrg.games import GAMES
 from vrg.games.learning import Learning
 from vrg.learning.action import fractions_of, limits_of
 from vrg.learning.episode import Episode
+from vrg.learning.matches import learning_of
 from vrg.learning.observation import names, observe
 
 
@@ -69,9 +68,7 @@ def demonstrate(setup: MatchSetup, *, limit: float = 600.0) -> Pairs:
         ConfigError: no program can learn the game, or a strategy cannot be made.
         StrategyError: a strategy has failed. LaunchError: no round begins.
     """
-    learning = GAMES.get(setup.game).load_learning()
-    if learning is None:
-        raise ConfigError(f"{setup.game}: expected a game that can be learned: one whose `Game` has `learning`")
+    learning = learning_of(setup.game)
     found: list[Witness] = []
 
     def witnessed(strategy: Strategy) -> Strategy:

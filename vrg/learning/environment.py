@@ -16,11 +16,10 @@ from vrg.bus.node import Node
 from vrg.config.loading import check_strategies
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.games import GAMES
 from vrg.launch.nodes import strategy_of
 from vrg.learning.action import limits_of, twist_of
 from vrg.learning.episode import Episode
-from vrg.learning.matches import learners_of, match_of, with_opponents
+from vrg.learning.matches import learners_of, learning_of, match_of, with_opponents
 from vrg.learning.observation import Vector, names, observe
 from vrg.learning.picture import Camera, Picture
 from vrg.learning.record import MatchRecord
@@ -110,9 +109,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         strict: bool = False,
     ) -> None:
         setup, named = with_opponents(match_of(match, engine=engine, lasers=lasers), opponents or {})
-        learning = GAMES.get(setup.game).load_learning()
-        if learning is None:
-            raise ConfigError(f"{setup.game}: expected a game that can be learned: one whose `Game` has `learning`")
+        learning = learning_of(setup.game)
         if render_mode not in (None, RGB_ARRAY):
             raise ConfigError(f"render_mode: expected {RGB_ARRAY!r} or None, got {render_mode!r}")
         if not 0.0 <= gamma <= 1.0:

@@ -255,9 +255,7 @@ class PolicyPlayer(Strategy):
     def _own(self, role: str) -> Strategy:
         """The strategy that comes with the game for a role."""
         if self._other is None:
-            game = GAMES.get(self.policy.game)
-            found = game.role(role)
-            target = (found.strategy if found else None) or game.strategy
+            target = GAMES.get(self.policy.game).strategy_of(role)
             kind: type[Strategy] = load_object(target) if ":" in target else STRATEGIES.get(target)
             self._other = kind(self.name, self.robot)
             self._other.seed = self.seed

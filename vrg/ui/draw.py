@@ -139,3 +139,20 @@ class Painter:
 def letter_scale(width: int, height: int) -> float:
     """By how much letters are scaled in a window of so many pixels; 1 is their size at 1280 by 800 pixels."""
     return min(4.0, max(SMALLEST_UI, math.sqrt(width * height / (1280 * 800))))
+
+
+class Still:
+    """Draws scenes as the spectator's window shows them. It needs no display.
+
+    Args:
+        size: of the pictures, pixels.
+    """
+
+    def __init__(self, size: tuple[int, int]) -> None:
+        self._surface = pygame.Surface(size)
+        self._painter = Painter()
+
+    def rgb(self, scene: Scene) -> bytes:
+        """Draw a scene, and return the red, green and blue of each pixel, row by row from the top."""
+        self._painter.draw(self._surface, scene)
+        return pygame.image.tobytes(self._surface, "RGB")

@@ -5,7 +5,7 @@ from typing import Final
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
-from vrg.coordinator.rulebook import DRAW, NOBODY
+from vrg.coordinator.rulebook import DRAW, NOBODY, wins
 from vrg.games import game_of
 from vrg.games.game import Style, capitalised, title
 from vrg.ui import palette
@@ -69,7 +69,7 @@ def headline(scene: Scene) -> Headline:
     drama = [f"{thing.carrier} has the {thing.name}" for thing in scene.objects if thing.carrier]
     if playing:
         leader = leading(scene)
-        drama += [f"as it stands, {leader} {'win' if leader.endswith('s') else 'wins'}"] if leader else []
+        drama += [f"as it stands, {leader} {wins(leader)}"] if leader else []
         drama += [words for state, words in game.expected.items() if _stands_by(scene, state)]
     return Headline(
         title=game.title or title(scene.game) or "Waiting for the referee",
@@ -157,8 +157,7 @@ def winner_words(scene: Scene) -> tuple[str, Rgb]:
         return "GAME OVER", palette.LOST
     if scene.winner in (None, NOBODY, DRAW):
         return ("A DRAW" if scene.winner == DRAW else "NO WINNER"), palette.LOST
-    verb = "WIN" if scene.winner.endswith("s") else "WINS"
-    return f"{title(scene.winner).upper()} {verb}", game.team_style(scene.winner).colour
+    return f"{title(scene.winner)} {wins(scene.winner)}".upper(), game.team_style(scene.winner).colour
 
 
 def result_lines(scene: Scene) -> tuple[str, ...]:

@@ -3,12 +3,29 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from vrg.learning.batch.motion import put
+from vrg.learning.batch.records import Floats, Numbers, Record
 
 
-def assigned(costs: Floats) -> npt.NDArray[np.int64]:
+def line_up(m: Record, rows: Numbers, marks: Floats) -> None:
+    """Put players of a match on marks by the least sum of squared distances, as the referee does.
+
+    Args:
+        rows: those of the players. marks: shape (as many, 3): x, y in m, heading in rad.
+    """
+    costs = np.empty((len(rows), len(marks)))
+    for i in range(len(rows)):
+        for j in range(len(marks)):
+            dx, dy = m.poses[rows[i], 0] - marks[j, 0], m.poses[rows[i], 1] - marks[j, 1]
+            costs[i, j] = dx * dx + dy * dy
+    chosen = assigned(costs)
+    for i in range(len(rows)):
+        mark = marks[chosen[i]]
+        put(m, rows[i], mark[0], mark[1], mark[2])
+
+
+def assigned(costs: Floats) -> Numbers:
     """The column of each row, so that the sum of their costs is least: the Hungarian method with potentials.
 
     Args:

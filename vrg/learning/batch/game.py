@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from vrg.games.learning import Learning, Reward
-from vrg.learning.batch.observing import Vector32
-from vrg.learning.batch.records import Record, Records, records
+from vrg.learning.batch.records import Record, Records, Singles, records
 from vrg.learning.rewards import WINNING
 
 
@@ -38,7 +37,7 @@ def worths(rules: Sequence[str], learning: Learning, *, shaping: bool) -> list[R
     return [table.get(rule, Reward()) for rule in rules]
 
 
-def reward(s: Record, t: Record, c: Record, rewards: Vector32) -> None:
+def reward(s: Record, t: Record, c: Record, rewards: Singles) -> None:
     """Add what the calls of the last look are worth to each player of a match, and the winning of the game.
 
     As vrg.learning.rewards does, by `s.worth`, shape (rules, 4), and `s.sides`, the team of each player.
@@ -73,15 +72,15 @@ class BatchedGame:
     """A game in a batch.
 
     Args:
-        setting: what is the same in all matches. standing: makes the arrays of so many matches.
-        calls: makes room for the calls of so many matches. rules: the names of the rules of calls.
+        setting: what is the same in all matches. standing: how each stands, before its reset.
+        calls: room for the calls of each. rules: the names of the rules of calls.
         teams: the names of the teams, by the numbers of winners. length: the number of values of an observation.
         functions: those of one match.
     """
 
     setting: Record
-    standing: Callable[[int], Records]
-    calls: Callable[[int], Records]
+    standing: Records
+    calls: Records
     rules: tuple[str, ...]
     teams: tuple[str, ...]
     length: int

@@ -1,6 +1,5 @@
 """Many matches of one match file at once, in arrays, on all cores."""
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -13,6 +12,7 @@ from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.hal.sim.map import load_map
+from vrg.launch.fork_server import cores
 from vrg.learning.batch import chance, motion, roboflag, sharks_and_minnows, stepping
 from vrg.learning.batch.game import BatchedGame
 from vrg.learning.batch.stepping import Matches, Outputs, Variation
@@ -29,14 +29,16 @@ class Batch:
     """So many matches at once. Matches that end begin anew in the same step (Gymnasium's SAME_STEP).
 
     Args:
-        setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn. shaping: whether calls
-        that only lead to what counts are rewarded, too. vary: how matches differ from the match file. most: the
-        decisions after which a match is truncated; 0 for no bound. threads: how many work at a time; None takes one for
-        each core.
+        setup: the match; its robots are virtual. matches: how many. seed: of all that is drawn.
+        vary: how matches differ from the match file.
+        shaping: whether calls that only lead to what counts are rewarded, too.
+        most: the decisions after which a match is truncated; 0 for no bound.
+        threads: how many work at a time; None takes one for each core.
 
     Attributes:
-        players: the names of the players, in the order of the arrays.
-        roles: the role of each at the start. length: the number of values of an observation.
+        players: the names of the players, in the order of the arrays. roles: the role of each at the start.
+        rules, teams: the names of the rules of calls, and of the teams that win, by their numbers.
+        length: the number of values of an observation. records: those of all matches.
         out: what the last step has returned: arrays that the next step overwrites.
 
     Raises:
@@ -66,13 +68,13 @@ class Batch:
             model, robots = motion.robots(models, matches), motion.robots(models, matches)
         except ValueError as error:
             raise ConfigError(f"{setup.origin}: {error}") from None
-        game = GAMES[setup.game](rulebook_of(setup), setup, shaping=shaping)
+        game = GAMES[setup.game](rulebook_of(setup), matches, shaping=shaping)
         players = len(self.players)
         self.rules, self.teams, self.length = game.rules, game.teams, game.length
         self.records = Matches(
             setting=game.setting,
-            standing=game.standing(matches),
-            calls=game.calls(matches),
+            standing=game.standing,
+            calls=game.calls,
             motions=motion.motions(matches, players, robots.rates.shape[2]),
             robots=robots,
             model=model,
@@ -92,7 +94,7 @@ class Batch:
         functions = game.functions._asdict()
         self._step = compiled(stepping.step_all, **functions)
         self._begin = compiled(stepping.begin_all, **functions)
-        threads = threads or len(os.sched_getaffinity(0))
+        threads = threads or cores()
         edges = np.linspace(0, matches, min(threads, matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
         self._pool = ThreadPoolExecutor(len(self._parts)) if len(self._parts) > 1 else None

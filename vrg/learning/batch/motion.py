@@ -9,26 +9,22 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.engines.engine import DRIVE
 from vrg.hal.sim.engines.planar import CONTACT, PUSH_ROUNDS, SLACK, slowed
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
-from vrg.learning.batch.records import Record, Records, records
+from vrg.learning.batch.records import Flags, Floats, Record, Records, records
 from vrg.regions import Circle
-
-Floats = npt.NDArray[np.float64]
-Flags = npt.NDArray[np.bool_]
 
 
 class Walls(NamedTuple):
     """The walls and obstacles of a map.
 
     Args:
-        boxes: shape (boxes, 5): x, y, heading, length, width, in m and rad. turns: the cosine and the sine of each
-        heading. circles: shape (circles, 3): x, y, radius, m.
+        boxes: shape (boxes, 5): x, y, heading, length, width, in m and rad.
+        turns: the cosine and the sine of each heading. circles: shape (circles, 3): x, y, radius, m.
     """
 
     boxes: Floats

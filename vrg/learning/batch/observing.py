@@ -2,12 +2,7 @@
 
 import math
 
-import numpy as np
-import numpy.typing as npt
-
-Floats = npt.NDArray[np.float64]
-Numbers = npt.NDArray[np.int64]
-Vector32 = npt.NDArray[np.float32]
+from vrg.learning.batch.records import Floats, Numbers, Singles
 
 OWN = 8
 """The number of values about the player itself, before the game's numbers."""
@@ -28,7 +23,7 @@ def clipped(value: float) -> float:
 
 
 def write_own(
-    out: Vector32, x: float, y: float, cos: float, sin: float, v: float, w: float, box: Floats, scale: float
+    out: Singles, x: float, y: float, cos: float, sin: float, v: float, w: float, box: Floats, scale: float
 ) -> int:
     """Write what a player measures of itself, and return the number of values.
 
@@ -42,7 +37,7 @@ def write_own(
     return OWN
 
 
-def write_place(out: Vector32, at: int, dx: float, dy: float, cos: float, sin: float, scale: float) -> int:
+def write_place(out: Singles, at: int, dx: float, dy: float, cos: float, sin: float, scale: float) -> int:
     """Write from number `at` on where a place is from a player, as bearing and closeness; return the next number.
 
     Args:
@@ -58,7 +53,7 @@ def write_place(out: Vector32, at: int, dx: float, dy: float, cos: float, sin: f
 
 
 def write_others(
-    out: Vector32,
+    out: Singles,
     at: int,
     me: int,
     own: tuple[float, float, float, float, float],

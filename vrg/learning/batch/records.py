@@ -6,7 +6,12 @@ A function of one match is given its record, of which numba passes the address a
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
+Floats = npt.NDArray[np.float64]
+Singles = npt.NDArray[np.float32]
+Numbers = npt.NDArray[np.int64]
+Flags = npt.NDArray[np.bool_]
 Record = Any
 """One record: its fields are numbers and arrays."""
 Records = Any

@@ -10,18 +10,17 @@ from typing import Final
 
 import numpy as np
 
-from vrg.config.setup import MatchSetup
 from vrg.coordinator.leading import CRAWL
 from vrg.coordinator.rulebook import DRAW
 from vrg.games.roboflag import BLUES, RED, TEAMS
 from vrg.games.roboflag.judging import first_exposed, inside, invasion, near
 from vrg.games.roboflag.observation import CAPTURES, LEARNING
 from vrg.games.roboflag.rules import ROUNDS, SUDDEN_DEATH, RoboFlag
-from vrg.learning.batch.assigning import assigned
+from vrg.learning.batch.assigning import line_up
 from vrg.learning.batch.game import BatchedGame, Functions, call, calls, worths
 from vrg.learning.batch.motion import command, put
-from vrg.learning.batch.observing import Floats, Vector32, length, write_others, write_own, write_place
-from vrg.learning.batch.records import Record, Records, records
+from vrg.learning.batch.observing import length, write_others, write_own, write_place
+from vrg.learning.batch.records import Floats, Record, Records, Singles, records
 from vrg.navigation.control import linearise
 from vrg.navigation.pilot import OFFSET
 from vrg.segments import NEVER, Stretch
@@ -39,8 +38,8 @@ DEPTH = 0.6
 """How deep a tagged player is driven into its home zone, as a share of its radius."""
 
 
-def batched(book: RoboFlag, setup: MatchSetup, *, shaping: bool) -> BatchedGame:
-    """The game of a match file."""
+def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
+    """The game of a match file, for so many matches."""
     layout, settings, players = book.layout, book.settings, list(book.contestants.values())
     count = len(players)
     setting = records(
@@ -77,8 +76,8 @@ def batched(book: RoboFlag, setup: MatchSetup, *, shaping: bool) -> BatchedGame:
     setting.captures = settings.captures
     return BatchedGame(
         setting=setting,
-        standing=lambda matches: standing(matches, count),
-        calls=lambda matches: calls(matches, count, 2 * count + 4),
+        standing=standing(matches, count),
+        calls=calls(matches, count, 2 * count + 4),
         rules=RULES,
         teams=(RED, BLUES, DRAW),
         length=length(NUMBERS, PLACES, count, FLAGS),
@@ -230,23 +229,9 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     if t.number >= SUDDEN_DEATH:
         t.winner = DRAWN
         return
-    count = len(s.sides)
     for team in range(2):
-        rows = np.zeros(count, dtype=np.int64)
-        these = 0
-        for n in range(count):
-            if s.sides[n] == team:
-                rows[these] = n
-                these += 1
-        costs = np.empty((these, these))
-        for i in range(these):
-            for j in range(these):
-                dx, dy = m.poses[rows[i], 0] - s.starts[rows[j], 0], m.poses[rows[i], 1] - s.starts[rows[j], 1]
-                costs[i, j] = dx * dx + dy * dy
-        chosen = assigned(costs)
-        for i in range(these):
-            n = rows[chosen[i]]
-            put(m, rows[i], s.starts[n, 0], s.starts[n, 1], s.starts[n, 2])
+        rows = np.flatnonzero(s.sides == team)
+        line_up(m, rows, s.starts[rows])
     t.number = SUDDEN_DEATH if last else t.number + 1
     if last:
         call(c, SUDDEN, -1)
@@ -267,7 +252,7 @@ def drive(s: Record, t: Record, m: Record, r: Record, n: int, v: float, w: float
     command(m, r, n, v, w, r.v_max[n])
 
 
-def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, own: Floats, out: Vector32) -> None:
+def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, own: Floats, out: Singles) -> None:
     """Write what each player of a match sees.
 
     Args:

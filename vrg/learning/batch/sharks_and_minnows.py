@@ -9,19 +9,18 @@ from typing import Final
 
 import numpy as np
 
-from vrg.config.setup import MatchSetup
 from vrg.games.sharks_and_minnows import MINNOWS, SHARKS
 from vrg.games.sharks_and_minnows.lineup import LargestBody, rows_of
 from vrg.games.sharks_and_minnows.observation import LEARNING
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
 from vrg.games.sharks_and_minnows.tagging import first_tag
 from vrg.geometry import interpolate, outline_distance
-from vrg.learning.batch.assigning import assigned
+from vrg.learning.batch.assigning import line_up
 from vrg.learning.batch.chance import between
 from vrg.learning.batch.game import BatchedGame, Functions, call, calls, worths
 from vrg.learning.batch.motion import command, lock, put
-from vrg.learning.batch.observing import Floats, Vector32, length, write_others, write_own, write_place
-from vrg.learning.batch.records import Record, Records, records
+from vrg.learning.batch.observing import length, write_others, write_own, write_place
+from vrg.learning.batch.records import Floats, Record, Records, Singles, records
 from vrg.segments import in_box
 from vrg.types import Pose
 
@@ -36,8 +35,8 @@ NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNI
 """The counts of what the game adds to an observation."""
 
 
-def batched(book: SharksAndMinnows, setup: MatchSetup, *, shaping: bool) -> BatchedGame:
-    """The game of a match file."""
+def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGame:
+    """The game of a match file, for so many matches."""
     settings, players = book.settings, list(book.contestants.values())
     count, extent = len(players), LargestBody.of(players)
     ends = [settings.end_zone(end) for end in ("low", "high")]
@@ -74,8 +73,8 @@ def batched(book: SharksAndMinnows, setup: MatchSetup, *, shaping: bool) -> Batc
     setting.rounds, setting.slowest = book.rounds, settings.slowest
     return BatchedGame(
         setting=setting,
-        standing=lambda matches: standing(matches, count),
-        calls=lambda matches: calls(matches, count, 2 * count + 1),
+        standing=standing(matches, count),
+        calls=calls(matches, count, 2 * count + 1),
         rules=RULES,
         teams=(MINNOWS, SHARKS),
         length=length(NUMBERS, PLACES, count, FLAGS),
@@ -254,22 +253,8 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     t.number += 1
     t.clock = 0.0
     for role in (SHARK, MINNOW):
-        rows = np.zeros(count, dtype=np.int64)
-        these = 0
-        for n in range(count):
-            if t.roles[n] == role:
-                rows[these] = n
-                these += 1
-        marks = s.marks[t.goal if role == SHARK else minnows_end, these]
-        costs = np.empty((these, these))
-        for i in range(these):
-            for j in range(these):
-                dx, dy = m.poses[rows[i], 0] - marks[j, 0], m.poses[rows[i], 1] - marks[j, 1]
-                costs[i, j] = dx * dx + dy * dy
-        chosen = assigned(costs)
-        for i in range(these):
-            mark = marks[chosen[i]]
-            put(m, rows[i], mark[0], mark[1], mark[2])
+        rows = np.flatnonzero(t.roles == role)
+        line_up(m, rows, s.marks[t.goal if role == SHARK else minnows_end, len(rows)])
     t.before[:] = m.poses
 
 
@@ -280,7 +265,7 @@ def observe(
     seen: Floats,
     velocities: Floats,
     own: Floats,
-    out: Vector32,
+    out: Singles,
 ) -> None:
     """Write what each player of a match sees.
 

@@ -4,15 +4,12 @@ At each decision the referee judges where the robots are. A player knows its own
 referee published one decision before. What it decides holds until the next decision, which is PERIOD later.
 """
 
-from typing import Any, NamedTuple
-
-import numpy as np
-import numpy.typing as npt
+from typing import NamedTuple
 
 from vrg.learning.batch.chance import between, normal, uniform
 from vrg.learning.batch.game import reward
 from vrg.learning.batch.motion import Walls, advance
-from vrg.learning.batch.records import Record, Records, records
+from vrg.learning.batch.records import Flags, Numbers, Record, Records, Singles, records
 from vrg.learning.compiled import hole
 from vrg.navigation.motion import SMOOTHING
 
@@ -49,12 +46,12 @@ class Outputs(NamedTuple):
         rewards: shape (matches, players). terminated, truncated, winners: shape (matches,).
     """
 
-    observations: npt.NDArray[np.float32]
-    last: npt.NDArray[np.float32]
-    rewards: npt.NDArray[np.float32]
-    terminated: npt.NDArray[np.bool_]
-    truncated: npt.NDArray[np.bool_]
-    winners: npt.NDArray[np.int64]
+    observations: Singles
+    last: Singles
+    rewards: Singles
+    terminated: Flags
+    truncated: Flags
+    winners: Numbers
 
 
 class Matches(NamedTuple):
@@ -160,7 +157,7 @@ def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> N
 
 
 def step_all(
-    low: int, high: int, a: Matches, walls: Walls, vary: Variation, actions: Any, most: int, o: Outputs
+    low: int, high: int, a: Matches, walls: Walls, vary: Variation, actions: Singles, most: int, o: Outputs
 ) -> None:
     """One decision of the matches of these numbers.
 
