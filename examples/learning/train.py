@@ -12,6 +12,7 @@ import json
 import os
 import signal
 import time
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -33,7 +34,9 @@ from vrg.learning.policy import Policy, load, save
 GAMMA, LAMBDA = 0.99, 0.95  # the discount of a step, and of the estimates of advantages (Schulman et al. 2016)
 CLIP, ENTROPY, EPOCHS, ROWS = 0.2, 0.002, 3, 4096  # ROWS: those of a minibatch
 RATE, LEAST_RATE, MOST_RATE, KL = 5e-4, 5e-5, 2e-3, 0.012  # the rate follows how far an update moves the policy
-POOL, KEEP_EVERY, DRAW_EVERY, GROUPS = 30, 10, 5, 4  # former selves; updates between them; groups that meet them
+POOL, KEEP_EVERY, DRAW_EVERY = 30, 10, 5  # former selves; updates between two of them, and between two draws
+WARM = 8  # updates that teach the value alone, if the policy can play already
+FORMER, SHIPPED = 0.2, 0.5  # the shares of the matches against former selves, and against shipped strategies
 SHAPING, SHAPED = 2.0, 15e6  # the factor of the rewards for progress, and the decisions after which it is 0
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
@@ -77,6 +80,23 @@ PROGRESS = {
 }
 
 
+class Rival(NamedTuple):
+    """Who plays one team of some matches in place of the policy that learns.
+
+    Args:
+        matches: which. team: its number. strategy: the name of a shipped one; empty for a former self.
+    """
+
+    matches: slice
+    team: int
+    strategy: str = ""
+
+    @property
+    def name(self) -> str:
+        """The name in the curve."""
+        return self.strategy or "former selves"
+
+
 class Training:
     """A policy that learns, with all that goes on in it.
 
@@ -93,33 +113,38 @@ class Training:
         self.layout = layout_of(learning_of(setup.game))
         self.rng = np.random.default_rng(options["seed"])
         vary = VARIED if options["vary"] else Variation()
-        self.batch = Batch(setup, options["matches"], seed=options["seed"], vary=vary, most=options["most"])
+        self.batch = Batch(
+            setup, options["matches"], seed=options["seed"], vary=vary, shaping=True, most=options["most"]
+        )
         own, slot = len(self.layout.own), len(self.layout.slot)
         actor: Parameters = {**initial(own, slot, 2, self.rng), "log_std": np.full(2, -0.5, dtype=np.float32)}
         if options["start"]:
             policy = load(Path(options["start"]))
-            actor = {**policy.network.parameters, "log_std": np.maximum(policy.log_std, -1.0)}
+            actor = {**policy.network.parameters, "log_std": policy.log_std.copy()}
         critic = initial(own, slot, 1, self.rng, last=0.1)
         self.actor, self.critic = Adam(actor), Adam(critic)
         self.policy, self.value = Network(actor), Network(critic)
         self.threads = ThreadPoolExecutor(2)
         self.pool: list[Parameters] = [{name: values.copy() for name, values in actor.items()}]
-        self.drawn = [0] * GROUPS
         self.updates, self.decisions, self.rate = 0, 0, RATE
-        self.curve: list[list[float]] = []  # decisions, reward, share won against former selves
-        self.won = 0.5
+        self.curve: list[dict[str, float]] = []
         self.side = np.array([self.progress.winners.index(role) for role in self.batch.roles])
-        size = max(1, options["matches"] // (4 * GROUPS))  # a quarter of the matches in all
-        self.groups = [slice(n * size, (n + 1) * size) for n in range(GROUPS)]
-        self.frozen = np.zeros((options["matches"], len(self.side)), dtype=bool)
-        for n, group in enumerate(self.groups):
-            self.frozen[group] = self.side == n % 2
+        self.rivals = rivals_of(
+            options["matches"], self.batch.strategies if options["against"] is None else options["against"]
+        )
+        self.drawn = [0 for _ in self.rivals]
+        self.won = {rival.name: 0.5 for rival in self.rivals}
+        self.learns = np.ones((options["matches"], len(self.side)), dtype=bool)
+        for rival in self.rivals:
+            self.learns[rival.matches] = self.side != rival.team
+            if rival.strategy:
+                self.batch.play_by(rival.matches, self.batch.teams[rival.team], rival.strategy)
         self.seen = self.batch.reset().copy()
 
     def update(self) -> None:
         """Play `horizon` decisions of all matches, and learn from them."""
         if self.updates % DRAW_EVERY == 0:
-            self.drawn = [int(self.rng.integers(len(self.pool))) for _ in range(GROUPS)]
+            self.drawn = [int(self.rng.integers(len(self.pool))) for _ in self.rivals]
         seen, wanted, chance, advantages, returns, active, side = self.play()
         for team in (0, 1):  # they learn alike, however few a team has
             able = (side == team) & (active > 0.0)
@@ -130,7 +155,8 @@ class Training:
         rows = len(seen)
         orders = [np.array_split(self.rng.permutation(rows), max(1, rows // ROWS)) for _ in range(EPOCHS)]
         learning = self.threads.submit(self.learn_value, seen, returns, orders)
-        for order in orders:
+        # A value that knows nothing yet would spoil what a policy has learned already.
+        for order in [] if self.options["start"] and self.updates < WARM else orders:
             moved = [self.learn_policy(seen[p], wanted[p], chance[p], advantages[p], active[p]) for p in order]
             self.rate *= 1 / 1.5 if np.mean(moved) > 1.5 * KL else 1.5 if np.mean(moved) < KL / 1.5 else 1.0
             self.rate = min(MOST_RATE, max(LEAST_RATE, self.rate))
@@ -179,22 +205,23 @@ class Training:
     def play(self) -> tuple[np.ndarray, ...]:
         """Play, and return a row for each decision of each player that learns: what it saw, what it wanted, the
         logarithm of the chance of that, its advantage, its return, whether it could move, and its team's number."""
-        steps, players = self.options["horizon"], self.frozen.shape
+        steps, players, mine = self.options["horizon"], self.learns.shape, self.learns
         saw = np.zeros((steps + 1, *self.seen.shape), dtype=np.float32)
         wanted, noise = np.zeros((steps, *players, 2), dtype=np.float32), np.exp(self.policy.parameters["log_std"])
         chance, rewards = np.zeros((steps, *players), dtype=np.float32), np.zeros((steps, *players), dtype=np.float32)
         over, cut = np.zeros((steps, players[0]), dtype=bool), np.zeros((steps, players[0]), dtype=bool)
         ends: list[tuple[int, np.ndarray, np.ndarray]] = []
-        saw[0], factor = self.seen, SHAPING * max(0.0, 1.0 - self.decisions / SHAPED)
-        won, lost = 0, 0
+        saw[0] = self.seen
+        factor = 0.0 if self.options["start"] else SHAPING * max(0.0, 1.0 - self.decisions / SHAPED)
         for step in range(steps):
-            means = np.tanh(self.outputs(self.policy, saw[step])).reshape(wanted[step].shape)
-            off = self.rng.standard_normal(means.shape, dtype=np.float32)
-            wanted[step], chance[step] = means + noise * off, likelihood(off, self.policy.parameters["log_std"])
-            for group, former in zip(self.groups, self.drawn, strict=True):
-                where = self.frozen[group]
-                means = np.tanh(Network(self.pool[former])(saw[step][group][where]))
-                wanted[step][group][where] = means + np.exp(self.pool[former]["log_std"]) * off[group][where]
+            off = self.rng.standard_normal((*players, 2), dtype=np.float32)
+            wanted[step][mine] = np.tanh(self.outputs(self.policy, saw[step][mine])) + noise * off[mine]
+            chance[step] = likelihood(off, self.policy.parameters["log_std"])
+            for rival, former in zip(self.rivals, self.drawn, strict=True):
+                if not rival.strategy:
+                    theirs, spread = ~mine[rival.matches], np.exp(self.pool[former]["log_std"])
+                    means = np.tanh(Network(self.pool[former])(saw[step][rival.matches][theirs]))
+                    wanted[step][rival.matches][theirs] = means + spread * off[rival.matches][theirs]
             action = np.clip(wanted[step], -1.0, 1.0)
             following = np.empty_like(saw[step])
             for _ in range(self.options["hold"]):
@@ -206,17 +233,18 @@ class Training:
                 if ended.any():
                     ends.append((step, np.flatnonzero(out.truncated & ended), out.last[out.truncated & ended].copy()))
                 over[step], cut[step] = over[step] | (out.terminated & going), cut[step] | (out.truncated & going)
-                for n, group in enumerate(self.groups):
-                    winners = out.winners[group][out.terminated[group] & ended[group]]
-                    won, lost = won + int((winners == 1 - n % 2).sum()), lost + int((winners == n % 2).sum())
+                for rival in self.rivals:
+                    for winner in out.winners[rival.matches][ended[rival.matches]]:
+                        result = 0.5 if winner not in (0, 1) else float(winner != rival.team)
+                        self.won[rival.name] += 0.02 * (result - self.won[rival.name])
             saw[step + 1] = out.observations
             alive = ~(over[step] | cut[step])
             following[alive] = out.observations[alive]
             rewards[step] += factor * self.progress_between(saw[step], following, ~over[step])
         self.seen = saw[-1].copy()
-        self.decisions += steps * self.options["hold"] * self.frozen.size
-        self.won += (won - (won + lost) * self.won) / max(60.0, won + lost)
-        values = np.concatenate([self.outputs(self.value, rows) for rows in saw]).reshape(-1, *players)
+        self.decisions += steps * self.options["hold"] * mine.size
+        values = np.zeros((steps + 1, *players), dtype=np.float32)
+        values[:, mine] = self.outputs(self.value, saw[:, mine])[..., 0].reshape(steps + 1, -1)
         beyond = values[1:].copy()
         for step, matches, last in ends:
             if len(matches):
@@ -227,11 +255,12 @@ class Training:
         active = (
             saw[:-1, ..., self.layout.own.index(can_move)] if can_move in self.layout.own else np.ones_like(rewards)
         )
-        self.curve.append([self.decisions, float(rewards.mean()) / self.options["hold"] * 600.0, self.won])
-        mine = np.broadcast_to(~self.frozen, rewards.shape)
+        reward = float(rewards[:, mine].mean()) / self.options["hold"] * 600.0
+        self.curve.append({"decisions": self.decisions, "reward": reward, **self.won})
+        learns = np.broadcast_to(mine, rewards.shape)
         returns, side = advantages + values[:-1], np.broadcast_to(self.side, rewards.shape)
         found = saw[:-1], wanted, chance, advantages, returns, np.broadcast_to(active, rewards.shape), side
-        return tuple(array[mine] for array in found)
+        return tuple(array[learns] for array in found)
 
     def outputs(self, network: Network, seen: np.ndarray) -> np.ndarray:
         """The outputs of a network for what players see in all matches, half of them in each thread."""
@@ -290,6 +319,18 @@ class Training:
         os.replace(part, file)  # a training that is killed meanwhile leaves the one before
 
 
+def rivals_of(matches: int, strategies: Sequence[str]) -> list[Rival]:
+    """Former selves and shipped strategies for a part of the matches, each as each of the teams."""
+    kinds = [("", FORMER / 2)] * 2 + [(name, SHIPPED / len(strategies)) for name in strategies]
+    found, first = [], 0
+    for strategy, share in kinds:
+        for team in (0, 1):
+            size = max(1, round(matches * share / 2))
+            found.append(Rival(slice(first, first + size), team, strategy))
+            first += size
+    return found
+
+
 def resumed(file: Path) -> Training:
     """The training that was saved in a file."""
     with np.load(file, allow_pickle=False) as found:
@@ -325,15 +366,17 @@ def likelihood(off: np.ndarray, log_std: np.ndarray) -> np.ndarray:
     return found
 
 
-def draw(curve: list[list[float]], file: Path) -> None:
+def draw(curve: list[dict[str, float]], file: Path) -> None:
     """Draw how the training went."""
-    decisions, reward, won = np.array(curve).T
+    decisions = np.array([point["decisions"] for point in curve]) / 1e6
     figure = Figure(figsize=(8, 6), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)
-    above.plot(decisions / 1e6, reward)
+    above.plot(decisions, [point["reward"] for point in curve])
     above.set_ylabel("reward of a player in a minute")
-    below.plot(decisions / 1e6, 100 * won)
-    below.set(ylabel="won against former selves (%)", xlabel="million decisions", ylim=(0, 100))
+    for name in list(curve[0])[2:]:
+        below.plot(decisions, [100 * point[name] for point in curve], label=name)
+    below.set(ylabel="won against others (%)", xlabel="million decisions", ylim=(0, 100))
+    below.legend()
     figure.savefig(file)
 
 
@@ -345,6 +388,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy")
     parser.add_argument("--resume", type=Path, help="go on with a training, such as policy.training")
     parser.add_argument("--start", help="begin with this policy, such as one of imitate.py")
+    parser.add_argument(
+        "--against", nargs="*", help="shipped strategies to play against; all that there are, without it"
+    )
     parser.add_argument("--vary", action="store_true", help="each match has robots and links of its own")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--matches", type=int, default=128, help="how many are played at once")
@@ -368,11 +414,12 @@ def main() -> None:
         training.update()
         now = time.monotonic()
         if now - shown > 5.0:
-            _, reward, won = training.curve[-1]
+            point = training.curve[-1]
+            won = ", ".join(f"{100 * share:.0f} % against {name}" for name, share in training.won.items())
             speed, left = (training.decisions - told) / (now - shown), max(0.0, begin + 60.0 * minutes - now)
             print(
                 f"{training.decisions / 1e6:6.1f} million decisions, {speed / 1e3:4.0f} thousand a second; reward "
-                f"{reward:+.2f} a minute; won {100 * won:3.0f} % against former selves; {left:4.0f} s left",
+                f"{point['reward']:+.2f} a minute; won {won}; {left:4.0f} s left",
                 flush=True,
             )
             shown, told = now, training.decisions

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from vrg.games.learning import Learning, Reward
 from vrg.learning.batch.records import Record, Records, Singles, records
@@ -57,14 +57,29 @@ def reward(s: Record, t: Record, c: Record, rewards: Singles) -> None:
             rewards[n] += WINNING if s.sides[n] == t.winner else -WINNING
 
 
+def no_strategy(*_: Any) -> None:
+    """Stands for what a strategy does where a game has none in a batch."""
+
+
+def no_motion(*_: Any) -> tuple[float, float]:
+    """Stands for what a strategy decides where a game has none in a batch."""
+    return 0.0, 0.0
+
+
 class Functions(NamedTuple):
-    """The functions of a game, which are given the records of one match; see those of a game."""
+    """The functions of a game, which are given the records of one match; see those of a game.
+
+    The last three are those of the teams that play by a strategy. A game without such teams leaves them out.
+    """
 
     judge: Callable[..., bool]
     next_round: Callable[..., None]
     reset: Callable[..., None]
     drive: Callable[..., None]
     observe: Callable[..., None]
+    forget: Callable[..., None] = no_strategy
+    plan: Callable[..., None] = no_strategy
+    decide: Callable[..., tuple[float, float]] = no_motion
 
 
 @dataclass(frozen=True)
@@ -75,7 +90,7 @@ class BatchedGame:
         setting: what is the same in all matches. standing: how each stands, before its reset.
         calls: room for the calls of each. rules: the names of the rules of calls.
         teams: the names of the teams, by the numbers of winners. length: the number of values of an observation.
-        functions: those of one match.
+        functions: those of one match. strategies: the names of those by which a team can play, by their numbers.
     """
 
     setting: Record
@@ -85,3 +100,4 @@ class BatchedGame:
     teams: tuple[str, ...]
     length: int
     functions: Functions
+    strategies: tuple[str, ...] = ()

@@ -38,6 +38,7 @@ class Batch:
     Attributes:
         players: the names of the players, in the order of the arrays. roles: the role of each at the start.
         rules, teams: the names of the rules of calls, and of the teams that win, by their numbers.
+        strategies: the names of the shipped strategies by which a team can play; see `play_by`.
         length: the number of values of an observation. records: those of all matches.
         out: what the last step has returned: arrays that the next step overwrites.
 
@@ -70,7 +71,7 @@ class Batch:
             raise ConfigError(f"{setup.origin}: {error}") from None
         game = GAMES[setup.game](rulebook_of(setup), matches, shaping=shaping)
         players = len(self.players)
-        self.rules, self.teams, self.length = game.rules, game.teams, game.length
+        self.rules, self.teams, self.length, self.strategies = game.rules, game.teams, game.length, game.strategies
         self.records = Matches(
             setting=game.setting,
             standing=game.standing,
@@ -79,6 +80,7 @@ class Batch:
             robots=robots,
             model=model,
             minds=stepping.minds(matches, players, vary.delay),
+            plans=stepping.plans(matches, players),
             chance=chance.streams(matches),
         )
         chance.seed(self.records.chance, seed)
@@ -98,6 +100,34 @@ class Batch:
         edges = np.linspace(0, matches, min(threads, matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
         self._pool = ThreadPoolExecutor(len(self._parts)) if len(self._parts) > 1 else None
+
+    def play_by(self, matches: slice, team: str, strategy: str | None, *, advice: bool = False) -> None:
+        """Let a team of some matches play by a shipped strategy in place of actions from now on.
+
+        It decides as a sparring partner does: see vrg.learning.batch.roboflag_players.
+
+        Args:
+            strategy: one of `strategies`; None lets it play by actions again.
+            advice: True lets it play by actions, and the strategy only advise: see `advice`.
+
+        Raises:
+            ValueError: there is no such team or strategy.
+        """
+        if team not in self.teams[:2] or strategy not in (None, *self.strategies):
+            known = f"one of {', '.join(self.teams[:2])} by one of {', '.join(self.strategies) or 'no strategies'}"
+            raise ValueError(f"play_by: expected {known}, got {team} by {strategy}")
+        number = -1 if strategy is None else self.strategies.index(strategy)
+        self.records.plans.strategy[matches, self.teams.index(team)] = number
+        self.records.plans.driving[matches, self.teams.index(team)] = strategy is not None and not advice
+
+    @property
+    def advice(self) -> npt.NDArray[np.float32]:
+        """The actions that the strategies of `play_by` wanted in the last step, shape (matches, players, 2).
+
+        They have seen what the players saw before it. Those of teams without a strategy mean nothing.
+        """
+        found: npt.NDArray[np.float32] = self.records.plans.advice
+        return found
 
     def reset(self, seed: int | None = None) -> npt.NDArray[np.float32]:
         """Begin all matches anew, and return the observations: shape (matches, players, length)."""

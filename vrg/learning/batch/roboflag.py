@@ -21,15 +21,14 @@ from vrg.learning.batch.game import BatchedGame, Functions, call, calls, worths
 from vrg.learning.batch.motion import command, put
 from vrg.learning.batch.observing import length, write_others, write_own, write_place
 from vrg.learning.batch.records import Floats, Record, Records, Singles, records
+from vrg.learning.batch.roboflag_players import FLAGGED, NO_ONE, NORMAL, STRATEGIES, TAGGED, decide, forget, plan
 from vrg.navigation.control import linearise
 from vrg.navigation.pilot import OFFSET
 from vrg.segments import NEVER, Stretch
 from vrg.types import Vector
 
-NORMAL, TAGGED, FLAGGED = 0, 1, 2
-"""The states of a player."""
-NO_ONE, DRAWN = -1, 2
-"""The carrier of a flag that is in its place; the winner of a draw."""
+DRAWN = 2
+"""The winner of a draw."""
 CALL_HOME, CAPTURE, FLAG, TAG, TIME, SUDDEN = range(6)
 """The rules of calls, in the order of RULES."""
 RULES: Final = ("home", "capture", "flag", "tag", "time", "sudden_death")
@@ -59,6 +58,7 @@ def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
         zone=(float,),
         round_time=(float,),
         sudden_death=(float,),
+        epoch=(float,),
         captures=(int,),
     )[0]
     setting.bounds[:] = layout.field.bounds
@@ -73,7 +73,7 @@ def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
     setting.flag_reach, setting.home_reach = layout.flag_reach, layout.home_reach
     setting.zone = layout.flag_zones()[0].radius
     setting.round_time, setting.sudden_death = settings.round_time, settings.sudden_death
-    setting.captures = settings.captures
+    setting.epoch, setting.captures = settings.epoch, settings.captures
     return BatchedGame(
         setting=setting,
         standing=standing(matches, count),
@@ -81,7 +81,8 @@ def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
         rules=RULES,
         teams=(RED, BLUES, DRAW),
         length=length(NUMBERS, PLACES, count, FLAGS),
-        functions=Functions(judge, next_round, reset, drive, observe),
+        functions=Functions(judge, next_round, reset, drive, observe, forget, plan, decide),
+        strategies=STRATEGIES,
     )
 
 

@@ -21,11 +21,10 @@ from vrg.learning.batch.game import BatchedGame, Functions, call, calls, worths
 from vrg.learning.batch.motion import command, lock, put
 from vrg.learning.batch.observing import length, write_others, write_own, write_place
 from vrg.learning.batch.records import Floats, Record, Records, Singles, records
+from vrg.learning.batch.sharks_and_minnows_players import MINNOW, SHARK, STRATEGIES, decide, forget, plan
 from vrg.segments import in_box
 from vrg.types import Pose
 
-MINNOW, SHARK = 0, 1
-"""The roles."""
 LOW, HIGH = 0, 1
 """The ends of the field."""
 TAG, OUT_OF_BOUNDS, PASS_LIMIT, PASS_OVER, NEW_SHARK = range(5)
@@ -40,9 +39,11 @@ def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGa
     settings, players = book.settings, list(book.contestants.values())
     count, extent = len(players), LargestBody.of(players)
     ends = [settings.end_zone(end) for end in ("low", "high")]
-    marks = np.zeros((2, count + 1, count, 3))
+    marks, berths = np.zeros((2, count + 1, count, 3)), np.zeros((2, count + 1, count, 2))
+    wide = LargestBody(extent.across, extent.across)  # what minnows know of bodies is the circle around them
     for end, zone in enumerate(ends):
         for number in range(1, count + 1):
+            berths[end, number, :number] = [(mark.x, mark.y) for mark in rows_of(number, zone, settings.field, wide)]
             marks[end, number, :number] = [
                 (mark.x, mark.y, mark.theta) for mark in rows_of(number, zone, settings.field, extent)
             ]
@@ -51,6 +52,7 @@ def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGa
         bounds=(float, 4),
         zones=(float, 2, 4),
         marks=(float, 2, count + 1, count, 3),
+        berths=(float, 2, count + 1, count, 2),
         order=(int, count),
         starts=(float, count, 3),
         sides=(int, count),
@@ -63,7 +65,7 @@ def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGa
     )[0]
     setting.bounds[:] = settings.field.bounds
     setting.zones[:] = [zone.bounds for zone in ends]
-    setting.marks[:] = marks
+    setting.marks[:], setting.berths[:] = marks, berths
     setting.order[:] = np.argsort([player.name for player in players])
     setting.starts[:] = [(p.start.x, p.start.y, p.start.theta) for p in players]
     setting.sides[:] = [SHARK if p.role == "shark" else MINNOW for p in players]
@@ -78,7 +80,8 @@ def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGa
         rules=RULES,
         teams=(MINNOWS, SHARKS),
         length=length(NUMBERS, PLACES, count, FLAGS),
-        functions=Functions(judge, next_round, reset, drive, observe),
+        functions=Functions(judge, next_round, reset, drive, observe, forget, plan, decide),
+        strategies=STRATEGIES,
     )
 
 

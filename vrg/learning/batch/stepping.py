@@ -6,6 +6,8 @@ referee published one decision before. What it decides holds until the next deci
 
 from typing import NamedTuple
 
+import numpy as np
+
 from vrg.learning.batch.chance import between, normal, uniform
 from vrg.learning.batch.game import reward
 from vrg.learning.batch.motion import Walls, advance
@@ -60,7 +62,8 @@ class Matches(NamedTuple):
     Args:
         setting: what is the same in all, one record. standing, calls: those of the game.
         motions, robots: see vrg.learning.batch.motion. model: the robots of the match file.
-        minds: what players know and have decided. chance: the streams of random numbers.
+        minds: what players know and have decided. plans: those of teams that play by a strategy.
+        chance: the streams of random numbers.
     """
 
     setting: Record
@@ -70,6 +73,7 @@ class Matches(NamedTuple):
     robots: Records
     model: Records
     minds: Records
+    plans: Records
     chance: Records
 
 
@@ -92,7 +96,37 @@ def minds(matches: int, players: int, delay: int) -> Records:
     )
 
 
-judge = next_round = reset = drive = observe = hole
+def plans(matches: int, players: int) -> Records:
+    """What the teams of so many matches that play by a strategy remember: all play by actions at first.
+
+    Fields: `strategy` of each team: its number, or -1; `driving`: whether it drives by that, or by actions; `opened`
+    and `winner`: when each has chosen the player that goes first, s, and whom; and of each player `advice`: the v and w
+    that its strategy wants, as shares of its model's; its `bid`, its `job` since the time `since`, s, whom it is about
+    (`target`), the `place` that it drives to, m, since when it is `waiting`, s, whether it is `charging` or `staying`;
+    and who is `ignored` by the one that decides now.
+    """
+    found = records(
+        matches,
+        strategy=(int, 2),
+        driving=(bool, 2),
+        advice=(np.float32, players, 2),
+        opened=(float, 2),
+        winner=(int, 2),
+        bid=(float, players),
+        job=(int, players),
+        target=(int, players),
+        since=(float, players),
+        waiting=(float, players),
+        place=(float, players, 2),
+        charging=(bool, players),
+        staying=(bool, players),
+        ignored=(bool, players),
+    )
+    found.strategy[:] = -1
+    return found
+
+
+judge = next_round = reset = drive = observe = forget = plan = decide = hole
 """The functions of a game, which are given the records of one match; `compiled` fills them in."""
 
 
@@ -147,11 +181,25 @@ def keep(k: Record, chance: Record, n: int, v: float, w: float) -> None:
         k.wanted[n, 0, 0], k.wanted[n, 0, 1] = v, w
 
 
+def advise(s: Record, t: Record, r: Record, model: Record, k: Record, p: Record) -> None:
+    """Let the strategies of a match decide, by what was published last."""
+    if max(p.strategy[0], p.strategy[1]) < 0:
+        return
+    now = k.steps * PERIOD
+    plan(s, t, r, k, p, now)
+    for n in range(len(s.sides)):
+        if p.strategy[s.sides[n]] >= 0:
+            v, w = decide(s, t, r, k, p, n, now)
+            p.advice[n, 0] = min(1.0, max(-1.0, v / model.v_max[n]))
+            p.advice[n, 1] = min(1.0, max(-1.0, w / model.w_max[n]))
+
+
 def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> None:
     """Begin the matches of these numbers anew."""
     for b in range(low, high):
         s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
         begin(s, t, m, r, a.model[b], k, a.chance[b], vary)
+        forget(a.plans[b])
         measure(m, k, a.chance[b], vary)
         observe(s, t, r, k.poses, k.velocities, k.own, o.observations[b])
 
@@ -167,7 +215,8 @@ def step_all(
     """
     for b in range(low, high):
         s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
-        c, model, chance = a.calls[b], a.model[b], a.chance[b]
+        c, model, chance, p = a.calls[b], a.model[b], a.chance[b], a.plans[b]
+        advise(s, t, r, model, k, p)
         o.rewards[b] = 0.0
         over = judge(s, t, m, r, c, PERIOD)
         if over:
@@ -182,9 +231,11 @@ def step_all(
             measure(m, k, chance, vary)
             observe(s, t, r, k.poses, k.velocities, k.own, o.last[b])
             begin(s, t, m, r, model, k, chance, vary)
+            forget(p)
         elif not over:
             for n in range(len(m.poses)):
-                keep(k, chance, n, actions[b, n, 0] * model.v_max[n], actions[b, n, 1] * model.w_max[n])
+                wanted = p.advice[n] if p.driving[s.sides[n]] else actions[b, n]
+                keep(k, chance, n, wanted[0] * model.v_max[n], wanted[1] * model.w_max[n])
                 drive(s, t, m, r, n, k.wanted[n, k.late, 0], k.wanted[n, k.late, 1])
             for _ in range(TICKS):
                 advance(m, r, walls, PERIOD / TICKS)
