@@ -29,8 +29,8 @@ half as long is taken to hang."""
 _STUBBORN = 5.0
 """The real time in s more after which a decision that catches every exception ends the whole process."""
 _STUCK = BUDGET + _STUBBORN + 2.0
-"""The processor time in s after which the kernel ends a process whose decision does not even let signals be handled, as
-in a loop in C code."""
+"""The processor time in s after which the kernel ends a process that does not even let signals be handled, as in a
+decision with a loop in C code."""
 WRITE_ALLOWANCE = 100_000_000
 """The number of bytes that a strategy may write in a process that it shares, beyond _ALLOWED with each decision."""
 _ALLOWED = 100_000
@@ -142,33 +142,34 @@ class DecisionAlarm:
         if self._works:
             self._before = signal.signal(signal.SIGALRM, self._look)
             signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
+            self._bound(_STUCK)
             # It tells where it was, and then ends.
             faulthandler.register(signal.SIGVTALRM, file=sys.__stderr__ or 2, all_threads=False, chain=True)
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._works:
-            self._bound(0.0)
-            faulthandler.unregister(signal.SIGVTALRM)
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, self._before)  # type: ignore[arg-type]
+            self._bound(0.0)
+            faulthandler.unregister(signal.SIGVTALRM)
 
     def begin(self) -> None:
         """A decision begins. Until its `end` a DecisionTimeoutError may come at any point."""
         self._looks, self._deciding = 0, True
-        self._bound(_STUCK)
 
     def end(self) -> None:
         """It has been made."""
         self._deciding = False
-        self._bound(0.0)
 
-    def _bound(self, seconds: float) -> None:
+    @staticmethod
+    def _bound(seconds: float) -> None:
         """Let the kernel end this process after so much processor time; 0 for never."""
-        if self._works:
-            signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+        signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
 
     def _look(self, _number: int, frame: FrameType | None) -> None:
+        # Signals are handled, so nothing is stuck. To bound each decision anew would take more time than many need.
+        self._bound(_STUCK)
         if not self._deciding:
             return
         # Looks are counted, not seconds, because a computer that slept is no fault of the strategy's.
@@ -230,7 +231,7 @@ class Footprint:
         """The number of bytes that this process has written, and the processes that this thread has started."""
         if self._files is None:
             return 0, b""
-        return int(os.pread(self._files[0], 200, 0).split(b"\n")[1].split()[1]), os.pread(self._files[1], 10_000, 0)
+        return int(os.pread(self._files[0], 200, 0).split(None, 4)[3]), os.pread(self._files[1], 10_000, 0)
 
 
 class Bounded:
