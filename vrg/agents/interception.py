@@ -53,5 +53,9 @@ def _smallest_positive_root(a: float, b: float, c: float) -> float | None:
         return None
     # This form of the solution does not subtract numbers that are nearly equal.
     q = -(b + math.copysign(math.sqrt(discriminant), b)) / 2
-    roots = [q / a] + ([c / q] if q else [])
-    return min((r for r in roots if r > 0), default=None)
+    if not q:
+        return None
+    one, other = q / a, c / q
+    if one > 0 and other > 0:
+        return min(one, other)
+    return one if one > 0 else other if other > 0 else None

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from vrg.coordinator.placing import assigned
 from vrg.coordinator.rulebook import Contestant
@@ -58,7 +59,7 @@ def line_up(
         if len(free) >= len(players):
             break
     else:
-        free = rows_of(len(players), zone, field, extent)
+        free = list(rows_of(len(players), zone, field, extent))
     return assigned(players, free)
 
 
@@ -79,8 +80,12 @@ def _collide(marks: Sequence[Pose], extent: LargestBody) -> bool:
     return any(math.dist(a, b) < extent.across for i, a in enumerate(places) for b in places[:i])
 
 
-def rows_of(count: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> list[Pose]:
-    """So many marks, in their order across the field, in as few rows as there is room for them."""
+@lru_cache(maxsize=64)
+def rows_of(count: int, zone: Rectangle, field: Rectangle, extent: LargestBody) -> tuple[Pose, ...]:
+    """So many marks, in their order across the field, in as few rows as there is room for them.
+
+    All minnows ask for the same marks at each tick, and for many of them it takes long to see that none are too near.
+    """
     across = zone.x_max - zone.x_min if _along_y(zone, field) else zone.y_max - zone.y_min
     per_row = max(1, int(across / (SPACING_FACTOR * extent.side)) - 1)
     fewest = -(-count // per_row) or 1
@@ -91,7 +96,7 @@ def rows_of(count: int, zone: Rectangle, field: Rectangle, extent: LargestBody) 
     return _marks(count, fewest, zone, field)
 
 
-def _marks(count: int, rows: int, zone: Rectangle, field: Rectangle) -> list[Pose]:
+def _marks(count: int, rows: int, zone: Rectangle, field: Rectangle) -> tuple[Pose, ...]:
     """So many marks in so many rows: one goes to the first row, the next to the second, and so on."""
     along_y = _along_y(zone, field)
     low, high = (zone.x_min, zone.x_max) if along_y else (zone.y_min, zone.y_max)
@@ -105,7 +110,7 @@ def _marks(count: int, rows: int, zone: Rectangle, field: Rectangle) -> list[Pos
         across = low + (high - low) * (i + 1) / (count + 1)
         depth = near + (far - near) * (i % rows + 1) / (rows + 1)
         marks.append(Pose(across, depth, theta) if along_y else Pose(depth, across, theta))
-    return marks
+    return tuple(marks)
 
 
 def _along_y(zone: Rectangle, field: Rectangle) -> bool:
