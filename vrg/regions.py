@@ -8,6 +8,7 @@ it in the same way, for example `{ shape = "circle", x = 1.0, y = 2.0, radius = 
 
 import math
 from collections.abc import Iterable
+from functools import lru_cache
 from typing import Annotated
 
 from msgspec import Meta, Struct
@@ -291,11 +292,11 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
 
     def contains(self, x: float, y: float) -> bool:
         """True if the point is inside or on the border."""
-        return all(nx * x + ny * y >= offset - _EPS for nx, ny, offset in self._planes())
+        return all(nx * x + ny * y >= offset - _EPS for nx, ny, offset in _planes(self.points))
 
     def inside(self, start: Vector, end: Vector) -> tuple[float, float] | None:
         """The stretch that is inside, by Cyrus and Beck's clipping."""
-        return some(on_inner_sides(start, end, self._planes(), (0.0, 1.0)))
+        return some(on_inner_sides(start, end, _planes(self.points), (0.0, 1.0)))
 
     def nearest(self, x: float, y: float) -> Vector:
         """The point itself if it is inside, or the nearest point of the border."""
@@ -307,7 +308,7 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
     def shrunk(self, margin: float) -> "Polygon":
         """The part that is at least `margin` m from every side, or a tiny triangle about the middle."""
         corners = list(self.points)
-        for nx, ny, offset in self._planes():
+        for nx, ny, offset in _planes(self.points):
             corners = clipped(corners, nx, ny, offset + margin)
         if len(corners) < 3 or area(corners) < _EPS:
             x, y = centroid(self.points)
@@ -323,15 +324,20 @@ class Polygon(_Shape, frozen=True, tag="polygon"):
         """The mean of the corners."""
         return centroid(self.points)
 
-    def _planes(self) -> list[tuple[float, float, float]]:
-        """For each side its inward unit normal and its offset. A point is inside if nx x + ny y >= offset for all."""
-        planes = []
-        for (ax, ay), (bx, by) in zip(self.points, turned(self.points), strict=True):
-            length = math.hypot(bx - ax, by - ay)
-            if length > 0.0:
-                nx, ny = (ay - by) / length, (bx - ax) / length
-                planes.append((nx, ny, nx * ax + ny * ay))
-        return planes
+
+@lru_cache(maxsize=256)
+def _planes(corners: tuple[Vector, ...]) -> list[tuple[float, float, float]]:
+    """For each side of a convex polygon its inward unit normal and its offset.
+
+    A point is inside if nx x + ny y >= offset for all. Walls are asked for theirs again and again.
+    """
+    planes = []
+    for (ax, ay), (bx, by) in zip(corners, turned(corners), strict=True):
+        length = math.hypot(bx - ax, by - ay)
+        if length > 0.0:
+            nx, ny = (ay - by) / length, (bx - ax) / length
+            planes.append((nx, ny, nx * ax + ny * ay))
+    return planes
 
 
 Region = Rectangle | Circle | Sector | Polygon

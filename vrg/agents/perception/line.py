@@ -124,7 +124,7 @@ class TrackedLine:
     @property
     def velocity_covariance(self) -> Floats:
         """The covariance of the velocity: shape (2, 2), m^2/s^2."""
-        return np.array(self._solved.covariance)[np.ix_((1, 3), (1, 3))]
+        return np.array(self._solved.covariance)[1::2, 1::2]
 
     def at(self, time: float) -> Vector:
         """The position at a match time, m."""
