@@ -92,18 +92,17 @@ class Inlet(Generic[T]):
         """Executor only: what has arrived since the last handover."""
         self._events: list[Received[T]] = []
         self._news: dict[str, Received[T]] = {}
+        self._latest: Received[T] | None = None
+        """The newest message of all keys; None until somebody asks for it after a handover."""
         self._queued = topic.qos is Qos.EVENT
         self._numbers = Numbers()
 
     @property
     def latest(self) -> Received[T] | None:
         """The newest message of all keys of the topic, or None before the first."""
-        if not self.by_key:
-            return None
-        if len(self.by_key) == 1:
-            (only,) = self.by_key.values()
-            return only
-        return max(self.by_key.values(), key=_order)
+        if self._latest is None and self.by_key:
+            self._latest = max(self.by_key.values(), key=_order)
+        return self._latest
 
     def take(self) -> list[Received[T]]:
         """Return the messages handed over since the last call.
@@ -114,6 +113,8 @@ class Inlet(Generic[T]):
         if self._queued:
             events, self._events = self._events, []
             return events
+        if not self._news:
+            return []
         news, self._news = self._news, {}
         return list(news.values())
 
@@ -168,10 +169,13 @@ class Inlet(Generic[T]):
         if not self._queued:
             self.by_key.clear()
             self._news.clear()
+            self._latest = None
 
     def handover(self) -> None:
         """Executor only: bring in the messages that wait."""
         waiting, self.waiting = self.waiting, []
+        if not waiting:
+            return
         if len(waiting) > 1:
             waiting.sort(key=_order)
         by_key, news = self.by_key, self._news
@@ -182,6 +186,7 @@ class Inlet(Generic[T]):
                 # Only the newest of a key stays, at the place in the order that belongs to it.
                 news.pop(key, None)
                 news[key] = message
+        self._latest = waiting[-1] if len(by_key) == 1 else None
         if self._queued:
             self._events += waiting
             if len(self._events) > QUEUE_LIMIT:

@@ -50,13 +50,15 @@ class RefereeGate:
         return robot in self._held
 
     def passed(self, robot: str, wanted: Twist, now: float) -> Twist:
-        """The motion that a robot may make now: none, that of the referee's lease, or the one that is wanted.
+        """The motion that a robot may make now: none, that of the referee's lease, or the one that is wanted."""
+        return STILL if self.closed(now) or self.holds(robot) else self.led(robot, wanted)
+
+    def led(self, robot: str, wanted: Twist) -> Twist:
+        """The motion of a robot that nothing holds: that of the referee's lease, or the one that is wanted.
 
         A robot that is to stand stands also during a lease, as its device knows why.
         """
-        if wanted == STILL or self.closed(now) or self.holds(robot):
-            return STILL
-        return self._leases.get(robot, wanted)
+        return STILL if wanted == STILL else self._leases.get(robot, wanted)
 
 
 @shared

@@ -158,7 +158,7 @@ class Fleet:
             interlock = member.interlock
             command = None
             if interlock.armed and not (held or member.empty or interlock.silent(now) or gate.holds(member.name)):
-                command = member.plan(gate.passed(member.name, interlock.twist, now))
+                command = member.plan(gate.led(member.name, interlock.twist))
             if command != member.command:
                 member.command = command
                 self._engine.command(member.name, command)
