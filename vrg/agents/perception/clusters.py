@@ -92,8 +92,7 @@ def _completed(scan: Scan, group: Beams, explained: Mask) -> Beams:
                 break
             end = after
         ends.append(end)
-    whole = np.unique(np.concatenate((np.arange(ends[0], group[0]), group, np.arange(group[-1] + 1, ends[1] + 1))))
-    return whole.astype(np.int64)
+    return np.concatenate((np.arange(ends[0], group[0]), group, np.arange(group[-1] + 1, ends[1] + 1)))
 
 
 def sighting_of(scan: Scan, beams: Beams, *, radius: float, time: float) -> Sighting:

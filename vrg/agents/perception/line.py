@@ -99,8 +99,9 @@ class TrackedLine:
         middle = self.time
         if weights > 0.0:
             middle += float(self.information[0, 1] + self.information[2, 3]) / float(weights)
-        own = self.counted_from(middle)
-        information = own.information + np.diag([0.0, self.weight, 0.0, self.weight])
+        information, vector = self._counted_from(middle)
+        information[1, 1] += self.weight
+        information[3, 3] += self.weight
         # In units in which the diagonal is 1, so that seconds and metres do not decide whether it can be solved.
         scale = np.sqrt(np.maximum(information.diagonal(), 0.0))
         if not scale.all():
@@ -113,7 +114,7 @@ class TrackedLine:
         if not 0.0 < inverse.diagonal().max() < _MOST_INFLATED:
             raise ValueError(_UNDETERMINED)
         inverse /= units
-        return _Solution(middle, (inverse @ own.vector).tolist(), inverse.tolist())
+        return _Solution(middle, (inverse @ vector).tolist(), inverse.tolist())
 
     @property
     def velocity(self) -> Vector:
@@ -150,9 +151,14 @@ class TrackedLine:
 
     def counted_from(self, time: float) -> "TrackedLine":
         """The same course, with `time` as the time at which it is at (x, y)."""
+        information, vector = self._counted_from(time)
+        return replace(self, time=time, information=information, vector=vector)
+
+    def _counted_from(self, time: float) -> tuple[Floats, Floats]:
+        """The normal equations with `time` as the time at which it is at (x, y), in arrays of their own."""
         dt = self.time - time
         turn = np.array([[1.0, dt, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, dt], [0.0, 0.0, 0.0, 1.0]])
-        return replace(self, time=time, information=turn.T @ self.information @ turn, vector=turn.T @ self.vector)
+        return turn.T @ self.information @ turn, turn.T @ self.vector
 
     def shifted(self, pause: float) -> "TrackedLine":
         """The same course, all of it `pause` s later."""
