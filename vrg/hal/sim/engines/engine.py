@@ -159,8 +159,9 @@ class Engine(ABC):
         if self.kinematic[row]:
             raise WorldError(f"command {name}: expected a body that drives itself, got a kinematic one")
         model = self.models[row]
-        self._targets[row] = 0.0
-        if twist is not None:
+        if twist is None:
+            self._targets[row] = 0.0
+        else:
             self._targets[row, : len(model.drivetrain.axes)] = model.drivetrain.speeds(twist)
         self._braking[row] = twist is None
         self._slew[row] = (model.brake if twist is None else model.a_max) / model.drivetrain.wheel_radius

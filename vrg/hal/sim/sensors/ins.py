@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from vrg.hal.sensors.ins import Ins, InsSpec
-from vrg.hal.sim.sensors.base import Instant, Mounted, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.noise import Noise
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
+from vrg.hal.sim.sensors.noise import Floats, Noise
 from vrg.types import Pose
 
 
@@ -15,17 +17,24 @@ class InsSimulation(SensorSimulation[InsSpec]):
         super().__init__(surroundings)
         self._noise = Noise(surroundings.seed, "ins", 3)
         self._index: dict[tuple[str, str], int] = {}
+        self._deviations: Floats = np.zeros((0, 3))
+        """The standard deviations of each system: shape (systems, 3), m, m and rad."""
 
     def resize(self, mounted: Sequence[Mounted[InsSpec]], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows."""
         super().resize(mounted, now)
         self._noise.resize([f"{m.robot} {m.spec.name}" for m in mounted])
         self._index = {(m.robot, m.spec.name): index for index, m in enumerate(mounted)}
+        specs = [m.spec for m in mounted]
+        self._deviations = np.array([(s.position_noise, s.position_noise, s.heading_noise) for s in specs])
 
-    def measure(self, mounted: Mounted[InsSpec], now: Instant) -> Ins:
-        """The noisy pose of a robot."""
-        pose, spec = now.poses[mounted.row], mounted.spec
+    def sense(self, now: Instant) -> list[Measured]:
+        """The noisy poses of the robots whose reading is due."""
+        due = self.due(now)
+        if not due:
+            return []
+        poses = now.poses[[m.row for m in due]]
         if self.surroundings.noise:
-            noise = self._noise.at(now.tick)[self._index[mounted.robot, spec.name]]
-            pose = pose + noise * (spec.position_noise, spec.position_noise, spec.heading_noise)
-        return Ins(pose=Pose(*pose.tolist()))
+            own = [self._index[m.robot, m.spec.name] for m in due]
+            poses += self._noise.at(now.tick)[own] * self._deviations[own]
+        return [(m.robot, m.spec.name, Ins(pose=Pose(*pose))) for m, pose in zip(due, poses.tolist(), strict=True)]

@@ -10,6 +10,7 @@ from itertools import accumulate, groupby
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from vrg.geometry import wrap
 from vrg.hal.sensors.encoders import EncodersSpec
@@ -17,6 +18,8 @@ from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.noise import Floats, Noise, generator
 from vrg.types import Pose, Twist
+
+Indices = npt.NDArray[np.intp]
 
 _FINE = 1_000_000
 """The encoders' ticks per turn that are assumed for a robot whose model has odometry but no encoders."""
@@ -32,7 +35,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         super().__init__(surroundings)
         self._noises: list[Noise] = []
         self._index: dict[tuple[str, str], int] = {}
-        self._columns: tuple[list[int], list[int]] = [], []
+        self._columns: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
         """The row of the robot in the engine, and the axis, of each column."""
         self.poses: Floats = np.zeros((0, 3))
         """The poses relative to where the odometry began: shape (robots, 3), m and rad, in the order of `mounted`."""
@@ -65,8 +68,8 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
             self._noises.append(noise)
         counts = [_axes(m) for m in mounted]
         self._columns = (
-            [m.row for m in mounted for _ in range(_axes(m))],
-            [axis for m in mounted for axis in range(_axes(m))],
+            np.array([m.row for m in mounted for _ in range(_axes(m))], np.intp),
+            np.array([axis for m in mounted for axis in range(_axes(m))], np.intp),
         )
         self._per_rad = np.repeat([_ticks(m) / math.tau for m in mounted], counts)
         self._slip = np.repeat([m.spec.slip_noise for m in mounted], counts)
@@ -113,7 +116,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         ways = (counts[1:] - counts[:-1]) * self._turned
         if self.surroundings.noise:
             drawn = [noise.of(self._ticks).reshape(len(ways), -1) for noise in self._noises]
-            ways *= 1.0 + np.concatenate(drawn, axis=1) * self._slip
+            ways *= 1.0 + (drawn[0] if len(drawn) == 1 else np.concatenate(drawn, axis=1)) * self._slip
         self._ticks = []
         # Not as a product of matrices, whose last bits depend on the computer and on the other robots.
         moved = np.add.reduceat(ways[:, :, np.newaxis] * self._motions, self._starts, axis=1)
