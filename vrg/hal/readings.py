@@ -59,6 +59,6 @@ class Readings(Struct, frozen=True, gc=False):
             the sample, or None if the robot has no such sensor or the sensor has not reported yet.
         """
         for sample in self.samples:
-            if isinstance(sample.value, kind) and name in (None, sample.name):
+            if isinstance(sample.value, kind) and (name is None or sample.name == name):
                 return sample  # type: ignore[return-value]
         return None

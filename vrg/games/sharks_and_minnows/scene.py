@@ -77,9 +77,11 @@ def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody]) -> dict[str
     """The minnow of each shark: the pairs that can meet first come first. Two share one only if too few are left."""
     pairs = sorted((_time(shark, minnow), shark.name, i) for shark in sharks for i, minnow in enumerate(prey))
     chased: dict[str, int] = {}
+    taken: set[int] = set()
     for _, shark, i in pairs:
-        if shark not in chased and i not in chased.values():
+        if shark not in chased and i not in taken:
             chased[shark] = i
+            taken.add(i)
     for _, shark, i in pairs:
         chased.setdefault(shark, i)
     return {shark: prey[i] for shark, i in chased.items()}
