@@ -29,6 +29,7 @@ from vrg.hal.sensors.spec import Sample
 from vrg.learning.action import fractions_of, limits_of
 from vrg.learning.matches import learning_of
 from vrg.learning.observation import Vector, observe
+from vrg.learning.puppet import BY_PROGRAM
 from vrg.navigation.motion import VelocityEstimator
 from vrg.recording.recorded import RecordedMatch
 from vrg.types import Pose, Twist
@@ -44,6 +45,8 @@ class Driver(StrEnum):
 
     STRATEGY = "strategy"
     HUMAN = "human"
+    PROGRAM = "program"
+    """One that learns in an environment, in place of the strategy of the match file."""
     REFEREE = "referee"
 
 
@@ -214,6 +217,8 @@ class _Reports:
         """What drove the player."""
         number = bisect_right(self._times, time + _TINY)
         report = self._reports[number - 1] if number else None
-        if report is not None and report.mode == BY_REFEREE:
-            return Driver.REFEREE
-        return Driver.HUMAN if report is not None and report.manual else Driver.STRATEGY
+        if report is None:
+            return Driver.STRATEGY
+        # The referee's lease goes first, then a person's.
+        other = Driver.HUMAN if report.manual else Driver.STRATEGY
+        return {BY_REFEREE: Driver.REFEREE, BY_PROGRAM: Driver.PROGRAM}.get(report.mode, other)

@@ -122,16 +122,19 @@ class _Reading:
     def _step_back(self, time: float) -> None:
         """Go back to a match time from which the world has begun again.
 
-        Where bodies were beyond it did not happen. Messages beyond it were received: they count from then on.
+        Where bodies were beyond it did not happen, nor what they were commanded. Other messages beyond it were
+        received: they count from then on.
         """
+        for commands in self.match.commands.values():
+            while commands and commands[-1][0] >= time:
+                commands.pop()
         for entries in self._said():
             _bring_forward(entries, time)
 
     def _said(self) -> list[Timed[Any]]:
-        """Everything but the poses."""
+        """Everything but the poses and the commands."""
         match = self.match
-        said: list[Timed[Any]] = [match.states, match.calls, match.estops]
-        return [*said, *match.reports.values(), *match.sketches.values(), *match.commands.values()]
+        return [match.states, match.calls, match.estops, *match.reports.values(), *match.sketches.values()]
 
     def _take_call(self, record: CallRecord, stamp: float) -> None:
         # A referee that was started again may announce its last calls once more.
