@@ -20,7 +20,7 @@ ONLY_IN = {
     "matplotlib": ("ui",),
     "mcap": ("recording",),
     "pytest": ("testing",),
-    "pyarrow": ("evaluation",),
+    "pyarrow": ("evaluation", "learning/table.py"),
     "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/edit/server.py"),

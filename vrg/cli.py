@@ -50,6 +50,7 @@ RUN: Table = {
         "why": ("vrg.commands.why:why", "Why the referee made a call"),
         "judge": ("vrg.commands.run:judge", "Let the rule book judge it again"),
         "stops": ("vrg.commands.stops:stops", "How the robots stopped when they had to"),
+        "export": ("vrg.commands.export:export", "What players saw and did, as a table to learn from"),
     }
 }
 NODE: Table = {

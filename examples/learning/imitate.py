@@ -2,6 +2,10 @@
 
     python examples/learning/imitate.py --match sharks-and-minnows --games 30
 
+Or, as people or strategies did in recorded matches: `vrg run export RUN RUN ... --output pairs.parquet`, then
+
+    python examples/learning/imitate.py --from pairs.parquet --winners
+
 It writes policy.npz, which plays in a match, and from which train.py can go on: `train.py --start policy.npz`.
 """
 
@@ -22,7 +26,9 @@ from vrg.learning.demonstration import Pairs, demonstrate
 from vrg.learning.matches import learning_of, match_of
 from vrg.learning.network import Adam, Network, initial, layout_of
 from vrg.learning.policy import Policy, save
+from vrg.learning.table import read
 
+ONLY = ("team", "role", "player", "driver")  # the columns of a table by which its rows can be chosen
 ROWS, RATE, SPREAD = 1024, 2e-3, 0.3  # rows of a minibatch; the rate at the start; how far train.py tries out from here
 
 
@@ -76,6 +82,10 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
     parser.add_argument("--games", type=int, default=30, help="how many are played")
+    parser.add_argument("--from", dest="file", type=Path, help="learn from this file of `vrg run export`; play nothing")
+    for what in ONLY:
+        parser.add_argument(f"--{what}", help=f"learn from this {what} in the file alone")
+    parser.add_argument("--winners", action="store_true", help="learn from those in the file whose team won, alone")
     parser.add_argument("--minutes", type=float, default=2.0, help="how long to learn from them")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--pairs", type=Path, help="keep what was played in this file (npz), or use what is there")
@@ -85,22 +95,29 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main() -> None:
     """Read the command line, play, learn, and write what was learned."""
-    options = make_parser().parse_args()
-    if options.pairs and options.pairs.exists():
+    parser = make_parser()
+    options = parser.parse_args()
+    only = {what: word for what in ONLY if (word := getattr(options, what)) is not None}
+    only |= {"won": True} if options.winners else {}
+    if only and not options.file:
+        parser.error(f"{', '.join(only)}: expected --from, whose decisions are chosen by them")
+    if options.file:
+        match, pairs = read(options.file, **only)
+    elif options.pairs and options.pairs.exists():
         with np.load(options.pairs) as found:
-            pairs = Pairs(found["observations"], found["actions"])
+            match, pairs = options.match, Pairs(found["observations"], found["actions"])
     else:
-        pairs = collected(options.match, options.games, options.seed)
+        match, pairs = options.match, collected(options.match, options.games, options.seed)
         if options.pairs:
             np.savez_compressed(options.pairs, **pairs._asdict())
     if not len(pairs.actions):
         sys.exit("no player has moved in these games")
-    game = match_of(options.match, engine=None, lasers=None).game
+    game = match_of(match, engine=None, lasers=None).game
     policy, errors = fitted(game, pairs, options.minutes, options.seed)
     save(policy, options.output)
     mean = float(np.square(pairs.actions - pairs.actions.mean(axis=0)).mean())
     print(f"squared error {errors[-1]:.4f} after {len(errors)} epochs; of the mean action it would be {mean:.4f}")
-    print(f"Play it: vrg compare {options.output} {strategies_of(game)[0]} --match {options.match}")
+    print(f"Play it: vrg compare {options.output} {strategies_of(game)[0]} --match {match}")
 
 
 if __name__ == "__main__":

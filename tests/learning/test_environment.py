@@ -1,5 +1,6 @@
 """A match as a ParallelEnv: its contract, its rewards, and how it refuses what it cannot do."""
 
+import signal
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,6 +18,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError, StrategyError
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.models.pioneer import P2AT
+from vrg.launch import bounds
 from vrg.learning.action import limits_of
 from vrg.learning.environment import MatchEnvironment
 
@@ -133,8 +135,8 @@ def test_a_player_that_is_out_of_play_stays_and_knows_it() -> None:
         assert not any(terminations.values())
         assert env.agents == env.possible_agents
         for name, info in infos.items():
-            assert observations[name][place] == float(info["active"])
-            if not info["active"]:
+            assert observations[name][place] == float(info["able"])
+            if not info["able"]:
                 assert rewards[name] == (0.0 if name in out else -1.0)
                 out.add(name)
 
@@ -161,7 +163,7 @@ def test_a_disqualified_player_is_done_and_the_others_go_on() -> None:
     match.disqualify("red1", "it is a test", match.public(env._episode._assembly.coordinator._field), by_official=True)
     _, _, terminations, _, infos = env.step(drive(env))
     assert [name for name, done in terminations.items() if done] == ["red1"]
-    assert not infos["red1"]["active"]
+    assert not infos["red1"]["able"]
     assert env.agents == [name for name in env.possible_agents if name != "red1"]
     observations, *_ = env.step(drive(env))
     assert "red1" not in observations
@@ -205,7 +207,7 @@ def test_pursuers_report_what_they_see_though_a_program_drives_them() -> None:
     active = False
     while env.agents and not active:
         *_, infos = env.step(drive(env, 1.0))
-        active = any(info["active"] for info in infos.values())
+        active = any(info["able"] for info in infos.values())
     assert active
 
 
@@ -360,6 +362,27 @@ def test_an_opponent_that_fails_is_named_with_the_reason(tmp_path: Path) -> None
     assert env.agents == []
     with pytest.raises(ConfigError, match=r"call reset\(\) first"):
         env.step({})
+    env.reset()
+    env.step(drive(env))
+
+
+def test_an_opponent_in_an_endless_loop_is_named_and_a_timer_of_the_program_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "endless.py"
+    file.write_text(FAILING.replace('raise RuntimeError("out of luck")', "while True: pass"), encoding="utf-8")
+    monkeypatch.setattr(bounds, "BUDGET", 0.5)
+    env = MatchEnvironment("roboflag", opponents={"blue3": f"{file}:Failing"})
+    env.reset()
+    for _ in range(6):
+        env.step(drive(env))
+    signal.setitimer(signal.ITIMER_REAL, 1000.0)
+    try:
+        with pytest.raises(StrategyError, match=r"still deciding.*endless.py, line 7.*player blue3"):
+            env.step(drive(env))
+        assert signal.getitimer(signal.ITIMER_REAL)[0] > 900.0
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
     env.reset()
     env.step(drive(env))
 

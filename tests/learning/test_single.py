@@ -23,7 +23,7 @@ def test_it_keeps_the_contract_of_gymnasium(name: str) -> None:
 def test_the_others_play_by_their_strategies_until_the_match_is_over() -> None:
     env = PlayerEnvironment("sharks-and-minnows", "player2", lasers=False, shaping=True)
     observation, info = env.reset(seed=1)
-    assert info["active"]
+    assert info["able"]
     steps, ended, tagged = 0, False, False
     while not ended and steps < 3000:
         observation, reward, ended, truncated, info = env.step(np.zeros(2))

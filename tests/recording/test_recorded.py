@@ -126,6 +126,10 @@ def test_after_a_restart_of_the_world_only_what_happened_is_left_and_all_that_wa
     assert max(stamp for stamp, _ in match.states) == 9.4
     stamps = [stamp for stamp, _ in match.states]
     assert stamps == sorted(stamps)
+    for commands in match.commands.values():
+        stamps = [stamp for stamp, _ in commands]
+        assert stamps == sorted(set(stamps)), "what was commanded beyond did not happen"
+    assert match.commands
 
 
 def test_an_instant_of_which_a_part_is_missing_is_left_out(file, tmp_path):

@@ -34,6 +34,8 @@ from vrg.types import STILL, Twist, Vector
 
 EMERGENCY = "emergency stop"
 NO_REFEREE = "no referee"
+BY_REFEREE = "Referee"
+"""The mode that a player reports while the referee drives its robot."""
 
 PERIOD = 0.1
 """The match time in s between two decisions."""
@@ -158,7 +160,7 @@ class Player(Node):
         sensible = self._makes_sense(action.twist)
         self._manual = manual is not None
         if lease is not None:
-            self._mode = "Referee"
+            self._mode = BY_REFEREE
         elif self._manual:
             self._mode = "Manual"
         wanted = STILL

@@ -8,6 +8,7 @@ same nodes run over any transport: `vrg.bus.lockstep` runs all of them in the me
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
+from vrg.blame import DecisionTimeoutError
 from vrg.bus.codec import decode, encode
 from vrg.bus.mailbox import Inlet, Mailbox, Outgoing
 from vrg.bus.messages import Message
@@ -62,7 +63,7 @@ def begin_turn(nodes: Sequence[Node], tick: Tick) -> None:
     try:
         for node in nodes:
             node.begin(tick)
-    except Exception as error:
+    except (Exception, DecisionTimeoutError) as error:
         error.add_note(_raised_by(node, tick))
         raise
 
@@ -76,7 +77,7 @@ def end_turn(nodes: Sequence[Node], tick: Tick, transport: Transport) -> None:
     try:
         for node in nodes:
             node.tick(tick)
-    except Exception as error:
+    except (Exception, DecisionTimeoutError) as error:
         error.add_note(_raised_by(node, tick))
         raise
     for node in nodes:

@@ -125,7 +125,8 @@ def say_where_on_request() -> None:
 class DecisionAlarm:
     """Ends a decision that takes too long, or that goes on when the match is to stop; a context manager.
 
-    Only the main thread can be interrupted, so in another thread nothing is bounded.
+    Only the main thread can be interrupted, so in another thread nothing is bounded. A timer (ITIMER_REAL) that this
+    program has set goes on at the end.
 
     Args:
         stop: what tells that the match is to stop; None if nothing does.
@@ -136,12 +137,13 @@ class DecisionAlarm:
         self._looks = 0
         self._deciding = False
         self._before: object = None
+        self._timer = 0.0, 0.0
         self._works = threading.current_thread() is threading.main_thread()
 
     def __enter__(self) -> "DecisionAlarm":
         if self._works:
             self._before = signal.signal(signal.SIGALRM, self._look)
-            signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
+            self._timer = signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
             self._bound(_STUCK)
             # It tells where it was, and then ends.
             faulthandler.register(signal.SIGVTALRM, file=sys.__stderr__ or 2, all_threads=False, chain=True)
@@ -151,6 +153,7 @@ class DecisionAlarm:
         if self._works:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, self._before)  # type: ignore[arg-type]
+            signal.setitimer(signal.ITIMER_REAL, *self._timer)
             self._bound(0.0)
             faulthandler.unregister(signal.SIGVTALRM)
 

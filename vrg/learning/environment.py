@@ -53,15 +53,17 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
 
     One step is one decision: 0.1 s of match time. Before each round robots are put on their marks at once, and what
     happens between two rounds is a part of the step before, so that every step is one of play. A player that is out of
-    play stays in `agents`: its actions do nothing, and `infos[agent]["active"]` is False.
+    play, or driven by the referee, stays in `agents`: its actions do nothing, and `infos[agent]["able"]` is False. (The
+    `action_mask` of other environments tells which of some choices are allowed; here there are none.)
 
     An observation is described in `vrg.learning.observation`, and `observation_names` names its values. An action is
     (v, w), as fractions of the top speeds of the player's robot, from -1 to 1; a robot that can drive sideways has a
     third one, to the left. What is beyond is cut off. A reward is what the referee's calls since the last step are
     worth by the game's table, and 1 or -1 at the end for who wins or loses.
 
-    The same seed and the same actions give the same match. A strategy of an opponent that never answers is not
-    interrupted: it decides in this process.
+    The same seed and the same actions give the same match. If the strategies of the others do not decide within
+    `vrg.launch.bounds.BUDGET` of real time, `step` and `reset` raise StrategyError, as where a strategy fails. One that
+    catches this, too, ends the process. In another thread than the main one nothing is bounded.
 
     Args:
         match: a game's name, the path of a match file, or a match that was read.
@@ -183,7 +185,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
 
         Raises:
             ConfigError: the seed is wrong, or a strategy cannot be made.
-            LaunchError: no round begins, or the match cannot be recorded.
+            StrategyError: as `step`. LaunchError: no round begins, or the match cannot be recorded.
         """
         self._end()
         if seed is not None:
@@ -384,8 +386,8 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         return rewards
 
     def _infos(self, state: RefereeState, agents: Sequence[str]) -> Infos:
-        may_move = {player.name: player.may_move for player in state.players}
-        infos: Infos = {agent: {"active": may_move[agent]} for agent in agents}
+        able = {player.name: player.may_move and player.lease is None for player in state.players}
+        infos: Infos = {agent: {"able": able[agent]} for agent in agents}
         if self._shaping:
             for info in infos.values():
                 info["shaping"] = 0.0

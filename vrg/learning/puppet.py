@@ -8,6 +8,8 @@ from vrg.types import STILL, Twist
 
 TARGET = f"{__name__}:Puppet"
 """The name of this strategy in a match file. There nobody drives it, so it stands."""
+BY_PROGRAM = "Learning"
+"""The mode of a player that a program drives."""
 
 
 class Puppet(RemoteStrategy):
@@ -28,7 +30,7 @@ class Puppet(RemoteStrategy):
     @property
     def mode(self) -> str:
         """The mode, for spectators."""
-        return "Learning"
+        return BY_PROGRAM
 
     def send(self, view: View) -> None:
         """Keep the view of which `act` will be called next."""

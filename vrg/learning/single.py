@@ -25,7 +25,8 @@ IDS = {
 
 
 class PlayerEnvironment(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]]):
-    """One player of a match. It goes on while the player cannot move, until the match is over.
+    """One player of a match. It goes on while the player cannot move, until the match is over; `info["able"]` is then
+    False.
 
     Args:
         match: as for `MatchEnvironment`.

@@ -13,7 +13,7 @@ from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
 from vrg.recording.mcap_reading import decode, records_in
 from vrg.recording.records import BatteryRecord, CallRecord, EstopRecord, ReportRecord, StateRecord, TwistRecord
 from vrg.recording.sketches import strokes_of
-from vrg.types import STILL, Pose
+from vrg.types import STILL, Pose, Twist
 
 T = TypeVar("T")
 Timed = list[tuple[float, T]]
@@ -31,6 +31,8 @@ class RecordedMatch:
         poses: where every body was, at each instant that was recorded.
         states, calls, estops: the referee's state and calls, and the orders about the emergency stop.
         reports, sketches: of each player, by name.
+        commands: the motion that each robot was commanded to make at each decision of its player, after all limits, by
+            name.
         torn: the files of the recording that end in the middle, so that something is missing behind their end.
     """
 
@@ -40,6 +42,7 @@ class RecordedMatch:
     estops: Timed[m.Estop | m.EstopRelease] = field(default_factory=list)
     reports: dict[str, Timed[m.Report]] = field(default_factory=dict)
     sketches: dict[str, Timed[m.Sketch]] = field(default_factory=dict)
+    commands: dict[str, Timed[Twist]] = field(default_factory=dict)
     torn: list[Path] = field(default_factory=list)
 
 
@@ -85,6 +88,9 @@ class _Reading:
                 self._bodies[name] = m.Body(name=name, pose=place, twist=STILL, physical=physical)
             case ["", "robot", name, "twist"] if name in self._bodies:
                 self._bodies[name] = replace(self._bodies[name], twist=decode(data, TwistRecord, topic).twist)
+            case ["", "robot", name, "command"]:
+                twist = decode(data, TwistRecord, topic).twist
+                self.match.commands.setdefault(name, []).append((stamp, twist))
             case ["", "scene"]:
                 self._end_instant(stamp)
             case ["", "referee", "state"]:
@@ -116,13 +122,17 @@ class _Reading:
     def _step_back(self, time: float) -> None:
         """Go back to a match time from which the world has begun again.
 
-        Where bodies were beyond it did not happen. Messages beyond it were received: they count from then on.
+        Where bodies were beyond it did not happen, nor what they were commanded. Other messages beyond it were
+        received: they count from then on.
         """
+        for commands in self.match.commands.values():
+            while commands and commands[-1][0] >= time:
+                commands.pop()
         for entries in self._said():
             _bring_forward(entries, time)
 
     def _said(self) -> list[Timed[Any]]:
-        """Everything but the poses."""
+        """Everything but the poses and the commands."""
         match = self.match
         return [match.states, match.calls, match.estops, *match.reports.values(), *match.sketches.values()]
 

@@ -85,11 +85,12 @@ def test_a_game_or_a_robot_that_cannot_be_is_refused() -> None:
 
 def test_players_of_all_matches_are_rows_of_a_vector_environment() -> None:
     environment = VectorMatches(Batch(SHORT, 3))
-    seen, _ = environment.reset(seed=1)
+    seen, infos = environment.reset(seed=1)
+    assert infos["able"].all()
     assert seen.shape == environment.observation_space.shape == (24, environment.batch.length)
     for n in range(90):
         seen, rewards, terminated, truncated, infos = environment.step(environment.action_space.sample() * 0.1)
-        assert rewards.shape == terminated.shape == truncated.shape == (24,)
+        assert rewards.shape == terminated.shape == truncated.shape == infos["able"].shape == (24,)
         assert ("final_obs" in infos) == bool(terminated.any()), n
     environment.close()
     with pytest.raises(ConfigError, match="one seed"):

@@ -1,4 +1,4 @@
-"""A batch plays what the nodes of a match play: the same poses, observations and rewards for the same actions."""
+"""A batch plays what the nodes of a match play: the same observations, masks and rewards for the same actions."""
 
 from types import ModuleType
 
@@ -32,10 +32,11 @@ def test_the_same_actions_are_the_same_match(game: ModuleType, led: bool) -> Non
     setup = as_in_a_batch(game.SETUP)
     environment, batch = MatchEnvironment(setup), Batch(setup, 1)
     moving = np.array([name in ("v", "w") or "velocity" in name for name in environment.observation_names])
-    rewarded = 0.0
+    rewarded, unable = 0.0, 0
     for seed in range(3 if led else 1):
         seen, _ = environment.reset(seed=seed)
         batch.reset()
+        assert batch.out.able.all()
         limits = rulebook_of(structs.replace(setup, seed=seed)).speed_limits()
         if limits:
             batch.records.standing.limits[0] = [limits[name] for name in batch.players]
@@ -47,13 +48,18 @@ def test_the_same_actions_are_the_same_match(game: ModuleType, led: bool) -> Non
             assert len(wrong) == 0, (step, [(batch.players[n], environment.observation_names[k]) for n, k in wrong])
             before = batch.records.standing.number[0]
             actions = game.drives(batch.out.observations, rng)
-            seen, rewards, terminated, _, _ = environment.step(dict(zip(batch.players, actions[0], strict=True)))
+            seen, rewards, terminated, _, infos = environment.step(dict(zip(batch.players, actions[0], strict=True)))
             out = batch.step(actions)
             assert out.rewards[0] == pytest.approx([rewards[name] for name in batch.players])
             rewarded += float(np.abs(out.rewards).sum())
             assert out.terminated[0] == any(terminated.values())
-            if out.terminated[0] or (led and "tag" in [batch.rules[k] for k in batch.records.calls.rules[0, :1]]):
+            if out.terminated[0]:
+                break
+            assert out.able[0].tolist() == [infos[name]["able"] for name in batch.players], step
+            unable += int(np.count_nonzero(~out.able))
+            if led and "tag" in [batch.rules[k] for k in batch.records.calls.rules[0, :1]]:
                 break
             if batch.records.standing.number[0] != before:
                 began = step + 1
     assert rewarded > 0 or led
+    assert unable, "a player was tagged, or has left the field"

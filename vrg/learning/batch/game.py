@@ -76,6 +76,7 @@ class Functions(NamedTuple):
     next_round: Callable[..., None]
     reset: Callable[..., None]
     drive: Callable[..., None]
+    able: Callable[..., bool]
     observe: Callable[..., None]
     forget: Callable[..., None] = no_strategy
     plan: Callable[..., None] = no_strategy

@@ -40,7 +40,7 @@ class Batch:
         rules, teams: the names of the rules of calls, and of the teams that win, by their numbers.
         strategies: the names of the shipped strategies by which a team can play; see `play_by`.
         length: the number of values of an observation. records: those of all matches.
-        out: what the last step has returned: arrays that the next step overwrites.
+        out: what the last step has returned, or the reset: arrays that the next step overwrites.
 
     Raises:
         ConfigError: the game or the robots cannot be played in a batch.
@@ -88,6 +88,7 @@ class Batch:
         self.out = Outputs(
             observations=np.zeros((matches, players, self.length), dtype=np.float32),
             last=np.zeros((matches, players, self.length), dtype=np.float32),
+            able=np.zeros((matches, players), dtype=np.bool_),
             rewards=np.zeros((matches, players), dtype=np.float32),
             terminated=np.zeros(matches, dtype=np.bool_),
             truncated=np.zeros(matches, dtype=np.bool_),

@@ -81,7 +81,7 @@ def batched(book: RoboFlag, matches: int, *, shaping: bool) -> BatchedGame:
         rules=RULES,
         teams=(RED, BLUES, DRAW),
         length=length(NUMBERS, PLACES, count, FLAGS),
-        functions=Functions(judge, next_round, reset, drive, observe, forget, plan, decide),
+        functions=Functions(judge, next_round, reset, drive, able, observe, forget, plan, decide),
         strategies=STRATEGIES,
     )
 
@@ -239,9 +239,14 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
     begin_round(t, m)
 
 
+def able(t: Record, n: int) -> bool:
+    """True unless a player is driven home."""
+    return bool(t.states[n] != TAGGED)
+
+
 def drive(s: Record, t: Record, m: Record, r: Record, n: int, v: float, w: float) -> None:
     """Let a player drive; one that is tagged is driven home."""
-    if t.states[n] == TAGGED:
+    if not able(t, n):
         team = s.sides[n]
         x, y, theta = m.poses[n, 0], m.poses[n, 1], m.poses[n, 2]
         to_x, to_y = s.homes[team, 0] - x, s.homes[team, 1] - y

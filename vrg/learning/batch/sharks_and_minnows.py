@@ -80,7 +80,7 @@ def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGa
         rules=RULES,
         teams=(MINNOWS, SHARKS),
         length=length(NUMBERS, PLACES, count, FLAGS),
-        functions=Functions(judge, next_round, reset, drive, observe, forget, plan, decide),
+        functions=Functions(judge, next_round, reset, drive, able, observe, forget, plan, decide),
         strategies=STRATEGIES,
     )
 
@@ -309,9 +309,14 @@ def observe(
         write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], scale, order, gaps)
 
 
+def able(t: Record, n: int) -> bool:
+    """True if a player may move."""
+    return bool(t.active[n])
+
+
 def drive(s: Record, t: Record, m: Record, r: Record, n: int, v: float, w: float) -> None:
     """Let a player drive if it may, at most as fast as the referee lets it; otherwise its wheels are locked."""
-    if t.active[n]:
+    if able(t, n):
         command(m, r, n, v, w, t.limits[n])
     else:
         lock(m, n)

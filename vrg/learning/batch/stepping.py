@@ -45,11 +45,14 @@ class Outputs(NamedTuple):
 
     Args:
         observations, last: shape (matches, players, length): of now, and where a match has ended, its last one.
+        able: shape (matches, players): whether a player may drive at its next action: it is not out of play, and the
+            referee does not drive it.
         rewards: shape (matches, players). terminated, truncated, winners: shape (matches,).
     """
 
     observations: Singles
     last: Singles
+    able: Flags
     rewards: Singles
     terminated: Flags
     truncated: Flags
@@ -126,7 +129,7 @@ def plans(matches: int, players: int) -> Records:
     return found
 
 
-judge = next_round = reset = drive = observe = forget = plan = decide = hole
+judge = next_round = reset = drive = able = observe = forget = plan = decide = hole
 """The functions of a game, which are given the records of one match; `compiled` fills them in."""
 
 
@@ -194,6 +197,13 @@ def advise(s: Record, t: Record, r: Record, model: Record, k: Record, p: Record)
             p.advice[n, 1] = min(1.0, max(-1.0, w / model.w_max[n]))
 
 
+def show(s: Record, t: Record, r: Record, k: Record, o: Outputs, b: int) -> None:
+    """Write what each player of match `b` sees, and whether it is able to act."""
+    observe(s, t, r, k.poses, k.velocities, k.own, o.observations[b])
+    for n in range(len(k.poses)):
+        o.able[b, n] = able(t, n)
+
+
 def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> None:
     """Begin the matches of these numbers anew."""
     for b in range(low, high):
@@ -201,7 +211,7 @@ def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> N
         begin(s, t, m, r, a.model[b], k, a.chance[b], vary)
         forget(a.plans[b])
         measure(m, k, a.chance[b], vary)
-        observe(s, t, r, k.poses, k.velocities, k.own, o.observations[b])
+        show(s, t, r, k, o, b)
 
 
 def step_all(
@@ -240,4 +250,4 @@ def step_all(
             for _ in range(TICKS):
                 advance(m, r, walls, PERIOD / TICKS)
         measure(m, k, chance, vary)
-        observe(s, t, r, k.poses, k.velocities, k.own, o.observations[b])
+        show(s, t, r, k, o, b)

@@ -16,8 +16,8 @@ class VectorMatches(VectorEnv[npt.NDArray[np.float32], npt.NDArray[np.float32], 
     """All players of a batch as rows: those of the first match, then those of the second.
 
     This is the form that PufferLib and programs like those of CleanRL take, too. Matches that end begin anew in the
-    same step; `infos["final_obs"]` then has the last observations of their players. All arrays are overwritten by the
-    next step.
+    same step; `infos["final_obs"]` then has the last observations of their players. `infos["able"]` tells of which rows
+    the next action counts; see `Outputs`. All arrays are overwritten by the next step.
 
     Args:
         batch: the matches. Its `close` is called by that of this environment.
@@ -46,7 +46,7 @@ class VectorMatches(VectorEnv[npt.NDArray[np.float32], npt.NDArray[np.float32], 
         """
         if isinstance(seed, list) or (options and "reset_mask" in options):
             raise ConfigError("reset: expected one seed, and no reset_mask: the players of a match begin it together")
-        return self._rows(self.batch.reset(seed)), {}
+        return self._rows(self.batch.reset(seed)), self._infos()
 
     def step(
         self, actions: npt.NDArray[np.float32]
@@ -66,10 +66,13 @@ class VectorMatches(VectorEnv[npt.NDArray[np.float32], npt.NDArray[np.float32], 
         out = self.batch.step(shaped.reshape(self.batch.matches, players, 2))
         terminated, truncated = np.repeat(out.terminated, players), np.repeat(out.truncated, players)
         ended = terminated | truncated
-        infos: dict[str, Any] = {}
+        infos = self._infos()
         if ended.any():
-            infos = {"final_obs": self._rows(out.last), "_final_obs": ended}
+            infos |= {"final_obs": self._rows(out.last), "_final_obs": ended}
         return self._rows(out.observations), out.rewards.reshape(-1), terminated, truncated, infos
+
+    def _infos(self) -> dict[str, Any]:
+        return {"able": self.batch.out.able.reshape(-1), "_able": np.ones(self.num_envs, dtype=np.bool_)}
 
     def _rows(self, values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
         return values.reshape(self.num_envs, -1)
