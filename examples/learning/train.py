@@ -1,14 +1,16 @@
-"""Teaches a team to play by proximal policy optimisation (PPO, Schulman et al. 2017), in numpy alone.
+"""Teaches a team to play: first lessons by a shipped strategy, then play against that, others and itself.
 
-    python examples/learning/train.py --match sharks-and-minnows --minutes 5
+    python examples/learning/train.py --match roboflag --minutes 20
 
-All players of a match learn one policy, each from what it sees: both teams play against themselves, and in a quarter of
-the matches one team is a former self. It writes policy.npz, which plays in a match, policy.training, from which
+All players of a match learn one policy, each from what it sees. In the lessons it drives, and is corrected by what the
+teacher would have done (DAgger, Ross et al. 2011); after them it learns by the rewards, by proximal policy optimisation
+(PPO, Schulman et al. 2017), in numpy alone. It writes policy.npz, which plays in a match, policy.training, from which
 `--resume` goes on, and policy.png with the curve. Ctrl-C ends it and keeps what is learned.
 """
 
 import argparse
 import json
+import math
 import os
 import signal
 import time
@@ -37,47 +39,11 @@ RATE, LEAST_RATE, MOST_RATE, KL = 5e-4, 5e-5, 2e-3, 0.012  # the rate follows ho
 POOL, KEEP_EVERY, DRAW_EVERY = 30, 10, 5  # former selves; updates between two of them, and between two draws
 WARM = 8  # updates that teach the value alone, if the policy can play already
 FORMER, SHIPPED = 0.2, 0.5  # the shares of the matches against former selves, and against shipped strategies
-SHAPING, SHAPED = 2.0, 15e6  # the factor of the rewards for progress, and the decisions after which it is 0
+LESSONS, KEPT, LESSON = 0.25, 400_000, 12  # the share of the time, the corrections kept, and the steps of a lesson
+FASTEST, STRAYING, SPREAD = 2e-3, 0.2, 0.3  # the rate in lessons, and how far the policy tries out in and after them
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
 )
-
-
-class Progress(NamedTuple):
-    """What leads to a goal in a game: rewards for it are an advance on those for the goal itself.
-
-    Args:
-        phase: the values of an observation of which none may change for two distances to be compared.
-        goals: the value that must be 1, and the one that is the distance to the goal then; of several the last counts.
-            An empty one is 1 for everybody.
-        chased: the value that must be 1 for the goal to be the nearest of some others; empty if it never is.
-        prey: the values of such another one.
-        winners: the roles, by the numbers of the teams that win.
-    """
-
-    phase: tuple[str, ...]
-    goals: tuple[tuple[str, str], ...]
-    chased: str
-    prey: dict[str, float]
-    winners: tuple[str, str]
-
-
-PROGRESS = {
-    "sharks-and-minnows": Progress(
-        phase=("i am a shark", "i am active", "round"),
-        goals=(("", "nearest point of the safe zone: distance"),),
-        chased="i am a shark",
-        prey={"same role": 0.0, "active": 1.0, "in the safe zone": 0.0},
-        winners=("minnow", "shark"),
-    ),
-    "roboflag": Progress(
-        phase=("i am normal", "i am tagged", "i am flagged"),
-        goals=(("i am normal", "their flag's place: distance"), ("i am flagged", "own home: distance")),
-        chased="",
-        prey={},
-        winners=("red", "blue"),
-    ),
-}
 
 
 class Rival(NamedTuple):
@@ -101,25 +67,36 @@ class Training:
     """A policy that learns, with all that goes on in it.
 
     Args:
-        options: as the command line gives them: match, seed, matches, horizon, hold, most, vary, start.
+        options: as the command line gives them: match, seed, matches, horizon, hold, most, vary, start, teacher and
+            against.
+
+    Raises:
+        ConfigError: the game cannot be played in a batch, or has no such strategy there.
     """
 
     def __init__(self, options: dict[str, Any]) -> None:
         self.options = options
         setup = load_match(match_path(options["match"]))
-        if setup.game not in PROGRESS:
-            raise ConfigError(f"{setup.game}: expected one of {', '.join(PROGRESS)}, which this example knows")
-        self.game, self.progress = setup.game, PROGRESS[setup.game]
-        self.layout = layout_of(learning_of(setup.game))
+        self.game, self.layout = setup.game, layout_of(learning_of(setup.game))
         self.rng = np.random.default_rng(options["seed"])
         vary = VARIED if options["vary"] else Variation()
         self.batch = Batch(
             setup, options["matches"], seed=options["seed"], vary=vary, shaping=True, most=options["most"]
         )
+        shipped = self.batch.strategies
+        self.teacher = {None: shipped[0], "none": ""}.get(options["teacher"], options["teacher"])
+        self.against = shipped if options["against"] is None else options["against"]
+        for name in (*self.against, *([self.teacher] if self.teacher else [])):
+            if name not in shipped:
+                raise ConfigError(f"expected one of {', '.join(shipped)}, got {name!r}: the others cannot teach here")
         own, slot = len(self.layout.own), len(self.layout.slot)
         actor: Parameters = {**initial(own, slot, 2, self.rng), "log_std": np.full(2, -0.5, dtype=np.float32)}
+        self.taught = bool(options["start"]) or not self.teacher
+        self.knows = bool(options["start"] or self.teacher)
         if options["start"]:
             policy = load(Path(options["start"]))
+            if policy.game != self.game:
+                raise ConfigError(f"{options['start']}: expected a policy of {self.game}, got one of {policy.game}")
             actor = {**policy.network.parameters, "log_std": policy.log_std.copy()}
         critic = initial(own, slot, 1, self.rng, last=0.1)
         self.actor, self.critic = Adam(actor), Adam(critic)
@@ -128,18 +105,84 @@ class Training:
         self.pool: list[Parameters] = [{name: values.copy() for name, values in actor.items()}]
         self.updates, self.decisions, self.rate = 0, 0, RATE
         self.curve: list[dict[str, float]] = []
-        self.side = np.array([self.progress.winners.index(role) for role in self.batch.roles])
-        self.rivals = rivals_of(
-            options["matches"], self.batch.strategies if options["against"] is None else options["against"]
-        )
+        self.side = self.batch.sides
+        self.rivals = rivals_of(options["matches"], self.against)
         self.drawn = [0 for _ in self.rivals]
         self.won = {rival.name: 0.5 for rival in self.rivals}
         self.learns = np.ones((options["matches"], len(self.side)), dtype=bool)
         for rival in self.rivals:
             self.learns[rival.matches] = self.side != rival.team
+        self.lessons = np.zeros((KEPT, self.batch.length + 2), dtype=np.float32)
+        self.given = 0
+        (self.play_for_rewards if self.taught else self.play_for_lessons)()
+
+    def play_for_lessons(self) -> None:
+        """Let the teacher advise half of the teams, and drive a quarter of them, and others the rest."""
+        self.advised = np.zeros_like(self.learns)
+        for match in range(self.batch.matches):
+            for team, name in enumerate(self.batch.teams[:2]):
+                turn = (match + team) % 4
+                strategy = (
+                    self.teacher if turn < 3 else (*self.against, self.teacher)[match // 4 % (len(self.against) + 1)]
+                )
+                self.batch.play_by(slice(match, match + 1), name, strategy, advice=turn < 2)
+                self.advised[match, self.side == team] = turn < 3
+        self.begin()
+
+    def play_for_rewards(self) -> None:
+        """Let the rivals play, and the policy learn from the rewards from now on."""
+        self.taught = True
+        for team in self.batch.teams[:2]:
+            self.batch.play_by(slice(None), team, None)
+        for rival in self.rivals:
             if rival.strategy:
                 self.batch.play_by(rival.matches, self.batch.teams[rival.team], rival.strategy)
-        self.seen = self.batch.reset().copy()
+        self.pool = [{name: values.copy() for name, values in self.actor.parameters.items()}]
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin all matches anew."""
+        self.seen, self.able = self.batch.reset().copy(), self.batch.out.able.copy()
+
+    def lesson(self, rate: float) -> float:
+        """Play a little, be corrected, and return by how much, as the root of the mean square.
+
+        Args:
+            rate: that of learning.
+        """
+        for _ in range(LESSON):
+            means = np.tanh(self.outputs(self.policy, self.seen.reshape(-1, self.batch.length)))
+            means += STRAYING * self.rng.standard_normal(means.shape, dtype=np.float32)
+            action = np.clip(means, -1.0, 1.0).reshape(*self.learns.shape, 2)
+            able = self.advised & self.able
+            for number in range(self.options["hold"]):
+                out = self.batch.step(action)
+                if number == 0:
+                    new = np.concatenate((self.seen[able], self.batch.advice[able]), axis=1)
+                    self.lessons[(self.given + np.arange(len(new))) % KEPT] = new
+                    self.given += len(new)
+            self.seen, self.able = out.observations.copy(), out.able.copy()
+            self.decisions += self.options["hold"] * self.learns.size
+        off = 0.0
+        for _ in range(LESSON):
+            rows = self.rng.integers(min(self.given, KEPT), size=2048)
+            off += self.correct(self.lessons[rows, :-2], self.lessons[rows, -2:], rate) / LESSON
+        return math.sqrt(off)
+
+    def correct(self, seen: np.ndarray, advice: np.ndarray, rate: float) -> float:
+        """Bring the policy nearer to what the teacher would have done, and return how far off it was, squared."""
+        off = [0.0]
+
+        def slope(outputs: np.ndarray, rows: slice) -> np.ndarray:
+            means = np.tanh(outputs)
+            off[0] += float(np.square(means - advice[rows]).sum()) / advice.size
+            found: np.ndarray = (means - advice[rows]) * (1.0 - means * means) / len(advice)
+            return found
+
+        # The spread of the policy has no part in this.
+        self.actor.update({**self.policy.slopes(seen, slope), "log_std": np.zeros(2, dtype=np.float32)}, rate)
+        self.policy.parameters["log_std"][:] = math.log(SPREAD)
+        return off[0]
 
     def update(self) -> None:
         """Play `horizon` decisions of all matches, and learn from them."""
@@ -156,7 +199,7 @@ class Training:
         orders = [np.array_split(self.rng.permutation(rows), max(1, rows // ROWS)) for _ in range(EPOCHS)]
         learning = self.threads.submit(self.learn_value, seen, returns, orders)
         # A value that knows nothing yet would spoil what a policy has learned already.
-        for order in [] if self.options["start"] and self.updates < WARM else orders:
+        for order in [] if self.knows and self.updates < WARM else orders:
             moved = [self.learn_policy(seen[p], wanted[p], chance[p], advantages[p], active[p]) for p in order]
             self.rate *= 1 / 1.5 if np.mean(moved) > 1.5 * KL else 1.5 if np.mean(moved) < KL / 1.5 else 1.0
             self.rate = min(MOST_RATE, max(LEAST_RATE, self.rate))
@@ -211,8 +254,8 @@ class Training:
         chance, rewards = np.zeros((steps, *players), dtype=np.float32), np.zeros((steps, *players), dtype=np.float32)
         over, cut = np.zeros((steps, players[0]), dtype=bool), np.zeros((steps, players[0]), dtype=bool)
         ends: list[tuple[int, np.ndarray, np.ndarray]] = []
+        active = np.zeros((steps, *players), dtype=np.float32)
         saw[0] = self.seen
-        factor = 0.0 if self.options["start"] else SHAPING * max(0.0, 1.0 - self.decisions / SHAPED)
         for step in range(steps):
             off = self.rng.standard_normal((*players, 2), dtype=np.float32)
             wanted[step][mine] = np.tanh(self.outputs(self.policy, saw[step][mine])) + noise * off[mine]
@@ -222,14 +265,12 @@ class Training:
                     theirs, spread = ~mine[rival.matches], np.exp(self.pool[former]["log_std"])
                     means = np.tanh(Network(self.pool[former])(saw[step][rival.matches][theirs]))
                     wanted[step][rival.matches][theirs] = means + spread * off[rival.matches][theirs]
-            action = np.clip(wanted[step], -1.0, 1.0)
-            following = np.empty_like(saw[step])
+            action, active[step] = np.clip(wanted[step], -1.0, 1.0), self.able
             for _ in range(self.options["hold"]):
                 out = self.batch.step(action)
                 going = ~(over[step] | cut[step])
                 rewards[step] += out.rewards * going[:, None]
                 ended = (out.terminated | out.truncated) & going
-                following[ended] = out.last[ended]
                 if ended.any():
                     ends.append((step, np.flatnonzero(out.truncated & ended), out.last[out.truncated & ended].copy()))
                 over[step], cut[step] = over[step] | (out.terminated & going), cut[step] | (out.truncated & going)
@@ -237,10 +278,7 @@ class Training:
                     for winner in out.winners[rival.matches][ended[rival.matches]]:
                         result = 0.5 if winner not in (0, 1) else float(winner != rival.team)
                         self.won[rival.name] += 0.02 * (result - self.won[rival.name])
-            saw[step + 1] = out.observations
-            alive = ~(over[step] | cut[step])
-            following[alive] = out.observations[alive]
-            rewards[step] += factor * self.progress_between(saw[step], following, ~over[step])
+            saw[step + 1], self.able = out.observations, out.able.copy()
         self.seen = saw[-1].copy()
         self.decisions += steps * self.options["hold"] * mine.size
         values = np.zeros((steps + 1, *players), dtype=np.float32)
@@ -251,44 +289,17 @@ class Training:
                 beyond[step, matches] = self.value(last.reshape(-1, saw.shape[-1])).reshape(len(matches), -1)
         beyond[over] = 0.0
         advantages = advantages_of(rewards + GAMMA * beyond - values[:-1], ~(over | cut))
-        can_move = "i am active"
-        active = (
-            saw[:-1, ..., self.layout.own.index(can_move)] if can_move in self.layout.own else np.ones_like(rewards)
-        )
         reward = float(rewards[:, mine].mean()) / self.options["hold"] * 600.0
         self.curve.append({"decisions": self.decisions, "reward": reward, **self.won})
         learns = np.broadcast_to(mine, rewards.shape)
         returns, side = advantages + values[:-1], np.broadcast_to(self.side, rewards.shape)
-        found = saw[:-1], wanted, chance, advantages, returns, np.broadcast_to(active, rewards.shape), side
+        found = saw[:-1], wanted, chance, advantages, returns, active, side
         return tuple(array[learns] for array in found)
 
     def outputs(self, network: Network, seen: np.ndarray) -> np.ndarray:
         """The outputs of a network for what players see in all matches, half of them in each thread."""
         rows = seen.reshape(-1, seen.shape[-1])
         return np.concatenate(list(self.threads.map(network, np.array_split(rows, 2))))
-
-    def progress_between(self, before: np.ndarray, now: np.ndarray, going: np.ndarray) -> np.ndarray:
-        """How much nearer each player has come to its goal, as a fraction of the field's diagonal."""
-        columns = [self.layout.own.index(name) for name in self.progress.phase]
-        same = (before[..., columns] == now[..., columns]).all(axis=-1) & going[:, None]
-        first, then = self.distances(before), self.distances(now)
-        good: np.ndarray = same & np.isfinite(first) & np.isfinite(then)
-        return np.where(good, np.where(good, first, 0.0) - GAMMA * np.where(good, then, 0.0), 0.0)
-
-    def distances(self, seen: np.ndarray) -> np.ndarray:
-        """The distance of each player to its goal, as a fraction of the field's diagonal; infinite without a goal."""
-        own, slot, found = self.layout.own, self.layout.slot, np.full(seen.shape[:-1], np.inf, dtype=np.float32)
-        for needed, goal in self.progress.goals:
-            is_so = seen[..., own.index(needed)] > 0.5 if needed else np.ones(found.shape, dtype=bool)
-            found = np.where(is_so, seen[..., own.index(goal)], found)
-        if self.progress.chased:
-            slots = seen[..., len(own) :].reshape(*found.shape, -1, len(slot))
-            fits = slots.any(axis=-1)
-            for name, value in self.progress.prey.items():
-                fits &= slots[..., slot.index(name)] == value
-            nearest = np.where(fits, slots[..., slot.index("distance")], np.inf).min(axis=-1, initial=np.inf)
-            found = np.where(seen[..., own.index(self.progress.chased)] > 0.5, nearest, found)
-        return found
 
     def learned(self) -> Policy:
         """The policy as it is now."""
@@ -298,7 +309,7 @@ class Training:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """All arrays that change, by name; they can be written to."""
-        found = {"seen": self.seen, "out": self.batch.out.observations}
+        found = {"seen": self.seen, "out": self.batch.out.observations, "able": self.able}
         for kind, adam in (("actor", self.actor), ("critic", self.critic)):
             for part, group in (("", adam.parameters), (" mean", adam.means), (" square", adam.squares)):
                 found |= {f"{kind}{part} {name}": values for name, values in group.items()}
@@ -307,10 +318,26 @@ class Training:
                 found[f"batch {name}"] = records.view(np.ndarray).view(np.uint8)
         return found
 
+    def state(self) -> str:
+        """How it goes, in words."""
+        won = ", ".join(f"{100 * share:.0f} % against {name}" for name, share in self.won.items())
+        return f"reward {self.curve[-1]['reward']:+.2f} a minute; won {won}"
+
+    def write(self, output: Path) -> None:
+        """Write the policy, and beside it all that is needed to go on."""
+        save(self.learned(), output)
+        self.save(output.with_suffix(".training"))
+
     def save(self, file: Path) -> None:
         """Write all that is needed to go on."""
         kept = {"options": self.options, "updates": self.updates, "decisions": self.decisions, "rate": self.rate}
-        kept |= {"won": self.won, "drawn": self.drawn, "curve": self.curve, "pool": len(self.pool)}
+        kept |= {
+            "taught": self.taught,
+            "won": self.won,
+            "drawn": self.drawn,
+            "curve": self.curve,
+            "pool": len(self.pool),
+        }
         kept |= {"steps": [self.actor.steps, self.critic.steps], "rng": self.rng.bit_generator.state}
         pool = {f"pool {n} {name}": v for n, former in enumerate(self.pool) for name, v in former.items()}
         part = file.with_name(f"{file.name}.part")
@@ -336,6 +363,8 @@ def resumed(file: Path) -> Training:
     with np.load(file, allow_pickle=False) as found:
         kept = json.loads(str(found["kept"]))
         training = Training(kept["options"])
+        if kept["taught"]:
+            training.play_for_rewards()
         for name, values in training.arrays().items():
             values[...] = found[name]
         names = list(training.pool[0])
@@ -388,8 +417,9 @@ def make_parser() -> argparse.ArgumentParser:
     parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy")
     parser.add_argument("--resume", type=Path, help="go on with a training, such as policy.training")
     parser.add_argument("--start", help="begin with this policy, such as one of imitate.py")
+    parser.add_argument("--teacher", help="the shipped strategy that gives lessons at first, or none")
     parser.add_argument(
-        "--against", nargs="*", help="shipped strategies to play against; all that there are, without it"
+        "--against", nargs="*", help="shipped strategies to play against; without it all that there are"
     )
     parser.add_argument("--vary", action="store_true", help="each match has robots and links of its own")
     parser.add_argument("--seed", type=int, default=0)
@@ -404,29 +434,32 @@ def main() -> None:
     """Read the command line, train, and write what was learned."""
     arguments = vars(make_parser().parse_args())
     minutes, output, resume = (arguments.pop(name) for name in ("minutes", "output", "resume"))
-    print("compiling the game: about half a minute", flush=True)
+    print("compiling the game: about a minute, the first time", flush=True)
     training = resumed(resume) if resume else Training(arguments)
     stop: list[int] = []
     signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
+    training.batch.step(np.zeros((*training.learns.shape, 2), dtype=np.float32))
     begin = shown = time.monotonic()
-    first, told = training.decisions, training.decisions
-    while not stop and time.monotonic() < begin + 60.0 * minutes:
-        training.update()
+    first, counted = training.decisions, training.decisions
+    seconds = 60.0 * minutes
+    while not stop and time.monotonic() < begin + seconds:
+        done = (time.monotonic() - begin) / (LESSONS * seconds)
+        if not training.taught and done >= 1.0:
+            training.play_for_rewards()
+        if training.taught:
+            training.update()
+            what = training.state()
+        else:
+            off = training.lesson(FASTEST * (1.0 - 0.95 * done))
+            what = f"{off:.2f} off what {training.teacher} would have done"
         now = time.monotonic()
         if now - shown > 5.0:
-            point = training.curve[-1]
-            won = ", ".join(f"{100 * share:.0f} % against {name}" for name, share in training.won.items())
-            speed, left = (training.decisions - told) / (now - shown), max(0.0, begin + 60.0 * minutes - now)
-            print(
-                f"{training.decisions / 1e6:6.1f} million decisions, {speed / 1e3:4.0f} thousand a second; reward "
-                f"{point['reward']:+.2f} a minute; won {won}; {left:4.0f} s left",
-                flush=True,
-            )
-            shown, told = now, training.decisions
-            save(training.learned(), output)
-            training.save(output.with_suffix(".training"))
-    save(training.learned(), output)
-    training.save(output.with_suffix(".training"))
+            speed, left = (training.decisions - counted) / (now - shown), max(0.0, begin + seconds - now)
+            count = f"{training.decisions / 1e6:6.1f} million decisions, {speed / 1e3:4.0f} thousand a second"
+            print(f"{count}; {what}; {left:4.0f} s left", flush=True)
+            shown, counted = now, training.decisions
+            training.write(output)
+    training.write(output)
     if training.curve:
         draw(training.curve, output.with_suffix(".png"))
     training.batch.close()

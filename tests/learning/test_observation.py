@@ -91,12 +91,13 @@ def test_numbers_and_places_of_sharks_and_minnows() -> None:
     poses = {"player1": Pose(21.0, -25.0, 0.0), "player2": Pose(20.0, -31.0, 0.0), "player3": Pose(18.0, -20.0, 0.0)}
     game = Situation("sharks-and-minnows", poses)
     shark, safe, minnow = (game.seen(game.view(name)) for name in ("player1", "player2", "player3"))
-    assert [shark[name] for name in game.learning.numbers] == pytest.approx([1, 1, 0, 1, 0.5, 6 / 7, 1 / 7])
+    assert [shark[name] for name in game.learning.numbers] == pytest.approx([1, 1, 0, 1, 0.5, 6 / 7, 1 / 7, 1])
     assert (safe["i am in the safe zone"], minnow["i am in the safe zone"]) == (1, 0)
     # The zone ends at y = -28: 8 m to the right of who looks along +x.
     place = [minnow[f"nearest point of the safe zone: {p}"] for p in ("cos bearing", "sin bearing", "distance")]
     assert place == pytest.approx([0, -1, 8 / math.hypot(10, 19)], abs=1e-6)
     assert (minnow["other 1: same role"], shark["other 1: same role"]) == (1, 0)
+    assert (minnow["other 1: same team"], shark["other 1: same team"]) == (1, 0)
 
 
 def test_others_whose_places_are_unknown_are_zeros_at_the_end() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from tests.learning.making import short_match
 from vrg.config.loading import load_match
+from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.learning.demonstration import Pairs, demonstrate
 from vrg.learning.matches import match_of
@@ -50,10 +51,13 @@ class TinyBatch:
     """
 
     def __init__(self, setup: object, matches: int, *, seed: int = 0, **_: object) -> None:
-        self.roles, self.matches, self.length = ["shark", "minnow"], matches, OWN + 11
+        self.sides, self.matches, self.length = np.array([1, 0]), matches, OWN + 12
+        self.teams, self.strategies = ("minnows", "sharks"), ("turner",)
+        self.advice = np.zeros((matches, 2, 2), dtype=np.float32)
         self.records = Records(np.zeros(1, dtype=[("number", np.uint64)]).view(np.recarray))
         self.records.chance.number = seed
         self.out = SimpleNamespace(observations=np.zeros((matches, 2, self.length), dtype=np.float32))
+        self.out.able = np.ones((matches, 2), dtype=bool)
         self.out.last = self.out.observations
 
     def reset(self) -> np.ndarray:
@@ -68,10 +72,14 @@ class TinyBatch:
     def step(self, actions: np.ndarray) -> SimpleNamespace:
         rewards = -np.square(actions[..., 1] - self.out.observations[..., 2]).astype(np.float32)
         self.out.last = self.out.observations.copy()
+        self.advice[..., 1] = self.out.last[..., 2]
         self.reset()
         self.out.rewards, self.out.terminated = rewards, self.ended
         self.out.truncated, self.out.winners = np.zeros_like(self.ended), self.ended * 1
         return self.out
+
+    def play_by(self, matches: slice, team: str, strategy: str | None, *, advice: bool = False) -> None:
+        """All play by actions here."""
 
     def close(self) -> None:
         pass
@@ -87,18 +95,19 @@ def options(**change: object) -> dict[str, Any]:
         "most": 50,
         "vary": False,
         "start": None,
+        "teacher": "none",
+        "against": None,
     }
     return found | change
 
 
 def test_training_gets_better_at_what_it_is_rewarded_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
-    monkeypatch.setattr(train, "SHAPING", 0.0)
     monkeypatch.setattr(train, "ROWS", 256)
     training = train.Training(options(matches=32, horizon=32))
     for _ in range(25):
         training.update()
-    rewards = [reward for _, reward, _ in training.curve]
+    rewards = [point["reward"] for point in training.curve]
     # The mean square of what is asked for is a third, and trying out costs as much as its variance.
     assert np.mean(rewards[-3:]) > 0.6 * np.mean(rewards[:3])
     seen = training.batch.reset()
@@ -121,7 +130,7 @@ def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
         training.update()
         training.update()
     assert again.curve == whole.curve
-    assert again.decisions == whole.decisions == 3 * 6 * 2 * whole.frozen.size
+    assert again.decisions == whole.decisions == 3 * 6 * 2 * whole.learns.size
     for name, values in whole.arrays().items():
         np.testing.assert_array_equal(again.arrays()[name], values, err_msg=name)
 
@@ -138,39 +147,43 @@ def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.Monkey
     assert (tmp_path / "curve.png").stat().st_size > 1000
 
 
-def test_progress_is_the_way_to_the_goal(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lessons_bring_the_policy_nearer_to_the_teacher(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
-    training = train.Training(options())
-    own, slot = training.layout.own, training.layout.slot
-    seen = np.zeros((1, 2, len(own) + 2 * len(slot)), dtype=np.float32)
-    seen[..., own.index("nearest point of the safe zone: distance")] = 0.5
-    seen[0, 1, own.index("i am a shark")] = 1.0
-    for number, (distance, active) in enumerate([(0.1, 0.0), (0.3, 1.0)]):
-        at = len(own) + number * len(slot)
-        seen[..., at + slot.index("distance")], seen[..., at + slot.index("active")] = distance, active
-    np.testing.assert_allclose(training.distances(seen), [[0.5, 0.3]])
-    nearer = seen.copy()
-    nearer[0, 0, own.index("nearest point of the safe zone: distance")] = 0.4
-    going = np.ones(1, dtype=bool)
-    found = training.progress_between(seen, nearer, going)
-    np.testing.assert_allclose(found, [[0.5 - 0.99 * 0.4, 0.3 - 0.99 * 0.3]], rtol=1e-5)
-    nearer[..., own.index("round")] = 1.0
-    np.testing.assert_array_equal(training.progress_between(seen, nearer, going), [[0.0, 0.0]])
+    training = train.Training(options(teacher="turner"))
+    assert not training.taught
+    off = [training.lesson(rate=3e-3) for _ in range(20)]
+    assert off[-1] < 0.4 * off[0]
+    training.play_for_rewards()
+    training.update()
+    assert training.curve[-1]["decisions"] == training.decisions
+
+
+def test_a_teacher_that_a_game_does_not_have_is_refused() -> None:
+    with pytest.raises(ConfigError, match="expected one of sharks-and-minnows, got 'conservative'"):
+        train.Training(options(teacher="conservative"))
+
+
+def test_rivals_play_each_team_of_their_matches() -> None:
+    rivals = train.rivals_of(128, ("one", "two"))
+    rows = [number for rival in rivals for number in range(128)[rival.matches]]
+    assert rows == list(range(len(rows)))
+    assert sum(len(range(128)[rival.matches]) for rival in rivals if rival.strategy) == 64
+    assert {(rival.strategy, rival.team) for rival in rivals} == {(s, t) for s in ("", "one", "two") for t in (0, 1)}
 
 
 def test_what_strategies_do_is_kept_as_pairs(tmp_path: Path) -> None:
     match = short_match(tmp_path, SHARKS, rules="passes = 1\npass_limit = 5.0")
     pairs = demonstrate(match_of(match, engine="planar", lasers=False))
     setup = load_match(match)
-    assert pairs.observations.shape[1] == OWN + 11 * (len(setup.players) - 1)
+    assert pairs.observations.shape[1] == OWN + 12 * (len(setup.players) - 1)
     assert 100 < len(pairs.observations) == len(pairs.actions) <= 51 * len(setup.players)
     assert (np.abs(pairs.actions) <= 1.0).all()
-    assert pairs.observations[:, OWN - 15 + 1].all()  # all were active
+    assert pairs.observations[:, OWN - 16 + 1].all()  # all were active
 
 
 def test_an_imitation_does_nearly_the_same() -> None:
     rng = np.random.default_rng(0)
-    seen = rng.uniform(-1.0, 1.0, (4000, OWN + 22)).astype(np.float32)
+    seen = rng.uniform(-1.0, 1.0, (4000, OWN + 24)).astype(np.float32)
     pairs = Pairs(seen, np.stack([0.8 * seen[:, 1], -0.5 * seen[:, 2]], axis=1))
     policy, errors = imitate.fitted(SHARKS, pairs, minutes=60.0, epochs=15)
     assert errors[-1] < 0.1 * float(np.square(pairs.actions).mean())

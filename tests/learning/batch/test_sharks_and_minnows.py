@@ -7,18 +7,18 @@ from vrg.config.loading import load_match, match_path
 from vrg.learning.batch.observing import OWN
 
 SETUP = load_match(match_path("sharks-and-minnows"))
-OTHERS, SLOT = OWN + 7 + 2 * 4, 11
+OTHERS, SLOT = OWN + 8 + 2 * 4, 12
 """Where the slots of other players begin in an observation, and their length."""
 
 
 def drives(seen: Singles, rng: np.random.Generator) -> Singles:
     """Minnows drive to the safe zone, sharks to the nearest minnow, and all of them astray now and then."""
     slots = seen[:, :, OTHERS:].reshape(*seen.shape[:2], -1, SLOT)
-    prey = (slots[..., 8] == 0.0) & (slots[..., 9] == 1.0)
+    prey = (slots[..., 8] == 0.0) & (slots[..., 10] == 1.0)
     nearest = np.argmax(prey, axis=-1)
     slot = np.take_along_axis(slots, nearest[..., None, None], axis=2)[:, :, 0]
     shark = seen[..., OWN] == 1.0
-    goal = seen[..., OWN + 7 : OWN + 9]
+    goal = seen[..., OWN + 8 : OWN + 10]
     bearing = np.where(shark, np.arctan2(slot[..., 1], slot[..., 0]), np.arctan2(goal[..., 1], goal[..., 0]))
     bearing = bearing + rng.normal(0.0, 0.6, bearing.shape)
     astray = rng.random(bearing.shape) < 0.02

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from vrg.agents.strategy import View
 from vrg.bus.messages import TIME_LIMIT, PlayerStatus, RefereeState
 from vrg.games.learning import Learning, Look, left
-from vrg.games.sharks_and_minnows import ACTIVE, INACTIVE, MINNOW, SHARK
+from vrg.games.sharks_and_minnows import ACTIVE, INACTIVE, MINNOW, SHARK, SHARKS
 from vrg.games.sharks_and_minnows.rewards import REWARDS
 from vrg.regions import Bounds, Region
 from vrg.shared import shared
@@ -38,7 +38,7 @@ def look(view: View) -> Look:
     def flags(other: PlayerStatus) -> tuple[float, ...]:
         pose = other.pose
         inside = pose is not None and safe.contains(pose.x, pose.y)
-        return float(other.role == role), float(other.state == ACTIVE), float(inside)
+        return float(other.role == role), float(other.team == me.team), float(other.state == ACTIVE), float(inside)
 
     goal = None
     if active:
@@ -50,6 +50,7 @@ def look(view: View) -> Look:
         left(state.clock, state.numbers.get(TIME_LIMIT)),
         min(1.0, state.round / max(1, state.rounds)),
         *here.shares,
+        float(me.team == SHARKS),
     )
     return Look(here.bounds, numbers, (nearest, here.middle), flags, goal)
 
@@ -79,9 +80,10 @@ LEARNING = Learning(
         "round",
         "active minnows",
         "active sharks",
+        "i began as a shark",
     ),
     places=("nearest point of the safe zone", "centre of the safe zone"),
-    flags=("same role", "active", "in the safe zone"),
+    flags=("same role", "same team", "active", "in the safe zone"),
     states=(ACTIVE, INACTIVE),
     rewards=REWARDS,
 )

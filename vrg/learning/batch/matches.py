@@ -38,6 +38,7 @@ class Batch:
     Attributes:
         players: the names of the players, in the order of the arrays. roles: the role of each at the start.
         rules, teams: the names of the rules of calls, and of the teams that win, by their numbers.
+        sides: the number of each player's team at the start, shape (players,).
         strategies: the names of the shipped strategies by which a team can play; see `play_by`.
         length: the number of values of an observation. records: those of all matches.
         out: what the last step has returned, or the reset: arrays that the next step overwrites.
@@ -71,6 +72,7 @@ class Batch:
             raise ConfigError(f"{setup.origin}: {error}") from None
         game = GAMES[setup.game](rulebook_of(setup), matches, shaping=shaping)
         players = len(self.players)
+        self.sides: npt.NDArray[np.int64] = game.setting.sides
         self.rules, self.teams, self.length, self.strategies = game.rules, game.teams, game.length, game.strategies
         self.records = Matches(
             setting=game.setting,

@@ -284,8 +284,8 @@ def observe(
     order, gaps = np.empty(count, dtype=np.int64), np.empty(count)
     minnows, sharks = 0, 0
     for n in range(count):
-        flags[n, 1] = t.active[n]
-        flags[n, 2] = zone[0] <= seen[n, 0] <= zone[2] and zone[1] <= seen[n, 1] <= zone[3]
+        flags[n, 2] = t.active[n]
+        flags[n, 3] = zone[0] <= seen[n, 0] <= zone[2] and zone[1] <= seen[n, 1] <= zone[3]
         minnows += t.active[n] and t.roles[n] == MINNOW
         sharks += t.active[n] and t.roles[n] == SHARK
         turns[n, 0], turns[n, 1] = math.cos(seen[n, 2]), math.sin(seen[n, 2])
@@ -299,13 +299,13 @@ def observe(
         row[at + 2] = zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3]
         row[at + 3] = 1.0 if s.pass_limit <= 0.0 else max(0.0, 1.0 - t.clock / s.pass_limit)
         row[at + 4] = min(1.0, t.number / s.rounds)
-        row[at + 5], row[at + 6] = minnows / count, sharks / count
+        row[at + 5], row[at + 6], row[at + 7] = minnows / count, sharks / count, s.sides[me] == SHARK
         at += NUMBERS
         near_x, near_y = min(max(x, zone[0]), zone[2]), min(max(y, zone[1]), zone[3])
         at = write_place(row, at, near_x - x, near_y - y, cos, sin, scale)
         at = write_place(row, at, (zone[0] + zone[2]) / 2 - x, (zone[1] + zone[3]) / 2 - y, cos, sin, scale)
         for n in range(count):
-            flags[n, 0] = t.roles[n] == t.roles[me]
+            flags[n, 0], flags[n, 1] = t.roles[n] == t.roles[me], s.sides[n] == s.sides[me]
         write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], scale, order, gaps)
 
 
