@@ -242,7 +242,7 @@ def test_runs_without_what_is_needed_are_refused(runs: dict[str, tuple[Path, Kep
         assert list(tmp_path.glob("*.p*")) == [], "no part of a file is left"
         return str(done.exception)
 
-    assert "sharks-and-minnows with 89 values" in refused(sharks, flags)
+    assert "sharks-and-minnows with 96 values" in refused(sharks, flags)
     bare = Path(shutil.copytree(sharks, tmp_path / "bare"))
     (bare / "recording.mcap").unlink()
     assert "expected a recording" in refused(sharks, bare)
