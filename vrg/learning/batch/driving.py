@@ -123,6 +123,11 @@ def nearest_in(x: float, y: float, box: Box) -> Vector:
     return min(max(x, box[0]), box[2]), min(max(y, box[1]), box[3])
 
 
+def within(bounds: Floats, margin: float) -> Box:
+    """The part of a field that is at least so far from its border, m."""
+    return bounds[0] + margin, bounds[1] + margin, bounds[2] - margin, bounds[3] - margin
+
+
 def outside(x: float, y: float, box: Box) -> float:
     """The distance of a place from a box, m; 0 inside it."""
     return math.hypot(max(box[0] - x, 0.0, x - box[2]), max(box[1] - y, 0.0, y - box[3]))

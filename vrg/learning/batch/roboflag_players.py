@@ -24,7 +24,7 @@ from vrg.games.roboflag.player import (
 )
 from vrg.games.roboflag.posts import ALL_ROUND, LOYALTY, MAX_CHASERS, POST_CLEARANCE, POST_DISTANCE
 from vrg.games.roboflag.situation import BORDER_CLEARANCE, HAVEN
-from vrg.learning.batch.driving import Box, head, meeting_time, nearest_in, safest, scaled
+from vrg.learning.batch.driving import Box, head, meeting_time, nearest_in, safest, scaled, within
 from vrg.learning.batch.records import Floats, Numbers, Record
 from vrg.types import Vector
 
@@ -288,12 +288,7 @@ def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: f
     """The twist (v, w) of a player of a team that plays by a strategy, after `plan`."""
     team, job = s.sides[n], p.job[n]
     x, y = k.own[n, 0], k.own[n, 1]
-    box = (
-        s.bounds[0] + BORDER_CLEARANCE,
-        s.bounds[1] + BORDER_CLEARANCE,
-        s.bounds[2] - BORDER_CLEARANCE,
-        s.bounds[3] - BORDER_CLEARANCE,
-    )
+    box = within(s.bounds, BORDER_CLEARANCE)
     if job == EVADE:
         dx, dy = x - s.homes[team, 0], y - s.homes[team, 1]
         share = min(1.0, max(0.0, s.home_reach - HAVEN) / max(math.hypot(dx, dy), 1e-9))

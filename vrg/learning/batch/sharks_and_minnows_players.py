@@ -20,7 +20,7 @@ from vrg.games.sharks_and_minnows.player import (
     SHARK_OFFSET,
 )
 from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, BORDER_CLEARANCE, UNMET
-from vrg.learning.batch.driving import Box, meeting_time, nearest_in, outside, scaled, steer
+from vrg.learning.batch.driving import Box, meeting_time, nearest_in, outside, scaled, steer, within
 from vrg.learning.batch.records import Record
 from vrg.navigation.control import linearise
 from vrg.types import Vector
@@ -125,12 +125,7 @@ def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: f
     if not t.active[n]:
         return 0.0, 0.0
     x, y = k.own[n, 0], k.own[n, 1]
-    box = (
-        s.bounds[0] + BORDER_CLEARANCE,
-        s.bounds[1] + BORDER_CLEARANCE,
-        s.bounds[2] - BORDER_CLEARANCE,
-        s.bounds[3] - BORDER_CLEARANCE,
-    )
+    box = within(s.bounds, BORDER_CLEARANCE)
     if t.roles[n] == SHARK:
         return hunt(s, t, r, k, p, n, box)
     zone, start = s.zones[t.goal], s.zones[1 - t.goal]
