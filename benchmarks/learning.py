@@ -39,6 +39,11 @@ def cases(quick: bool) -> Iterator[Case]:
                 batch = Batch(setup, matches, threads=threads)
                 batch.reset()
                 yield f"{game}, batch", matches, threads, _driving(batch)
+        batch = Batch(setup, 64, threads=1)
+        for team in batch.teams[:2]:
+            batch.play_by(slice(None), team, batch.strategies[0])
+        batch.reset()
+        yield f"{game}, batch, both teams by strategies", 64, 1, _driving(batch)
     yield "motion alone, 8 robots", 64, 1, _moving(64)
     if importlib.util.find_spec("mpe2"):
         yield "mpe2 simple_tag, 8 players", 1, 1, _tag()
