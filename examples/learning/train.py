@@ -13,6 +13,7 @@ import json
 import math
 import os
 import signal
+import sys
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -39,7 +40,7 @@ RATE, LEAST_RATE, MOST_RATE, KL = 5e-4, 5e-5, 2e-3, 0.012  # the rate follows ho
 POOL, KEEP_EVERY, DRAW_EVERY = 30, 10, 5  # former selves; updates between two of them, and between two draws
 WARM = 8  # updates that teach the value alone, if the policy can play already
 FORMER, SHIPPED = 0.2, 0.5  # the shares of the matches against former selves, and against shipped strategies
-LESSONS, KEPT, LESSON = 0.25, 400_000, 12  # the share of the time, the corrections kept, and the steps of a lesson
+SCHOOL, CORRECTIONS, LESSON = 0.25, 400_000, 12  # the share of the time, the corrections kept, the steps of a lesson
 FASTEST, STRAYING, SPREAD = 2e-3, 0.2, 0.3  # the rate in lessons, and how far the policy tries out in and after them
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
@@ -69,12 +70,13 @@ class Training:
     Args:
         options: as the command line gives them: match, seed, matches, horizon, hold, most, vary, start, teacher and
             against.
+        again: True for a training that goes on: the policy of `start` is not read again.
 
     Raises:
-        ConfigError: the game cannot be played in a batch, or has no such strategy there.
+        ConfigError: the game cannot be played in a batch, has no such strategy there, or needs more matches.
     """
 
-    def __init__(self, options: dict[str, Any]) -> None:
+    def __init__(self, options: dict[str, Any], *, again: bool = False) -> None:
         self.options = options
         setup = load_match(match_path(options["match"]))
         self.game, self.layout = setup.game, layout_of(learning_of(setup.game))
@@ -84,19 +86,25 @@ class Training:
             setup, options["matches"], seed=options["seed"], vary=vary, shaping=True, most=options["most"]
         )
         shipped = self.batch.strategies
-        self.teacher = {None: shipped[0], "none": ""}.get(options["teacher"], options["teacher"])
-        self.against = shipped if options["against"] is None else options["against"]
-        for name in (*self.against, *([self.teacher] if self.teacher else [])):
-            if name not in shipped:
-                raise ConfigError(f"expected one of {', '.join(shipped)}, got {name!r}: the others cannot teach here")
+        self.teacher = options["teacher"]
+        if self.teacher is None:
+            self.teacher = shipped[0] if shipped else "none"
+        self.against = shipped if options["against"] is None else [n for n in options["against"] if n != "none"]
+        for option, names in (("--teacher", [self.teacher]), ("--against", self.against)):
+            if strange := [name for name in names if name not in (*shipped, "none")]:
+                known = ", ".join((*shipped, "none"))
+                raise ConfigError(f"{option}: expected one of {known}, which play in a batch, got {strange[0]!r}")
         own, slot = len(self.layout.own), len(self.layout.slot)
         actor: Parameters = {**initial(own, slot, 2, self.rng), "log_std": np.full(2, -0.5, dtype=np.float32)}
-        self.taught = bool(options["start"]) or not self.teacher
-        self.knows = bool(options["start"] or self.teacher)
-        if options["start"]:
+        self.taught = bool(options["start"]) or self.teacher == "none"
+        self.knows = bool(options["start"]) or self.teacher != "none"
+        if options["start"] and not again:
             policy = load(Path(options["start"]))
-            if policy.game != self.game:
-                raise ConfigError(f"{options['start']}: expected a policy of {self.game}, got one of {policy.game}")
+            if policy.game != self.game or len(policy.log_std) != 2:
+                got = f"one of {policy.game} with {len(policy.log_std)}"
+                raise ConfigError(
+                    f"{options['start']}: expected a policy of {self.game} with 2 numbers in an action, got {got}"
+                )
             actor = {**policy.network.parameters, "log_std": policy.log_std.copy()}
         critic = initial(own, slot, 1, self.rng, last=0.1)
         self.actor, self.critic = Adam(actor), Adam(critic)
@@ -105,33 +113,32 @@ class Training:
         self.pool: list[Parameters] = [{name: values.copy() for name, values in actor.items()}]
         self.updates, self.decisions, self.rate = 0, 0, RATE
         self.curve: list[dict[str, float]] = []
-        self.side = self.batch.sides
         self.rivals = rivals_of(options["matches"], self.against)
         self.drawn = [0 for _ in self.rivals]
         self.won = {rival.name: 0.5 for rival in self.rivals}
-        self.learns = np.ones((options["matches"], len(self.side)), dtype=bool)
+        self.learns = np.ones((options["matches"], len(self.batch.sides)), dtype=bool)
         for rival in self.rivals:
-            self.learns[rival.matches] = self.side != rival.team
-        self.lessons = np.zeros((KEPT, self.batch.length + 2), dtype=np.float32)
-        self.given = 0
+            self.learns[rival.matches] = self.batch.sides != rival.team
+        self.corrections, self.given, self.schooled = np.zeros((0, 0), dtype=np.float32), 0, 0.0
+        self.batch.reset()
+        self.batch.step(np.zeros((*self.learns.shape, 2), dtype=np.float32))  # the first step compiles
         (self.play_for_rewards if self.taught else self.play_for_lessons)()
 
     def play_for_lessons(self) -> None:
         """Let the teacher advise half of the teams, and drive a quarter of them, and others the rest."""
-        self.advised = np.zeros_like(self.learns)
+        self.corrections = np.zeros((CORRECTIONS, self.batch.length + 2), dtype=np.float32)
+        self.advised, others = np.zeros_like(self.learns), (*self.against, self.teacher)
         for match in range(self.batch.matches):
             for team, name in enumerate(self.batch.teams[:2]):
                 turn = (match + team) % 4
-                strategy = (
-                    self.teacher if turn < 3 else (*self.against, self.teacher)[match // 4 % (len(self.against) + 1)]
-                )
+                strategy = self.teacher if turn < 3 else others[match // 4 % len(others)]
                 self.batch.play_by(slice(match, match + 1), name, strategy, advice=turn < 2)
-                self.advised[match, self.side == team] = turn < 3
+                self.advised[match, self.batch.sides == team] = turn < 3
         self.begin()
 
     def play_for_rewards(self) -> None:
         """Let the rivals play, and the policy learn from the rewards from now on."""
-        self.taught = True
+        self.taught, self.corrections = True, np.zeros((0, 0), dtype=np.float32)
         for team in self.batch.teams[:2]:
             self.batch.play_by(slice(None), team, None)
         for rival in self.rivals:
@@ -159,14 +166,14 @@ class Training:
                 out = self.batch.step(action)
                 if number == 0:
                     new = np.concatenate((self.seen[able], self.batch.advice[able]), axis=1)
-                    self.lessons[(self.given + np.arange(len(new))) % KEPT] = new
+                    self.corrections[(self.given + np.arange(len(new))) % CORRECTIONS] = new
                     self.given += len(new)
             self.seen, self.able = out.observations.copy(), out.able.copy()
             self.decisions += self.options["hold"] * self.learns.size
         off = 0.0
         for _ in range(LESSON):
-            rows = self.rng.integers(min(self.given, KEPT), size=2048)
-            off += self.correct(self.lessons[rows, :-2], self.lessons[rows, -2:], rate) / LESSON
+            rows = self.rng.integers(min(self.given, CORRECTIONS), size=2048)
+            off += self.correct(self.corrections[rows, :-2], self.corrections[rows, -2:], rate) / LESSON
         return math.sqrt(off)
 
     def correct(self, seen: np.ndarray, advice: np.ndarray, rate: float) -> float:
@@ -292,7 +299,7 @@ class Training:
         reward = float(rewards[:, mine].mean()) / self.options["hold"] * 600.0
         self.curve.append({"decisions": self.decisions, "reward": reward, **self.won})
         learns = np.broadcast_to(mine, rewards.shape)
-        returns, side = advantages + values[:-1], np.broadcast_to(self.side, rewards.shape)
+        returns, side = advantages + values[:-1], np.broadcast_to(self.batch.sides, rewards.shape)
         found = saw[:-1], wanted, chance, advantages, returns, active, side
         return tuple(array[learns] for array in found)
 
@@ -333,6 +340,7 @@ class Training:
         kept = {"options": self.options, "updates": self.updates, "decisions": self.decisions, "rate": self.rate}
         kept |= {
             "taught": self.taught,
+            "schooled": self.schooled,
             "won": self.won,
             "drawn": self.drawn,
             "curve": self.curve,
@@ -347,7 +355,11 @@ class Training:
 
 
 def rivals_of(matches: int, strategies: Sequence[str]) -> list[Rival]:
-    """Former selves and shipped strategies for a part of the matches, each as each of the teams."""
+    """Former selves and shipped strategies for a part of the matches, each as each of the teams.
+
+    Raises:
+        ConfigError: these are too few.
+    """
     kinds = [("", FORMER / 2)] * 2 + [(name, SHIPPED / len(strategies)) for name in strategies]
     found, first = [], 0
     for strategy, share in kinds:
@@ -355,6 +367,8 @@ def rivals_of(matches: int, strategies: Sequence[str]) -> list[Rival]:
             size = max(1, round(matches * share / 2))
             found.append(Rival(slice(first, first + size), team, strategy))
             first += size
+    if first >= matches:
+        raise ConfigError(f"--matches: expected more than {first}, so that each rival has one, got {matches}")
     return found
 
 
@@ -362,7 +376,7 @@ def resumed(file: Path) -> Training:
     """The training that was saved in a file."""
     with np.load(file, allow_pickle=False) as found:
         kept = json.loads(str(found["kept"]))
-        training = Training(kept["options"])
+        training = Training(kept["options"], again=True)
         if kept["taught"]:
             training.play_for_rewards()
         for name, values in training.arrays().items():
@@ -371,6 +385,7 @@ def resumed(file: Path) -> Training:
         training.pool = [{name: found[f"pool {n} {name}"] for name in names} for n in range(kept["pool"])]
     training.updates, training.decisions, training.rate = kept["updates"], kept["decisions"], kept["rate"]
     training.won, training.drawn, training.curve = kept["won"], kept["drawn"], kept["curve"]
+    training.schooled = kept["schooled"]
     training.actor.steps, training.critic.steps = kept["steps"]
     training.rng.bit_generator.state = kept["rng"]
     return training
@@ -414,13 +429,11 @@ def make_parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
     parser.add_argument("--minutes", type=float, default=5.0, help="how long")
-    parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy")
-    parser.add_argument("--resume", type=Path, help="go on with a training, such as policy.training")
-    parser.add_argument("--start", help="begin with this policy, such as one of imitate.py")
+    parser.add_argument("--output", type=Path, help="the file of the policy: policy.npz, or that of --resume")
+    parser.add_argument("--resume", type=Path, help="go on with a training, such as policy.training, by its options")
+    parser.add_argument("--start", help="begin with this policy, such as one of imitate.py, without lessons")
     parser.add_argument("--teacher", help="the shipped strategy that gives lessons at first, or none")
-    parser.add_argument(
-        "--against", nargs="*", help="shipped strategies to play against; without it all that there are"
-    )
+    parser.add_argument("--against", nargs="+", help="shipped strategies to play against, or none; the default is all")
     parser.add_argument("--vary", action="store_true", help="each match has robots and links of its own")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--matches", type=int, default=128, help="how many are played at once")
@@ -432,25 +445,35 @@ def make_parser() -> argparse.ArgumentParser:
 
 def main() -> None:
     """Read the command line, train, and write what was learned."""
-    arguments = vars(make_parser().parse_args())
+    parser = make_parser()
+    arguments = vars(parser.parse_args())
     minutes, output, resume = (arguments.pop(name) for name in ("minutes", "output", "resume"))
+    if resume and (given := [name for name, value in arguments.items() if value != parser.get_default(name)]):
+        parser.error(f"--resume goes on with the options of that training: leave out --{', --'.join(given)}")
+    if arguments["start"] and arguments["teacher"]:
+        parser.error("--start begins with what a policy knows, and --teacher with lessons: choose one")
+    output = output or (resume.with_suffix(".npz") if resume else Path("policy.npz"))
     print("compiling the game: about a minute, the first time", flush=True)
-    training = resumed(resume) if resume else Training(arguments)
+    try:
+        training = resumed(resume) if resume else Training(arguments)
+    except (ConfigError, OSError) as error:
+        sys.exit(str(error))
     stop: list[int] = []
     signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
-    training.batch.step(np.zeros((*training.learns.shape, 2), dtype=np.float32))
     begin = shown = time.monotonic()
     first, counted = training.decisions, training.decisions
     seconds = 60.0 * minutes
     while not stop and time.monotonic() < begin + seconds:
-        done = (time.monotonic() - begin) / (LESSONS * seconds)
+        done = training.schooled / (SCHOOL * seconds)
         if not training.taught and done >= 1.0:
             training.play_for_rewards()
+        last = time.monotonic()
         if training.taught:
             training.update()
             what = training.state()
         else:
             off = training.lesson(FASTEST * (1.0 - 0.95 * done))
+            training.schooled += time.monotonic() - last
             what = f"{off:.2f} off what {training.teacher} would have done"
         now = time.monotonic()
         if now - shown > 5.0:

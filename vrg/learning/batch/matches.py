@@ -107,7 +107,8 @@ class Batch:
     def play_by(self, matches: slice, team: str, strategy: str | None, *, advice: bool = False) -> None:
         """Let a team of some matches play by a shipped strategy in place of actions from now on.
 
-        It decides as a sparring partner does: see vrg.learning.batch.roboflag_players.
+        It decides as a sparring partner does: see vrg.learning.batch.roboflag_players. This holds until it is called
+        again, also after `reset`, before which it should be called: a change within a match goes on with an old plan.
 
         Args:
             strategy: one of `strategies`; None lets it play by actions again.
@@ -127,7 +128,8 @@ class Batch:
     def advice(self) -> npt.NDArray[np.float32]:
         """The actions that the strategies of `play_by` wanted in the last step, shape (matches, players, 2).
 
-        They have seen what the players saw before it. Those of teams without a strategy mean nothing.
+        They have seen what the players saw before it. Those of teams without a strategy mean nothing. The next step
+        overwrites them.
         """
         found: npt.NDArray[np.float32] = self.records.plans.advice
         return found

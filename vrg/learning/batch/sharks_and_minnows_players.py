@@ -37,7 +37,7 @@ STEP, LOOK = 0.5, 3.0
 
 
 def forget(p: Record) -> None:
-    """Forget all of the match before."""
+    """Forget all of the round before."""
     p.job[:] = CROSS
     p.target[:] = NO_ONE
 

@@ -231,6 +231,7 @@ def step_all(
         over = judge(s, t, m, r, c, PERIOD)
         if over:
             next_round(s, t, m, c)
+            forget(p)
         reward(s, t, c, o.rewards[b])
         publish(m, k, over)
         k.steps += 1
