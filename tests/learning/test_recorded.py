@@ -1,5 +1,6 @@
 """What is exported of recorded runs: what players saw and did, and which runs are refused."""
 
+import dataclasses
 import shutil
 from pathlib import Path
 
@@ -25,6 +26,7 @@ from vrg.games.learning import Learning
 from vrg.hal.models.pioneer import P2AT
 from vrg.launch.run_folder import RunFolder
 from vrg.learning.action import twist_of
+from vrg.learning.environment import MatchEnvironment
 from vrg.learning.episode import Episode
 from vrg.learning.matches import learning_of, match_of
 from vrg.learning.observation import observe
@@ -132,7 +134,35 @@ def test_who_drove_is_told(runs: dict[str, tuple[Path, Kept]]) -> None:
     ] + [(half, structs.replace(recorded.reports["red1"][0][1], manual=True, mode="Manual"))]
     recorded.reports["red1"].sort(key=lambda report: report[0])
     by = {(d.driver, d.time >= half) for d in decisions(setup, recorded) if d.me.name == "red1"}
-    assert by == {(Driver.STRATEGY, False), (Driver.HUMAN, True)}
+    assert by - {(Driver.REFEREE, False)} == {(Driver.STRATEGY, False), (Driver.HUMAN, True)}
+
+
+@pytest.mark.parametrize("mode", ["Referee", "Learning", "Manual"])
+def test_the_mode_of_a_strategy_does_not_tell_who_drove(mode: str, runs: dict[str, tuple[Path, Kept]]) -> None:
+    run, _ = runs["roboflag"]
+    setup, found = rebuilt(run)
+    recorded = read_recorded(RunFolder(run).recordings())
+    for reports in recorded.reports.values():
+        reports[:] = [(stamp, structs.replace(report, mode=mode)) for stamp, report in reports]
+    again = list(decisions(setup, recorded))
+    assert [(d.driver, d.able) for d in again] == [(d.driver, d.able) for d in found]
+
+
+def test_a_recording_that_does_not_tell_whom_the_referee_drove_is_refused(runs: dict[str, tuple[Path, Kept]]) -> None:
+    run, _ = runs["roboflag"]
+    recorded = dataclasses.replace(read_recorded(RunFolder(run).recordings()), leases=False)
+    with pytest.raises(ConfigError, match="got one of an older release"):
+        list(decisions(read_setup(RunFolder(run).setup), recorded))
+
+
+def test_a_player_that_learned_was_driven_by_a_program(tmp_path: Path) -> None:
+    env = MatchEnvironment("sharks-and-minnows", learners=["player1"], max_time=2.0, record=tmp_path / "runs")
+    env.reset(seed=1)
+    while env.agents:
+        env.step({"player1": np.ones(2, np.float32)})
+    [run] = (tmp_path / "runs").iterdir()
+    by = {(d.me.name == "player1", d.driver) for d in rebuilt(run)[1]}
+    assert by == {(True, Driver.PROGRAM), (False, Driver.STRATEGY)}
 
 
 @given(
