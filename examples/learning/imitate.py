@@ -13,6 +13,7 @@ import argparse
 import os
 import sys
 import time
+import zipfile
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -21,14 +22,19 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a process for each core is faster
 import numpy as np
 from msgspec import structs
 
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError, VrgError
 from vrg.games import strategies_of
+from vrg.learning.action import limits_of
 from vrg.learning.demonstration import Pairs, demonstrate
 from vrg.learning.matches import learning_of, match_of
 from vrg.learning.network import Adam, Network, initial, layout_of
+from vrg.learning.observation import names
 from vrg.learning.policy import Policy, save
 from vrg.learning.table import read
 
 ONLY = ("team", "role", "player", "driver")  # the columns of a table by which its rows can be chosen
+MATCH, GAMES = "sharks-and-minnows", 30  # what is played if nothing else is asked for
 ROWS, RATE, SPREAD = 1024, 2e-3, 0.3  # rows of a minibatch; the rate at the start; how far train.py tries out from here
 
 
@@ -45,6 +51,25 @@ def collected(match: str, games: int, seed: int) -> Pairs:
             parts.append(pairs)
             print(f"game {number} of {games}: {sum(len(part.actions) for part in parts)} decisions", flush=True)
     return Pairs(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
+
+
+def kept(file: Path, setup: MatchSetup) -> Pairs:
+    """The pairs of a file that `--pairs` has kept.
+
+    Raises:
+        ConfigError: it is no such file, or one of another match or of another version of VRG.
+    """
+    anew = "delete it, and the match is played anew"
+    try:
+        with np.load(file) as found:
+            pairs = Pairs(found["observations"], found["actions"])
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        raise ConfigError(f"{file}: expected pairs that --pairs has kept: {error}: {anew}") from None
+    shapes = pairs.observations.shape[1:], pairs.actions.shape[1:]
+    widths = (len(names(learning_of(setup.game), len(setup.players))),), (len(limits_of(setup.players[0].robot)),)
+    if shapes != widths:
+        raise ConfigError(f"{file}: expected rows of {widths} values as in {setup.game}, got {shapes}: {anew}")
+    return pairs
 
 
 def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int = 1000) -> tuple[Policy, list[float]]:
@@ -80,8 +105,8 @@ def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int =
 def make_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
-    parser.add_argument("--games", type=int, default=30, help="how many are played")
+    parser.add_argument("--match", help=f"a game, or a match file (default: {MATCH})")
+    parser.add_argument("--games", type=int, help=f"how many are played (default: {GAMES})")
     parser.add_argument("--from", dest="file", type=Path, help="learn from this file of `vrg run export`; play nothing")
     for what in ONLY:
         parser.add_argument(f"--{what}", help=f"learn from this {what} in the file alone")
@@ -100,19 +125,43 @@ def main() -> None:
     only = {what: word for what in ONLY if (word := getattr(options, what)) is not None}
     only |= {"won": True} if options.winners else {}
     if only and not options.file:
-        parser.error(f"{', '.join(only)}: expected --from, whose decisions are chosen by them")
+        chosen = ", ".join("--winners" if what == "won" else f"--{what}" for what in only)
+        parser.error(f"{chosen}: expected --from, whose decisions are chosen by them")
+    needless = [f"--{what}" for what in ("match", "games", "pairs") if getattr(options, what) is not None]
+    if needless and options.file:
+        parser.error(f"{', '.join(needless)}: expected none of these with --from, by which nothing is played")
+    if options.games is not None and options.pairs and options.pairs.exists():
+        parser.error(f"--games: {options.pairs} has what was played: leave out --games, or choose another --pairs")
+    try:
+        learn(options, only)
+    except VrgError as error:
+        sys.exit(str(error))
+
+
+def learn(options: argparse.Namespace, only: dict[str, str | bool]) -> None:
+    """Play or read, learn, and write what was learned.
+
+    Args:
+        only: the values that rows of a table must have, by column.
+
+    Raises:
+        VrgError: there is no such match, a strategy has failed, or a file cannot be used.
+    """
     if options.file:
         match, pairs = read(options.file, **only)
-    elif options.pairs and options.pairs.exists():
-        with np.load(options.pairs) as found:
-            match, pairs = options.match, Pairs(found["observations"], found["actions"])
+        game = match
     else:
-        match, pairs = options.match, collected(options.match, options.games, options.seed)
-        if options.pairs:
-            np.savez_compressed(options.pairs, **pairs._asdict())
+        match = options.match or MATCH
+        setup = match_of(match, engine=None, lasers=None)
+        game = setup.game
+        if options.pairs and options.pairs.exists():
+            pairs = kept(options.pairs, setup)
+        else:
+            pairs = collected(match, GAMES if options.games is None else options.games, options.seed)
+            if options.pairs:
+                np.savez_compressed(options.pairs, **pairs._asdict())
     if not len(pairs.actions):
         sys.exit("no player has moved in these games")
-    game = match_of(match, engine=None, lasers=None).game
     policy, errors = fitted(game, pairs, options.minutes, options.seed)
     save(policy, options.output)
     mean = float(np.square(pairs.actions - pairs.actions.mean(axis=0)).mean())

@@ -1,5 +1,6 @@
 """What is exported of recorded runs: what players saw and did, and which runs are refused."""
 
+import dataclasses
 import shutil
 from pathlib import Path
 
@@ -25,13 +26,14 @@ from vrg.games.learning import Learning
 from vrg.hal.models.pioneer import P2AT
 from vrg.launch.run_folder import RunFolder
 from vrg.learning.action import twist_of
+from vrg.learning.environment import MatchEnvironment
 from vrg.learning.episode import Episode
 from vrg.learning.matches import learning_of, match_of
 from vrg.learning.observation import observe
 from vrg.learning.policy import load
 from vrg.learning.record import MatchRecord
 from vrg.learning.recorded import Decision, Driver, decisions, wanted
-from vrg.learning.table import read
+from vrg.learning.table import Heading, read
 from vrg.recording.recorded import read_recorded
 from vrg.types import Twist
 
@@ -132,7 +134,35 @@ def test_who_drove_is_told(runs: dict[str, tuple[Path, Kept]]) -> None:
     ] + [(half, structs.replace(recorded.reports["red1"][0][1], manual=True, mode="Manual"))]
     recorded.reports["red1"].sort(key=lambda report: report[0])
     by = {(d.driver, d.time >= half) for d in decisions(setup, recorded) if d.me.name == "red1"}
-    assert by == {(Driver.STRATEGY, False), (Driver.HUMAN, True)}
+    assert by - {(Driver.REFEREE, False)} == {(Driver.STRATEGY, False), (Driver.HUMAN, True)}
+
+
+@pytest.mark.parametrize("mode", ["Referee", "Learning", "Manual"])
+def test_the_mode_of_a_strategy_does_not_tell_who_drove(mode: str, runs: dict[str, tuple[Path, Kept]]) -> None:
+    run, _ = runs["roboflag"]
+    setup, found = rebuilt(run)
+    recorded = read_recorded(RunFolder(run).recordings())
+    for reports in recorded.reports.values():
+        reports[:] = [(stamp, structs.replace(report, mode=mode)) for stamp, report in reports]
+    again = list(decisions(setup, recorded))
+    assert [(d.driver, d.able) for d in again] == [(d.driver, d.able) for d in found]
+
+
+def test_a_recording_that_does_not_tell_whom_the_referee_drove_is_refused(runs: dict[str, tuple[Path, Kept]]) -> None:
+    run, _ = runs["roboflag"]
+    recorded = dataclasses.replace(read_recorded(RunFolder(run).recordings()), leases=False)
+    with pytest.raises(ConfigError, match="got one of an older release"):
+        list(decisions(read_setup(RunFolder(run).setup), recorded))
+
+
+def test_a_player_that_learned_was_driven_by_a_program(tmp_path: Path) -> None:
+    env = MatchEnvironment("sharks-and-minnows", learners=["player1"], max_time=2.0, record=tmp_path / "runs")
+    env.reset(seed=1)
+    while env.agents:
+        env.step({"player1": np.ones(2, np.float32)})
+    [run] = (tmp_path / "runs").iterdir()
+    by = {(d.me.name == "player1", d.driver) for d in rebuilt(run)[1]}
+    assert by == {(True, Driver.PROGRAM), (False, Driver.STRATEGY)}
 
 
 @given(
@@ -201,6 +231,21 @@ def test_runs_become_one_table(runs: dict[str, tuple[Path, Kept]], tmp_path: Pat
         read(file, driver="human")
 
 
+def test_a_table_without_what_is_asked_for_is_refused(tmp_path: Path) -> None:
+    file, schema = tmp_path / "pairs.parquet", Heading.of(match_of("roboflag", engine=None, lasers=None)).schema
+
+    def written(*, able: bool) -> None:
+        row: dict[str, object] = dict.fromkeys(schema.names) | {"able": able, "team": "red"}
+        parquet.write_table(pa.Table.from_pylist([row], schema), file)
+
+    written(able=False)
+    with pytest.raises(ConfigError, match="expected decisions of players that might move, found none"):
+        read(file, team="red")
+    written(able=True)
+    with pytest.raises(ConfigError, match="no match in it was won"):
+        read(file, team="red", won=True)
+
+
 def test_a_network_learns_from_the_file(
     runs: dict[str, tuple[Path, Kept]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -212,9 +257,30 @@ def test_a_network_learns_from_the_file(
     learned = load(policy)
     assert learned.game == "roboflag"
     assert str(len(read(file, team="red")[1].actions)) in learned.trained
-    monkeypatch.setattr("sys.argv", ["imitate.py", "--winners"])
-    with pytest.raises(SystemExit):
-        imitate.main()
+
+
+def test_what_imitate_cannot_use_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    old = tmp_path / "old.npz"
+    np.savez(old, observations=np.zeros((3, 5), np.float32), actions=np.zeros((3, 2), np.float32))
+    text = tmp_path / "text.parquet"
+    text.write_text("no table")
+
+    def refused(*words: str) -> str:
+        monkeypatch.setattr("sys.argv", ["imitate.py", *words])
+        with pytest.raises(SystemExit) as end:
+            imitate.main()
+        return capsys.readouterr().err if end.value.code == 2 else str(end.value.code)
+
+    assert "--team, --winners: expected --from" in refused("--winners", "--team", "red")
+    for words in ("--match", "roboflag"), ("--games", "3"), ("--pairs", str(old)):
+        assert f"{words[0]}: expected none of these with --from" in refused("--from", str(text), *words)
+    assert "--games: " in refused("--pairs", str(old), "--games", "3")
+    assert "cannot be read" in refused("--from", str(text))
+    assert "got ((5,), (2,)): delete it" in refused("--pairs", str(old))
+    assert "expected pairs that --pairs has kept" in refused("--pairs", str(text))
+    assert "nowhere" in refused("--match", "nowhere")
 
 
 def test_a_torn_recording_gives_what_it_has(runs: dict[str, tuple[Path, Kept]], tmp_path: Path) -> None:
@@ -250,6 +316,12 @@ def test_runs_without_what_is_needed_are_refused(runs: dict[str, tuple[Path, Kep
     assert "its recording cannot be read" in refused(sharks, bare)
     nowhere = export(sharks, output=tmp_path / "nowhere" / "pairs.parquet")
     assert "cannot be written" in str(nowhere.exception)
+    folder = export(sharks, output=Path("."))
+    assert isinstance(folder.exception, ConfigError)
+    assert "expected the path of a file, got a folder: pairs.parquet" in str(folder.exception)
+    assert "got this one twice" in refused(sharks, sharks.parent / "." / sharks.name)
+    namesake = Path(shutil.copytree(sharks, tmp_path / sharks.name))
+    assert "expected folders of different names" in refused(sharks, namesake)
     hunters = load_match(match_path("pursuit-evasion"))
     with pytest.raises(ConfigError, match="expected a game in which all poses are published"):
         list(decisions(hunters, read_recorded(())))

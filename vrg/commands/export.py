@@ -28,6 +28,7 @@ def export(
     from vrg.learning.table import Heading, write
 
     found = [_of(run) for run in runs] if runs else [_of(None)]
+    _check_names([folder for folder, _ in found])
     headings = [Heading.of(setup) for _, setup in found]
     for (folder, _), heading in zip(found, headings, strict=True):
         if heading != headings[0]:
@@ -51,6 +52,25 @@ def _of(run: Path | None) -> "tuple[RunFolder, MatchSetup]":
     return folder, setup.with_secret(folder.secret()) if folder.secret_file.is_file() else setup
 
 
+def _check_names(folders: "list[RunFolder]") -> None:
+    """Make sure that the name of a folder tells one run from all others.
+
+    Raises:
+        ConfigError: it does not.
+    """
+    known: dict[str, Path] = {}
+    for path in (folder.path for folder in folders):
+        whole = path.resolve()
+        if whole == known.get(whole.name):
+            raise ConfigError(f"{path}: expected each run once, got this one twice: name it once")
+        if whole.name in known:
+            raise ConfigError(
+                f"{path}: expected folders of different names, by which the table tells runs apart, got also "
+                f"{known[whole.name]}: rename one of them"
+            )
+        known[whole.name] = whole
+
+
 def _kind(heading: Any) -> str:
     return f"{heading.game} with {len(heading.observation)} values and actions of {len(heading.action)}"
 
@@ -72,15 +92,16 @@ def _tables(found: "list[tuple[RunFolder, MatchSetup]]", heading: Any) -> Iterat
     with Progress(*columns, console=console, transient=True) as bar:
         task = bar.add_task("runs", total=len(found))
         for folder, setup in found:
-            bar.update(task, description=folder.path.name)
+            name = folder.path.resolve().name
+            bar.update(task, description=name)
             try:
                 recorded = read_recorded(folder.recordings())
             except (OSError, MessageError) as error:
                 raise LaunchError(f"{folder.path}: its recording cannot be read: {error}") from None
             if not recorded.commands:
                 raise LaunchError(f"{folder.path}: expected a recording with the commands of players, found none in it")
-            table = rows(heading, setup, folder.path.name, recorded)
+            table = rows(heading, setup, name, recorded)
             torn = "".join(f"; {part.name} ends in the middle" for part in recorded.torn)
-            console.print(f"{folder.path.name}: {len(table)} decisions{torn}", soft_wrap=True)
+            console.print(f"{name}: {len(table)} decisions{torn}", soft_wrap=True)
             bar.advance(task)
             yield table

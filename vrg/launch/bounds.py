@@ -126,7 +126,7 @@ class DecisionAlarm:
     """Ends a decision that takes too long, or that goes on when the match is to stop; a context manager.
 
     Only the main thread can be interrupted, so in another thread nothing is bounded. A timer (ITIMER_REAL) that this
-    program has set goes on at the end.
+    program has set goes on at the end; one of processor time (ITIMER_VIRTUAL) is cleared.
 
     Args:
         stop: what tells that the match is to stop; None if nothing does.
@@ -171,7 +171,8 @@ class DecisionAlarm:
         signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
 
     def _look(self, _number: int, frame: FrameType | None) -> None:
-        # Signals are handled, so nothing is stuck. To bound each decision anew would take more time than many need.
+        # Signals are handled, so nothing is stuck. Setting the kernel's timer for each decision would cost more than
+        # many decisions take.
         self._bound(_STUCK)
         if not self._deciding:
             return

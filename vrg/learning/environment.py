@@ -298,7 +298,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
             watchers.append(self._picture)
         journal = None
         if self._runs is not None:
-            self._record = MatchRecord(self._runs, setup)
+            self._record = MatchRecord(self._runs, setup, self.possible_agents)
             journal = self._record.journal
             watchers.append(self._record.recorder)
         return Episode(

@@ -7,9 +7,8 @@ from vrg.hal.models import RobotModel
 from vrg.types import STILL, Twist
 
 TARGET = f"{__name__}:Puppet"
-"""The name of this strategy in a match file. There nobody drives it, so it stands."""
-BY_PROGRAM = "Learning"
-"""The mode of a player that a program drives."""
+"""The name of this strategy in a match file, where nobody drives it, so it stands; and in the set-up of a run whose
+player a program drove."""
 
 
 class Puppet(RemoteStrategy):
@@ -30,7 +29,7 @@ class Puppet(RemoteStrategy):
     @property
     def mode(self) -> str:
         """The mode, for spectators."""
-        return BY_PROGRAM
+        return "Learning"
 
     def send(self, view: View) -> None:
         """Keep the view of which `act` will be called next."""

@@ -1,5 +1,6 @@
 """What a match of an environment leaves behind if it is recorded: a run folder, as `vrg play` makes one."""
 
+from collections.abc import Collection
 from datetime import datetime
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from vrg.launch.keeping import keep
 from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.result import ended_of, write_result
 from vrg.launch.run_folder import RunFolder
+from vrg.learning.puppet import TARGET
 from vrg.toml_text import with_value
 
 
@@ -19,6 +21,7 @@ class MatchRecord:
 
     Args:
         parent: the folder in which it is made. setup: the match as it is played.
+        driven: the players that programs drive: in the set-up in the folder their strategy is a puppet.
 
     Attributes:
         journal: the open journal. recorder: the node that records what is to be seen.
@@ -27,12 +30,14 @@ class MatchRecord:
         LaunchError: the folder cannot be made. JournalError: the journal cannot be opened.
     """
 
-    def __init__(self, parent: Path, setup: MatchSetup) -> None:
+    def __init__(self, parent: Path, setup: MatchSetup, driven: Collection[str] = ()) -> None:
         self._setup = setup = _written(setup)
         self._folder = RunFolder.create(parent, setup.name, datetime.now(), setup.text)
         self._open = True
         keep(setup, self._folder)
-        write_setup(setup, self._folder.setup)
+        puppets = {name: structs.replace(setup.player(name), strategy=TARGET) for name in driven}
+        players = tuple(puppets.get(player.name, player) for player in setup.players)
+        write_setup(structs.replace(setup, players=players), self._folder.setup)
         self.journal = open_journal(setup, self._folder)
         self.recorder = recorder_node(setup, self._folder)
 

@@ -29,7 +29,7 @@ from vrg.hal.sensors.spec import Sample
 from vrg.learning.action import fractions_of, limits_of
 from vrg.learning.matches import learning_of
 from vrg.learning.observation import Vector, observe
-from vrg.learning.puppet import BY_PROGRAM
+from vrg.learning.puppet import TARGET
 from vrg.navigation.motion import VelocityEstimator
 from vrg.recording.recorded import RecordedMatch
 from vrg.types import Pose, Twist
@@ -41,12 +41,12 @@ _TINY: Final = 1e-6
 
 
 class Driver(StrEnum):
-    """What a player was driven by."""
+    """What a player was driven by. Its strategy cannot choose it, as it can the mode that it reports."""
 
     STRATEGY = "strategy"
     HUMAN = "human"
     PROGRAM = "program"
-    """One that learns in an environment, in place of the strategy of the match file."""
+    """One that learns in an environment: the set-up of the run has `vrg.learning.puppet.TARGET` as the strategy."""
     REFEREE = "referee"
 
 
@@ -96,12 +96,20 @@ def decisions(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Decision]:
         setup: of the match, as it was played: with its secret, if it had one.
 
     Raises:
-        ConfigError: as `check`; or the model of a robot is not known.
+        ConfigError: as `check`; or the model of a robot is not known; or the referee has driven robots, and a recording
+            of an older release does not tell when.
     """
     check(setup)
+    # A player that the referee drives always reports this; its strategy may, too.
+    if not recorded.leases and any(r.mode == BY_REFEREE for reports in recorded.reports.values() for _, r in reports):
+        raise ConfigError(
+            f"{setup.origin}: expected a recording that tells when the referee drove robots, got one of an older "
+            "release: leave this run out, or play the match again"
+        )
     learning, track, motion = learning_of(setup.game), _Track(recorded), VelocityEstimator()
     limits = rulebook_of(setup).speed_limits()
     robots = {player.name: player.robot for player in setup.players}
+    programs = {player.name for player in setup.players if player.strategy == TARGET}
     commands = sorted(
         ((stamp, name, sent) for name in robots for stamp, sent in recorded.commands.get(name, ())),
         key=lambda command: command[0],
@@ -132,7 +140,12 @@ def decisions(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Decision]:
             robot=robot,
             pose=pose,
         )
-        driver = reports[name].driver(stamp)
+        driver = Driver.PROGRAM if name in programs else Driver.STRATEGY
+        # The referee's lease goes first, then a person's.
+        if me.lease is not None:
+            driver = Driver.REFEREE
+        elif reports[name].manual(stamp):
+            driver = Driver.HUMAN
         yield Decision(
             stamp,
             me,
@@ -213,12 +226,7 @@ class _Reports:
         self._times = [stamp for stamp, _ in reports]
         self._reports = [report for _, report in reports]
 
-    def driver(self, time: float) -> Driver:
-        """What drove the player."""
+    def manual(self, time: float) -> bool:
+        """True if a person held the player."""
         number = bisect_right(self._times, time + _TINY)
-        report = self._reports[number - 1] if number else None
-        if report is None:
-            return Driver.STRATEGY
-        # The referee's lease goes first, then a person's.
-        other = Driver.HUMAN if report.manual else Driver.STRATEGY
-        return {BY_REFEREE: Driver.REFEREE, BY_PROGRAM: Driver.PROGRAM}.get(report.mode, other)
+        return number > 0 and self._reports[number - 1].manual

@@ -25,8 +25,8 @@ IDS = {
 
 
 class PlayerEnvironment(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]]):
-    """One player of a match. It goes on while the player cannot move, until the match is over; `info["able"]` is then
-    False.
+    """One player of a match. While the player may not drive, `info["able"]` is False; the match goes on until it is
+    over.
 
     Args:
         match: as for `MatchEnvironment`.

@@ -126,6 +126,8 @@ def write(file: Path, heading: Heading, tables: Iterable[pa.Table]) -> int:
         ConfigError: it cannot be written.
         Exception: what `tables` raises.
     """
+    if file.is_dir():
+        raise ConfigError(f"{file}: expected the path of a file, got a folder: {file / 'pairs.parquet'} would be one")
     partial, count = file.with_name(f".{file.name}.partial"), 0
     try:
         with parquet.ParquetWriter(partial, heading.schema, compression="zstd") as writer:
@@ -156,13 +158,17 @@ def read(file: Path, **only: str | bool) -> tuple[str, Pairs]:
     except (OSError, pa.ArrowException) as error:
         raise ConfigError(f"{file}: cannot be read: {error}: {_WRITTEN_BY}") from None
     table = table.filter(pc.field("able"))
+    if not len(table):
+        raise ConfigError(f"{file}: expected decisions of players that might move, found none: export other runs")
     for name, value in only.items():
         known = [word for word in pc.unique(table[name]).to_pylist() if word is not None]
         table = table.filter(pc.field(name) == value)
         if not len(table):
+            if not known:  # only who won can be unknown in every row
+                raise ConfigError(
+                    f"{file}: {name}: expected {value}, but no match in it was won: leave this choice out"
+                )
             raise ConfigError(f"{file}: {name}: expected one of {', '.join(map(str, known))}, got {value}")
-    if not len(table):
-        raise ConfigError(f"{file}: expected decisions of players that might move, found none")
     arrays = [table[name].combine_chunks().flatten().to_numpy() for name in ("observation", "action")]
     observations, actions = (array.reshape(len(table), -1) for array in arrays)
     return heading.game, Pairs(observations, actions)

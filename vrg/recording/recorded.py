@@ -1,10 +1,12 @@
 """Turns a recording back into what the windows of the match heard: messages, each with its match time."""
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
+from msgspec import UNSET
 from msgspec.structs import replace
 
 from vrg.bus import messages as m
@@ -33,6 +35,7 @@ class RecordedMatch:
         reports, sketches: of each player, by name.
         commands: the motion that each robot was commanded to make at each decision of its player, after all limits, by
             name.
+        leases: False if a state does not tell whom the referee drove, as in recordings of older releases.
         torn: the files of the recording that end in the middle, so that something is missing behind their end.
     """
 
@@ -43,6 +46,7 @@ class RecordedMatch:
     reports: dict[str, Timed[m.Report]] = field(default_factory=dict)
     sketches: dict[str, Timed[m.Sketch]] = field(default_factory=dict)
     commands: dict[str, Timed[Twist]] = field(default_factory=dict)
+    leases: bool = True
     torn: list[Path] = field(default_factory=list)
 
 
@@ -72,12 +76,13 @@ class _Reading:
         self._charge: dict[str, float] = {}
         self._zones: tuple[m.Zone, ...] = ()
         self._numbers: set[int] = set()
+        self._leases = True
 
     def sorted(self) -> RecordedMatch:
         """Everything, in the order of time. Messages of the same time keep their order."""
         for entries in self._said():
             entries.sort(key=lambda entry: entry[0])
-        return self.match
+        return dataclasses.replace(self.match, leases=self._leases)
 
     def take(self, topic: str, stamp: float, data: bytes, *, physical: bool) -> None:
         """Take one record in; `physical` tells that its topic is of a physical robot."""
@@ -164,6 +169,7 @@ class _Reading:
     def _state(self, record: StateRecord) -> m.RefereeState:
         if record.zones != self._zones:
             self._zones = record.zones
+        self._leases &= not any(p.lease is UNSET for p in record.players)
         return m.RefereeState(
             game=record.game, stage=_stage(record.stage), halted=record.halted or None,
             way_out=record.way_out or None, waiting=record.waiting, clock=record.clock, total=record.total,
@@ -171,7 +177,7 @@ class _Reading:
             players=tuple(
                 m.PlayerStatus(
                     name=p.name, team=p.team, role=p.role, state=p.state, may_move=p.may_move, radius=_RADIUS,
-                    mark=p.mark[0] if p.mark else None,
+                    mark=p.mark[0] if p.mark else None, lease=p.lease[0] if p.lease else None,
                 )
                 for p in record.players
             ),

@@ -240,7 +240,10 @@ class Recorder(Node):
             state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
             state.estop,
             tuple(
-                PlayerRecord(p.name, p.team, p.role, p.state, p.may_move, () if p.mark is None else (p.mark,))
+                PlayerRecord(
+                    p.name, p.team, p.role, p.state, p.may_move,
+                    () if p.mark is None else (p.mark,), () if p.lease is None else (p.lease,),
+                )
                 for p in state.players
             ),
             state.zones, state.auctions, state.objects, state.numbers, state.ended or "",

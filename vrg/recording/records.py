@@ -6,7 +6,7 @@ not null, because a viewer's reader of schemas knows no unions; the ids by which
 
 from collections.abc import Mapping
 
-from msgspec import Struct
+from msgspec import UNSET, Struct, UnsetType
 
 from vrg.bus.messages import Auction, FieldObject, Sighting, Zone
 from vrg.recording.foxglove import Time
@@ -14,7 +14,10 @@ from vrg.types import Pose, Twist
 
 
 class PlayerRecord(Struct, frozen=True, gc=False):
-    """A player as the referee saw it. `mark` is where it was asked to line up, or empty: viewers know no null."""
+    """A player as the referee saw it. `mark` is where it was asked to line up, or empty: viewers know no null.
+
+    `lease` is the motion that the referee made its robot drive, or empty; older releases have not recorded it.
+    """
 
     name: str
     team: str
@@ -22,6 +25,7 @@ class PlayerRecord(Struct, frozen=True, gc=False):
     state: str
     may_move: bool
     mark: tuple[Pose, ...] = ()
+    lease: tuple[Twist, ...] | UnsetType = UNSET
 
 
 class StateRecord(Struct, frozen=True, gc=False):
