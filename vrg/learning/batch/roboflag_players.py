@@ -2,7 +2,8 @@
 
 They decide as vrg.games.roboflag.player does, by its numbers, from the poses that the referee has published. Unlike
 there, bids need no time, all places but the own are one decision old, and ways lead past standing bodies without a
-plan, and do not know the obstacles of a map. So they are sparring partners: how good a policy is against the strategies themselves is found in matches.
+plan, and do not know the obstacles of a map. So they are sparring partners: how good a policy is against the strategies
+themselves is found in matches.
 """
 
 import math
@@ -40,8 +41,8 @@ ATTACKERS: Final = (1, 99, 99, 2)
 FLANKS: Final = (1, 1, 2, 2)
 TOGETHER: Final = (False, True, True, True)
 BOLD: Final = (False, True, True, False)
-"""Of each strategy: how many attack (99 for all), in how many groups, whether they go at the same time, and whether they take every
-risk then, and shield the carrier."""
+"""Of each strategy: how many attack (99 for all), in how many groups, whether they go at the same time, and whether
+they take every risk then, and shield the carrier."""
 
 
 def forget(p: Record) -> None:
