@@ -159,7 +159,7 @@ def test_lessons_bring_the_policy_nearer_to_the_teacher(monkeypatch: pytest.Monk
 
 
 def test_a_teacher_that_a_game_does_not_have_is_refused() -> None:
-    with pytest.raises(ConfigError, match="expected one of sharks-and-minnows, got 'conservative'"):
+    with pytest.raises(ConfigError, match="--teacher: expected one of sharks-and-minnows, none"):
         train.Training(options(teacher="conservative"))
 
 
