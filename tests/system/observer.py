@@ -141,8 +141,8 @@ class Observer:
             now = time.monotonic()
             if len(self.heard.clocks) > clocks:
                 clocks, quiet_since = len(self.heard.clocks), now
-                # A world that is started again may go back a little.
-                played += max(0.0, self.now - before) / self.heard.clocks[-1].body.rate
+                # A world that is started again may go back a little. Who joins late hears of a match that is under way.
+                played += max(0.0, self.now - (before or self.now)) / self.heard.clocks[-1].body.rate
                 before = self.now
             over = played > patience or now - quiet_since > patience or now - began > LONGEST * patience
             passed = f"{played:.0f} s of the clock, {now - began:.0f} s of real time"
