@@ -10,7 +10,10 @@ It writes policy.npz, which plays in a match, and from which train.py can go on:
 """
 
 import argparse
+import math
 import os
+import shlex
+import signal
 import sys
 import time
 import zipfile
@@ -24,13 +27,13 @@ from msgspec import structs
 
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, VrgError
-from vrg.games import strategies_of
+from vrg.games import learning_of, strategies_of
 from vrg.learning.action import limits_of
 from vrg.learning.demonstration import Pairs, demonstrate
-from vrg.learning.matches import learning_of, match_of
+from vrg.learning.matches import match_of
 from vrg.learning.network import Adam, Network, initial, layout_of
 from vrg.learning.observation import names
-from vrg.learning.policy import Policy, save
+from vrg.learning.policy import Policy, check_place, save
 from vrg.learning.table import read
 
 ONLY = ("team", "role", "player", "driver")  # the columns of a table by which its rows can be chosen
@@ -46,10 +49,15 @@ def played(match: str, seed: int) -> Pairs:
 def collected(match: str, games: int, seed: int) -> Pairs:
     """What the strategies do in several games, on all cores."""
     parts = []
-    with ProcessPoolExecutor() as processes:
-        for number, pairs in enumerate(processes.map(played, [match] * games, range(seed, seed + games)), 1):
-            parts.append(pairs)
-            print(f"game {number} of {games}: {sum(len(part.actions) for part in parts)} decisions", flush=True)
+    # Ctrl-C is for this process alone: the others end with it, after the games that they play.
+    with ProcessPoolExecutor(initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)) as processes:
+        try:
+            for number, pairs in enumerate(processes.map(played, [match] * games, range(seed, seed + games)), 1):
+                parts.append(pairs)
+                print(f"game {number} of {games}: {sum(len(part.actions) for part in parts)} decisions", flush=True)
+        except KeyboardInterrupt:
+            processes.shutdown(cancel_futures=True)
+            raise
     return Pairs(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
@@ -73,7 +81,10 @@ def kept(file: Path, setup: MatchSetup) -> Pairs:
 
 
 def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int = 1000) -> tuple[Policy, list[float]]:
-    """The policy that does most nearly the same, and its squared error on a tenth of the pairs after each epoch."""
+    """The policy that does most nearly the same, and its squared error on a tenth of the pairs after each epoch.
+
+    Ctrl-C ends it early.
+    """
     rng, layout = np.random.default_rng(seed), layout_of(learning_of(game))
     actions = pairs.actions.shape[1]
     network = Network(initial(len(layout.own), len(layout.slot), actions, rng))
@@ -91,13 +102,21 @@ def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int =
 
         adam.update(network.slopes(pairs.observations[rows], slope), rate)
 
-    done = 0.0
-    while done < 1.0 and len(errors) < epochs:
+    stop: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
+    done, shown = 0.0, begin
+    while not stop and done < 1.0 and len(errors) < epochs:
         for rows in np.array_split(rng.permutation(rest), max(1, len(rest) // ROWS)):
             learn(rows, RATE * (1.0 - 0.95 * done))
         off = np.tanh(network(pairs.observations[kept])) - pairs.actions[kept]
         errors.append(float(np.square(off).mean()))
-        done = max((time.monotonic() - begin) / (60.0 * minutes), len(errors) / epochs)
+        now = time.monotonic()
+        done = max((now - begin) / (60.0 * minutes), len(errors) / epochs)
+        if now - shown > 5.0:
+            left = max(0.0, 60.0 * minutes + begin - now)
+            print(f"epoch {len(errors)}: squared error {errors[-1]:.4f}; at most {left:.0f} s left", flush=True)
+            shown = now
+    signal.signal(signal.SIGINT, before)
     what = f"imitate.py: {len(order)} decisions of {game}"
     return Policy(game, network, np.full(actions, np.log(SPREAD), dtype=np.float32), what), errors
 
@@ -105,16 +124,17 @@ def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int =
 def make_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--match", help=f"a game, or a match file (default: {MATCH})")
-    parser.add_argument("--games", type=int, help=f"how many are played (default: {GAMES})")
+    parser.add_argument("--match", help=f"a game, or a match file ({MATCH})")
+    parser.add_argument("--games", type=int, help=f"how many are played ({GAMES})")
     parser.add_argument("--from", dest="file", type=Path, help="learn from this file of `vrg run export`; play nothing")
     for what in ONLY:
         parser.add_argument(f"--{what}", help=f"learn from this {what} in the file alone")
     parser.add_argument("--winners", action="store_true", help="learn from those in the file whose team won, alone")
-    parser.add_argument("--minutes", type=float, default=2.0, help="how long to learn from them")
-    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--minutes", type=float, default=2.0, help="how long to learn from them (%(default)g)")
+    parser.add_argument("--seed", type=int, default=0, help="of the first game, and of the network (%(default)s)")
     parser.add_argument("--pairs", type=Path, help="keep what was played in this file (npz), or use what is there")
-    parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy")
+    parser.add_argument("--output", type=Path, default=Path("policy.npz"), help="the file of the policy (%(default)s)")
+    parser.add_argument("--replace", action="store_true", help="overwrite a policy that is there")
     return parser
 
 
@@ -132,10 +152,17 @@ def main() -> None:
         parser.error(f"{', '.join(needless)}: expected none of these with --from, by which nothing is played")
     if options.games is not None and options.pairs and options.pairs.exists():
         parser.error(f"--games: {options.pairs} has what was played: leave out --games, or choose another --pairs")
+    if not 0.0 < options.minutes < math.inf:
+        parser.error(f"--minutes: expected a number above 0, got {options.minutes:g}")
+    if options.games is not None and options.games < 1:
+        parser.error(f"--games: expected 1 or more, got {options.games}")
     try:
+        check_place(options.output, replace=options.replace)
         learn(options, only)
     except VrgError as error:
         sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit("stopped before there was anything to write")
 
 
 def learn(options: argparse.Namespace, only: dict[str, str | bool]) -> None:
@@ -166,7 +193,8 @@ def learn(options: argparse.Namespace, only: dict[str, str | bool]) -> None:
     save(policy, options.output)
     mean = float(np.square(pairs.actions - pairs.actions.mean(axis=0)).mean())
     print(f"squared error {errors[-1]:.4f} after {len(errors)} epochs; of the mean action it would be {mean:.4f}")
-    print(f"Play it: vrg compare {options.output} {strategies_of(game)[0]} --match {match}")
+    file, match = shlex.quote(str(options.output)), shlex.quote(match)
+    print(f"wrote {options.output}. Play it: vrg compare {file} {strategies_of(game)[0]} --match {match}")
 
 
 if __name__ == "__main__":

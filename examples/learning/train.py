@@ -12,10 +12,13 @@ import argparse
 import json
 import math
 import os
+import shlex
 import signal
 import sys
+import threading
 import time
-from collections.abc import Sequence
+import zipfile
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,12 +30,12 @@ from matplotlib.figure import Figure
 
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.games import strategies_of
+from vrg.games import learning_of, strategies_of
 from vrg.learning.batch.matches import Batch
 from vrg.learning.batch.stepping import Variation
-from vrg.learning.matches import learning_of
 from vrg.learning.network import Adam, Network, Parameters, initial, layout_of
-from vrg.learning.policy import Policy, load, save
+from vrg.learning.policy import Policy, check_place, load, save
+from vrg.registry import did_you_mean
 
 GAMMA, LAMBDA = 0.99, 0.95  # the discount of a step, and of the estimates of advantages (Schulman et al. 2016)
 CLIP, ENTROPY, EPOCHS, ROWS = 0.2, 0.002, 3, 4096  # ROWS: those of a minibatch
@@ -42,6 +45,7 @@ WARM = 8  # updates that teach the value alone, if the policy can play already
 FORMER, SHIPPED = 0.2, 0.5  # the shares of the matches against former selves, and against shipped strategies
 SCHOOL, CORRECTIONS, LESSON = 0.25, 400_000, 12  # the share of the time, the corrections kept, the steps of a lesson
 FASTEST, STRAYING, SPREAD = 2e-3, 0.2, 0.3  # the rate in lessons, and how far the policy tries out in and after them
+OWN = ("minutes", "output", "replace", "resume")  # options of one run of this program, not of the training
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
 )
@@ -92,8 +96,9 @@ class Training:
         self.against = shipped if options["against"] is None else [n for n in options["against"] if n != "none"]
         for option, names in (("--teacher", [self.teacher]), ("--against", self.against)):
             if strange := [name for name in names if name not in (*shipped, "none")]:
-                known = ", ".join((*shipped, "none"))
-                raise ConfigError(f"{option}: expected one of {known}, which play in a batch, got {strange[0]!r}")
+                known, guess = ", ".join((*shipped, "none")), did_you_mean(strange[0], shipped)
+                of = f"{self.game} (--match {options['match']})"
+                raise ConfigError(f"{option}: expected one of {known} for {of}, got {strange[0]!r}{guess}")
         own, slot = len(self.layout.own), len(self.layout.slot)
         actor: Parameters = {**initial(own, slot, 2, self.rng), "log_std": np.full(2, -0.5, dtype=np.float32)}
         self.taught = bool(options["start"]) or self.teacher == "none"
@@ -373,16 +378,38 @@ def rivals_of(matches: int, strategies: Sequence[str]) -> list[Rival]:
 
 
 def resumed(file: Path) -> Training:
-    """The training that was saved in a file."""
-    with np.load(file, allow_pickle=False) as found:
-        kept = json.loads(str(found["kept"]))
-        training = Training(kept["options"], again=True)
-        if kept["taught"]:
-            training.play_for_rewards()
-        for name, values in training.arrays().items():
-            values[...] = found[name]
-        names = list(training.pool[0])
-        training.pool = [{name: found[f"pool {n} {name}"] for name in names} for n in range(kept["pool"])]
+    """The training that was saved in a file.
+
+    Raises:
+        ConfigError: it is none, or its match is not what it was.
+        OSError: it cannot be read.
+    """
+    try:
+        with np.load(file, allow_pickle=False) as found:
+            return restored(found)
+    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+        if isinstance(error, ConfigError):
+            raise
+        raise ConfigError(
+            f"--resume {file}: expected a training as this version of train.py writes it, and the match that it was "
+            f"begun with: {error}: begin anew, with --start {file.with_suffix('.npz').name} if that is there"
+        ) from None
+
+
+def restored(found: Mapping[str, np.ndarray]) -> Training:
+    """The training whose arrays were saved.
+
+    Raises:
+        KeyError, ValueError: they are not those of a training of this match.
+    """
+    kept = json.loads(str(found["kept"]))
+    training = Training(kept["options"], again=True)
+    if kept["taught"]:
+        training.play_for_rewards()
+    for name, values in training.arrays().items():
+        values[...] = found[name]
+    names = list(training.pool[0])
+    training.pool = [{name: found[f"pool {n} {name}"] for name in names} for n in range(kept["pool"])]
     training.updates, training.decisions, training.rate = kept["updates"], kept["decisions"], kept["rate"]
     training.won, training.drawn, training.curve = kept["won"], kept["drawn"], kept["curve"]
     training.schooled = kept["schooled"]
@@ -427,42 +454,65 @@ def draw(curve: list[dict[str, float]], file: Path) -> None:
 def make_parser() -> argparse.ArgumentParser:
     """The parser of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--match", default="sharks-and-minnows", help="a game, or a match file")
-    parser.add_argument("--minutes", type=float, default=5.0, help="how long")
-    parser.add_argument("--output", type=Path, help="the file of the policy: policy.npz, or that of --resume")
-    parser.add_argument("--resume", type=Path, help="go on with a training, such as policy.training, by its options")
-    parser.add_argument("--start", help="begin with this policy, such as one of imitate.py, without lessons")
-    parser.add_argument("--teacher", help="the shipped strategy that gives lessons at first, or none")
-    parser.add_argument("--against", nargs="+", help="shipped strategies to play against, or none; the default is all")
-    parser.add_argument("--vary", action="store_true", help="each match has robots and links of its own")
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--matches", type=int, default=128, help="how many are played at once")
-    parser.add_argument("--horizon", type=int, default=48, help="steps between two updates")
-    parser.add_argument("--hold", type=int, default=3, help="decisions of 0.1 s in a step, which have the same action")
-    parser.add_argument("--most", type=int, default=1500, help="decisions after which a match is cut off")
+    add = parser.add_argument
+    add("--match", help="a game, or a match file (the game of --start, or roboflag)")
+    add("--minutes", type=float, default=5.0, help="how long, without compiling (%(default)g)")
+    add("--output", type=Path, help="the file of the policy (policy.npz, or that of --resume)")
+    add("--replace", action="store_true", help="overwrite a policy that is there")
+    add("--resume", type=Path, help="go on with a training, such as policy.training, by its options")
+    add("--start", help="begin with this policy, such as one of imitate.py, without lessons")
+    add("--teacher", help="the shipped strategy of the game that gives lessons at first, or none (the game's first)")
+    add("--against", nargs="+", help="the shipped strategies of the game to play against, or none (all)")
+    add("--vary", action="store_true", help="each match has robots and links of its own")
+    add("--seed", type=int, default=0, help="of all that is drawn (%(default)s)")
+    add("--matches", type=int, default=128, help="how many are played at once (%(default)s)")
+    add("--horizon", type=int, default=48, help="steps between two updates (%(default)s)")
+    add("--hold", type=int, default=3, help="decisions of 0.1 s in a step, with the same action (%(default)s)")
+    add("--most", type=int, default=1500, help="decisions after which a match is cut off (%(default)s)")
     return parser
 
 
-def main() -> None:
-    """Read the command line, train, and write what was learned."""
-    parser = make_parser()
-    arguments = vars(parser.parse_args())
-    minutes, output, resume = (arguments.pop(name) for name in ("minutes", "output", "resume"))
-    if resume and (given := [name for name, value in arguments.items() if value != parser.get_default(name)]):
+def asked_for(parser: argparse.ArgumentParser) -> argparse.Namespace:
+    """The options of the command line, as far as they fit together; a mistake ends the program."""
+    options = parser.parse_args()
+    given = [name for name, value in vars(options).items() if name not in OWN and value != parser.get_default(name)]
+    if options.resume and given:
         parser.error(f"--resume goes on with the options of that training: leave out --{', --'.join(given)}")
-    if arguments["start"] and arguments["teacher"]:
+    if options.start and options.teacher:
         parser.error("--start begins with what a policy knows, and --teacher with lessons: choose one")
-    output = output or (resume.with_suffix(".npz") if resume else Path("policy.npz"))
-    print("compiling the game: about a minute, the first time", flush=True)
-    try:
-        training = resumed(resume) if resume else Training(arguments)
-    except (ConfigError, OSError) as error:
-        sys.exit(str(error))
+    if options.resume and options.resume.suffix != ".training":
+        parser.error(
+            f"--resume: expected NAME.training, got {options.resume}; to begin with a policy: --start NAME.npz"
+        )
+    if not 0.0 < options.minutes < math.inf:
+        parser.error(f"--minutes: expected a number above 0, got {options.minutes:g}")
+    for name in ("matches", "horizon", "hold", "most"):
+        if getattr(options, name) < 1:
+            parser.error(f"--{name}: expected 1 or more, got {getattr(options, name)}")
+    return options
+
+
+def begun(options: argparse.Namespace) -> Training:
+    """The training that was asked for.
+
+    Raises:
+        ConfigError: something that it needs is not there, or what it writes is.
+        OSError: a file cannot be read.
+    """
+    check_place(options.output, replace=options.replace or options.resume == options.output.with_suffix(".training"))
+    if options.resume:
+        return resumed(options.resume)
+    if options.match is None:
+        options.match = load(Path(options.start)).game if options.start else "roboflag"
+    return Training({name: value for name, value in vars(options).items() if name not in OWN})
+
+
+def go(training: Training, minutes: float, output: Path) -> None:
+    """Train, tell how it goes, and write the policy every few seconds and at the end."""
     stop: list[int] = []
     signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
     begin = shown = time.monotonic()
-    first, counted = training.decisions, training.decisions
-    seconds = 60.0 * minutes
+    counted, seconds = training.decisions, 60.0 * minutes
     while not stop and time.monotonic() < begin + seconds:
         done = training.schooled / (SCHOOL * seconds)
         if not training.taught and done >= 1.0:
@@ -485,9 +535,27 @@ def main() -> None:
     training.write(output)
     if training.curve:
         draw(training.curve, output.with_suffix(".png"))
+
+
+def main() -> None:
+    """Read the command line, train, and write what was learned."""
+    options = asked_for(make_parser())
+    options.output = options.output or (options.resume or Path("policy.npz")).with_suffix(".npz")
+    slow = threading.Timer(2.0, print, ["compiling the game: about a minute, the first time"], {"flush": True})
+    slow.start()
+    try:
+        training = begun(options)
+    except (ConfigError, OSError) as error:
+        sys.exit(str(error))
+    finally:
+        slow.cancel()
+    before = training.decisions
+    go(training, options.minutes, options.output)
     training.batch.close()
-    print(f"{(training.decisions - first) / 1e6:.1f} million decisions. To see how good it is:")
-    print(f"    vrg compare {output} {strategies_of(training.game)[0]} --match {training.options['match']}")
+    new = f", {(training.decisions - before) / 1e6:.1f} of them now" if before else ""
+    print(f"{training.decisions / 1e6:.1f} million decisions{new}; wrote {options.output}. To see how good it is:")
+    opponent, match = strategies_of(training.game)[0], shlex.quote(training.options["match"])
+    print(f"    vrg compare {shlex.quote(str(options.output))} {opponent} --match {match}")
 
 
 if __name__ == "__main__":

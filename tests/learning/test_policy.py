@@ -151,8 +151,14 @@ BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "deep json": (lambda file: with_array(file, "header", np.array("[" * 100_000)), "the header is wrong"),
     "a field more": (lambda file: with_header(file, lambda h: h.update(colour="red")), "the header is wrong"),
     "a later format": (lambda file: with_header(file, lambda h: h.update(format=2)), "of format 1, got 2"),
-    "an unknown game": (lambda file: with_header(file, lambda h: h.update(game="chess")), "got one of 'chess'"),
-    "no game to learn": (lambda file: with_header(file, lambda h: h.update(game="practice")), "got one of 'practice'"),
+    "an unknown game": (
+        lambda file: with_header(file, lambda h: h.update(game="chess")),
+        "got 'chess'",
+    ),
+    "no game to learn": (
+        lambda file: with_header(file, lambda h: h.update(game="practice")),
+        "got 'practice'",
+    ),
     "another game": (lambda file: with_header(file, lambda h: h.update(game="roboflag")), "train it anew"),
     "other values": (
         lambda file: with_header(file, lambda h: h["own"].__setitem__(3, "z")),  # type: ignore[index]
@@ -302,6 +308,22 @@ def run(*words: str) -> str:
     result = CliRunner().invoke(make_app(), list(words))
     assert result.exit_code == 0, result.output
     return result.output
+
+
+def test_a_new_match_for_a_policy_is_one_of_its_game(tmp_path: Path) -> None:
+    learned = tmp_path / "learned.npz"
+    save(random_policy("roboflag"), learned)
+    run("new", "match", "first", str(learned), "--output", str(tmp_path))
+    setup = load_match(tmp_path / "first.toml")
+    assert setup.game == "roboflag"
+    assert "learned.npz" in {player.strategy for player in setup.players}
+    wrong = CliRunner().invoke(make_app(), ["new", "match", "other", str(learned), "--game", SHARKS])
+    assert "expected a strategy for sharks-and-minnows, got one that plays roboflag alone" in str(wrong.exception)
+
+
+def test_a_policy_cannot_practise(file: Path) -> None:
+    wrong = CliRunner().invoke(make_app(), ["practice", str(file), "--in-process"])
+    assert "expected a strategy for practice, got one that plays sharks-and-minnows alone" in str(wrong.exception)
 
 
 def test_a_policy_is_compared_with_the_shipped_strategy(file: Path, tmp_path: Path) -> None:

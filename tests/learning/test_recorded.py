@@ -22,13 +22,14 @@ from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, read_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.games import learning_of
 from vrg.games.learning import Learning
 from vrg.hal.models.pioneer import P2AT
 from vrg.launch.run_folder import RunFolder
 from vrg.learning.action import twist_of
 from vrg.learning.environment import MatchEnvironment
 from vrg.learning.episode import Episode
-from vrg.learning.matches import learning_of, match_of
+from vrg.learning.matches import match_of
 from vrg.learning.observation import observe
 from vrg.learning.policy import load
 from vrg.learning.record import MatchRecord
@@ -242,7 +243,7 @@ def test_a_table_without_what_is_asked_for_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="expected decisions of players that might move, found none"):
         read(file, team="red")
     written(able=True)
-    with pytest.raises(ConfigError, match="no match in it was won"):
+    with pytest.raises(ConfigError, match="of those that were chosen none is"):
         read(file, team="red", won=True)
 
 

@@ -17,8 +17,9 @@ from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.learning.demonstration import Pairs, demonstrate
 from vrg.learning.matches import match_of
+from vrg.learning.network import Network, initial
 from vrg.learning.observation import names
-from vrg.learning.policy import load, save
+from vrg.learning.policy import Policy, load, save
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "learning"
 SHARKS = "sharks-and-minnows"
@@ -161,6 +162,39 @@ def test_lessons_bring_the_policy_nearer_to_the_teacher(monkeypatch: pytest.Monk
 def test_a_teacher_that_a_game_does_not_have_is_refused() -> None:
     with pytest.raises(ConfigError, match="--teacher: expected one of sharks-and-minnows, none"):
         train.Training(options(teacher="conservative"))
+
+
+WRONG = {
+    "train --minutes 0": "--minutes: expected a number above 0",
+    "train --hold 0": "--hold: expected 1 or more",
+    "train --output nowhere/p.npz": "no such folder",
+    "train --output p.txt": "expected a file NAME.npz",
+    "train": "policy.npz: already there",
+    "train --resume policy.npz": "expected NAME.training",
+    "train --resume no.training": "no.training",
+    "train --resume policy.training --seed 3": "leave out --seed",
+    "train --match roboflag --teacher conservativ --replace": "did you mean 'conservative'",
+    "imitate --minutes 0": "--minutes: expected a number above 0",
+    "imitate --games 0": "--games: expected 1 or more",
+    "imitate": "policy.npz: already there",
+}
+
+
+@pytest.mark.parametrize("words", WRONG)
+def test_what_cannot_work_is_refused_before_the_work(
+    words: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    learned = Policy(SHARKS, Network(initial(OWN, 12, 2, np.random.default_rng(0))), np.zeros(2, dtype=np.float32))
+    save(learned, tmp_path / "policy.npz")
+    before = (tmp_path / "policy.npz").read_bytes()
+    name, *rest = words.split()
+    monkeypatch.setattr(sys, "argv", [name, *rest])
+    with pytest.raises(SystemExit) as end:
+        {"train": train, "imitate": imitate}[name].main()
+    assert WRONG[words] in f"{end.value}{capsys.readouterr().err}"
+    assert {file.name for file in tmp_path.iterdir()} == {"policy.npz"}
+    assert (tmp_path / "policy.npz").read_bytes() == before
 
 
 def test_rivals_play_each_team_of_their_matches() -> None:

@@ -60,7 +60,9 @@ def match(
             help="Your own players, which are spread over the teams of the game.",
         ),
     ] = None,
-    game: Annotated[str, typer.Option("--game", help="The game that is played.")] = "sharks-and-minnows",
+    game: Annotated[
+        str | None, typer.Option("--game", help="The game that is played: that of POLICY.npz, or sharks-and-minnows.")
+    ] = None,
     output: FolderOption = Path(),
 ) -> None:
     """Write a match, NAME.toml: a short one of Sharks and Minnows, or the one that another game begins with.
@@ -72,6 +74,7 @@ def match(
 
     _check_name(name)
     file, own = output / f"{name}.toml", _seen_from(output, players or [])
+    game = _game_of(players or [], game)
     if game == "sharks-and-minnows":
         line = '# strategy = "ann.py:Ann"'.ljust(32) + "# your own player, in a file beside this one"
         text = filled("match.toml.template", name=name, strategy=line)
@@ -84,6 +87,23 @@ def match(
         typer.echo("\nNo player of your own plays in it yet: `vrg new player ann` writes one.")
     path = shlex.quote(str(file))
     typer.echo(f"\nTo check it, and to play it:\n\n    vrg check {path}\n    vrg play {path}")
+
+
+def _game_of(targets: Sequence[str], game: str | None) -> str:
+    """The game of a new match: the one that was asked for, or that of the policies among its players.
+
+    Raises:
+        ConfigError: a policy plays another one alone.
+    """
+    from vrg.games import is_strategy_file
+    from vrg.launch.nodes import strategy_class
+
+    for target in targets:
+        able = strategy_class(target, Path.cwd()).games if is_strategy_file(target) else ()
+        if able and game is not None and game not in able:
+            raise ConfigError(f"{target}: expected a strategy for {game}, got one that plays {', '.join(able)} alone")
+        game = able[0] if able else game
+    return game or "sharks-and-minnows"
 
 
 def _spread(text: str, own: Sequence[str]) -> dict[int, str]:

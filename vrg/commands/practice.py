@@ -40,17 +40,19 @@ def practice(
     options.check()
     with fork_server(wanted=not options.in_process) as server, tempfile.TemporaryDirectory() as folder:
         from vrg.commands.playing import play_match
+        from vrg.config.loading import load_match
         from vrg.launch.trial import trial
 
         lasting = seconds if seconds is not None else 60.0 if options.in_process else 0.0
         target = None if strategy is None else whole_target(strategy)
-        if target is not None:
-            with trial(server) as tried:
-                tried.find(target, Path.cwd())  # a mistake is reported before anything starts
-        if not lasting:
-            typer.echo("the practice has no end: Ctrl-C ends it, and --for 60 would after 60 s")
         file = Path(folder, "practice.toml")
         file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
+        if target is not None:
+            with trial(server) as tried:  # a mistake is reported before anything starts
+                setup = load_match(file, base=Path.cwd())
+                tried.make(setup, setup.players[0].name)
+        if not lasting:
+            typer.echo("the practice has no end: Ctrl-C ends it, and --for 60 would after 60 s")
         play_match(str(file), PlayOptions(**vars(options)), server, base=Path.cwd())
 
 

@@ -6,9 +6,14 @@ messages. A package outside VRG adds a game by an entry point of the group `vrg.
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from vrg.errors import ConfigError
 from vrg.games.game import Game
 from vrg.registry import Registry
+
+if TYPE_CHECKING:
+    from vrg.games.learning import Learning
 
 GAMES: Registry[Game] = Registry(
     "game",
@@ -95,6 +100,20 @@ def strategies_of(name: str) -> list[str]:
     return [
         strategy for strategy, kind in kinds.items() if kind is not None and kind.__module__.startswith(f"{package}.")
     ]
+
+
+def learning_of(name: str) -> "Learning":
+    """What programs that learn a game need to know of it.
+
+    Raises:
+        ConfigError: there is no such game, or no program can learn it.
+    """
+    game = GAMES.find(name)
+    learning = None if game is None else game.load_learning()
+    if learning is None:
+        known = [other for other in GAMES.names() if (found := GAMES.find(other)) is not None and found.learning]
+        raise ConfigError(f"expected a game that can be learned ({', '.join(known)}), got {name!r}")
+    return learning
 
 
 def default_strategy(name: str, role: str) -> str:

@@ -8,10 +8,10 @@ import numpy.typing as npt
 from vrg.agents.strategy import Action, Strategy, View, decided
 from vrg.bus.messages import Stage
 from vrg.config.setup import MatchSetup
+from vrg.games import learning_of
 from vrg.games.learning import Learning
 from vrg.learning.action import fractions_of, limits_of
 from vrg.learning.episode import Episode
-from vrg.learning.matches import learning_of
 from vrg.learning.observation import names, observe
 
 

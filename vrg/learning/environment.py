@@ -16,10 +16,11 @@ from vrg.bus.node import Node
 from vrg.config.loading import check_strategies
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
+from vrg.games import learning_of
 from vrg.launch.nodes import strategy_of
 from vrg.learning.action import limits_of, twist_of
 from vrg.learning.episode import Episode
-from vrg.learning.matches import learners_of, learning_of, match_of, with_opponents
+from vrg.learning.matches import learners_of, match_of, with_opponents
 from vrg.learning.observation import Vector, names, observe
 from vrg.learning.picture import Camera, Picture
 from vrg.learning.record import MatchRecord

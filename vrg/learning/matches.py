@@ -9,7 +9,6 @@ from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import GAMES, STRATEGIES, file_of, has_name
-from vrg.games.learning import Learning
 from vrg.hal.sim.engines import ENGINES
 from vrg.registry import did_you_mean, expected_one_of
 
@@ -42,18 +41,6 @@ def match_of(match: str | Path | MatchSetup, *, engine: str | None, lasers: bool
     if "lineup" in GAMES.get(setup.game).load_settings().model_fields:
         setup = structs.replace(setup, rules={**setup.rules, "lineup": "place"})
     return setup.all_here().at_rate(0.0)
-
-
-def learning_of(game: str) -> Learning:
-    """What programs see of a game.
-
-    Raises:
-        ConfigError: no program can learn it.
-    """
-    learning = GAMES.get(game).load_learning()
-    if learning is None:
-        raise ConfigError(f"{game}: expected a game that can be learned: one whose `Game` has `learning`")
-    return learning
 
 
 def with_opponents(setup: MatchSetup, opponents: Mapping[str, str]) -> tuple[MatchSetup, set[str]]:

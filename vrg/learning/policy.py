@@ -5,6 +5,7 @@ It belongs to one game, and plays whatever role its player is given, with any nu
 """
 
 import io
+import os
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,7 @@ from msgspec import Meta, Struct
 from vrg.agents.strategy import Action, Strategy, View, decided
 from vrg.bus.messages import Stage
 from vrg.errors import ConfigError
-from vrg.games import GAMES, STRATEGIES
+from vrg.games import GAMES, STRATEGIES, learning_of
 from vrg.games.learning import Learning
 from vrg.hal.models import RobotModel
 from vrg.learning.action import limits_of, twist_of
@@ -77,6 +78,24 @@ class Policy:
     def means(self, observations: np.ndarray) -> np.ndarray:
         """The motions for observations, shape (rows, actions), within -1 to 1."""
         return np.tanh(self.network(observations))
+
+
+def check_place(file: Path, *, replace: bool) -> None:
+    """Check that a policy can be written to a file: before the work, so that none is lost.
+
+    Args:
+        replace: whether a file that is there may be overwritten.
+
+    Raises:
+        ConfigError: it cannot.
+    """
+    if file.suffix != ".npz":
+        raise ConfigError(f"--output: expected a file NAME.npz, by which matches know a policy, got {file}")
+    if not os.access(file.parent, os.W_OK):
+        what = "you may not write into this folder" if file.parent.is_dir() else "no such folder: make it"
+        raise ConfigError(f"--output {file}: {file.parent}: {what}, or choose another place")
+    if os.path.lexists(file) and not replace:
+        raise ConfigError(f"{file}: already there: choose another name by --output, or overwrite it by --replace")
 
 
 def save(policy: Policy, file: Path) -> None:
@@ -179,11 +198,10 @@ def _header(file: Path, text: str) -> Header:
 
 
 def _learning(file: Path, game: str) -> Learning:
-    found = GAMES.get(game).load_learning() if game in GAMES else None
-    if found is None:
-        known = [name for name in GAMES.names() if (known := GAMES.find(name)) is not None and known.learning]
-        raise ConfigError(f"{file}: expected a policy of one of the games {', '.join(known)}, got one of {game!r}")
-    return found
+    try:
+        return learning_of(game)
+    except ConfigError as error:
+        raise ConfigError(f"{file}: {error}") from None
 
 
 def _difference(part: str, expected: Sequence[str], got: Sequence[str]) -> str:

@@ -21,13 +21,13 @@ from vrg.bus.messages import PlayerStatus, RefereeState, Report, Stage
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
+from vrg.games import learning_of
 from vrg.geometry import interpolate
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
 from vrg.learning.action import fractions_of, limits_of
-from vrg.learning.matches import learning_of
 from vrg.learning.observation import Vector, observe
 from vrg.learning.puppet import TARGET
 from vrg.navigation.motion import VelocityEstimator
@@ -74,7 +74,11 @@ def check(setup: MatchSetup) -> None:
     Raises:
         ConfigError: it cannot; or no program can learn the game; or robots of the match have different actions.
     """
-    if learning_of(setup.game).scan:
+    try:
+        learning = learning_of(setup.game)
+    except ConfigError as error:
+        raise ConfigError(f"{setup.origin}: {error}") from None
+    if learning.scan:
         raise ConfigError(
             f"{setup.game}: expected a game in which all poses are published: a recording does not tell which "
             "ones a player received, nor what it saw with its laser at each decision"

@@ -20,9 +20,9 @@ from pyarrow import parquet
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.errors import ConfigError
+from vrg.games import learning_of
 from vrg.learning.action import limits_of
 from vrg.learning.demonstration import Pairs
-from vrg.learning.matches import learning_of
 from vrg.learning.network import layout_of
 from vrg.learning.observation import names
 from vrg.learning.recorded import check, decisions
@@ -164,9 +164,10 @@ def read(file: Path, **only: str | bool) -> tuple[str, Pairs]:
         known = [word for word in pc.unique(table[name]).to_pylist() if word is not None]
         table = table.filter(pc.field(name) == value)
         if not len(table):
-            if not known:  # only who won can be unknown in every row
+            if name == "won":
                 raise ConfigError(
-                    f"{file}: {name}: expected {value}, but no match in it was won: leave this choice out"
+                    f"{file}: expected decisions of winners, but of those that were chosen none is: choose other "
+                    "players or runs, or leave --winners out"
                 )
             raise ConfigError(f"{file}: {name}: expected one of {', '.join(map(str, known))}, got {value}")
     arrays = [table[name].combine_chunks().flatten().to_numpy() for name in ("observation", "action")]
