@@ -23,6 +23,7 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a process for each core is faster
 
 import numpy as np
+from lessons import correct
 from msgspec import structs
 
 from vrg.config.setup import MatchSetup
@@ -92,22 +93,12 @@ def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int =
     order = rng.permutation(len(pairs.actions))
     kept, rest = np.split(order, [max(1, len(order) // 10)])
 
-    def learn(rows: np.ndarray, rate: float) -> None:
-        wanted = pairs.actions[rows]
-
-        def slope(outputs: np.ndarray, part: slice) -> np.ndarray:
-            means = np.tanh(outputs)
-            found: np.ndarray = (means - wanted[part]) * (1.0 - means * means) / len(wanted)
-            return found
-
-        adam.update(network.slopes(pairs.observations[rows], slope), rate)
-
     stop: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
     done, shown = 0.0, begin
     while not stop and done < 1.0 and len(errors) < epochs:
         for rows in np.array_split(rng.permutation(rest), max(1, len(rest) // ROWS)):
-            learn(rows, RATE * (1.0 - 0.95 * done))
+            correct(network, adam, pairs.observations[rows], pairs.actions[rows], RATE * (1.0 - 0.95 * done))
         off = np.tanh(network(pairs.observations[kept])) - pairs.actions[kept]
         errors.append(float(np.square(off).mean()))
         now = time.monotonic()

@@ -31,7 +31,9 @@ def example(name: str) -> ModuleType:
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
+    sys.path.insert(0, str(EXAMPLES))  # as Python itself does for a program that is started
     spec.loader.exec_module(module)
+    sys.path.remove(str(EXAMPLES))
     return module
 
 
@@ -104,10 +106,10 @@ def options(**change: object) -> dict[str, Any]:
 
 def test_training_gets_better_at_what_it_is_rewarded_for(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
-    monkeypatch.setattr(train, "ROWS", 256)
+    monkeypatch.setattr(sys.modules["ppo"], "ROWS", 256)
     training = train.Training(options(matches=32, horizon=32))
     for _ in range(25):
-        training.update()
+        training.go_on(0.0)
     rewards = [point["reward"] for point in training.curve]
     # The mean square of what is asked for is a third, and trying out costs as much as its variance.
     assert np.mean(rewards[-3:]) > 0.6 * np.mean(rewards[:3])
@@ -123,13 +125,13 @@ def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
     if not real:
         monkeypatch.setattr(train, "Batch", TinyBatch)
     whole, stopped = (train.Training(options(horizon=6, hold=2)) for _ in range(2))
-    whole.update()
-    stopped.update()
+    whole.go_on(0.0)
+    stopped.go_on(0.0)
     stopped.save(tmp_path / "policy.training")
     again = train.resumed(tmp_path / "policy.training")
     for training in (whole, again):
-        training.update()
-        training.update()
+        training.go_on(0.0)
+        training.go_on(0.0)
     assert again.curve == whole.curve
     assert again.decisions == whole.decisions == 3 * 6 * 2 * whole.learns.size
     for name, values in whole.arrays().items():
@@ -139,11 +141,11 @@ def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
 def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
     training = train.Training(options())
-    training.update()
+    training.go_on(0.0)
     save(training.learned(), tmp_path / "policy.npz")
     further = train.Training(options(start=str(tmp_path / "policy.npz")))
     for name, values in load(tmp_path / "policy.npz").network.parameters.items():
-        np.testing.assert_array_equal(further.policy.parameters[name], values)
+        np.testing.assert_array_equal(further.learner.policy.parameters[name], values)
     train.draw(training.curve, tmp_path / "curve.png")
     assert (tmp_path / "curve.png").stat().st_size > 1000
 
@@ -151,11 +153,11 @@ def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_lessons_bring_the_policy_nearer_to_the_teacher(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
     training = train.Training(options(teacher="turner"))
-    assert not training.taught
-    off = [training.lesson(rate=3e-3) for _ in range(20)]
+    assert training.lessons is not None
+    off = [float(training.go_on(1.0).split()[0]) for _ in range(30)]
     assert off[-1] < 0.4 * off[0]
-    training.play_for_rewards()
-    training.update()
+    training.go_on(0.0)
+    assert training.lessons is None
     assert training.curve[-1]["decisions"] == training.decisions
 
 

@@ -3,7 +3,7 @@
 import math
 
 from vrg.geometry import wrap
-from vrg.types import STILL, Pose, Twist, Vector
+from vrg.types import Pose, Twist, Vector
 
 
 def offset_point(pose: Pose, d: float) -> Vector:
@@ -50,6 +50,15 @@ def scaled(u: Vector, speed: float) -> Vector:
     return u[0] * speed / length, u[1] * speed / length
 
 
+def turn(error: float, tolerance: float) -> Twist:
+    """The twist that turns a robot on the spot, at 1 rad/s at most; none within the tolerance.
+
+    Args:
+        error: what its heading lacks, rad, -pi to pi. tolerance: rad.
+    """
+    return Twist(0.0, 0.0 if abs(error) < tolerance else max(-1.0, min(1.0, 2.0 * error)))
+
+
 def go_to(goal: Pose, pose: Pose, *, d: float, speed: float, reach: float) -> Twist:
     """The twist that drives to a place and then turns to its heading, at 1 rad/s at most.
 
@@ -60,6 +69,5 @@ def go_to(goal: Pose, pose: Pose, *, d: float, speed: float, reach: float) -> Tw
             point that converges on the goal, and it is ahead of the body's centre.
     """
     if math.hypot(goal.x - pose.x, goal.y - pose.y) < reach:
-        error = wrap(goal.theta - pose.theta)
-        return STILL if abs(error) < 0.05 else Twist(0.0, max(-1.0, min(1.0, 2.0 * error)))
+        return turn(wrap(goal.theta - pose.theta), 0.05)
     return linearise(limit(track((goal.x, goal.y), (0.0, 0.0), pose, d, 1.0), speed), pose.theta, d)

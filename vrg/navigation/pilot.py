@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from msgspec import Struct
 
 from vrg.navigation.avoidance import FreeArea, Obstacle, steer
-from vrg.navigation.control import linearise, scaled
+from vrg.navigation.control import linearise, scaled, turn
 from vrg.navigation.route import WAYPOINT_CLEARANCE, Effort, grown, route
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Pose, Twist, Vector
@@ -37,6 +37,8 @@ EFFORT = 5000
 
 Where they find no way, the robot drives straight on, past what is near.
 """
+FACING = 0.2
+"""The angle in rad to a place within which a robot that stands is turned towards it."""
 SIDEWAYS = 0.7
 """The part of its velocity out of a crowd that is to the left, relative to the part away from the nearest body."""
 
@@ -127,7 +129,7 @@ class Pilot:
         if towards is None or math.dist(towards, (pose.x, pose.y)) < OFFSET:
             return STILL
         error = math.remainder(math.atan2(towards[1] - pose.y, towards[0] - pose.x) - pose.theta, math.tau)
-        return STILL if abs(error) < 0.2 else Twist(0.0, max(-1.0, min(1.0, 2.0 * error)))
+        return turn(error, FACING)
 
     def _begin(self, now: float, here: Vector) -> None:
         """Count from now on for how long the robot gets nowhere."""

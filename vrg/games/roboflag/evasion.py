@@ -7,6 +7,7 @@ This is the dominance region of pursuit and evasion: inside it the player is fir
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 import numpy.typing as npt
@@ -25,6 +26,12 @@ DISTANCES: Floats = np.array([0.4, 0.8, 1.4, 2.2, 3.2, 4.5])
 """The distances in m ahead at which each direction is looked at."""
 LEVEL = 3.0
 """The number of seconds by which a point is safe at most: more is no better."""
+SAFER: Final = 0.05
+"""The progress in m that is worth as much as a second of safety more."""
+NEARER: Final = 0.1
+"""The seconds of safety that a metre of progress is worth, where no way is safe."""
+TURNED: Final = 0.02
+"""The progress in m that a turn by a radian costs: of ways that are about as good, the one that turns least."""
 _ANGLES = np.arange(DIRECTIONS) * (math.tau / DIRECTIONS)
 
 
@@ -77,11 +84,11 @@ def best_course(
     progress = math.dist(place, goal) - np.hypot(*np.moveaxis(points - there, -1, 0))
     good = level >= margin
     if good[:, 0].any():
-        value = np.where(good, progress + 0.05 * level, -np.inf).max(axis=1)
-        # Of ways that are about as good, the one that turns least.
-        best = int(np.argmax(value - 0.02 * np.abs(np.remainder(angles - straight + math.pi, math.tau) - math.pi)))
+        value = np.where(good, progress + SAFER * level, -np.inf).max(axis=1)
+        turns = np.abs(np.remainder(angles - straight + math.pi, math.tau) - math.pi)
+        best = int(np.argmax(value - TURNED * turns))
         return BestDirection((float(units[best, 0]), float(units[best, 1])), float(value[best]), float(level[best, 0]))
-    best = int(np.argmax(level[:, 1] + 0.1 * progress[:, 1]))
+    best = int(np.argmax(level[:, 1] + NEARER * progress[:, 1]))
     return BestDirection((float(units[best, 0]), float(units[best, 1])), 0.0, float(level[best, 0]))
 
 

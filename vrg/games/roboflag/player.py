@@ -40,6 +40,8 @@ FORM_UP_TIMEOUT = 10.0
 """The match time in s for which an attacker waits until all have formed up."""
 AT_POST, OFF_POST = 0.15, 0.35
 """The distances in m from its post at which a guard stops, and at which it drives there again."""
+APPROACH, SLOWEST = 1.5, 0.2
+"""The speed in m/s at which a guard drives to its post, for each metre that is left, and at least."""
 MARK_REACH = 0.2
 """The distance in m from its mark at which a player stops before a round."""
 
@@ -270,7 +272,7 @@ class RoboFlagPlayer(Strategy):
         if self._staying:
             return self._mover.stay(view, towards)
         self._goal = place
-        return self._mover.go(view, place, self._bounds(), speed=min(self.robot.v_max, max(0.2, 1.5 * away)))
+        return self._mover.go(view, place, self._bounds(), speed=min(self.robot.v_max, max(SLOWEST, APPROACH * away)))
 
     def _bounds(self) -> Region:
         return Rectangle(-1e5, -1e5, 1e5, 1e5) if self._ground is None else self._ground.inner

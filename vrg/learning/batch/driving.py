@@ -3,7 +3,7 @@
 import math
 from typing import Final
 
-from vrg.games.roboflag.evasion import DIRECTIONS, DISTANCES, LEVEL
+from vrg.games.roboflag.evasion import DIRECTIONS, DISTANCES, LEVEL, NEARER, SAFER, TURNED
 from vrg.learning.batch.records import Flags, Floats
 from vrg.navigation.avoidance import TURNS
 from vrg.navigation.control import linearise
@@ -168,13 +168,13 @@ def safest(
             progress = far - math.hypot(px - goal_x, py - goal_y)
             if step == 0:
                 first = level
-            elif step == 1 and level + 0.1 * progress > other_value:
-                other, other_value, other_margin = straight + turn, level + 0.1 * progress, first
+            elif step == 1 and level + NEARER * progress > other_value:
+                other, other_value, other_margin = straight + turn, level + NEARER * progress, first
             if level >= margin:
-                value = max(value, progress + 0.05 * level)
+                value = max(value, progress + SAFER * level)
             elif step > 0:
                 break
-        worth = value - 0.02 * min(turn, math.tau - turn)  # of ways that are about as good, the one that turns least
+        worth = value - TURNED * min(turn, math.tau - turn)
         if worth > best_worth:
             best, best_worth, best_value, best_margin = straight + turn, worth, value, first
     if best_worth > -math.inf:

@@ -2,7 +2,7 @@
 
 import math
 
-from vrg.learning.batch.records import Floats, Numbers, Singles
+from vrg.learning.batch.records import Floats, Numbers, Singles, insert
 
 OWN = 8
 """The number of values about the player itself, before the game's numbers."""
@@ -80,11 +80,7 @@ def write_others(
         if n == me:
             continue
         dx, dy = poses[n, 0] - x, poses[n, 1] - y
-        gap, slot = dx * dx + dy * dy, others
-        while slot > 0 and gaps[slot - 1] > gap:
-            gaps[slot], order[slot] = gaps[slot - 1], order[slot - 1]
-            slot -= 1
-        gaps[slot], order[slot] = gap, n
+        insert(gaps, order, others, dx * dx + dy * dy, n)
         others += 1
     share, vx, vy = 0.5 / v_max, v * cos, v * sin
     for slot in range(others):

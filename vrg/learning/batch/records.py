@@ -23,10 +23,18 @@ def records(count: int, **fields: tuple[Any, ...]) -> Records:
 
     Args:
         fields: the type of each field, followed by its shape. Truth values are stored as 0 and 1: numba has no arrays
-        of
-            them in records.
+            of them in records.
     """
     layout = [
         (name, np.dtype(np.uint8 if kind is bool else kind), tuple(shape)) for name, (kind, *shape) in fields.items()
     ]
     return np.zeros(count, dtype=np.dtype(layout, align=True)).view(np.recarray)
+
+
+def insert(keys: Floats, values: Numbers, count: int, key: float, value: int) -> None:
+    """Put a value at its place among the first `count`, whose keys rise; behind those with the same key."""
+    place = count
+    while place > 0 and keys[place - 1] > key:
+        keys[place], values[place] = keys[place - 1], values[place - 1]
+        place -= 1
+    keys[place], values[place] = key, value

@@ -13,6 +13,7 @@ import numpy as np
 
 from vrg.games.roboflag.formation import ATTACKER_SPACING, FLANK, FORM_UP_DISTANCE, IN_PLACE
 from vrg.games.roboflag.player import (
+    APPROACH,
     AT_POST,
     BOLDNESS,
     FORM_UP_TIMEOUT,
@@ -22,11 +23,14 @@ from vrg.games.roboflag.player import (
     NEARLY,
     OFF_POST,
     RISK,
+    SLOWEST,
 )
 from vrg.games.roboflag.posts import ALL_ROUND, LOYALTY, MAX_CHASERS, POST_CLEARANCE, POST_DISTANCE
 from vrg.games.roboflag.situation import BORDER_CLEARANCE, HAVEN
 from vrg.learning.batch.driving import Box, head, meeting_time, nearest_in, safest, scaled, within
-from vrg.learning.batch.records import Floats, Numbers, Record
+from vrg.learning.batch.records import Floats, Numbers, Record, insert
+from vrg.navigation.control import turn
+from vrg.navigation.pilot import FACING
 from vrg.types import Vector
 
 NORMAL, TAGGED, FLAGGED = 0, 1, 2
@@ -111,14 +115,10 @@ def auction(s: Record, t: Record, r: Record, k: Record, p: Record, team: int) ->
 
 def ranking(s: Record, t: Record, p: Record, team: int) -> Numbers:
     """The normal players of a team in the order of their bids, the winner first."""
-    found, count = np.empty(len(s.sides), dtype=np.int64), 0
+    found, bids, count = np.empty(len(s.sides), dtype=np.int64), np.empty(len(s.sides)), 0
     for n in s.order:
         if s.sides[n] == team and t.states[n] == NORMAL:
-            bid, place = -1.0 if n == p.winner[team] else p.bid[n], count
-            while place > 0 and found[place - 1] != p.winner[team] and p.bid[found[place - 1]] > bid:
-                found[place] = found[place - 1]
-                place -= 1
-            found[place] = n
+            insert(bids, found, count, -1.0 if n == p.winner[team] else p.bid[n], n)
             count += 1
     return found[:count]
 
@@ -180,11 +180,7 @@ def nearest(s: Record, t: Record, k: Record, team: int, x: float, y: float) -> N
     found, gaps, count = np.empty(len(s.sides), dtype=np.int64), np.empty(len(s.sides)), 0
     for n in s.order:
         if s.sides[n] == team and t.states[n] != TAGGED:
-            gap, place = math.hypot(k.poses[n, 0] - x, k.poses[n, 1] - y), count
-            while place > 0 and gaps[place - 1] > gap:
-                gaps[place], found[place] = gaps[place - 1], found[place - 1]
-                place -= 1
-            gaps[place], found[place] = gap, n
+            insert(gaps, found, count, math.hypot(k.poses[n, 0] - x, k.poses[n, 1] - y), n)
             count += 1
     return found[:count]
 
@@ -234,11 +230,7 @@ def guard(s: Record, t: Record, r: Record, k: Record, p: Record, team: int) -> N
     guards, bearings, count, widest = np.empty(len(s.sides), dtype=np.int64), np.empty(len(s.sides)), 0, 0.0
     for n in s.order:
         if s.sides[n] == team and p.job[n] == GUARD and t.states[n] == NORMAL:
-            angle, place = bearing(k.poses[n, 0] - x, k.poses[n, 1] - y, s.ahead[team]), count
-            while place > 0 and bearings[place - 1] > angle:
-                guards[place], bearings[place] = guards[place - 1], bearings[place - 1]
-                place -= 1
-            guards[place], bearings[place] = n, angle
+            insert(bearings, guards, count, bearing(k.poses[n, 0] - x, k.poses[n, 1] - y, s.ahead[team]), n)
             widest = max(widest, r.reach[n])
             count += 1
     if count == 0:
@@ -334,7 +326,7 @@ def to_place(r: Record, k: Record, p: Record, n: int, towards: Vector, box: Box)
     p.staying[n] = away < (OFF_POST if p.staying[n] else AT_POST)
     if p.staying[n]:
         return stay(k, n, towards)
-    return go(r, k, p, n, NO_ONE, (dx, dy), min(r.v_max[n], max(0.2, 1.5 * away)), box)
+    return go(r, k, p, n, NO_ONE, (dx, dy), min(r.v_max[n], max(SLOWEST, APPROACH * away)), box)
 
 
 def stay(k: Record, n: int, towards: Vector) -> tuple[float, float]:
@@ -342,7 +334,8 @@ def stay(k: Record, n: int, towards: Vector) -> tuple[float, float]:
     dx, dy = towards[0] - k.own[n, 0], towards[1] - k.own[n, 1]
     cos, sin = math.cos(k.own[n, 2]), math.sin(k.own[n, 2])
     error = math.atan2(dy * cos - dx * sin, dx * cos + dy * sin)
-    return 0.0, 0.0 if abs(error) < 0.2 else max(-1.0, min(1.0, 2.0 * error))
+    twist = turn(error, FACING)
+    return twist.v, twist.w
 
 
 def drive_safely(
