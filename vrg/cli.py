@@ -49,6 +49,8 @@ RUN: Table = {
         "replay": ("vrg.commands.replay:replay", "Watch it, and play on with another strategy"),
         "why": ("vrg.commands.why:why", "Why the referee made a call"),
         "judge": ("vrg.commands.run:judge", "Let the rule book judge it again"),
+        "diff": ("vrg.commands.differing:diff", "Where two runs of one match parted: the first step, node and field"),
+        "repeat": ("vrg.commands.differing:repeat", "Play it again, and find out whether it is the same"),
         "stops": ("vrg.commands.stops:stops", "How the robots stopped when they had to"),
         "export": ("vrg.commands.export:export", "What players saw and did, as a table to learn from"),
     }

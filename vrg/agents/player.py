@@ -176,6 +176,7 @@ class Player(Node):
 
     def play_by(self, strategy: Strategy) -> None:
         """Let another strategy decide from now on."""
+        self._end_strategy()
         self._strategy = strategy
         self._nonsense = 0
 
@@ -204,6 +205,11 @@ class Player(Node):
     def stop(self) -> None:
         """Stop the robot and close its device."""
         self._device.close()
+        self._end_strategy()
+
+    def _end_strategy(self) -> None:
+        if isinstance(self._strategy, RemoteStrategy):
+            self._strategy.close()
 
     def _reason_to_stand(self, tick: Tick, referee: Received[RefereeState] | None) -> str | None:
         """The reason why the robot has to stand still whatever a human or the strategy wants, or None."""

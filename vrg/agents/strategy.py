@@ -132,12 +132,20 @@ class Strategy(ABC):
         return StrategyError(f"{type(self).__name__}.act: {what}{f' ({place})' if place else ''}")
 
 
+class ForfeitError(Exception):
+    """A strategy that decides elsewhere has forfeited this step: its player wants nothing, and its robot stands."""
+
+
 class RemoteStrategy(Strategy):
     """A strategy that decides elsewhere, while others do. `act` waits for its answer to the view that was sent."""
 
     @abstractmethod
     def send(self, view: View) -> None:
         """Send the view of which `act` will be called next."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End what decides. Idempotent."""
 
 
 def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
@@ -151,6 +159,8 @@ def decided(strategy: Strategy, view: View) -> tuple[Action, str]:
         mode = str(strategy.mode)
     except (DecisionTimeoutError, StrategyError):
         raise
+    except ForfeitError:
+        return Action(), "Late"
     except BaseException as error:  # a student's code may raise anything
         raise failure_of(error) from error
     try:

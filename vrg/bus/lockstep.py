@@ -9,10 +9,14 @@ Between the two an outer loop may ask the nodes for what they have heard, and gi
 `begin` and `finish` in place of `step`.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Final
 
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.transport import MemoryTransport, begin_turn, end_turn, turn
+
+DIGEST_PERIOD: Final = 1.0
+"""The match time in s between two steps of which the digests are made."""
 
 
 class Lockstep:
@@ -23,10 +27,20 @@ class Lockstep:
         nodes: the other nodes. They are ticked in the order of (kind, name).
         strict: True passes every message through the codec of the bus, so that a message that could not travel over the
             bus is refused here too. This is slower.
+        digested: called once a DIGEST_PERIOD with the match time in s of a step, and the digest of all that each node
+            has published in it, by its kind and name. None makes none.
     """
 
-    def __init__(self, world: Node, nodes: Sequence[Node], *, strict: bool = False) -> None:
+    def __init__(
+        self,
+        world: Node,
+        nodes: Sequence[Node],
+        *,
+        strict: bool = False,
+        digested: Callable[[float, Mapping[str, str]], None] | None = None,
+    ) -> None:
         self._world = world
+        self._digested, self._digests = digested, -1
         self._transport = MemoryTransport(strict=strict)
         self._started = False
         self._nodes = sorted(nodes, key=lambda node: (node.kind, node.name))
@@ -65,6 +79,9 @@ class Lockstep:
             for node in [self._world, *self._nodes]:
                 node.start()
         time = self.time
+        if self._digested is not None and due_index(time, DIGEST_PERIOD) != self._digests:
+            self._digests = due_index(time, DIGEST_PERIOD)
+            self._transport.digests = {}
         turn([self._world], Tick(time), self._transport)
         periods = self._complete(time)
         due = [node for node in self._nodes if node.period in periods] if periods else []
@@ -81,6 +98,10 @@ class Lockstep:
             raise RuntimeError("expected a tick that has begun: call begin() first")
         due, self._begun = self._begun, None
         end_turn(due, Tick(self.time), self._transport)
+        if self._digested is not None and self._transport.digests is not None:
+            found = {name: digest.hexdigest() for name, digest in self._transport.digests.items()}
+            self._transport.digests = None
+            self._digested(self.time, found)
         self._ticks += 1
 
     def stop(self) -> None:

@@ -5,6 +5,7 @@ same nodes run over any transport: `vrg.bus.lockstep` runs all of them in the me
 `vrg.bus.process` runs each of them in a process of its own, over a session.
 """
 
+import hashlib
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
@@ -88,15 +89,23 @@ def _raised_by(node: Node, tick: Tick) -> str:
     return f"raised by {node.kind} {node.name} at match time {tick.time:.2f} s"
 
 
+_DIGEST = 8
+"""The length of the digest of what one node publishes in one step, bytes."""
+
+
 class MemoryTransport:
     """Carries messages between the mailboxes of one process at once. It uses no threads and no clock.
 
     Args:
         strict: True passes every message through the codec of the bus. `send` then raises MessageError or TypeError for
             one that could not travel over the bus. This is slower.
+
+    Attributes:
+        digests: the digest of all that each sender publishes, by its name; None while none is wanted.
     """
 
     def __init__(self, *, strict: bool = False) -> None:
+        self.digests: dict[str, hashlib.blake2b] | None = None
         self._strict = strict
         self._attached: dict[str, list[_End]] = {}
         self._routes: dict[str, list[_End]] = {}
@@ -114,6 +123,10 @@ class MemoryTransport:
         """Put messages into the inlets that subscribe to them."""
         for out in outgoing:
             message = out.message
+            if self.digests is not None:
+                if message.sender not in self.digests:
+                    self.digests[message.sender] = hashlib.blake2b(digest_size=_DIGEST)
+                self.digests[message.sender].update(encode(message))
             routes = self._routes.get(message.key)
             if routes is None:
                 routes = self._routes[message.key] = self._route(message.key)

@@ -48,6 +48,13 @@ class PracticeOptions:
     in_process: Annotated[
         bool, typer.Option("--in-process", help="Play in one process, in lockstep, without the bus.")
     ] = False
+    lockstep: Annotated[
+        bool, typer.Option("--lockstep", help="Like --in-process, but each strategy decides in a process of its own.")
+    ] = False
+    deadline: Annotated[
+        float | None,
+        typer.Option(metavar="S", min=0.001, help="Real time after which one forfeits a step of --lockstep; 1 s."),
+    ] = None
     engine: EngineOption = None
     rate: Annotated[
         str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
@@ -64,6 +71,15 @@ class PracticeOptions:
             typer.BadParameter: one makes no sense, alone or with others.
         """
         self.speed  # noqa: B018 - it raises
+        if self.in_process and self.lockstep:
+            raise typer.BadParameter("--in-process and --lockstep: choose one")
+        if self.deadline is not None and not self.lockstep:
+            raise typer.BadParameter("needs --lockstep: elsewhere nothing waits", param_hint="--deadline")
+
+    @property
+    def steps(self) -> bool:
+        """True if the nodes of the match are in one process, in lockstep."""
+        return self.in_process or self.lockstep
 
     @property
     def speed(self) -> float | None:
@@ -73,9 +89,9 @@ class PracticeOptions:
             typer.BadParameter: it makes no sense.
         """
         if self.rate is None or self.rate == "max":
-            if self.rate == "max" and not self.in_process:
+            if self.rate == "max" and not self.steps:
                 raise typer.BadParameter(
-                    "max needs --in-process: processes are paced by the match clock", param_hint="--rate"
+                    "max needs --in-process or --lockstep: processes are paced by the match clock", param_hint="--rate"
                 )
             return None
         try:
@@ -118,14 +134,17 @@ class PlayOptions(PracticeOptions):
     def check(self) -> None:
         """See PracticeOptions.check."""
         super().check()
+        if self.in_process and self.sandbox:
+            raise typer.BadParameter("--sandbox needs processes: take --lockstep in place of --in-process")
         needing = {
-            "--seats": self.seats, "--sandbox": self.sandbox, "--foxglove": self.foxglove, "--3d": self.three,
-            "--web": self.address, "--developer": self.developer,
+            "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--web": self.address,
+            "--developer": self.developer,
         }  # fmt: skip
-        if self.in_process and (first := next((name for name, wanted in needing.items() if wanted), None)):
+        if self.steps and (first := next((name for name, wanted in needing.items() if wanted), None)):
+            how = "--lockstep" if self.lockstep else "--in-process"
             raise typer.BadParameter(
-                f"{first} needs processes: a match in one process has no seats and no sandboxes, serves no one and has "
-                "no developers' view; leave --in-process out"
+                f"{first} needs the bus: a match in lockstep has no seats, serves no one and has no developers' view; "
+                f"leave {how} out"
             )
 
     @property

@@ -31,6 +31,8 @@ from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
+from vrg.launch.step_log import StepLog
+from vrg.launch.stepping import DEADLINE, Apart
 from vrg.ui.table import TerminalTable
 
 
@@ -56,7 +58,7 @@ def play_match(
         match_path(match), base=base, engine=options.engine, seed=options.seed, rate=options.speed,
         sandbox=options.sandbox,
     )  # fmt: skip
-    if options.here or options.in_process:
+    if options.here or options.steps:
         setup = setup.all_here()
     if options.developer:
         setup = _for_developers(setup)
@@ -72,13 +74,12 @@ def play_match(
     live = live_address(None) if options.foxglove else None
     three = three_address(None) if options.three else None
     show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
-    secured = not options.in_process and (
-        keys is not None or (setup.has_seats if options.seats is None else options.seats)
-    )
+    secured = not options.steps and (keys is not None or (setup.has_seats if options.seats is None else options.seats))
     show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
-    if options.in_process:
+    if options.steps:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
+    if options.in_process:
         check_strategies(setup, nodes.strategy_of)
     folder = RunFolder.create(options.runs, setup.name, datetime.now(), setup.text)
     try:
@@ -114,10 +115,13 @@ def _play(launch: Launch, options: PlayOptions) -> None:
     state: RefereeState | None
     with stop_on_signals() as stop:
         launch.server.stop = stop
-        if options.in_process:
+        if options.steps:
             paced = options.speed is not None
             setup = setup if paced else setup.at_rate(0.0)
-            state, failure = _play_in_process(setup, folder, show, stop, paced=paced)
+            apart = (
+                Apart(launch.server, every=True, deadline=options.deadline or DEADLINE) if options.lockstep else None
+            )
+            state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=paced)
         else:
             state, failure = launch.play(stop, over)
     # After a window, once more with what the processes have counted and the end of the recording, and without a word.
@@ -158,10 +162,14 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
     return setup.for_developers()
 
 
-def _play_in_process(
-    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, *, paced: bool
+def _play_in_steps(
+    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool
 ) -> tuple[RefereeState | None, LaunchError | None]:
-    """Play the match in this process. Return the last state of the referee, and the error if the match was given up."""
+    """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
+
+    Args:
+        apart: which strategies decide in processes of their own.
+    """
     watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console)]
     if show.record:
         watchers.append(nodes.recorder_node(setup, folder))
@@ -171,9 +179,11 @@ def _play_in_process(
         watchers.append(nodes.hud_node(setup, name) if display else nodes.spectator_node(setup, name, folder.path))
     pace = _pace(stop, setup.rate)
     write_setup(setup, folder.setup)
-    with nodes.open_journal(setup, folder) as journal:
+    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
         try:
-            ending = in_process.play(setup, journal, watchers=watchers, pace=pace, stop=stop, logs=folder.logs)
+            ending = in_process.play(
+                setup, journal, watchers=watchers, pace=pace, stop=stop, logs=folder.logs, apart=apart, steps=steps
+            )
         except LaunchError as failure:
             return None, failure
     return ending.state, None

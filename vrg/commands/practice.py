@@ -43,7 +43,7 @@ def practice(
         from vrg.config.loading import load_match
         from vrg.launch.trial import trial
 
-        lasting = seconds if seconds is not None else 60.0 if options.in_process else 0.0
+        lasting = seconds if seconds is not None else 60.0 if options.steps else 0.0
         target = None if strategy is None else whole_target(strategy)
         file = Path(folder, "practice.toml")
         file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")

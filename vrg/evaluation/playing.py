@@ -32,6 +32,7 @@ from vrg.launch.judged import judge_run
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
+from vrg.launch.stepping import Apart
 from vrg.launch.vacancies import disqualification
 
 
@@ -47,7 +48,8 @@ def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer
     began = time.perf_counter()
     try:
         with open_journal(setup, folder) as journal:
-            ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs, apart=apart)
+            sealed = None if apart is None else Apart(apart)
+            ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs, apart=sealed)
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
     return Played(

@@ -180,15 +180,7 @@ class StrategyApart(RemoteStrategy):
         """
         if self._sent is not view:
             self.send(view)
-        try:
-            answer = self._answer()
-        except DecisionTimeoutError as error:
-            raise DecisionTimeoutError(str(self.complaint(str(error)))) from None
-        if isinstance(answer, _Failed):
-            self.close()
-            raise StrategyError(answer.words, final=answer.final)
-        if not isinstance(answer, _Decided):
-            raise self._ended(f"it has answered {type(answer).__name__}")
+        answer = self._decided()
         self._mode, payload = answer.mode, answer.payload
         return Action(
             answer.twist,
@@ -197,6 +189,30 @@ class StrategyApart(RemoteStrategy):
             {bid.lot: bid.cost for bid in payload.bids},
             None if payload.sketch is None else payload.sketch.strokes,
         )
+
+    @property
+    def gone(self) -> bool:
+        """True if its process has ended, or was given up."""
+        return self._pipe.closed
+
+    def has_answered(self, patience: float) -> bool:
+        """True if its answer is there, or its process has ended.
+
+        Args:
+            patience: the longest real time in s to wait for that.
+        """
+        try:
+            return self._pipe.closed or self._pipe.poll(patience)
+        except OSError:
+            return True
+
+    def skip(self) -> None:
+        """Take its answer, and forget it.
+
+        Raises:
+            StrategyError: it has failed, or its process has ended.
+        """
+        self._decided()
 
     def complaint(self, what: str) -> StrategyError:
         """The error about a wrong answer; only the strategy's own process knows where the answer comes from."""
@@ -208,6 +224,18 @@ class StrategyApart(RemoteStrategy):
             self._pipe.close()
             self._process.kill()
             self._process.wait(_END)
+
+    def _decided(self) -> _Decided:
+        try:
+            answer = self._answer()
+        except DecisionTimeoutError as error:
+            raise DecisionTimeoutError(str(self.complaint(str(error)))) from None
+        if isinstance(answer, _Failed):
+            self.close()
+            raise StrategyError(answer.words, final=answer.final)
+        if not isinstance(answer, _Decided):
+            raise self._ended(f"it has answered {type(answer).__name__}")
+        return answer
 
     def _answer(self) -> _Ready | _Decided | _Failed:
         try:
@@ -226,6 +254,8 @@ class StrategyApart(RemoteStrategy):
 
 def main(_arguments: Sequence[str] = ()) -> int:
     """Be the process of a strategy: make it, and answer on the standard input until that is closed."""
+    from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
+
     pipe = Connection(os.dup(0))
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
@@ -233,6 +263,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
     time = [0.0]
     try:
         job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
+        setproctitle(f"vrg strategy {job.name} in {Path(job.run).name}")
         if job.sealed:
             seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
             tell_of_refusals(REFUSAL_ADVICE)

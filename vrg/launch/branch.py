@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import msgspec
 from msgspec import Struct
@@ -16,7 +17,7 @@ from msgspec import Struct
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.stopping import StopSignal
 from vrg.config.loading import check_strategies, load_match
-from vrg.config.setup import MatchSetup, write_setup
+from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import file_of
@@ -25,6 +26,10 @@ from vrg.launch.in_process import Change
 from vrg.launch.keeping import copy_into, files_of_strategy, keep, keep_layout
 from vrg.launch.result import ended_of, plot, write_result
 from vrg.launch.run_folder import RunFolder, delete, write_whole
+from vrg.launch.step_log import Ended, StepLog, read_steps
+
+if TYPE_CHECKING:
+    from vrg.launch.stepping import Apart
 
 _TINY = 1e-6
 """The match time in s below which two instants are the same."""
@@ -135,6 +140,48 @@ def play_branch(
     return folder
 
 
+def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None", stop: StopSignal) -> RunFolder:
+    """Play a recorded match again up to where it ended.
+
+    Args:
+        of: its run folder. runs: the folder for the new run folder. now: the local real time, for its name.
+        apart: which strategies decide in processes of their own; None lets all decide in this process.
+        stop: set it to break this off.
+
+    Returns:
+        the new run folder.
+
+    Raises:
+        ConfigError, LaunchError, JournalError: as `play_branch`.
+    """
+    last_instant(of)
+    before = branch_of(of)
+    # The clock tells the rate, at which nothing is paced here.
+    setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
+    folder = RunFolder.create(runs, setup.name, now, setup.text)
+    keep(setup, folder)
+    write_setup(setup, folder.setup)
+    steps = read_steps(of.steps)
+    ended = next((line.time for line in reversed(steps) if isinstance(line, Ended)), None)
+    if before is not None:
+        write_whole(folder.branch, msgspec.json.encode(before))
+
+    def pace(time: float) -> bool:
+        return not stop.is_set() and (ended is None or time < ended - _TINY)
+
+    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as log:
+        ending = in_process.play(
+            setup, journal, watchers=[nodes.recorder_node(setup, folder)] if of.recordings() else [], pace=pace,
+            stop=stop, logs=folder.logs, changes=before.changes if before is not None else [], apart=apart,
+            steps=log, past=steps,
+        )  # fmt: skip
+    if stop.is_set():
+        raise LaunchError("broken off")
+    state = ending.state
+    write_result(setup, folder, state, ended_of(state) if state.stage is Stage.GAME_OVER else "interrupted")
+    return folder
+
+
 def _play(
     setup: MatchSetup,
     of: RunFolder,
@@ -159,11 +206,12 @@ def _play(
         progress(time)
         return not stop.is_set()
 
-    with nodes.open_journal(setup, folder) as journal:
+    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
         recorder = nodes.recorder_node(setup, folder)
         ending = in_process.play(
-            setup, journal, watchers=[recorder], pace=pace, stop=stop, logs=folder.logs, changes=changes
-        )
+            setup, journal, watchers=[recorder], pace=pace, stop=stop, logs=folder.logs, changes=changes,
+            steps=steps, past=[line for line in read_steps(of.steps) if line.time < instant - _TINY],
+        )  # fmt: skip
     if stop.is_set():
         raise LaunchError("broken off")
     return ending.state

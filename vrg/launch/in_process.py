@@ -23,12 +23,14 @@ from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
+from vrg.launch.repeating import RepeatedStrategy, past_of
 from vrg.launch.run_folder import RunFolder, write_json
+from vrg.launch.step_log import Ended, Line, Missed, StepLog
 
 if TYPE_CHECKING:
     from vrg.coordinator.coordinator import Coordinator
     from vrg.hal.can.workshop.simulation import Simulation
-    from vrg.launch.fork_server import ForkServer
+    from vrg.launch.stepping import Apart
 
 P = TypeVar("P", bound=Node)
 
@@ -87,13 +89,14 @@ def assemble(
     *,
     watchers: Sequence[Node] = (),
     strict: bool = False,
+    steps: StepLog | None = None,
 ) -> Assembly[P]:
     """Make the nodes of a match, and their executor. Nothing is started.
 
     Args:
         journal: the open journal of the match.
         player: makes the node of a player, by its name.
-        watchers, strict: as for `play`.
+        watchers, strict, steps: as for `play`.
 
     Raises:
         ConfigError: the match cannot be played with this set-up.
@@ -101,8 +104,8 @@ def assemble(
     """
     coordinator = coordinator_node(setup, journal)
     players = {entry.name: player(entry.name) for entry in setup.players}
-    world = world_node(setup)
-    executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict)
+    world, digested = world_node(setup), None if steps is None else steps.digest
+    executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict, digested=digested)
     return Assembly(executor, world, coordinator, players)
 
 
@@ -117,7 +120,9 @@ def play(
     stop: StopSignal | None = None,
     logs: Path | None = None,
     changes: Sequence[Change] = (),
-    apart: "ForkServer | None" = None,
+    apart: "Apart | None" = None,
+    steps: StepLog | None = None,
+    past: Sequence[Line] = (),
 ) -> Ending:
     """Play a match to its end.
 
@@ -130,8 +135,10 @@ def play(
         stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
         logs: the folder for what players print; None lets them print.
         changes: the players that play by another strategy from some instant on, in the order of time.
-        apart: forks the processes of the strategies that are to be sealed, whose logs are needed then; None lets all
-            strategies decide in this process.
+        apart: which strategies decide in processes of their own, whose logs are needed then; None lets all decide in
+            this process.
+        steps: the log of steps; None keeps none.
+        past: the log of the match when it was played before, of which all is missed again that was missed then.
 
     Raises:
         ConfigError: a robot of the match is a real one, or a strategy of `changes` cannot be made.
@@ -141,12 +148,22 @@ def play(
     simulation = _simulation(setup)
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
 
-    def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
-        if apart is not None and logs is not None and setup.sandboxed(name, seats=True):
-            from vrg.launch.apart import StrategyApart  # noqa: PLC0415 - most matches in one process have none
+    def write(missed: Missed) -> None:
+        if steps is not None:
+            steps.write(missed)
 
-            return lambda: StrategyApart(apart, setup, name, RunFolder(logs.parent))
-        return lambda: strategy_of(setup, name)
+    def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
+        missed = past_of(past, name)
+
+        def make() -> Strategy:
+            strategy: Strategy
+            if apart is not None and logs is not None and apart.wanted(setup, name):
+                strategy = apart.made(setup, name, RunFolder(logs.parent), None if past else write)
+            else:
+                strategy = strategy_of(setup, name)
+            return RepeatedStrategy(strategy, missed, write) if missed else strategy
+
+        return make
 
     def contained(name: str) -> ContainedPlayer:
         return ContainedPlayer(
@@ -159,7 +176,7 @@ def play(
             disqualify=setup.on_fault == "disqualify",
         )
 
-    assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict)
+    assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, steps=steps)
     executor, world, coordinator, players = assembly.executor, assembly.world, assembly.coordinator, assembly.players
     waiting = list(changes)
     linger, began = 0.0, None
@@ -186,6 +203,8 @@ def play(
                 break
             if coordinator.match.over:
                 linger += world.period
+    if steps is not None:
+        steps.write(Ended(time=round(executor.time, 6)))
     if logs is not None:
         for player in players.values():
             write_json(logs / f"{player.name}.json", player.counted())

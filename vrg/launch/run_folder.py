@@ -26,6 +26,7 @@ class RunFolder:
         journal: the referee's journal. evidence: what the referee decided by.
         events: what happened to the processes of the match, as its launcher noticed it.
         recording: the first part of the recording, for Foxglove. layout: the layout in which Foxglove shows it.
+        steps: the log of steps of a match in one process or in lockstep.
         branch: what was changed, in the run folder of a match that was taken up from another one.
         snapshot: the snapshot from which a restarted world goes on.
         logs: the folder with one log per process.
@@ -42,6 +43,7 @@ class RunFolder:
         self.evidence = path / "evidence.bin"
         self.events = path / "events.jsonl"
         self.recording = path / "recording.mcap"
+        self.steps = path / "steps.jsonl"
         self.branch = path / "branch.json"
         self.layout = path / "foxglove-layout.json"
         self.snapshot = path / "world.snapshot"
