@@ -1,0 +1,197 @@
+"""Matches in lockstep over processes: the same as in one process, whatever becomes of the players' processes."""
+
+import os
+import re
+import signal
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from threading import Event as Stop
+
+import pytest
+from typer.testing import CliRunner
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Node, Tick
+from vrg.cli import make_app
+from vrg.config.loading import load_match
+from vrg.config.setup import write_setup
+from vrg.launch import in_process, nodes, stepping
+from vrg.launch.branch import repeat_match
+from vrg.launch.fork_server import ForkServer, fork_server
+from vrg.launch.in_process import Ending
+from vrg.launch.keeping import keep
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.step_log import Digest, Missed, StepLog, read_steps
+from vrg.launch.stepping import Apart
+
+MATCH = """
+name = "tiny"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+seed = 3
+lasers = false
+[rules]
+x = [-5.0, 5.0]
+y = [-8.0, 8.0]
+passes = 1
+[[players]]
+name = "shark"
+role = "shark"
+x = 0.0
+y = -7.0
+[[players]]
+name = "ann"
+role = "minnow"
+x = -3.0
+y = 7.0
+strategy = "odd.py:Odd"
+[[players]]
+name = "bob"
+role = "minnow"
+x = 3.0
+y = 7.0
+"""
+ODD = """
+import os, time
+from vrg.agents import Action, Strategy, Twist
+class Odd(Strategy):
+    count = 0
+    def act(self, view):
+        self.count += 1
+        with open("HOME/pid", "w") as file:
+            file.write(str(os.getpid()))
+        if self.count == 20 and os.path.exists("HOME/slow"):
+            time.sleep(0.6)
+        if self.count == 40 and os.path.exists("HOME/raises"):
+            raise RuntimeError("forty")
+        return Action(Twist(0.4, 0.2 * (-1) ** (self.count // 15)), "Circle")
+"""
+NOW = datetime(2026, 11, 25)
+
+
+class Killer(Node):
+    """Sends the process of the odd strategy a signal at an instant."""
+
+    kind = "spectator"
+
+    def __init__(self, at: float, number: int) -> None:
+        super().__init__("killer", Mailbox(), 0.1)
+        self._at, self._number = at, number
+
+    def tick(self, tick: Tick) -> None:
+        if abs(tick.time - self._at) < 0.01:
+            os.kill(int(Path("pid").read_text()), self._number)
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[ForkServer]:
+    with fork_server() as started:
+        yield started
+
+
+@pytest.fixture
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tiny.toml").write_text(MATCH)
+    (tmp_path / "odd.py").write_text(ODD.replace("HOME", str(tmp_path)))
+    return tmp_path
+
+
+def play(home: Path, name: str, apart: Apart | None, *watchers: Node) -> tuple[RunFolder, Ending]:
+    setup = load_match(home / "tiny.toml").at_rate(0.0)
+    folder = RunFolder.create(home / name, setup.name, NOW, setup.text)
+    keep(setup, folder)
+    write_setup(setup, folder.setup)
+    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
+        ending = in_process.play(setup, journal, watchers=watchers, logs=folder.logs, apart=apart, steps=steps)
+    return folder, ending
+
+
+def repeated(of: RunFolder, home: Path, name: str, apart: Apart | None) -> RunFolder:
+    for file in ("slow", "raises"):
+        (home / file).unlink(missing_ok=True)
+    return repeat_match(of, home / name, NOW, apart, Stop())  # type: ignore[arg-type]
+
+
+def missed(folder: RunFolder) -> list[Missed]:
+    return [line for line in read_steps(folder.steps) if isinstance(line, Missed)]
+
+
+def same(one: RunFolder, other: RunFolder) -> None:
+    for file in ("journal.jsonl", "evidence.bin", "steps.jsonl"):
+        assert (one.path / file).read_bytes() == (other.path / file).read_bytes(), file
+
+
+def test_over_processes_a_match_is_the_same_as_in_one(home: Path, server: ForkServer) -> None:
+    alone, _ = play(home, "alone", None)
+    spread, _ = play(home, "spread", Apart(server, every=True, deadline=60.0))
+    same(alone, spread)
+    digests = [line for line in read_steps(alone.steps) if isinstance(line, Digest)]
+    assert len(digests) > 10
+    assert {"world/world", "coordinator/referee", "player/ann"} <= set(digests[3].nodes)
+
+
+def test_what_a_player_is_too_late_for_is_forfeited_and_a_repetition_forfeits_it_too(
+    home: Path, server: ForkServer
+) -> None:
+    (home / "slow").touch()
+    folder, ending = play(home, "late", Apart(server, every=True, deadline=0.1))
+    found = missed(folder)
+    assert {line.player for line in found} >= {"ann"}
+    first = next(line for line in found if line.player == "ann")
+    assert first.asked, "it was asked, and its answer came too late"
+    assert not ending.failures
+    same(folder, repeated(folder, home, "again", None))
+    same(folder, repeated(folder, home, "spread", Apart(server, every=True)))
+
+
+def test_a_process_that_is_killed_is_killed_in_a_repetition_too(home: Path, server: ForkServer) -> None:
+    folder, ending = play(home, "killed", Apart(server, every=True, deadline=60.0), Killer(4.0, signal.SIGKILL))
+    (gone,) = missed(folder)
+    assert (gone.player, gone.hung) == ("ann", False)
+    assert "the process of the strategy is gone" in gone.failure
+    assert len(ending.failures) == 1
+    same(folder, repeated(folder, home, "again", None))
+    same(folder, repeated(folder, home, "spread", Apart(server, every=True)))
+
+
+def test_a_process_that_is_frozen_is_given_up_and_holds_up_nothing(
+    home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stepping, "BUDGET", 0.5)
+    folder, ending = play(home, "frozen", Apart(server, every=True, deadline=0.2), Killer(4.0, signal.SIGSTOP))
+    found = [line for line in missed(folder) if line.player == "ann"]
+    assert found[0].asked
+    assert found[-1].hung or ending.time < 10.0
+    same(folder, repeated(folder, home, "again", None))
+
+
+def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, server: ForkServer) -> None:
+    (home / "raises").touch()
+    alone, ending = play(home, "alone", None)
+    spread, other = play(home, "spread", Apart(server, every=True, deadline=60.0))
+    assert alone.journal.read_bytes() == spread.journal.read_bytes()
+    assert ending.failures == other.failures
+    assert "RuntimeError: forty" in ending.failures[0]
+    same(spread, repeated(spread, home, "again", None))
+
+
+def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path) -> None:
+    runs = []
+    for name, speed in (("odd", "0.4"), ("other", "0.5")):
+        (home / f"{name}.py").write_text(ODD.replace("HOME", str(home)).replace("0.4", speed))
+        (home / "tiny.toml").write_text(MATCH.replace("odd.py", f"{name}.py"))
+        command = ["play", "tiny.toml", "--in-process", "--headless", "--runs", name]
+        done = CliRunner().invoke(make_app(), command)
+        assert done.exit_code == 0, done.output
+        runs.append(str(next((home / name).glob("tiny-*"))))
+    same_run = CliRunner().invoke(make_app(), ["run", "diff", runs[0], runs[0]])
+    assert (same_run.exit_code, "The same" in same_run.output) == (0, True)
+    found = CliRunner().invoke(make_app(), ["run", "diff", *runs])
+    assert found.exit_code == 1
+    assert "The match files differ" in found.output
+    assert re.search(r"Recordings: at .* s, /robot/ann/\w+, .*: .* there, .* here", found.output), found.output
+    assert "Digests: the first that differ are those of" in found.output
+    assert "Journals: the first lines that differ are" in found.output
