@@ -62,6 +62,7 @@ NODE: Table = {
         "coordinator": ("vrg.commands.node:coordinator", "The referee"),
         "player": ("vrg.commands.node:player", "One player with its robot"),
         "recorder": ("vrg.commands.node:recorder", "The recorder, for Foxglove"),
+        "strategy": ("vrg.commands.node:strategy", "What `vrg play --lockstep` starts on another machine by ssh"),
         "host": ("vrg.commands.node:host", "What `vrg play` starts on another machine by ssh"),
     }
 }

@@ -119,3 +119,14 @@ def host() -> None:
     home = platformdirs.user_state_path("vrg") / "hosted"
     with child_process(leash=False) as stop:
         HostAgent(Channel(reader, writer, frames), home, stop).run()
+
+
+def strategy() -> None:
+    """Let the strategy of a player decide on this machine; `vrg play --lockstep` starts it by ssh."""
+    if sys.stdin.isatty():
+        raise SystemExit("vrg node strategy is started by `vrg play --lockstep` on the machines of a match file")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process with threads cannot be sealed
+    from vrg.launch.apart import main
+    from vrg.launch.remote.strategies import serve
+
+    raise SystemExit(serve(main))

@@ -58,7 +58,7 @@ def play_match(
         match_path(match), base=base, engine=options.engine, seed=options.seed, rate=options.speed,
         sandbox=options.sandbox,
     )  # fmt: skip
-    if options.here or options.steps:
+    if options.here or options.in_process:
         setup = setup.all_here()
     if options.developer:
         setup = _for_developers(setup)

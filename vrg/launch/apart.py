@@ -18,8 +18,9 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from msgspec import Struct
+from msgspec import Struct, structs
 
+from vrg import __version__
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
 from vrg.agents.telling import Once, Payload, sendable
 from vrg.blame import DecisionTimeoutError, failure_of, tell_of_refusals
@@ -29,6 +30,8 @@ from vrg.hal.models import RobotModel
 from vrg.launch.bounds import BoundedOutput, printing_to
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_class, strategy_of
+from vrg.launch.remote.strategies import RemoteStarter, files_of
+from vrg.launch.remote.wire import BANNER
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.excess import excess
 from vrg.launch.sandbox.player import policy_of
@@ -48,6 +51,8 @@ class _Job(Struct, frozen=True):
 
     Args:
         sealed: True seals the process before. make: False only imports the class.
+        version: that of VRG. files: those that are to be written there first, by their paths; None where this file
+            system is the match's own.
     """
 
     setup: MatchSetup
@@ -55,6 +60,8 @@ class _Job(Struct, frozen=True):
     run: str
     sealed: bool
     make: bool
+    version: str = __version__
+    files: dict[str, bytes] | None = None
 
 
 class _Ready(Struct, frozen=True, tag=True):
@@ -88,7 +95,7 @@ class StrategyApart(RemoteStrategy):
     What it prints goes to its log in the run folder.
 
     Args:
-        server: forks its process, which knows what the server knows.
+        server: starts its process: a fork, which knows what the server knows, or one on another machine.
         patience: the longest real time in s that it may take to be made; None for as long as it takes.
         sealed: False does not seal it. make: False only imports the class of the strategy, which then cannot decide.
 
@@ -98,7 +105,7 @@ class StrategyApart(RemoteStrategy):
 
     def __init__(
         self,
-        server: ForkServer,
+        server: ForkServer | RemoteStarter,
         setup: MatchSetup,
         name: str,
         run: RunFolder,
@@ -116,7 +123,11 @@ class StrategyApart(RemoteStrategy):
         self._mode = "-"
         self._known: RobotModel | None = None
         self._sent: View | None = None
-        job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
+        files = None
+        if isinstance(server, RemoteStarter):
+            target, files = files_of(setup, name)
+            setup = structs.replace(setup.substituted(name, target), base="", origin="", map="")
+        job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make, files=files)
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(msgspec.json.encode(job))
         made, why = threading.Event(), ""
@@ -252,17 +263,61 @@ class StrategyApart(RemoteStrategy):
         return StrategyError(f"the process of the strategy is gone: {why}")
 
 
-def main(_arguments: Sequence[str] = ()) -> int:
-    """Be the process of a strategy: make it, and answer on the standard input until that is closed."""
+class _TwoWay:
+    """A connection of two pipes, as ssh has them."""
+
+    def __init__(self, reader: int, writer: int) -> None:
+        self._reader, self._writer = Connection(reader, writable=False), Connection(writer, readable=False)
+        self.recv_bytes, self.send_bytes = self._reader.recv_bytes, self._writer.send_bytes
+
+
+def _written(job: _Job, home: Path) -> _Job:
+    """The job, once its files are written to a folder.
+
+    Raises:
+        ConfigError: it comes from another version of VRG, or they cannot be written.
+    """
+    if job.version != __version__:
+        raise ConfigError(f"expected VRG {__version__} as on this machine, got {job.version}: install one on both")
+    try:
+        for name, data in (job.files or {}).items():
+            path = home / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(data)
+        run = RunFolder(home)
+        run.prepare()
+        (run.logs / f"{job.name}.json").touch()
+        os.chdir(home)
+    except OSError as error:
+        raise ConfigError(f"{home}: cannot be written: {error.strerror}") from None
+    setup = structs.replace(job.setup, base=str(home), origin=str(run.match_file))
+    return structs.replace(job, setup=setup, run=str(home))
+
+
+def main(arguments: Sequence[str] = ()) -> int:
+    """Be the process of a strategy: make it, and answer on the standard input until that is closed.
+
+    Args:
+        arguments: `away` and the folder for its files, if the match is on another machine; the answers then go to the
+            standard output.
+    """
     from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
 
-    pipe = Connection(os.dup(0))
+    pipe: Connection | _TwoWay
+    if arguments:
+        pipe = _TwoWay(os.dup(0), os.dup(1))
+        os.write(1, BANNER)
+        os.dup2(2, 1)
+    else:
+        pipe = Connection(os.dup(0))
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     time = [0.0]
     try:
         job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
+        if arguments:
+            job = _written(job, Path(arguments[1]))
         setproctitle(f"vrg strategy {job.name} in {Path(job.run).name}")
         if job.sealed:
             seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
@@ -289,7 +344,7 @@ def main(_arguments: Sequence[str] = ()) -> int:
     return 0
 
 
-def _answer(strategy: Strategy, pipe: Connection, time: list[float]) -> None:
+def _answer(strategy: Strategy, pipe: Connection | _TwoWay, time: list[float]) -> None:
     """Decide whenever a view comes.
 
     Args:

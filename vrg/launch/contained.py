@@ -1,5 +1,6 @@
 """A player in a match that runs in one process: its failures are contained, as they are in a process of its own."""
 
+import contextlib
 import io
 import logging
 import traceback
@@ -33,6 +34,7 @@ class ContainedPlayer(Node):
         alarm: ends its decisions when they take too long. memory: bounds what the whole match uses.
         log: the file for what it prints; None lets it print.
         disqualify: True disqualifies it when it has failed too often; False ends the match.
+        apart: True if its strategy decides in a process of its own, which has bounds of its own.
 
     Attributes:
         failures: what has failed so far, in words, each with the match time.
@@ -50,6 +52,7 @@ class ContainedPlayer(Node):
         log: Path | None,
         *,
         disqualify: bool,
+        apart: bool = False,
     ) -> None:
         super().__init__(player.name, player.mailbox, player.period)
         self.failures: list[str] = []
@@ -62,6 +65,7 @@ class ContainedPlayer(Node):
         self._out = False
         self._log = None if log is None else ProcessLog(log)
         self._bounds = Bounded(alarm, Footprint())
+        self._apart = apart
         self._trim_at = 0.0
 
     def start(self) -> None:
@@ -153,7 +157,7 @@ class ContainedPlayer(Node):
             ConfigError: it cannot be made.
         """
         try:
-            with self._bounds:
+            with contextlib.nullcontext() if self._apart else self._bounds:
                 return self._make()
         except DecisionTimeoutError as problem:
             raise ConfigError(str(failure_of(problem))) from None

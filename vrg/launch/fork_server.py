@@ -155,7 +155,7 @@ class ForkServer:
             except OSError:
                 ours.close()
                 raise
-            return _Spawned(process, ours)
+            return Spawned(process, ours)
 
     def _fork(self, request: Sequence[str], stream: socket.socket, log: IO[bytes]) -> int | None:
         """Let the server fork; None if it is gone, or frozen, or still loads when `stop` is set."""
@@ -289,7 +289,7 @@ class _Forked(Child):
         return self._handle < 0 or bool(select.select([self._handle], [], [], patience)[0])
 
 
-class _Spawned(Child):
+class Spawned(Child):
     """A process with an interpreter of its own. When it ends, its group does."""
 
     def __init__(self, process: "subprocess.Popen[bytes]", stream: socket.socket) -> None:

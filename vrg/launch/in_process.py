@@ -152,12 +152,15 @@ def play(
         if steps is not None:
             steps.write(missed)
 
+    def is_apart(setup: MatchSetup, name: str) -> bool:
+        return apart is not None and logs is not None and apart.wanted(setup, name)
+
     def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
         missed = past_of(past, name)
 
         def make() -> Strategy:
             strategy: Strategy
-            if apart is not None and logs is not None and apart.wanted(setup, name):
+            if apart is not None and logs is not None and is_apart(setup, name):
                 strategy = apart.made(setup, name, RunFolder(logs.parent), None if past else write)
             else:
                 strategy = strategy_of(setup, name)
@@ -174,6 +177,7 @@ def play(
             memory,
             None if logs is None else logs / f"{name}.log",
             disqualify=setup.on_fault == "disqualify",
+            apart=is_apart(setup, name),
         )
 
     assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, steps=steps)

@@ -9,13 +9,16 @@ from dataclasses import dataclass
 from typing import Final
 
 from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, View
+from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
-from vrg.errors import StrategyError
+from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.apart import StrategyApart
 from vrg.launch.bounds import BUDGET
 from vrg.launch.fork_server import ForkServer
+from vrg.launch.remote.strategies import RemoteStarter
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import Missed
+from vrg.launch.trial import LOADING_TIMEOUT
 
 DEADLINE: Final = 1.0
 """The real time in s after which a player that does not answer forfeits a step."""
@@ -134,7 +137,12 @@ class Apart:
         from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
 
         sealed = is_sealed(setup, name, seats=False) if self.every else True
-        strategy = StrategyApart(self.server, setup, name, run, sealed=sealed)
+        machine = setup.place.get(name, HERE)
+        there = RemoteStarter(machine, setup.hosts[machine]) if machine in setup.hosts else self.server
+        try:
+            strategy = StrategyApart(there, setup, name, run, sealed=sealed, patience=LOADING_TIMEOUT)
+        except LaunchError as error:
+            raise ConfigError(str(error)) from None
         if self.deadline is None or write is None:
             return strategy
         return SteppedStrategy(strategy, self.deadline, write)

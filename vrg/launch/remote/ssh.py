@@ -62,6 +62,33 @@ def advice(message: str, name: str, host: str) -> str:
     return f"{found}{'; ' if found else ''}`ssh {host} true` must work without a question"
 
 
+def command_for(machine: Machine, what: str) -> list[str]:
+    """The command that runs a command of `vrg` on another machine.
+
+    Raises:
+        LaunchError: the environment names no command for ssh.
+    """
+    return [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} {what}"]
+
+
+def why_ended(status: int | None, printed: bytes, name: str, machine: Machine, log: Path) -> str:
+    """Why such a command has ended, in words.
+
+    Args:
+        status: its exit status. printed: what it has printed. name: the machine's name in the match file. log: its log.
+    """
+    lines = [line for line in printed.decode(errors="replace").splitlines() if line.strip()]
+    message = lines[-1].removeprefix("vrg: ") if lines else ""
+    if status == _SSH_FAILED:
+        return f"{message.rstrip('.: ') or 'ssh has failed'}: {advice(message, name, machine.host)}"
+    if status == _NO_COMMAND or "No such file" in message:
+        return (
+            f"{message}: install VRG there, or write where it is into [machines.{name}], such as "
+            '`vrg = "~/vrg/.venv/bin/vrg"`'
+        )
+    return f"it has ended with status {status}: {message or 'without a word'} (log: {log})"
+
+
 class Connection:
     """An agent on another machine, and the ssh that holds it.
 
@@ -80,7 +107,7 @@ class Connection:
         self._machine = machine
         self._log = log
         self._log_begins = log.stat().st_size if log.exists() else 0
-        command = [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} node host"]
+        command = command_for(machine, "node host")
         try:
             errors = log.open("ab")
         except OSError as error:
@@ -113,23 +140,12 @@ class Connection:
 
     def why_ended(self) -> str:
         """Why there is no agent, in words."""
-        host = self._machine.host
         with contextlib.suppress(subprocess.TimeoutExpired):
             self._process.wait(_END)
-        status = self._process.poll()
         with self._log.open("rb") as log:
             log.seek(self._log_begins)
-            lines = [line for line in log.read().decode(errors="replace").splitlines() if line.strip()]
-        message = lines[-1].removeprefix("vrg: ") if lines else ""
-        skipped = self._frames.skipped.decode(errors="replace").strip()
-        if status == _SSH_FAILED:
-            return f"{message.rstrip('.: ') or 'ssh has failed'}: {advice(message, self._name, host)}"
-        if status == _NO_COMMAND or "No such file" in message:
-            return (
-                f"{message}: install VRG there, or write where it is into [machines.{self._name}], such as "
-                '`vrg = "~/vrg/.venv/bin/vrg"`'
-            )
-        return f"the agent has ended with status {status}: {message or skipped or 'without a word'} (log: {self._log})"
+            printed = log.read() or self._frames.skipped
+        return why_ended(self._process.poll(), printed, self._name, self._machine, self._log)
 
     def end(self, *, patience: float | None = None) -> None:
         """Close the connection, and let ssh end. The agent then stops its processes and ends. Idempotent.

@@ -1,0 +1,105 @@
+"""A match in lockstep over several machines, each with an sshd of its own, is the same as in one process."""
+
+import hashlib
+import os
+import re
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import psutil
+import pytest
+
+from tests.system.lab import VRG, Lab, laboratory
+
+pytestmark = pytest.mark.system
+
+MATCH = """
+name = "spread"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+seed = 5
+lasers = false
+[rules]
+x = [-5.0, 5.0]
+y = [-8.0, 8.0]
+passes = 2
+pass_limit = 15.0
+"""
+PLAYERS = (("shark", "shark", 0.0, -7.0), ("ann", "minnow", -3.0, 7.0), ("bob", "minnow", 3.0, 7.0))
+ANN = """
+from vrg.agents import Action, Strategy, Twist
+class Ann(Strategy):
+    def act(self, view):
+        print("ann decides")
+        return Action(Twist(0.4, 0.1), "Circle")
+"""
+PATIENCE = 300.0
+
+
+def played(folder: Path, lab: Lab, *options: str) -> subprocess.Popen[str]:
+    command = [VRG, "play", "match.toml", "--headless", "--no-record", "--runs", "runs", *options]
+    return subprocess.Popen(
+        command, cwd=folder, env={**os.environ, **lab.environment}, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True,
+    )  # fmt: skip
+
+
+def run_of(process: subprocess.Popen[str], folder: Path) -> Path:
+    """The run folder of a match that ends well."""
+    output = process.communicate(timeout=PATIENCE)[0]
+    assert process.returncode == 0, output
+    found = re.search(r"Recorded in (\S+):", output)
+    assert found, output
+    return folder / found[1]
+
+
+def write(folder: Path, lab: Lab) -> None:
+    players = [
+        f'[[players]]\nname = "{name}"\nrole = "{role}"\nx = {x}\ny = {y}\nmachine = "{machine}"\n'
+        for (name, role, x, y), machine in zip(PLAYERS, lab.hosts, strict=True)
+    ]
+    text = MATCH + lab.tables() + "".join(players)
+    (folder / "match.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "ann.py:Ann"'))
+    (folder / "ann.py").write_text(ANN)
+
+
+def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_path: Path) -> None:
+    with laboratory(tmp_path / "lab", "h1", "h2", "h3") as lab:
+        write(tmp_path, lab)
+        alone = run_of(played(tmp_path, lab, "--in-process"), tmp_path)
+        spread = run_of(played(tmp_path, lab, "--lockstep", "--deadline", "60"), tmp_path)
+        digests = {hashlib.sha256((run / "journal.jsonl").read_bytes()).hexdigest() for run in (alone, spread)}
+        assert len(digests) == 1
+        assert "ann decides" in (spread / "logs" / "ann.log").read_text()
+
+        process = played(tmp_path, lab, "--lockstep", "--deadline", "60", "--rate", "2")
+        deadline = time.monotonic() + PATIENCE
+        while not (deciding := strategies("ann")) and time.monotonic() < deadline:
+            time.sleep(0.1)
+        time.sleep(2.0)  # so that it has begun to decide; the match takes ten times as long
+        deciding[0].send_signal(signal.SIGKILL)
+        killed = run_of(process, tmp_path)
+        assert '"type":"missed"' in (killed / "steps.jsonl").read_text()
+        again = subprocess.run(
+            [VRG, "run", "repeat", str(killed)], cwd=tmp_path, capture_output=True, text=True, check=False,
+            timeout=PATIENCE,
+        )  # fmt: skip
+        assert again.returncode == 0, again.stdout + again.stderr
+        assert "The same" in again.stdout
+        assert not strategies("ann"), "nothing is left on any machine"
+
+
+def strategies(player: str) -> list[psutil.Process]:
+    """The processes in which the strategy of a player decides."""
+    title = f"vrg strategy {player} in "
+    return [process for process in psutil.process_iter() if " ".join(cmdline(process)).startswith(title)]
+
+
+def cmdline(process: psutil.Process) -> list[str]:
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
