@@ -217,7 +217,7 @@ def test_a_match_in_one_process_has_no_sandboxes_and_no_seats_and_says_so(
 ) -> None:
     done = vrg("play", "sharks-and-minnows", "--in-process", option)
     assert done.status == 2
-    assert f"{option} needs processes" in done.err
+    assert f"{option} needs" in done.err
 
 
 def test_keys_that_are_typed_are_never_ignored(vrg: Callable[..., Done], tmp_path: Path) -> None:
