@@ -91,6 +91,7 @@ COMMANDS: Table = {
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
         "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
+        "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
         "deploy": ("vrg.commands.deploy:app", "Prepare machines on which matches run for a long time"),
         "node": (NODE, "Run a single process: router, world, player ..."),
     },

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 from vrg.bus.clock_tracker import ClockTracker
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message, Pulse
-from vrg.bus.node import Node, Tick, due_index
+from vrg.bus.node import Node, Tick
+from vrg.bus.pacing import Pacer
 from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys
@@ -18,8 +19,6 @@ from vrg.errors import BusError, DuplicateNodeError
 
 log = logging.getLogger(__name__)
 
-STALL = 0.5
-"""The real time in s without the world's clock after which a node learns that time has stopped."""
 STALLED_PERIOD = 0.1
 """The real time in s between a node's ticks while match time has stopped."""
 TAKEOVER_TIMEOUT = 3.0
@@ -116,61 +115,47 @@ def run_node(
     Raises:
         DuplicateNodeError: a node of this kind and name is alive already.
     """
-    clock = _HeardClock(session, keys)
+    clock = _ClockInlet(session, keys, node.period)
+    pacer = clock.pacer
     session.attach(node.mailbox)
     claim(session, keys, node.kind, node.name)
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
-    pulse = _Pulse(session, keys, node, clock.tracker)
-    last = -1
+    pulse = _Pulse(session, keys, node, pacer.tracker)
     try:
         node.start()
         called = time.monotonic()
         while not stop.is_set() and not finished():
-            restarted = clock.wait(idle or STALLED_PERIOD)
-            if restarted:
+            if clock.wait(idle or STALLED_PERIOD):
                 # The world has stepped back in time, so older messages have later stamps than the new ones.
                 node.mailbox.forget()
-                last = -1
             session.receive()
+            statistics.missed = pacer.missed
             pulse.beat(statistics)
-            index = due_index(clock.now, node.period)
-            if clock.stalled:
-                _turn(node, session, Tick(clock.now, live=False), statistics)
-            elif clock.heard and index > last:
-                statistics.missed += index - last - 1 if last >= 0 else 0
-                last = index
-                _turn(node, session, Tick(clock.now), statistics)
-            elif idle and time.monotonic() - called > idle:
-                _turn(node, session, Tick(clock.now), statistics)
-            else:
-                continue
-            called = time.monotonic()
+            tick = pacer.tick()
+            if tick is None and idle and time.monotonic() - called > idle:
+                tick = Tick(pacer.time)
+            if tick is not None:
+                _turn(node, session, tick, statistics)
+                called = time.monotonic()
     finally:
+        statistics.missed = pacer.missed
         _finish(node, session, statistics)
     return statistics
 
 
-class _HeardClock:
-    """The world's clock as it is heard on the bus.
+class _ClockInlet:
+    """The world's clock as a process hears it on the bus.
 
     Attributes:
-        now: the match time of the newest clock message, s.
-        heard: True if there has been such a message.
-        stalled: True if none has come for STALL seconds of real time, or the router is away and nothing is heard.
-        tracker: knows how this process' clock runs against the match clock.
+        pacer: decides when the node is ticked.
     """
 
-    def __init__(self, session: Session, keys: Keys) -> None:
+    def __init__(self, session: Session, keys: Keys, period: float) -> None:
         self._session = session
         self._mailbox = Mailbox()
         self._inlet = self._mailbox.subscribe(keys.clock)
         self._arrived = AutoResetEvent()
-        self._epoch = self._tick = 0
-        self._heard_at = time.monotonic()
-        self.tracker = ClockTracker()
-        self.now = 0.0
-        self.heard = False
-        self.stalled = False
+        self.pacer = Pacer(period, time.monotonic())
         session.attach(self._mailbox, self._wake)
 
     def _wake(self, _inlet: Inlet[Message]) -> None:
@@ -180,20 +165,9 @@ class _HeardClock:
         """Wait for the next message for at most `timeout` s; return whether the world was restarted since the last."""
         quiet = not self._arrived.wait(timeout)
         self._session.receive()
-        self._mailbox.handover(self.now)
-        restarted = False
-        for message in self._inlet.take():
-            self.now, self._heard_at = message.stamp, time.monotonic()
-            self.tracker.heard(message.stamp, message.body.rate, self._heard_at)
-            self.heard, self.stalled = True, False
-            restarted |= message.body.epoch != self._epoch or message.body.tick < self._tick
-            self._epoch, self._tick = message.body.epoch, message.body.tick
-        if not self.stalled:
-            cut = quiet and not self._session.connected
-            if cut or time.monotonic() - self._heard_at > STALL:
-                self.stalled = True
-                log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.now)
-        return restarted
+        self._mailbox.handover(self.pacer.time)
+        cut = quiet and not self._session.connected
+        return self.pacer.hear(self._inlet.take(), time.monotonic(), cut=cut)
 
 
 def run_world(

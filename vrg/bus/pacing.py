@@ -1,0 +1,69 @@
+"""When a node is ticked, by the clock messages that its process hears. This module reads no clock."""
+
+import logging
+from collections.abc import Sequence
+
+from vrg.bus.clock_tracker import ClockTracker
+from vrg.bus.codec import Received
+from vrg.bus.messages import Clock
+from vrg.bus.node import Tick, due_index
+
+log = logging.getLogger(__name__)
+
+STALL = 0.5
+"""The real time in s without the world's clock after which a node learns that time has stopped."""
+
+
+class Pacer:
+    """See the module.
+
+    Args:
+        period: that of the node, match time in s. now: the real time, s.
+
+    Attributes:
+        time: the match time of the newest clock message, s. heard: True if there has been such a message.
+        stalled: True if none has come for STALL seconds of real time, or the router is away and nothing is heard.
+        missed: the number of ticks that were due but never done.
+        tracker: knows how the process' own clock runs against the match clock.
+    """
+
+    def __init__(self, period: float, now: float) -> None:
+        self._period = period
+        self._epoch = self._number = 0
+        self._heard_at = now
+        self._last = -1
+        self.tracker = ClockTracker()
+        self.time = 0.0
+        self.heard = self.stalled = False
+        self.missed = 0
+
+    def hear(self, messages: Sequence[Received[Clock]], now: float, *, cut: bool) -> bool:
+        """Take in clock messages; return whether the world was restarted since the last ones.
+
+        Args:
+            now: the real time, s. cut: True if nothing has come for a while, and the router is away.
+        """
+        restarted = False
+        for message in messages:
+            self.time, self._heard_at = message.stamp, now
+            self.tracker.heard(message.stamp, message.body.rate, now)
+            self.heard, self.stalled = True, False
+            restarted |= message.body.epoch != self._epoch or message.body.tick < self._number
+            self._epoch, self._number = message.body.epoch, message.body.tick
+        if not self.stalled and (cut or now - self._heard_at > STALL):
+            self.stalled = True
+            log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.time)
+        if restarted:
+            self._last = -1
+        return restarted
+
+    def tick(self) -> Tick | None:
+        """The tick that is due now; None if there is none."""
+        if self.stalled:
+            return Tick(self.time, live=False)
+        index = due_index(self.time, self._period)
+        if not self.heard or index <= self._last:
+            return None
+        self.missed += index - self._last - 1 if self._last >= 0 else 0
+        self._last = index
+        return Tick(self.time)

@@ -1,0 +1,84 @@
+"""The command `vrg fuzz`, which plays matches with faults that a seed draws, in simulated time."""
+
+import logging
+import tempfile
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vrg.commands.options import GameArgument
+
+if TYPE_CHECKING:
+    from vrg.config.setup import MatchSetup
+    from vrg.faults.plan import Fault
+
+
+def fuzz(
+    match: GameArgument,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the first match.")] = 0,
+    games: Annotated[int, typer.Option(min=1, help="How many, each with a seed of its own.")] = 100,
+    faults: Annotated[int, typer.Option(min=0, help="Faults in each match.")] = 4,
+    seconds: Annotated[float, typer.Option("--for", min=1.0, help="The longest match, s of simulated time.")] = 30.0,
+) -> None:
+    """Play matches in which processes, links and disks fail, and check what must hold whatever fails.
+
+    All is simulated, in one thread and in simulated time: the nodes, the codec and the journal are those of a real
+    match. A seed gives the same match and the same faults each time. Of a match in which something does not hold the
+    fewest faults are found with which it does not. The exit status is 1 if there is one.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from vrg.config.loading import load_match, match_path
+    from vrg.launch.fork_server import cores
+
+    setup = load_match(match_path(match)).all_here().at_rate(1.0)
+    console = Console(highlight=False, emoji=False)
+    wrong = 0
+    with ProcessPoolExecutor(cores()) as pool, Progress(console=console, transient=True) as bar:
+        task = bar.add_task("matches", total=games)
+        play = partial(played, setup, count=faults, seconds=seconds)
+        for number, (found, fewest) in enumerate(pool.map(play, range(seed, seed + games)), seed):
+            bar.advance(task)
+            if not found:
+                continue
+            wrong += 1
+            console.print(f"seed {number}: {'; '.join(map(str, fewest)) or 'no fault'}", markup=False, soft_wrap=True)
+            for problem in found:
+                console.print(f"    {problem}", markup=False, soft_wrap=True)
+    typer.echo(f"{games} matches, {games * faults} faults: in {wrong} something did not hold")
+    if wrong:
+        typer.echo(f"To repeat one: vrg fuzz {match} --seed SEED --games 1 --faults {faults} --for {seconds:g}")
+        raise typer.Exit(1)
+
+
+def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tuple[list[str], list[Fault]]":
+    """Play one match; what did not hold, in words, and the fewest faults with which something does not."""
+    from vrg.faults.checking import shortest
+    from vrg.faults.plan import drawn
+    from vrg.faults.simulation import Streams
+
+    logging.disable(logging.CRITICAL)
+    players = [player.name for player in setup.players]
+    faults = drawn(Streams(seed)("faults"), players, 0.6 * seconds, count)
+    found = problems_of(setup, seed, faults, seconds)
+    if not found:
+        return [], []
+    fewest = shortest(faults, lambda fewer: bool(problems_of(setup, seed, fewer, seconds)))
+    return problems_of(setup, seed, fewest, seconds), fewest
+
+
+def problems_of(setup: "MatchSetup", seed: int, faults: "Sequence[Fault]", seconds: float) -> list[str]:
+    """Play one match with some faults; what did not hold, in words."""
+    from vrg.faults.checking import checked
+    from vrg.faults.simulation import SimulatedMatch
+    from vrg.launch.run_folder import RunFolder
+
+    with tempfile.TemporaryDirectory(prefix="vrg-fuzz-") as name:
+        folder = RunFolder(Path(name))
+        folder.prepare()
+        return checked(SimulatedMatch(setup, folder, seed, faults), seconds)

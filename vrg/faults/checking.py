@@ -1,0 +1,136 @@
+"""What must hold in a match whatever fails: it is checked while a simulated match is played, and after it."""
+
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from typing import Final
+
+from vrg.coordinator.journal import read_journal
+from vrg.errors import VrgError
+from vrg.faults.network import LATENCY
+from vrg.faults.plan import REFEREE, WORLD, Fault
+from vrg.faults.simulation import SimulatedMatch
+from vrg.hal.driver import COMMAND_TIMEOUT
+from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.launch.judged import judge_run
+
+MARGIN: Final = 0.15
+"""The time in s that a stop may take beyond its time-outs: a period of players, two ticks of the world, a message."""
+
+
+SILENCE: Final = 5.0
+"""The time in s after which a referee that is not heard has been given up: no fault lasts as long."""
+
+
+class Checker:
+    """Watches one simulated match.
+
+    Args:
+        match: which.
+
+    Attributes:
+        problems: what does not hold, in words.
+    """
+
+    def __init__(self, match: SimulatedMatch) -> None:
+        self.problems: list[str] = []
+        self._match = match
+        self._time: tuple[int, float] = (0, 0.0)
+        self._numbers: set[int] = set()
+        self._heard = 0
+        self._told: set[str] = set()
+
+    def look(self) -> None:
+        """Look at what the observer has heard."""
+        self._look_at_time()
+        self._look_at_calls()
+        self._look_at_robots()
+
+    def conclude(self) -> None:
+        """Look at what is left of the match once it is over."""
+        match = self._match
+        for process in match.processes.values():
+            self.problems += process.failures
+        silence = match.network.now - match.heard_at
+        if silence > SILENCE:
+            self.problems.append(f"the referee was heard {silence:.1f} s before the end, and not since")
+        try:
+            records = read_journal(match.folder.journal)[1]
+            wrong = judge_run(match.setup, match.folder, records)[1]
+        except VrgError as error:
+            self.problems.append(f"the journal or its evidence cannot be read: {error}")
+            return
+        self.problems += [f"judged again: {disagreement}" for disagreement in wrong]
+        written = {call.number: call.text for record in records for call in record.calls}
+        if sorted(written) != list(range(1, len(written) + 1)):
+            self.problems.append(f"the calls of the journal are numbered {sorted(written)}")
+        for call in match.calls:
+            if written.get(call.number) != call.text:
+                self.problems.append(f"call {call.number} was announced, and is not in the journal: {call.text}")
+        clocks = [record.standing.total for record in records]
+        if any(after < before - 1e-9 for before, after in pairwise(clocks)):
+            self.problems.append("the clock of the journal goes back")
+
+    def _look_at_time(self) -> None:
+        clock = self._match.clock
+        if clock is None:
+            return
+        if clock.epoch == self._time[0] and clock.time < self._time[1]:
+            self._note(f"match time goes back from {self._time[1]:.2f} s to {clock.time:.2f} s in one epoch")
+        self._time = clock.epoch, clock.time
+
+    def _look_at_calls(self) -> None:
+        for call in self._match.calls[self._heard :]:
+            if call.number in self._numbers:
+                self._note(f"call {call.number} is announced twice: {call.text}")
+            self._numbers.add(call.number)
+        self._heard = len(self._match.calls)
+
+    def _look_at_robots(self) -> None:
+        """The robots of players that cannot command them stand, as all do without a referee or a link of the world."""
+        match, poses = self._match, self._match.poses
+        if poses is None:
+            return
+        now = match.network.now
+        for body in poses.bodies:
+            for name, bound in (
+                (body.name, COMMAND_TIMEOUT),
+                (REFEREE, REFEREE_TIMEOUT + COMMAND_TIMEOUT),
+                (WORLD, COMMAND_TIMEOUT),
+            ):
+                unable = match.processes[name].unable
+                since = 0.0 if unable is None else now - unable - 2 * LATENCY[1]
+                if since > bound + MARGIN and body.stands is None:
+                    self._note(f"{body.name} is driven, though {name} has published nothing for {since:.2f} s")
+
+    def _note(self, text: str) -> None:
+        """Note a problem, each kind of it once."""
+        kind = text.split(",", maxsplit=1)[0]
+        if kind not in self._told:
+            self._told.add(kind)
+            self.problems.append(f"{self._match.network.now:.2f} s: {text}")
+
+
+def checked(match: SimulatedMatch, seconds: float) -> list[str]:
+    """Play a simulated match, and return what did not hold.
+
+    Args:
+        seconds: the longest simulated real time, s.
+    """
+    checker = Checker(match)
+    match.run(seconds, checker.look)
+    checker.conclude()
+    return checker.problems
+
+
+def shortest(faults: Sequence[Fault], fails: Callable[[Sequence[Fault]], bool]) -> list[Fault]:
+    """The fewest of some faults with which a match still fails, by leaving out one after the other.
+
+    Args:
+        fails: plays the match with some faults.
+    """
+    kept = list(faults)
+    for fault in faults:
+        fewer = [other for other in kept if other is not fault]
+        if fails(fewer):
+            kept = fewer
+    return kept
