@@ -78,8 +78,6 @@ COMMANDS: Table = {
         "show": (SHOW, "Watch a running match: window, hud, developer, web, sensors ..."),
         "official": ("vrg.commands.official:app", "Decide: halt, resume, end, overrule, place, substitute"),
         "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
-    },
-    "Afterwards": {
         "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),
     },
     "Compare": {

@@ -4,10 +4,10 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Final
 
+from vrg.bus.messages import at_rest
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
-from vrg.faults.network import LATENCY
-from vrg.faults.plan import REFEREE, WORLD, Fault
+from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.gate import REFEREE_TIMEOUT
@@ -55,17 +55,22 @@ class Checker:
             self.problems.append(f"the referee was heard {silence:.1f} s before the end, and not since")
         try:
             records = read_journal(match.folder.journal)[1]
-            wrong = judge_run(match.setup, match.folder, records)[1]
+            judgement, wrong = judge_run(match.setup, match.folder, records)
         except VrgError as error:
             self.problems.append(f"the journal or its evidence cannot be read: {error}")
             return
         self.problems += [f"judged again: {disagreement}" for disagreement in wrong]
+        if judgement.unjudged:
+            self.problems.append(f"{judgement.unjudged} calls have no evidence")
         written = {call.number: call.text for record in records for call in record.calls}
         if sorted(written) != list(range(1, len(written) + 1)):
             self.problems.append(f"the calls of the journal are numbered {sorted(written)}")
         for call in match.calls:
             if written.get(call.number) != call.text:
                 self.problems.append(f"call {call.number} was announced, and is not in the journal: {call.text}")
+        lost = [number for number in written if number not in self._numbers]
+        if lost and not any(fault.process == REFEREE for fault in match.faults):
+            self.problems.append(f"calls {lost} are in the journal and were not announced")
         clocks = [record.standing.total for record in records]
         if any(after < before - 1e-9 for before, after in pairwise(clocks)):
             self.problems.append("the clock of the journal goes back")
@@ -86,20 +91,23 @@ class Checker:
         self._heard = len(self._match.calls)
 
     def _look_at_robots(self) -> None:
-        """The robots of players that cannot command them stand, as all do without a referee or a link of the world."""
+        """The robots of players that cannot command them stand, as all do without a referee or a link of the world.
+
+        It counts match time, which stands still with the world.
+        """
         match, poses = self._match, self._match.poses
         if poses is None:
             return
-        now = match.network.now
-        for body in poses.bodies:
+        for body in poses.body.bodies:
             for name, bound in (
                 (body.name, COMMAND_TIMEOUT),
                 (REFEREE, REFEREE_TIMEOUT + COMMAND_TIMEOUT),
                 (WORLD, COMMAND_TIMEOUT),
             ):
                 unable = match.processes[name].unable
-                since = 0.0 if unable is None else now - unable - 2 * LATENCY[1]
-                if since > bound + MARGIN and body.stands is None:
+                since = 0.0 if unable is None else poses.stamp - unable
+                slow = sum(f.size for f in match.faults if f.kind is FaultKind.SLOW and f.process in (name, WORLD))
+                if since > bound + MARGIN + slow and body.stands is None and not at_rest(body.twist):
                     self._note(f"{body.name} is driven, though {name} has published nothing for {since:.2f} s")
 
     def _note(self, text: str) -> None:

@@ -13,6 +13,7 @@ from functools import partial
 from random import Random
 from typing import Final
 
+from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Call, Clock, Message, Official, OfficialAction, Poses, RefereeState, Stage
 from vrg.bus.node import Node, Tick
@@ -89,7 +90,7 @@ class Process:
     Attributes:
         node, session: its own; None while it does not run. frozen: True while it does not go on.
         woken: True if the clock has come since it looked last.
-        unable: since when it can publish nothing, simulated real time in s; None if it can.
+        unable: since when it can publish nothing, match time in s; None if it can.
     """
 
     def __init__(self, match: "SimulatedMatch", name: str, make: Callable[[], Node]) -> None:
@@ -205,8 +206,8 @@ class Process:
     def note(self) -> None:
         """Note whether it can publish now."""
         able = self.runs and self.session is not None and not self.session.cut
-        now = self._match.network.now
-        self.unable = None if able else now if self.unable is None else self.unable
+        now = self._match.time
+        self.unable = None if able else now if self.unable is None else min(now, self.unable)
 
 
 def _setting(name: str, value: float) -> Callable[[SimulatedSession], None]:
@@ -236,7 +237,8 @@ class WorldProcess(Process):
                 return
             if not self.frozen:
                 session.receive()
-                self._turn(node, session, Tick(self._number * node.period))
+                self._match.time = self._number * node.period
+                self._turn(node, session, Tick(self._match.time))
                 if self.node is node and self._number % SNAPSHOT_PERIOD == 0:
                     self._snapshot = node.snapshot()
                 self._number += 1
@@ -264,16 +266,17 @@ class SimulatedMatch:
     Attributes:
         network: the bus, and the time. processes: by name. calls: what an observer has heard, in order.
         state: the last state that it has heard, and heard_at: when, simulated real time in s.
-        poses, clock: what it has just heard of these.
+        poses, clock: what it has just heard of these. time: the match time, s.
     """
 
     def __init__(self, setup: MatchSetup, folder: RunFolder, seed: int, faults: Sequence[Fault]) -> None:
-        self.setup, self.folder = setup, folder
+        self.setup, self.folder, self.faults = setup, folder, faults
         self.network = Network(Streams(seed))
         self.calls: list[Call] = []
         self.state: RefereeState | None = None
         self.heard_at = 0.0
-        self.poses: Poses | None = None
+        self.time = 0.0
+        self.poses: Received[Poses] | None = None
         self.clock: Clock | None = None
         self._agenda: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0
@@ -436,6 +439,6 @@ class SimulatedMatch:
         states, poses, clocks = self._states.take(), self._bodies.take(), self._clocks.take()
         if states:
             self.state, self.heard_at = states[-1].body, self.network.now
-        self.poses = poses[-1].body if poses else None
+        self.poses = poses[-1] if poses else None
         self.clock = clocks[-1].body if clocks else None
         return bool(states or poses or clocks)

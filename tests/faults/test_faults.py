@@ -1,0 +1,182 @@
+"""Simulated matches with faults: the same by the same seed, sound as they are, and unsound with a planted mistake."""
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from unittest import mock
+
+import msgspec
+import pytest
+from typer.testing import CliRunner
+
+import vrg.agents.player
+import vrg.hal.gate
+from vrg.bus.mailbox import Numbers
+from vrg.cli import make_app
+from vrg.commands.fuzz import problems_of
+from vrg.config.loading import load_match
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.coordinator import Coordinator
+from vrg.coordinator.journal import Journal
+from vrg.coordinator.match import Checkpoint
+from vrg.faults.checking import checked, shortest
+from vrg.faults.plan import REFEREE, Fault, FaultKind, drawn
+from vrg.faults.simulation import FaultyJournal, SimulatedMatch, Streams
+from vrg.hal.sim import safety
+from vrg.hal.sim.snapshot import WorldSnapshot
+from vrg.hal.sim.world import World
+from vrg.launch.run_folder import RunFolder
+
+MATCH = """
+name = "tiny"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+seed = 3
+lasers = false
+[rules]
+x = [-5.0, 5.0]
+y = [-8.0, 8.0]
+passes = 2
+pass_limit = 8.0
+[[players]]
+name = "shark"
+role = "shark"
+x = 0.0
+y = -7.0
+[[players]]
+name = "ann"
+role = "minnow"
+x = -3.0
+y = 7.0
+[[players]]
+name = "bob"
+role = "minnow"
+x = 3.0
+y = 7.0
+"""
+SECONDS, COUNT = 30.0, 6
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
+    file = tmp_path_factory.mktemp("match") / "tiny.toml"
+    file.write_text(MATCH)
+    return load_match(file).at_rate(1.0)
+
+
+def faults_of(setup: MatchSetup, seed: int) -> list[Fault]:
+    return drawn(Streams(seed)("faults"), [player.name for player in setup.players], 0.6 * SECONDS, COUNT)
+
+
+def journal_of(setup: MatchSetup, folder: Path, seed: int) -> tuple[bytes, list[str]]:
+    run = RunFolder(folder)
+    run.prepare()
+    problems = checked(SimulatedMatch(setup, run, seed, faults_of(setup, seed)), SECONDS)
+    return run.journal.read_bytes(), problems
+
+
+def test_a_seed_gives_the_same_match_and_the_same_faults(setup: MatchSetup, tmp_path: Path) -> None:
+    one, other = (journal_of(setup, tmp_path / name, 5) for name in ("one", "other"))
+    assert one == other
+    assert len(one[0].splitlines()) > 3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_whatever_fails_what_must_hold_holds(setup: MatchSetup, seed: int) -> None:
+    assert problems_of(setup, seed, faults_of(setup, seed), SECONDS) == []
+
+
+def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
+    one, other = Streams(1), Streams(1)
+    one("link of ann").random()
+    assert one("link of bob").random() == other("link of bob").random()
+    assert one("link of bob").random() != one("link of ann").random()
+
+
+def _ignoring_full(self: FaultyJournal, at: int, data: bytes) -> None:
+    if not self.full:
+        Journal._write(self, at, data)
+
+
+def _with_torn(load: Callable[..., object]) -> Callable[..., object]:
+    def planted(self: Journal, header: object) -> object:
+        content = self.path.read_bytes()
+        if content and not content.endswith(b"\n"):
+            self.path.write_bytes(content + b"\n")
+        return load(self, header)
+
+    return planted
+
+
+def _standing(**change: object) -> property:
+    own = Journal.standing.fget
+    assert own is not None
+
+    def planted(self: Journal) -> Checkpoint | None:
+        found: Checkpoint | None = own(self)
+        return None if found is None else msgspec.structs.replace(found, **change)
+
+    return property(planted)
+
+
+def _same_epoch(restore: Callable[[World, WorldSnapshot], None]) -> Callable[[World, WorldSnapshot], None]:
+    def planted(self: World, snapshot: WorldSnapshot) -> None:
+        restore(self, snapshot)
+        self.epoch -= 1
+
+    return planted
+
+
+def _keeping_back(announce: Callable[[Coordinator], None]) -> Callable[[Coordinator], None]:
+    def planted(self: Coordinator) -> None:
+        self._calls = [call for call in self._calls if call.number != 2]
+        announce(self)
+
+    return planted
+
+
+TIMEOUT = "REFEREE_TIMEOUT"
+PLANTED = {
+    "journal: a full disk goes unnoticed": (6, [(FaultyJournal, "_write", _ignoring_full)]),
+    "journal: a torn line stays": (2, [(Journal, "_load", _with_torn(Journal._load))]),
+    "journal: calls are numbered anew after a restart": (2, [(Journal, "standing", _standing(calls=0))]),
+    "journal: the clock is forgotten in a restart": (2, [(Journal, "standing", _standing(total=0.0))]),
+    "journal: evidence is not written": (0, [(Journal, "witness", lambda *_: None)]),
+    "coordinator: it announces what is not on disk": (0, [(Journal, "settled", lambda _: True)]),
+    "coordinator: a call is kept back": (48, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
+    "executor: what comes twice is taken twice": (7, [(Numbers, "is_new", lambda *_: True)]),
+    "device: no watchdog": (1, [(safety, "COMMAND_TIMEOUT", 1e9)]),
+    "device: a silent referee is not missed": (3, [(vrg.hal.gate, TIMEOUT, 1e9), (vrg.agents.player, TIMEOUT, 1e9)]),
+    "world: a restart is no new epoch": (22, [(World, "restore", _same_epoch(World.restore))]),
+}
+
+
+@pytest.mark.parametrize("mistake", PLANTED)
+def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, mistake: str) -> None:
+    seed, patches = PLANTED[mistake]
+    with ExitStack() as stack:
+        for target, name, planted in patches:
+            stack.enter_context(mock.patch.object(target, name, planted))
+        assert problems_of(setup, seed, faults_of(setup, seed), SECONDS)
+
+
+def test_the_fewest_faults_are_found() -> None:
+    faults = [Fault(FaultKind.KILL, name, 1.0, 1.0) for name in ("ann", REFEREE, "bob", "world")]
+    kept = shortest(faults, lambda fewer: {REFEREE, "world"} <= {fault.process for fault in fewer})
+    assert [fault.process for fault in kept] == [REFEREE, "world"]
+
+
+def test_the_command_names_the_seed_the_faults_and_what_does_not_hold(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tiny.toml").write_text(MATCH)
+    command = ["fuzz", str(tmp_path / "tiny.toml"), "--seed", "1", "--games", "1", "--faults", str(COUNT)]
+    good = CliRunner().invoke(make_app(), command)
+    assert good.exit_code == 0, good.output
+    assert "in 0 something did not hold" in good.output
+    monkeypatch.setattr(safety, "COMMAND_TIMEOUT", 1e9)  # the processes are forks of this one
+    found = CliRunner().invoke(make_app(), command)
+    assert found.exit_code == 1
+    assert "seed 1: " in found.output
+    assert "is driven, though" in found.output
