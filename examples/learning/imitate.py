@@ -23,8 +23,9 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # a process for each core is faster
 
 import numpy as np
-from lessons import correct
 from msgspec import structs
+from places import check_place
+from regression import SPREAD, fit_step
 
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, VrgError
@@ -34,12 +35,13 @@ from vrg.learning.demonstration import Pairs, demonstrate
 from vrg.learning.matches import match_of
 from vrg.learning.network import Adam, Network, initial, layout_of
 from vrg.learning.observation import names
-from vrg.learning.policy import Policy, check_place, save
+from vrg.learning.policy import Policy, save
 from vrg.learning.table import read
 
 ONLY = ("team", "role", "player", "driver")  # the columns of a table by which its rows can be chosen
 MATCH, GAMES = "sharks-and-minnows", 30  # what is played if nothing else is asked for
-ROWS, RATE, SPREAD = 1024, 2e-3, 0.3  # rows of a minibatch; the rate at the start; how far train.py tries out from here
+ROWS, RATE = 1024, 2e-3  # the rows of a minibatch, and the rate at the start
+LEAST = 100  # the fewest decisions of which anything can be learned
 
 
 def played(match: str, seed: int) -> Pairs:
@@ -48,7 +50,7 @@ def played(match: str, seed: int) -> Pairs:
 
 
 def collected(match: str, games: int, seed: int) -> Pairs:
-    """What the strategies do in several games, on all cores."""
+    """What the strategies do in several games, on all cores. Ctrl-C keeps those that were played."""
     parts = []
     # Ctrl-C is for this process alone: the others end with it, after the games that they play.
     with ProcessPoolExecutor(initializer=signal.signal, initargs=(signal.SIGINT, signal.SIG_IGN)) as processes:
@@ -57,8 +59,10 @@ def collected(match: str, games: int, seed: int) -> Pairs:
                 parts.append(pairs)
                 print(f"game {number} of {games}: {sum(len(part.actions) for part in parts)} decisions", flush=True)
         except KeyboardInterrupt:
+            print("stopping: the games that are being played are left out", flush=True)
             processes.shutdown(cancel_futures=True)
-            raise
+            if not parts:
+                raise
     return Pairs(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
@@ -66,7 +70,7 @@ def kept(file: Path, setup: MatchSetup) -> Pairs:
     """The pairs of a file that `--pairs` has kept.
 
     Raises:
-        ConfigError: it is no such file, or one of another match or of another version of VRG.
+        ConfigError: it is no such file, or one of another game, number of players or version of VRG.
     """
     anew = "delete it, and the match is played anew"
     try:
@@ -91,23 +95,25 @@ def fitted(game: str, pairs: Pairs, minutes: float, seed: int = 0, epochs: int =
     network = Network(initial(len(layout.own), len(layout.slot), actions, rng))
     adam, errors, begin = Adam(network.parameters), list[float](), time.monotonic()
     order = rng.permutation(len(pairs.actions))
-    kept, rest = np.split(order, [max(1, len(order) // 10)])
+    tested, rest = np.split(order, [max(1, len(order) // 10)])
 
     stop: list[int] = []
     before = signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
     done, shown = 0.0, begin
-    while not stop and done < 1.0 and len(errors) < epochs:
-        for rows in np.array_split(rng.permutation(rest), max(1, len(rest) // ROWS)):
-            correct(network, adam, pairs.observations[rows], pairs.actions[rows], RATE * (1.0 - 0.95 * done))
-        off = np.tanh(network(pairs.observations[kept])) - pairs.actions[kept]
-        errors.append(float(np.square(off).mean()))
-        now = time.monotonic()
-        done = max((now - begin) / (60.0 * minutes), len(errors) / epochs)
-        if now - shown > 5.0:
-            left = max(0.0, 60.0 * minutes + begin - now)
-            print(f"epoch {len(errors)}: squared error {errors[-1]:.4f}; at most {left:.0f} s left", flush=True)
-            shown = now
-    signal.signal(signal.SIGINT, before)
+    try:
+        while not stop and done < 1.0 and len(errors) < epochs:
+            for rows in np.array_split(rng.permutation(rest), max(1, len(rest) // ROWS)):
+                fit_step(network, adam, pairs.observations[rows], pairs.actions[rows], RATE * (1.0 - 0.95 * done))
+            off = np.tanh(network(pairs.observations[tested])) - pairs.actions[tested]
+            errors.append(float(np.square(off).mean()))
+            now = time.monotonic()
+            done = max((now - begin) / (60.0 * minutes), len(errors) / epochs)
+            if now - shown > 5.0:
+                left = max(0.0, 60.0 * minutes + begin - now)
+                print(f"epoch {len(errors)}: squared error {errors[-1]:.4f}; at most {left:.0f} s left", flush=True)
+                shown = now
+    finally:
+        signal.signal(signal.SIGINT, before)
     what = f"imitate.py: {len(order)} decisions of {game}"
     return Policy(game, network, np.full(actions, np.log(SPREAD), dtype=np.float32), what), errors
 
@@ -145,12 +151,18 @@ def main() -> None:
         parser.error(f"--games: {options.pairs} has what was played: leave out --games, or choose another --pairs")
     if not 0.0 < options.minutes < math.inf:
         parser.error(f"--minutes: expected a number above 0, got {options.minutes:g}")
+    if options.seed < 0:
+        parser.error(f"--seed: expected 0 or more, got {options.seed}")
     if options.games is not None and options.games < 1:
         parser.error(f"--games: expected 1 or more, got {options.games}")
     try:
-        check_place(options.output, replace=options.replace)
+        check_place("--output", options.output, replace=options.replace)
+        if options.pairs:
+            if options.pairs == options.output:
+                parser.error(f"--pairs: expected another file than that of --output, got {options.pairs}")
+            check_place("--pairs", options.pairs, replace=True)
         learn(options, only)
-    except VrgError as error:
+    except (VrgError, OSError) as error:
         sys.exit(str(error))
     except KeyboardInterrupt:
         sys.exit("stopped before there was anything to write")
@@ -178,14 +190,16 @@ def learn(options: argparse.Namespace, only: dict[str, str | bool]) -> None:
             pairs = collected(match, GAMES if options.games is None else options.games, options.seed)
             if options.pairs:
                 np.savez_compressed(options.pairs, **pairs._asdict())
-    if not len(pairs.actions):
-        sys.exit("no player has moved in these games")
+    if len(pairs.actions) < LEAST:
+        sys.exit(f"expected {LEAST} decisions or more to learn from, got {len(pairs.actions)}: take more games or runs")
     policy, errors = fitted(game, pairs, options.minutes, options.seed)
     save(policy, options.output)
     mean = float(np.square(pairs.actions - pairs.actions.mean(axis=0)).mean())
     print(f"squared error {errors[-1]:.4f} after {len(errors)} epochs; of the mean action it would be {mean:.4f}")
     file, match = shlex.quote(str(options.output)), shlex.quote(match)
-    print(f"wrote {options.output}. Play it: vrg compare {file} {strategies_of(game)[0]} --match {match}")
+    shipped = strategies_of(game)
+    hint = f". Play it: vrg compare {file} {shipped[0]} --match {match}" if shipped else ""
+    print(f"wrote {options.output}{hint}")
 
 
 if __name__ == "__main__":

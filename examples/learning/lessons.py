@@ -8,13 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 from ppo import Learner
+from regression import SPREAD, fit_step
 
 from vrg.learning.batch.matches import Batch
-from vrg.learning.network import Adam, Network
 
-CORRECTIONS, STEPS, ROWS = 400_000, 12, 2048  # the corrections kept, the steps of a lesson, the rows of a minibatch
+CORRECTIONS, STEPS, BATCH = 400_000, 12, 2048  # the corrections kept, the steps of a lesson, the rows of a minibatch
 FASTEST, STRAYING = 2e-3, 0.2  # the rate of learning at first, and how far the policy strays from what it would do
-SPREAD = 0.3  # how far it tries motions out after the lessons
 
 
 class Lessons:
@@ -34,7 +33,8 @@ class Lessons:
         self._batch, self._learner, self._hold = batch, learner, hold
         self._kept = np.zeros((CORRECTIONS, batch.length + 2), dtype=np.float32)
         self._given, self.decisions = 0, hold * STEPS * batch.matches * len(batch.sides)
-        self._advised, others = np.zeros((batch.matches, len(batch.sides)), dtype=bool), (*others, teacher)
+        self._advised = np.zeros((batch.matches, len(batch.sides)), dtype=bool)
+        others = (*others, teacher)
         for match in range(batch.matches):
             for team, name in enumerate(batch.teams[:2]):
                 turn = (match + team) % 4
@@ -53,8 +53,8 @@ class Lessons:
         self._play()
         rate, off = FASTEST * (0.05 + 0.95 * left), 0.0
         for _ in range(STEPS):
-            rows = self._kept[self._learner.rng.integers(min(self._given, CORRECTIONS), size=ROWS)]
-            off += correct(self._learner.policy, self._learner.actor, rows[:, :-2], rows[:, -2:], rate) / STEPS
+            rows = self._kept[self._learner.rng.integers(min(self._given, CORRECTIONS), size=BATCH)]
+            off += fit_step(self._learner.policy, self._learner.actor, rows[:, :-2], rows[:, -2:], rate) / STEPS
         return math.sqrt(off)
 
     def _play(self) -> None:
@@ -70,23 +70,3 @@ class Lessons:
                     new = np.concatenate((seen[able], self._batch.advice[able]), axis=1)
                     self._kept[(self._given + np.arange(len(new))) % CORRECTIONS] = new
                     self._given += len(new)
-
-
-def correct(policy: Network, adam: Adam, seen: np.ndarray, wanted: np.ndarray, rate: float) -> float:
-    """Bring a policy nearer to what it should do, and return how far off it was, as the mean square.
-
-    Args:
-        adam: that of the policy; a spread `log_std` among its parameters stays. seen: what players saw.
-        wanted: what they should do then, shape (rows, actions).
-    """
-    off = [0.0]
-
-    def slope(outputs: np.ndarray, rows: slice) -> np.ndarray:
-        means = np.tanh(outputs)
-        off[0] += float(np.square(means - wanted[rows]).sum()) / wanted.size
-        found: np.ndarray = (means - wanted[rows]) * (1.0 - means * means) / len(wanted)
-        return found
-
-    slopes = policy.slopes(seen, slope)
-    adam.update({name: slopes.get(name, np.zeros_like(values)) for name, values in adam.parameters.items()}, rate)
-    return off[0]

@@ -39,14 +39,14 @@ class Learner:
         critic: those of the value. rng: draws the order of the decisions.
 
     Attributes:
-        policy, value: the networks. rate: the rate at which the policy learns. threads: two, for whoever needs them.
+        policy, value: the networks. actor, critic: what changes each. rate: the rate at which the policy learns.
     """
 
     def __init__(self, actor: Parameters, critic: Parameters, rng: np.random.Generator) -> None:
         self.actor, self.critic = Adam(actor), Adam(critic)
         self.policy, self.value = Network(actor), Network(critic)
         self.rate, self.rng = RATE, rng
-        self.threads = ThreadPoolExecutor(2)
+        self._threads = ThreadPoolExecutor(2)
 
     @property
     def log_std(self) -> np.ndarray:
@@ -55,7 +55,7 @@ class Learner:
 
     def outputs(self, network: Network, seen: np.ndarray) -> np.ndarray:
         """The outputs of a network for what players see, the last index of `seen`; half of them in each thread."""
-        return np.concatenate(list(self.threads.map(network, np.array_split(seen.reshape(-1, seen.shape[-1]), 2))))
+        return np.concatenate(list(self._threads.map(network, np.array_split(seen.reshape(-1, seen.shape[-1]), 2))))
 
     def learn(self, experience: Experience, *, value_alone: bool) -> None:
         """Learn from some experience, of which `advantages` and `able` are changed.
@@ -72,7 +72,7 @@ class Learner:
                 able[moved] *= 0.5 * np.count_nonzero(able) / np.count_nonzero(moved)
         rows = len(seen)
         orders = [np.array_split(self.rng.permutation(rows), max(1, rows // ROWS)) for _ in range(EPOCHS)]
-        learning = self.threads.submit(self._learn_value, seen, experience.returns, orders)
+        learning = self._threads.submit(self._learn_value, seen, experience.returns, orders)
         for order in [] if value_alone else orders:
             far = np.mean([self._learn_policy(*(part[p] for part in experience[:4]), able[p]) for p in order])
             self.rate *= 1 / 1.5 if far > 1.5 * KL else 1.5 if far < KL / 1.5 else 1.0
@@ -80,13 +80,14 @@ class Learner:
         learning.result()
 
     def _learn_value(self, seen: np.ndarray, returns: np.ndarray, orders: list[list[np.ndarray]]) -> None:
-        def fit(rows: np.ndarray) -> None:
-            wanted = returns[rows, None]
-            slopes = self.value.slopes(seen[rows], lambda values, part: (values - wanted[part]) / len(wanted))
-            self.critic.update(slopes, RATE)
+        for order in orders:
+            for rows in order:
+                self._fit_value(seen[rows], returns[rows, None])
 
-        for rows in (rows for order in orders for rows in order):
-            fit(rows)
+    def _fit_value(self, seen: np.ndarray, returns: np.ndarray) -> None:
+        """Change the value by one minibatch."""
+        slopes = self.value.slopes(seen, lambda values, part: (values - returns[part]) / len(returns))
+        self.critic.update(slopes, RATE)
 
     def _learn_policy(
         self, seen: np.ndarray, wanted: np.ndarray, chance: np.ndarray, advantages: np.ndarray, able: np.ndarray

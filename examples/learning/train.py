@@ -27,22 +27,23 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # the policy and the value learn in a 
 import numpy as np
 from lessons import Lessons
 from matplotlib.figure import Figure
+from places import check_place
 from ppo import GAMMA, Experience, Learner, advantages_of, likelihood
 
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.games import learning_of, strategies_of
+from vrg.games import learning_of
 from vrg.learning.batch.matches import Batch
 from vrg.learning.batch.stepping import Variation
 from vrg.learning.network import Network, Parameters, initial, layout_of
-from vrg.learning.policy import Policy, check_place, load, save
+from vrg.learning.policy import Policy, load, save
 from vrg.registry import did_you_mean
 
 POOL, KEEP_EVERY, DRAW_EVERY = 30, 10, 5  # former selves; updates between two of them, and between two draws
 WARM = 8  # updates that teach the value alone, as one that knows nothing yet would spoil what a policy can already
 FORMER, SHIPPED = 0.2, 0.5  # the shares of the matches against former selves, and against shipped strategies
 SCHOOL = 0.25  # the share of the time for lessons
-KEPT = ("options", "updates", "decisions", "schooled", "won", "drawn", "curve")  # attributes of a saved training
+KEPT = ("options", "text", "updates", "decisions", "school", "schooled", "won", "drawn", "curve")  # saved attributes
 OWN = ("minutes", "output", "replace", "resume")  # options of one run of this program, not of the training
 VARIED = Variation(
     speed=0.15, acceleration=0.2, turning=0.1, position_noise=0.03, heading_noise=0.02, delay=1, loss=0.05
@@ -75,7 +76,14 @@ class Training:
         again: True for a training that goes on: the policy of `start` is not read again.
 
     Attributes:
+        game, text: the game, and the match file. batch: the matches. learner: the policy and the value.
         lessons: those that it has, until they are over; None after them.
+        school, schooled: the real time in s that all lessons take, and that they have taken.
+        teacher, against: the names of strategies. pool: former selves.
+        rivals: who plays in place of the policy, and drawn: as which of the pool. won: the shares of games, by name.
+        learns: whose decisions are learned from, shape (matches, players).
+        knows: True if the policy can play already, when it begins to learn by rewards.
+        updates, decisions: how many so far. curve: a point for each update.
 
     Raises:
         ConfigError: the game cannot be played in a batch, has no such strategy there, or needs more matches.
@@ -84,7 +92,8 @@ class Training:
     def __init__(self, options: dict[str, Any], *, again: bool = False) -> None:
         self.options = options
         setup = load_match(match_path(options["match"]))
-        self.game, layout = setup.game, layout_of(learning_of(setup.game))
+        self.game, self.text = setup.game, setup.text
+        layout = layout_of(learning_of(setup.game))
         self.rng = np.random.default_rng(options["seed"])
         vary = VARIED if options["vary"] else Variation()
         self.batch = Batch(
@@ -103,7 +112,8 @@ class Training:
             actor = {**policy.network.parameters, "log_std": policy.log_std.copy()}
         self.learner = Learner(actor, initial(own, slot, 1, self.rng, last=0.1), self.rng)
         self.pool: list[Parameters] = []
-        self.updates, self.decisions, self.schooled = 0, 0, 0.0
+        self.updates = self.decisions = 0
+        self.school = self.schooled = 0.0
         self.curve: list[dict[str, float]] = []
         self.rivals = rivals_of(options["matches"], self.against)
         self.drawn = [0 for _ in self.rivals]
@@ -148,18 +158,15 @@ class Training:
             self.pool.pop(int(self.rng.integers(POOL)))
         self.pool.append({name: values.copy() for name, values in self.learner.policy.parameters.items()})
 
-    def go_on(self, left: float) -> str:
-        """Have a lesson, or play and learn from it, and return how it goes, in words.
-
-        Args:
-            left: the share of the lessons that is still to come.
-        """
+    def go_on(self) -> float:
+        """Have a lesson, or play and learn from it; return how far off the teacher it was, or the reward a minute."""
+        left = 1.0 - self.schooled / self.school if self.school else 0.0
         if self.lessons is not None and left > 0.0:
             begin = time.monotonic()
             off = self.lessons.lesson(left)
             self.decisions += self.lessons.decisions
             self.schooled += time.monotonic() - begin
-            return f"{off:.2f} off what {self.teacher} would have done"
+            return off
         if self.lessons is not None:
             self.play_for_rewards()
         if self.updates % DRAW_EVERY == 0:
@@ -168,8 +175,14 @@ class Training:
         self.updates += 1
         if self.updates % KEEP_EVERY == 0:
             self.keep()
+        return self.curve[-1]["reward"]
+
+    def told(self, value: float) -> str:
+        """What `go_on` has returned, in words."""
+        if self.lessons is not None:
+            return f"{value:.2f} off what {self.teacher} would have done"
         won = ", ".join(f"{100 * share:.0f} % against {name}" for name, share in self.won.items())
-        return f"reward {self.curve[-1]['reward']:+.2f} a minute; won {won}"
+        return f"reward {value:+.2f} a minute; won {won}"
 
     def play(self) -> Experience:
         """Play `horizon` steps of all matches, and return the decisions of the players that learn."""
@@ -179,8 +192,9 @@ class Training:
         chance, rewards, able = np.zeros((3, steps, *players), dtype=np.float32)
         over, cut = np.zeros((2, steps, players[0]), dtype=bool)
         ends: list[tuple[int, np.ndarray, np.ndarray]] = []
-        saw[0], could = self.batch.out.observations, self.batch.out.able
+        saw[0] = self.batch.out.observations
         for step in range(steps):
+            able[step] = self.batch.out.able
             off = self.rng.standard_normal((*players, 2), dtype=np.float32)
             means = np.tanh(learner.outputs(learner.policy, saw[step][mine]))
             wanted[step][mine] = means + np.exp(learner.log_std) * off[mine]
@@ -190,24 +204,25 @@ class Training:
                     theirs, spread = ~mine[rival.matches], np.exp(self.pool[former]["log_std"])
                     means = np.tanh(Network(self.pool[former])(saw[step][rival.matches][theirs]))
                     wanted[step][rival.matches][theirs] = means + spread * off[rival.matches][theirs]
-            action, able[step] = np.clip(wanted[step], -1.0, 1.0), could
+            action = np.clip(wanted[step], -1.0, 1.0)
             for _ in range(self.options["hold"]):
                 out = self.batch.step(action)
                 going = ~(over[step] | cut[step])
                 rewards[step] += out.rewards * going[:, None]
                 ended = (out.terminated | out.truncated) & going
-                if ended.any():
-                    ends.append((step, np.flatnonzero(out.truncated & ended), out.last[out.truncated & ended].copy()))
-                over[step], cut[step] = over[step] | (out.terminated & going), cut[step] | (out.truncated & going)
+                cut_now = out.truncated & going
+                if cut_now.any():
+                    ends.append((step, np.flatnonzero(cut_now), out.last[cut_now]))
+                over[step] |= out.terminated & going
+                cut[step] |= cut_now
                 self.count(out.winners, ended)
-            saw[step + 1], could = out.observations, out.able
+            saw[step + 1] = out.observations
         self.decisions += steps * self.options["hold"] * mine.size
         values = np.zeros((steps + 1, *players), dtype=np.float32)
         values[:, mine] = learner.outputs(learner.value, saw[:, mine])[..., 0].reshape(steps + 1, -1)
         beyond = values[1:].copy()
         for step, matches, last in ends:
-            if len(matches):
-                beyond[step, matches] = learner.value(last.reshape(-1, saw.shape[-1])).reshape(len(matches), -1)
+            beyond[step, matches] = learner.value(last.reshape(-1, saw.shape[-1])).reshape(len(matches), -1)
         beyond[over] = 0.0
         advantages = advantages_of(rewards + GAMMA * beyond - values[:-1], ~(over | cut))
         reward = float(rewards[:, mine].mean()) / self.options["hold"] * 600.0
@@ -243,9 +258,9 @@ class Training:
     def write(self, output: Path) -> None:
         """Write the policy, and beside it all that is needed to go on."""
         save(self.learned(), output)
-        self.save(output.with_suffix(".training"))
+        self.write_training(output.with_suffix(".training"))
 
-    def save(self, file: Path) -> None:
+    def write_training(self, file: Path) -> None:
         """Write all that is needed to go on."""
         kept = {name: getattr(self, name) for name in KEPT} | {
             "rate": self.learner.rate,
@@ -289,7 +304,7 @@ def resumed(file: Path) -> Training:
     try:
         with np.load(file, allow_pickle=False) as found:
             return restored(found)
-    except (ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
         if isinstance(error, ConfigError):
             raise
         raise ConfigError(
@@ -306,6 +321,8 @@ def restored(found: Mapping[str, np.ndarray]) -> Training:
     """
     kept = json.loads(str(found["kept"]))
     training = Training(kept["options"], again=True)
+    if training.text != kept["text"]:
+        raise ConfigError(f"--resume: {kept['options']['match']} has changed since: begin anew, or put it back")
     if kept["taught"]:
         training.play_for_rewards()
     for name, values in training.arrays().items():
@@ -372,6 +389,8 @@ def asked_for(parser: argparse.ArgumentParser) -> argparse.Namespace:
     for name in ("matches", "horizon", "hold", "most"):
         if getattr(options, name) < 1:
             parser.error(f"--{name}: expected 1 or more, got {getattr(options, name)}")
+    if options.seed < 0:
+        parser.error(f"--seed: expected 0 or more, got {options.seed}")
     return options
 
 
@@ -382,11 +401,14 @@ def begun(options: argparse.Namespace) -> Training:
         ConfigError: something that it needs is not there, or what it writes is.
         OSError: a file cannot be read.
     """
-    check_place(options.output, replace=options.replace or options.resume == options.output.with_suffix(".training"))
+    own = options.resume == options.output.with_suffix(".training")
+    check_place("--output", options.output, ".training", ".png", replace=options.replace or own)
     if options.resume:
         return resumed(options.resume)
     if options.match is None:
         options.match = load(Path(options.start)).game if options.start else "roboflag"
+    if Path(options.match).is_file():
+        options.match = str(Path(options.match).resolve())  # `--resume` may be typed elsewhere
     return Training({name: value for name, value in vars(options).items() if name not in OWN})
 
 
@@ -396,13 +418,14 @@ def go(training: Training, minutes: float, output: Path) -> None:
     signal.signal(signal.SIGINT, lambda number, _: stop.append(number))
     begin = shown = time.monotonic()
     counted, seconds = training.decisions, 60.0 * minutes
+    training.school = training.school or SCHOOL * seconds
     while not stop and time.monotonic() < begin + seconds:
-        what = training.go_on(1.0 - training.schooled / (SCHOOL * seconds))
+        value = training.go_on()
         now = time.monotonic()
         if now - shown > 5.0:
             speed, left = (training.decisions - counted) / (now - shown), max(0.0, begin + seconds - now)
             count = f"{training.decisions / 1e6:6.1f} million decisions, {speed / 1e3:4.0f} thousand a second"
-            print(f"{count}; {what}; {left:4.0f} s left", flush=True)
+            print(f"{count}; {training.told(value)}; {left:4.0f} s left", flush=True)
             shown, counted = now, training.decisions
             training.write(output)
     training.write(output)
@@ -418,17 +441,22 @@ def main() -> None:
     slow.start()
     try:
         training = begun(options)
+        slow.cancel()
+        before = training.decisions
+        go(training, options.minutes, options.output)
+        training.batch.close()
     except (ConfigError, OSError) as error:
         sys.exit(str(error))
+    except KeyboardInterrupt:
+        sys.exit("stopped before there was anything to write")
     finally:
         slow.cancel()
-    before = training.decisions
-    go(training, options.minutes, options.output)
-    training.batch.close()
     new = f", {(training.decisions - before) / 1e6:.1f} of them now" if before else ""
-    print(f"{training.decisions / 1e6:.1f} million decisions{new}; wrote {options.output}. To see how good it is:")
-    opponent, match = strategies_of(training.game)[0], shlex.quote(training.options["match"])
-    print(f"    vrg compare {shlex.quote(str(options.output))} {opponent} --match {match}")
+    print(f"{training.decisions / 1e6:.1f} million decisions{new}; wrote {options.output}")
+    match, shipped = shlex.quote(training.options["match"]), training.batch.strategies
+    if shipped:
+        print("To see how good it is:")
+        print(f"    vrg compare {shlex.quote(str(options.output))} {shipped[0]} --match {match}")
 
 
 if __name__ == "__main__":

@@ -280,7 +280,9 @@ def test_what_imitate_cannot_use_is_refused(
     assert "--games: " in refused("--pairs", str(old), "--games", "3")
     assert "cannot be read" in refused("--from", str(text))
     assert "got ((5,), (2,)): delete it" in refused("--pairs", str(old))
-    assert "expected pairs that --pairs has kept" in refused("--pairs", str(text))
+    broken = tmp_path / "broken.npz"
+    broken.write_text("no pairs")
+    assert "expected pairs that --pairs has kept" in refused("--pairs", str(broken))
     assert "nowhere" in refused("--match", "nowhere")
 
 

@@ -3,6 +3,7 @@
 import importlib.util
 import re
 import shlex
+import signal
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -32,8 +33,10 @@ def example(name: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     sys.path.insert(0, str(EXAMPLES))  # as Python itself does for a program that is started
-    spec.loader.exec_module(module)
-    sys.path.remove(str(EXAMPLES))
+    try:
+        spec.loader.exec_module(module)
+    finally:
+        sys.path.remove(str(EXAMPLES))
     return module
 
 
@@ -42,7 +45,7 @@ OWN = len(names(GAMES.get(SHARKS).load_learning(), 1))  # type: ignore[arg-type]
 
 
 class Records(NamedTuple):
-    """What changes in a ThrowingBatch."""
+    """What changes in a TinyBatch."""
 
     chance: np.recarray[Any, Any]
 
@@ -109,7 +112,7 @@ def test_training_gets_better_at_what_it_is_rewarded_for(monkeypatch: pytest.Mon
     monkeypatch.setattr(sys.modules["ppo"], "ROWS", 256)
     training = train.Training(options(matches=32, horizon=32))
     for _ in range(25):
-        training.go_on(0.0)
+        training.go_on()
     rewards = [point["reward"] for point in training.curve]
     # The mean square of what is asked for is a third, and trying out costs as much as its variance.
     assert np.mean(rewards[-3:]) > 0.6 * np.mean(rewards[:3])
@@ -125,13 +128,13 @@ def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
     if not real:
         monkeypatch.setattr(train, "Batch", TinyBatch)
     whole, stopped = (train.Training(options(horizon=6, hold=2)) for _ in range(2))
-    whole.go_on(0.0)
-    stopped.go_on(0.0)
-    stopped.save(tmp_path / "policy.training")
+    whole.go_on()
+    stopped.go_on()
+    stopped.write_training(tmp_path / "policy.training")
     again = train.resumed(tmp_path / "policy.training")
     for training in (whole, again):
-        training.go_on(0.0)
-        training.go_on(0.0)
+        training.go_on()
+        training.go_on()
     assert again.curve == whole.curve
     assert again.decisions == whole.decisions == 3 * 6 * 2 * whole.learns.size
     for name, values in whole.arrays().items():
@@ -141,7 +144,7 @@ def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
 def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
     training = train.Training(options())
-    training.go_on(0.0)
+    training.go_on()
     save(training.learned(), tmp_path / "policy.npz")
     further = train.Training(options(start=str(tmp_path / "policy.npz")))
     for name, values in load(tmp_path / "policy.npz").network.parameters.items():
@@ -150,13 +153,20 @@ def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.Monkey
     assert (tmp_path / "curve.png").stat().st_size > 1000
 
 
-def test_lessons_bring_the_policy_nearer_to_the_teacher(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lessons_bring_the_policy_nearer_to_the_teacher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
     training = train.Training(options(teacher="turner"))
     assert training.lessons is not None
-    off = [float(training.go_on(1.0).split()[0]) for _ in range(30)]
+    training.school = 1e9
+    off = [training.go_on() for _ in range(30)]
     assert off[-1] < 0.4 * off[0]
-    training.go_on(0.0)
+    training.write_training(tmp_path / "policy.training")
+    again = train.resumed(tmp_path / "policy.training")
+    assert again.lessons is not None
+    assert (again.school, again.schooled) == (training.school, training.schooled)
+    assert again.go_on() < 0.6 * off[0]
+    training.school = training.schooled
+    training.go_on()
     assert training.lessons is None
     assert training.curve[-1]["decisions"] == training.decisions
 
@@ -166,9 +176,57 @@ def test_a_teacher_that_a_game_does_not_have_is_refused() -> None:
         train.Training(options(teacher="conservative"))
 
 
+def run(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
+    monkeypatch.setattr(sys, "argv", ["train", *words.split()])
+    train.main()
+
+
+def test_a_training_is_typed_stopped_and_resumed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(train, "Batch", TinyBatch)
+    few = "--matches 16 --horizon 8 --hold 1 --teacher none"
+    run(monkeypatch, f"--match {SHARKS} --minutes 0.01 {few}")
+    assert {file.name for file in tmp_path.iterdir()} == {"policy.npz", "policy.png", "policy.training"}
+    first = load(tmp_path / "policy.npz")
+    output = capsys.readouterr().out
+    assert f"vrg compare policy.npz turner --match {SHARKS}" in output
+    run(monkeypatch, "--resume policy.training --minutes 0.01")
+    assert "of them now" in capsys.readouterr().out
+    assert any(
+        (load(tmp_path / "policy.npz").network.parameters[n] != v).any() for n, v in first.network.parameters.items()
+    )
+    steps = iter(range(10_000))
+
+    def interrupted(self: TinyBatch, actions: np.ndarray) -> SimpleNamespace:
+        if next(steps) == 40:
+            signal.raise_signal(signal.SIGINT)
+        return step(self, actions)
+
+    step = TinyBatch.step
+    monkeypatch.setattr(TinyBatch, "step", interrupted)
+    run(monkeypatch, f"--match {SHARKS} --minutes 60 {few} --replace")
+    assert "wrote policy.npz" in capsys.readouterr().out
+    assert next(steps) < 100, "it has ended after the update that was under way"
+
+
+def test_a_training_of_a_match_that_has_changed_does_not_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(train, "Batch", TinyBatch)
+    match = short_match(tmp_path, SHARKS)
+    train.Training(options(match=str(match))).write_training(tmp_path / "policy.training")
+    match.write_text(match.read_text() + "\n# changed\n")
+    with pytest.raises(ConfigError, match="has changed since"):
+        train.resumed(tmp_path / "policy.training")
+
+
 WRONG = {
     "train --minutes 0": "--minutes: expected a number above 0",
     "train --hold 0": "--hold: expected 1 or more",
+    "train --seed -1": "--seed: expected 0 or more",
+    "imitate --pairs nowhere/pairs.npz --output new.npz": "no such folder",
+    "imitate --pairs new.npz --output new.npz": "another file than that of --output",
+    "imitate --seed -1": "--seed: expected 0 or more",
     "train --output nowhere/p.npz": "no such folder",
     "train --output p.txt": "expected a file NAME.npz",
     "train": "policy.npz: already there",

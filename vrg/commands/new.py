@@ -102,7 +102,7 @@ def _game_of(targets: Sequence[str], game: str | None) -> str:
         able = strategy_class(target, Path.cwd()).games if is_strategy_file(target) else ()
         if able and game is not None and game not in able:
             raise ConfigError(f"{target}: expected a strategy for {game}, got one that plays {', '.join(able)} alone")
-        game = able[0] if able else game
+        game = game or (able[0] if able else None)
     return game or "sharks-and-minnows"
 
 

@@ -49,6 +49,7 @@ def practice(
         file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
         if target is not None:
             with trial(server) as tried:  # a mistake is reported before anything starts
+                tried.find(target, Path.cwd())
                 setup = load_match(file, base=Path.cwd())
                 tried.make(setup, setup.players[0].name)
         if not lasting:

@@ -106,10 +106,9 @@ def learning_of(name: str) -> "Learning":
     """What programs that learn a game need to know of it.
 
     Raises:
-        ConfigError: there is no such game, or no program can learn it.
+        ConfigError: there is no such game, it cannot be imported, or no program can learn it.
     """
-    game = GAMES.find(name)
-    learning = None if game is None else game.load_learning()
+    learning = GAMES.get(name).load_learning()
     if learning is None:
         known = [other for other in GAMES.names() if (found := GAMES.find(other)) is not None and found.learning]
         raise ConfigError(f"expected a game that can be learned ({', '.join(known)}), got {name!r}")

@@ -5,7 +5,6 @@ It belongs to one game, and plays whatever role its player is given, with any nu
 """
 
 import io
-import os
 import zipfile
 import zlib
 from collections.abc import Mapping, Sequence
@@ -80,24 +79,6 @@ class Policy:
         return np.tanh(self.network(observations))
 
 
-def check_place(file: Path, *, replace: bool) -> None:
-    """Check that a policy can be written to a file: before the work, so that none is lost.
-
-    Args:
-        replace: whether a file that is there may be overwritten.
-
-    Raises:
-        ConfigError: it cannot.
-    """
-    if file.suffix != ".npz":
-        raise ConfigError(f"--output: expected a file NAME.npz, by which matches know a policy, got {file}")
-    if not os.access(file.parent, os.W_OK):
-        what = "you may not write into this folder" if file.parent.is_dir() else "no such folder: make it"
-        raise ConfigError(f"--output {file}: {file.parent}: {what}, or choose another place")
-    if os.path.lexists(file) and not replace:
-        raise ConfigError(f"{file}: already there: choose another name by --output, or overwrite it by --replace")
-
-
 def save(policy: Policy, file: Path) -> None:
     """Write a policy file.
 
@@ -117,9 +98,12 @@ def save(policy: Policy, file: Path) -> None:
     _check_arrays(file, header, arrays)
     written = io.BytesIO()
     np.savez(written, **{HEADER: np.array(msgspec.json.encode(header).decode())}, **arrays)  # type: ignore[arg-type]
+    part = file.with_name(f".{file.name}.part")
     try:
-        file.write_bytes(written.getvalue())
+        part.write_bytes(written.getvalue())
+        part.replace(file)  # who reads it meanwhile, or is left by a full disk, has the one before
     except OSError as error:
+        part.unlink(missing_ok=True)
         raise ConfigError(f"{file}: cannot be written: {error.strerror}: choose another place") from None
 
 

@@ -166,8 +166,8 @@ def read(file: Path, **only: str | bool) -> tuple[str, Pairs]:
         if not len(table):
             if name == "won":
                 raise ConfigError(
-                    f"{file}: expected decisions of winners, but of those that were chosen none is: choose other "
-                    "players or runs, or leave --winners out"
+                    f"{file}: expected decisions with `won` {value}, but of those that were chosen none is: choose "
+                    "other players or runs, or leave this choice out"
                 )
             raise ConfigError(f"{file}: {name}: expected one of {', '.join(map(str, known))}, got {value}")
     arrays = [table[name].combine_chunks().flatten().to_numpy() for name in ("observation", "action")]
@@ -187,7 +187,10 @@ def _heading(file: Path, metadata: Mapping[bytes, bytes]) -> Heading:
         heading = msgspec.json.decode(metadata[_KEY], type=Heading)
     except msgspec.DecodeError as error:
         raise ConfigError(f"{file}: expected decisions of recorded matches: {error}: {_WRITTEN_BY}") from None
-    learning = learning_of(heading.game)
+    try:
+        learning = learning_of(heading.game)
+    except ConfigError as error:
+        raise ConfigError(f"{file}: {error}") from None
     own, slot = map(len, layout_of(learning))
     players = 1 + max(0, len(heading.observation) - own) // slot
     if heading.format != FORMAT or heading.observation != tuple(names(learning, players)):
