@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from threading import Event as Stop
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -16,7 +18,9 @@ from vrg.bus.node import Node, Tick
 from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import write_setup
-from vrg.launch import in_process, nodes, stepping
+from vrg.errors import StrategyError
+from vrg.launch import apart, in_process, nodes, stepping
+from vrg.launch.apart import StrategyApart
 from vrg.launch.branch import repeat_match
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.in_process import Ending
@@ -166,6 +170,20 @@ def test_a_process_that_is_frozen_is_given_up_and_holds_up_nothing(
     assert found[0].asked
     assert found[-1].hung or ending.time < 10.0
     same(folder, repeated(folder, home, "again", None))
+
+
+def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(
+    home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(apart, "BUDGET", 0.2)
+    setup, folder = load_match(home / "tiny.toml"), RunFolder(home / "run")
+    strategy = StrategyApart(server, setup, "ann", folder, sealed=False)
+    os.kill(strategy.pid, signal.SIGSTOP)
+    view: Any = SimpleNamespace(robot=setup.player("ann").robot, obstacles=(), picture=bytes(5_000_000))
+    strategy.send(view)
+    assert strategy.gone
+    with pytest.raises(StrategyError, match="is gone"):
+        strategy.act(view)
 
 
 def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, server: ForkServer) -> None:

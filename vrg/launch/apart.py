@@ -9,6 +9,7 @@ import contextlib
 import os
 import pickle
 import signal
+import socket
 import sys
 import threading
 import traceback
@@ -27,7 +28,7 @@ from vrg.blame import DecisionTimeoutError, failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
-from vrg.launch.bounds import BoundedOutput, printing_to
+from vrg.launch.bounds import BUDGET, BoundedOutput, printing_to
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.remote.strategies import RemoteStarter, files_of
@@ -179,8 +180,16 @@ class StrategyApart(RemoteStrategy):
         if view.robot is self._known:
             del told["robot"], told["obstacles"]  # the longest parts, and always the same
         self._known, self._sent = view.robot, view
-        with contextlib.suppress(OSError):
-            self._pipe.send_bytes(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
+        data = pickle.dumps(told, pickle.HIGHEST_PROTOCOL)
+        # A process that reads nothing must not hold up the match, however long a view with pictures is.
+        with contextlib.suppress(OSError), socket.socket(fileno=os.dup(self._pipe.fileno())) as stream:
+            stream.settimeout(BUDGET)
+            try:
+                stream.sendall(len(data).to_bytes(4, "big") + data)
+            except TimeoutError:
+                self.close()
+            finally:
+                stream.settimeout(None)
 
     def act(self, view: View) -> Action:
         """Return the decision of the strategy.
@@ -200,6 +209,11 @@ class StrategyApart(RemoteStrategy):
             {bid.lot: bid.cost for bid in payload.bids},
             None if payload.sketch is None else payload.sketch.strokes,
         )
+
+    @property
+    def pid(self) -> int:
+        """The process id of its process, or of the ssh that holds it."""
+        return self._process.pid
 
     @property
     def gone(self) -> bool:
