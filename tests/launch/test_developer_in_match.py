@@ -42,4 +42,4 @@ def test_the_command_line_has_it(command: list[str], word: str) -> None:
 def test_a_match_in_one_process_has_none() -> None:
     told = CliRunner().invoke(make_app(), ["play", "hud", "--in-process", "--developer"])
     assert told.exit_code == 2
-    assert "--developer needs processes" in told.output
+    assert "--developer needs the bus" in told.output
