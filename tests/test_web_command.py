@@ -51,7 +51,7 @@ def test_what_is_no_address_is_told(typed):
 def test_a_match_in_one_process_has_no_page():
     done = CliRunner().invoke(make_app(), ["play", "sharks-and-minnows", "--in-process", "--web"])
     assert done.exit_code == 2
-    assert "--web needs processes" in " ".join(done.output.replace("│", " ").split())
+    assert "--web needs the bus" in " ".join(done.output.replace("│", " ").split())
 
 
 def test_the_usual_port_or_the_next_free_one_is_taken_but_one_that_was_asked_for_must_be_free():
