@@ -46,10 +46,11 @@ def practice(
         lasting = seconds if seconds is not None else 60.0 if options.steps else 0.0
         target = None if strategy is None else whole_target(strategy)
         file = Path(folder, "practice.toml")
-        file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
-        if target is not None:
-            with trial(server) as tried:  # a mistake is reported before anything starts
+        with trial(server) as tried:  # a mistake is reported before anything starts
+            if target is not None:
                 tried.find(target, Path.cwd())
+            file.write_text(match_text(map_, robots, model, target, lasting, pose), encoding="utf-8")
+            if target is not None:
                 setup = load_match(file, base=Path.cwd())
                 tried.make(setup, setup.players[0].name)
         if not lasting:
