@@ -143,8 +143,7 @@ class RemoteStrategy(Strategy):
     def send(self, view: View) -> None:
         """Send the view of which `act` will be called next."""
 
-    @abstractmethod
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 - most need no end
         """End what decides. Idempotent."""
 
 
