@@ -143,7 +143,7 @@ class RemoteStrategy(Strategy):
     def send(self, view: View) -> None:
         """Send the view of which `act` will be called next."""
 
-    def close(self) -> None:  # noqa: B027 - most need no end
+    def close(self) -> None:
         """End what decides. Idempotent."""
 
 
