@@ -70,12 +70,12 @@ def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_p
     with laboratory(tmp_path / "lab", "h1", "h2", "h3") as lab:
         write(tmp_path, lab)
         alone = run_of(played(tmp_path, lab, "--in-process"), tmp_path)
-        spread = run_of(played(tmp_path, lab, "--lockstep", "--deadline", "60"), tmp_path)
+        spread = run_of(played(tmp_path, lab, "--lockstep", "--deadline", "4"), tmp_path)
         digests = {hashlib.sha256((run / "journal.jsonl").read_bytes()).hexdigest() for run in (alone, spread)}
         assert len(digests) == 1
         assert "ann decides" in (spread / "logs" / "ann.log").read_text()
 
-        process = played(tmp_path, lab, "--lockstep", "--deadline", "60", "--rate", "2")
+        process = played(tmp_path, lab, "--lockstep", "--deadline", "4", "--rate", "2")
         deadline = time.monotonic() + PATIENCE
         while not (deciding := strategies("ann")) and time.monotonic() < deadline:
             time.sleep(0.1)

@@ -66,6 +66,9 @@ def _compare(there: "RunFolder", here: "RunFolder") -> bool:
     from vrg.recording.difference import first_difference
 
     found = False
+    for file in (there.match_file, here.match_file, there.journal, here.journal):
+        if not file.is_file():
+            raise LaunchError(f"{file}: no such file: expected a run folder with all its files")
     if there.match_file.read_bytes() != here.match_file.read_bytes():
         typer.echo(f"The match files differ: {there.match_file}, {here.match_file}")
         found = True

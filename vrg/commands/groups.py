@@ -53,7 +53,7 @@ class PracticeOptions:
     ] = False
     deadline: Annotated[
         float | None,
-        typer.Option(metavar="S", min=0.001, help="Real time after which one forfeits a step of --lockstep; 1 s."),
+        typer.Option(metavar="S", min=0.001, max=4.0, help="Real time after which one forfeits a step; 1 s."),
     ] = None
     engine: EngineOption = None
     rate: Annotated[

@@ -47,13 +47,15 @@ class Network:
         for receiver in self.sessions:
             wanted = [message for message in messages if receiver.wants(message[0])]
             if wanted and not receiver.cut:
-                self._send(receiver, receiver.suffered(wanted), max(sender.delay(), receiver.delay()))
+                self._send(sender, receiver, receiver.suffered(wanted), max(sender.delay(), receiver.delay()))
 
-    def _send(self, receiver: "SimulatedSession", messages: list[_Payload], delay: float) -> None:
-        # What one process is sent stays in its order, as over one connection.
-        receiver.free = max(receiver.free, self.now + delay)
+    def _send(
+        self, sender: "SimulatedSession", receiver: "SimulatedSession", messages: list[_Payload], delay: float
+    ) -> None:
+        # What one process sends another stays in its order, however its delay changes.
+        at = receiver.free[sender] = max(receiver.free.get(sender, 0.0), self.now + delay)
         self._count += 1
-        heapq.heappush(self._waiting, (receiver.free, self._count, receiver, messages))
+        heapq.heappush(self._waiting, (at, self._count, receiver, messages))
 
     @property
     def next(self) -> float | None:
@@ -91,14 +93,15 @@ class SimulatedSession:
         slow: more time in s that each message takes. loss: the share of LATEST messages that are lost.
         twice: the share of events that come twice. wrong: True if messages come under wrong keys.
         refused: the number of messages under a wrong key.
-        free: the time at which the last of what it was sent arrives, s. kept: what it would publish once more, by key.
+        free: the time at which the last of what each other one has sent it arrives, s.
+        kept: what it would publish once more, by key.
     """
 
     def __init__(self, network: Network, name: str) -> None:
         self.cut = self.closed = self.wrong = False
         self.slow = self.loss = self.twice = 0.0
         self.refused = 0
-        self.free = 0.0
+        self.free: dict[SimulatedSession, float] = {}
         self.kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
         self._network, self._name = network, name
         self._random = network.stream(f"link of {name}")

@@ -22,7 +22,7 @@ from vrg.bus.process import STALLED_PERIOD
 from vrg.bus.transport import turn
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal, JournalHeader
-from vrg.errors import JournalError, VrgError
+from vrg.errors import ConfigError, JournalError
 from vrg.faults.network import Network, SimulatedSession
 from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.hal.sim.node import WorldNode
@@ -118,7 +118,7 @@ class Process:
             self.session = SimulatedSession(self._match.network, f"{self.name}.{self._starts}")
             self._attach(self.session, self.node)
             self.node.start()
-        except (VrgError, OSError) as error:
+        except Exception as error:
             self._fail(error)
             return
         self.note()
@@ -263,6 +263,9 @@ class SimulatedMatch:
         setup: the match, whose robots are virtual. folder: for its journal. seed: of all that is drawn.
         faults: in the order of time.
 
+    Raises:
+        ConfigError: the match has physical robots.
+
     Attributes:
         network: the bus, and the time. processes: by name. calls: what an observer has heard, in order.
         state: the last state that it has heard, and heard_at: when, simulated real time in s.
@@ -270,6 +273,11 @@ class SimulatedMatch:
     """
 
     def __init__(self, setup: MatchSetup, folder: RunFolder, seed: int, faults: Sequence[Fault]) -> None:
+        if setup.physical:
+            raise ConfigError(
+                f"{setup.origin}: expected virtual robots, got physical ones ({', '.join(setup.physical)}), which no "
+                "simulation may drive: take `backend` out of their tables"
+            )
         self.setup, self.folder, self.faults = setup, folder, faults
         self.network = Network(Streams(seed))
         self.calls: list[Call] = []

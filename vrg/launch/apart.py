@@ -10,6 +10,7 @@ import os
 import pickle
 import signal
 import socket
+import struct
 import sys
 import threading
 import traceback
@@ -28,7 +29,7 @@ from vrg.blame import DecisionTimeoutError, failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
-from vrg.launch.bounds import BUDGET, BoundedOutput, printing_to
+from vrg.launch.bounds import BUDGET, BoundedOutput, MemoryBound, printing_to
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.remote.strategies import RemoteStarter, files_of
@@ -116,6 +117,7 @@ class StrategyApart(RemoteStrategy):
         make: bool = True,
     ) -> None:
         super().__init__(name, setup.player(name).robot)
+        job = _job_of(setup, name, run, sealed=sealed, make=make, away=isinstance(server, RemoteStarter))
         run.prepare()
         (run.logs / f"{name}.json").touch()
         with (run.logs / f"{name}.log").open("ab") as log:
@@ -124,11 +126,6 @@ class StrategyApart(RemoteStrategy):
         self._mode = "-"
         self._known: RobotModel | None = None
         self._sent: View | None = None
-        files = None
-        if isinstance(server, RemoteStarter):
-            target, files = files_of(setup, name)
-            setup = structs.replace(setup.substituted(name, target), base="", origin="", map="")
-        job = _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make, files=files)
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(msgspec.json.encode(job))
         made, why = threading.Event(), ""
@@ -165,6 +162,7 @@ class StrategyApart(RemoteStrategy):
         if isinstance(ready, _Failed):
             self.close()
             raise ConfigError(ready.words)
+        self._bound_waiting()
         # Each strategy has its own, so they are no attribute of the class.
         self.priorities = ready.priorities  # type: ignore[misc]
         self._complaint = ready.complaint
@@ -173,6 +171,11 @@ class StrategyApart(RemoteStrategy):
     def mode(self) -> str:
         """The mode of the strategy, in its own words."""
         return self._mode
+
+    def _bound_waiting(self) -> None:
+        """Wait for an answer of which only a part comes no longer than for one that does not come."""
+        with socket.socket(fileno=os.dup(self._pipe.fileno())) as stream:
+            stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", int(BUDGET) + 1, 0))
 
     def send(self, view: View) -> None:
         """Send it a view. That its process has ended is found out by `act`."""
@@ -202,9 +205,13 @@ class StrategyApart(RemoteStrategy):
             self.send(view)
         answer = self._decided()
         self._mode, payload = answer.mode, answer.payload
+        try:
+            say = None if payload.say is None else msgspec.msgpack.decode(payload.say)
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            raise self._ended(f"it has answered what cannot be read: {error}") from None
         return Action(
             answer.twist,
-            None if payload.say is None else msgspec.msgpack.decode(payload.say),
+            say,
             () if payload.sightings is None else payload.sightings.seen,
             {bid.lot: bid.cost for bid in payload.bids},
             None if payload.sketch is None else payload.sketch.strokes,
@@ -277,6 +284,22 @@ class StrategyApart(RemoteStrategy):
         return StrategyError(f"the process of the strategy is gone: {why}")
 
 
+def _job_of(setup: MatchSetup, name: str, run: RunFolder, *, sealed: bool, make: bool, away: bool) -> _Job:
+    """The job of a strategy's process.
+
+    Args:
+        away: True if that is on another machine.
+
+    Raises:
+        ConfigError: there is no such player, or its files cannot be read.
+    """
+    files = None
+    if away:
+        target, files = files_of(setup, name)
+        setup = structs.replace(setup.substituted(name, target), base="", origin="", map="")
+    return _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make, files=files)
+
+
 class _TwoWay:
     """A connection of two pipes, as ssh has them."""
 
@@ -337,7 +360,9 @@ def main(arguments: Sequence[str] = ()) -> int:
             seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
             tell_of_refusals(REFUSAL_ADVICE)
         sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
-        with printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
+        # The seal bounds memory, too.
+        memory = contextlib.nullcontext() if job.sealed else MemoryBound(job.setup.memory)
+        with memory, printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
             if not job.make:
                 strategy_class(job.setup.player(job.name).strategy, Path(job.setup.base))
                 pipe.send_bytes(msgspec.msgpack.encode(_Ready((), "")))

@@ -159,6 +159,20 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
     # The clock tells the rate, at which nothing is paced here.
     setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
+    try:
+        _repeat(of, setup, folder, before, apart, stop)
+    except (ConfigError, LaunchError):
+        delete(folder.path)
+        raise
+    except OSError as error:
+        raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from error
+    return folder
+
+
+def _repeat(
+    of: RunFolder, setup: MatchSetup, folder: RunFolder, before: Branch | None, apart: "Apart | None", stop: StopSignal
+) -> None:
+    """Play a match again in a run folder of its own; see `repeat_match`."""
     keep(setup, folder)
     write_setup(setup, folder.setup)
     steps = read_steps(of.steps)
@@ -179,7 +193,6 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
         raise LaunchError("broken off")
     state = ending.state
     write_result(setup, folder, state, ended_of(state) if state.stage is Stage.GAME_OVER else "interrupted")
-    return folder
 
 
 def _play(

@@ -4,7 +4,6 @@ import contextlib
 from collections.abc import Callable, Iterable, Mapping
 
 from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, Strategy, View
-from vrg.blame import DecisionTimeoutError
 from vrg.errors import StrategyError
 from vrg.launch.step_log import Line, Missed
 from vrg.types import Twist
@@ -52,7 +51,7 @@ class RepeatedStrategy(RemoteStrategy):
             raise missed.error
         if missed.asked:
             # Of what it decided too late nothing was heard, also not that it failed, which is another line.
-            with contextlib.suppress(Exception, DecisionTimeoutError):
+            with contextlib.suppress(BaseException):
                 self._strategy.act(view)
         raise ForfeitError
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, View
+from vrg.blame import DecisionTimeoutError
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError, StrategyError
@@ -82,6 +83,9 @@ class SteppedStrategy(RemoteStrategy):
                 # Its own code, or somebody's signal: only the former would come again by itself.
                 self._noted(view, failure=str(error), final=error.final)
                 raise
+            except DecisionTimeoutError as error:
+                self._noted(view, failure=str(error), hung=True)
+                raise
         if self._now() - self._since > BUDGET:
             self._strategy.close()
             why = str(self.complaint(f"a decision may take {BUDGET:g} s"))
@@ -141,7 +145,7 @@ class Apart:
         there = RemoteStarter(machine, setup.hosts[machine]) if machine in setup.hosts else self.server
         try:
             strategy = StrategyApart(there, setup, name, run, sealed=sealed, patience=LOADING_TIMEOUT)
-        except LaunchError as error:
+        except (LaunchError, OSError) as error:
             raise ConfigError(str(error)) from None
         if self.deadline is None or write is None:
             return strategy

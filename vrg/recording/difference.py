@@ -1,6 +1,5 @@
 """The first difference between two recordings of one match."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
@@ -54,7 +53,9 @@ def first_difference(there: Sequence[Path], here: Sequence[Path]) -> Difference 
             first = min(one, other, key=lambda record: record[2])
             return Difference(first[2], first[0], "", (_named(one), _named(other)))
         if one[3] != other[3]:
-            field, *values = next(_fields(*(msgspec.json.decode(data) for data in (one[3], other[3]))))
+            found = next(_fields(*(msgspec.json.decode(data) for data in (one[3], other[3]))), None)
+            # Texts may differ where values do not, as those of 0 and -0.
+            field, *values = found or ("", one[3].decode(), other[3].decode())
             return Difference(one[2], one[0], field, (_shown(values[0]), _shown(values[1])))
     return None
 
@@ -71,12 +72,8 @@ def _fields(one: Any, other: Any, place: str = "") -> Iterator[tuple[str, Any, A
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
         for number, pair in enumerate(zip(one, other, strict=True)):
             yield from _fields(*pair, f"{place}[{number}]")
-    elif one != other and not _both_nan(one, other):
+    elif one != other:
         yield place, one, other
-
-
-def _both_nan(one: Any, other: Any) -> bool:
-    return all(isinstance(value, float) and math.isnan(value) for value in (one, other))
 
 
 def _shown(value: Any) -> str:

@@ -22,7 +22,9 @@ from vrg.launch.remote.ssh import command_for, why_ended
 from vrg.launch.remote.wire import BANNER
 
 _LOOK = 0.2
-"""The real time in s between two looks at whether ssh has ended."""
+"""The longest real time in s to wait for the next byte."""
+_GREETING = 100_000
+"""The number of bytes that a login shell may print before."""
 
 
 class RemoteStarter:
@@ -60,7 +62,8 @@ class RemoteStarter:
             there = select.select([ours], [], [], _LOOK)[0]
             byte = ours.recv(1) if there else b""
             skipped += byte
-            if there and not byte:
+            if (there and not byte) or len(skipped) > _GREETING:
+                process.kill()
                 ours.close()
                 process.wait()
                 path = Path(log.name)
@@ -96,7 +99,7 @@ def serve(main: Callable[[Sequence[str]], int]) -> int:
     Nothing is left of it then, whatever its code does.
 
     Args:
-        main: runs it, in a process of its own; its arguments are the folder for its files, and the word `away`.
+        main: runs it, in a process of its own; its arguments are the word `away`, and the folder for its files.
     """
     home = tempfile.mkdtemp(prefix="vrg-strategy-")
     pid = os.fork()
