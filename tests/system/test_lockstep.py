@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import psutil
@@ -75,12 +76,13 @@ def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_p
         assert len(digests) == 1
         assert "ann decides" in (spread / "logs" / "ann.log").read_text()
 
-        process = played(tmp_path, lab, "--lockstep", "--deadline", "4", "--rate", "2")
-        deadline = time.monotonic() + PATIENCE
-        while not (deciding := strategies("ann")) and time.monotonic() < deadline:
-            time.sleep(0.1)
-        time.sleep(2.0)  # so that it has begun to decide; the match takes ten times as long
-        deciding[0].send_signal(signal.SIGKILL)
+        wait_until(lambda: not strategies("ann"), "the end of the processes of the match before")
+        before = set((tmp_path / "runs").iterdir())
+        process = played(tmp_path, lab, "--lockstep", "--deadline", "4", "--rate", "1")
+        wait_until(
+            lambda: seconds_of(tmp_path, before) >= 3, "three seconds of the match, which takes ten times as long"
+        )
+        strategies("ann")[0].send_signal(signal.SIGKILL)
         killed = run_of(process, tmp_path)
         assert '"type":"missed"' in (killed / "steps.jsonl").read_text()
         again = subprocess.run(
@@ -89,7 +91,20 @@ def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_p
         )  # fmt: skip
         assert again.returncode == 0, again.stdout + again.stderr
         assert "The same" in again.stdout
-        assert not strategies("ann"), "nothing is left on any machine"
+        wait_until(lambda: not strategies("ann"), "nothing to be left on any machine")
+
+
+def wait_until(condition: Callable[[], bool], what: str) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < deadline, f"waited for {what}"
+        time.sleep(0.05)
+
+
+def seconds_of(folder: Path, before: set[Path]) -> int:
+    """How many seconds of the newest match have been played."""
+    logs = [run / "steps.jsonl" for run in set((folder / "runs").iterdir()) - before]
+    return sum(len(log.read_text().splitlines()) for log in logs if log.exists())
 
 
 def strategies(player: str) -> list[psutil.Process]:
