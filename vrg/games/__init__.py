@@ -102,12 +102,20 @@ def strategies_of(name: str) -> list[str]:
     ]
 
 
-def learning_of(name: str) -> "Learning":
+def learning_of(name: str, place: str | Path | None = None) -> "Learning":
     """What programs that learn a game need to know of it.
+
+    Args:
+        place: where the name stands, such as a file; errors begin with it.
 
     Raises:
         ConfigError: there is no such game, it cannot be imported, or no program can learn it.
     """
+    if place is not None:
+        try:
+            return learning_of(name)
+        except ConfigError as error:
+            raise ConfigError(f"{place}: {error}") from None
     learning = GAMES.get(name).load_learning()
     if learning is None:
         known = [other for other in GAMES.names() if (found := GAMES.find(other)) is not None and found.learning]

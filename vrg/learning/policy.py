@@ -20,7 +20,6 @@ from vrg.agents.strategy import Action, Strategy, View, decided
 from vrg.bus.messages import Stage
 from vrg.errors import ConfigError
 from vrg.games import GAMES, STRATEGIES, learning_of
-from vrg.games.learning import Learning
 from vrg.hal.models import RobotModel
 from vrg.learning.action import limits_of, twist_of
 from vrg.learning.network import Network, Parameters, layout_of, shapes
@@ -85,7 +84,7 @@ def save(policy: Policy, file: Path) -> None:
     Raises:
         ConfigError: it cannot be written, or the policy is none of the game.
     """
-    layout = layout_of(_learning(file, policy.game))
+    layout = layout_of(learning_of(policy.game, file))
     header = Header(
         format=FORMAT,
         game=policy.game,
@@ -118,7 +117,7 @@ def load(file: Path) -> Policy:
     if text is None or text.shape != () or text.dtype.kind != "U":
         raise ConfigError(f"{file}: expected a policy file, found an archive without a header: {_WRITTEN_BY}")
     header = _header(file, str(text))
-    layout = layout_of(_learning(file, header.game))
+    layout = layout_of(learning_of(header.game, file))
     for part, expected, got in (("own", layout.own, header.own), ("slot", layout.slot, header.slot)):
         if got != expected:
             raise ConfigError(
@@ -181,13 +180,6 @@ def _header(file: Path, text: str) -> Header:
         raise ConfigError(f"{file}: the header is wrong: {error}: {_WRITTEN_BY}") from None
 
 
-def _learning(file: Path, game: str) -> Learning:
-    try:
-        return learning_of(game)
-    except ConfigError as error:
-        raise ConfigError(f"{file}: {error}") from None
-
-
 def _difference(part: str, expected: Sequence[str], got: Sequence[str]) -> str:
     if len(expected) != len(got):
         return f"of the values {part!r} there are {len(expected)}, and it was trained with {len(got)}"
@@ -233,7 +225,7 @@ class PolicyPlayer(Strategy):
 
     def __init__(self, name: str, robot: RobotModel) -> None:
         super().__init__(name, robot)
-        self._learning = _learning(Path(), self.policy.game)
+        self._learning = learning_of(self.policy.game)
         actions = len(self.policy.log_std)
         self._limits = limits_of(robot)[:actions]
         if len(self._limits) < actions:

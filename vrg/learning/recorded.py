@@ -74,11 +74,7 @@ def check(setup: MatchSetup) -> None:
     Raises:
         ConfigError: it cannot; or no program can learn the game; or robots of the match have different actions.
     """
-    try:
-        learning = learning_of(setup.game)
-    except ConfigError as error:
-        raise ConfigError(f"{setup.origin}: {error}") from None
-    if learning.scan:
+    if learning_of(setup.game, setup.origin).scan:
         raise ConfigError(
             f"{setup.game}: expected a game in which all poses are published: a recording does not tell which "
             "ones a player received, nor what it saw with its laser at each decision"

@@ -187,10 +187,7 @@ def _heading(file: Path, metadata: Mapping[bytes, bytes]) -> Heading:
         heading = msgspec.json.decode(metadata[_KEY], type=Heading)
     except msgspec.DecodeError as error:
         raise ConfigError(f"{file}: expected decisions of recorded matches: {error}: {_WRITTEN_BY}") from None
-    try:
-        learning = learning_of(heading.game)
-    except ConfigError as error:
-        raise ConfigError(f"{file}: {error}") from None
+    learning = learning_of(heading.game, file)
     own, slot = map(len, layout_of(learning))
     players = 1 + max(0, len(heading.observation) - own) // slot
     if heading.format != FORMAT or heading.observation != tuple(names(learning, players)):
