@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 import vrg.agents.player
 import vrg.hal.gate
+from tests.tiny import TINY
 from vrg.bus.mailbox import Numbers
 from vrg.cli import make_app
 from vrg.commands.fuzz import problems_of
@@ -27,34 +28,7 @@ from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
 from vrg.launch.run_folder import RunFolder
 
-MATCH = """
-name = "tiny"
-game = "sharks-and-minnows"
-map = "open"
-engine = "planar"
-seed = 3
-lasers = false
-[rules]
-x = [-5.0, 5.0]
-y = [-8.0, 8.0]
-passes = 2
-pass_limit = 8.0
-[[players]]
-name = "shark"
-role = "shark"
-x = 0.0
-y = -7.0
-[[players]]
-name = "ann"
-role = "minnow"
-x = -3.0
-y = 7.0
-[[players]]
-name = "bob"
-role = "minnow"
-x = 3.0
-y = 7.0
-"""
+MATCH = TINY.replace("passes = 1", "passes = 2\npass_limit = 8.0")
 SECONDS, COUNT = 30.0, 6
 
 

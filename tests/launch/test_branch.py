@@ -9,6 +9,7 @@ from threading import Event as Stop
 import pytest
 from typer.testing import CliRunner
 
+from tests.tiny import TINY
 from vrg.bus.messages import Stage
 from vrg.cli import make_app
 from vrg.commands.branching import Progress, progress_of
@@ -23,33 +24,6 @@ from vrg.launch.in_process import Change
 from vrg.launch.result import conclusion, write_result
 from vrg.launch.run_folder import RunFolder
 
-MATCH = """
-name = "tiny"
-game = "sharks-and-minnows"
-map = "open"
-engine = "planar"
-seed = 3
-lasers = false
-[rules]
-x = [-5.0, 5.0]
-y = [-8.0, 8.0]
-passes = 1
-[[players]]
-name = "shark"
-role = "shark"
-x = 0.0
-y = -7.0
-[[players]]
-name = "ann"
-role = "minnow"
-x = -3.0
-y = 7.0
-[[players]]
-name = "bob"
-role = "minnow"
-x = 3.0
-y = 7.0
-"""
 LAZY = """
 from vrg.agents import Action, Strategy, Twist
 class Lazy(Strategy):
@@ -64,7 +38,7 @@ INSTANT = 4.0
 def run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     """A match that was played in one process."""
     home = tmp_path_factory.mktemp("home")
-    (home / "tiny.toml").write_text(MATCH)
+    (home / "tiny.toml").write_text(TINY)
     setup = load_match(home / "tiny.toml").at_rate(0.0)
     folder = RunFolder.create(home / "runs", setup.name, NOW, setup.text)
     write_setup(setup, folder.setup)

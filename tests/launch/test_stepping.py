@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
+from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.cli import make_app
@@ -29,34 +30,7 @@ from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import Digest, Missed, StepLog, read_steps
 from vrg.launch.stepping import Apart
 
-MATCH = """
-name = "tiny"
-game = "sharks-and-minnows"
-map = "open"
-engine = "planar"
-seed = 3
-lasers = false
-[rules]
-x = [-5.0, 5.0]
-y = [-8.0, 8.0]
-passes = 1
-[[players]]
-name = "shark"
-role = "shark"
-x = 0.0
-y = -7.0
-[[players]]
-name = "ann"
-role = "minnow"
-x = -3.0
-y = 7.0
-strategy = "odd.py:Odd"
-[[players]]
-name = "bob"
-role = "minnow"
-x = 3.0
-y = 7.0
-"""
+MATCH = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "odd.py:Odd"')
 ODD = """
 import os, time
 from vrg.agents import Action, Strategy, Twist

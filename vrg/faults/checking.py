@@ -15,8 +15,6 @@ from vrg.launch.judged import judge_run
 
 MARGIN: Final = 0.15
 """The time in s that a stop may take beyond its time-outs: a period of players, two ticks of the world, a message."""
-
-
 SILENCE: Final = 5.0
 """The time in s after which a referee that is not heard has been given up: no fault lasts as long."""
 

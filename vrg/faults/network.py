@@ -17,12 +17,12 @@ from vrg.bus.mailbox import Inlet, Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.topics import Qos, key_matches
 from vrg.bus.transport import OnArrival
-from vrg.errors import MessageError, MisroutedError
+from vrg.errors import MessageError
 
 LATENCY: Final = (0.0002, 0.002)
 """The least and the most time in s that a message takes over a good link."""
-_Payload = tuple[str, bytes, Qos, bool, Origin]
-"""A message on its way: its key, its bytes, its kind, whether it is perishable, and how it comes."""
+_Payload = tuple[str, bytes, Qos, Origin]
+"""A message on its way: its key, its bytes, its kind, and how it comes."""
 
 
 class Network:
@@ -73,7 +73,7 @@ class Network:
     def kept(self, matches: Callable[[str], bool], qos: Qos) -> list[_Payload]:
         """What the connected sessions keep of a kind of messages, each in its sender's order."""
         return [
-            (key, payload, qos, False, Origin.ASKED)
+            (key, payload, qos, Origin.ASKED)
             for session in self.sessions
             if not session.cut
             for key, (kind, kept) in session.kept.items()
@@ -92,7 +92,6 @@ class SimulatedSession:
         cut: True while its link is lost. closed: True once the process has ended.
         slow: more time in s that each message takes. loss: the share of LATEST messages that are lost.
         twice: the share of events that come twice. wrong: True if messages come under wrong keys.
-        refused: the number of messages under a wrong key.
         free: the time at which the last of what each other one has sent it arrives, s.
         kept: what it would publish once more, by key.
     """
@@ -100,7 +99,6 @@ class SimulatedSession:
     def __init__(self, network: Network, name: str) -> None:
         self.cut = self.closed = self.wrong = False
         self.slow = self.loss = self.twice = 0.0
-        self.refused = 0
         self.free: dict[SimulatedSession, float] = {}
         self.kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
         self._network, self._name = network, name
@@ -141,16 +139,13 @@ class SimulatedSession:
             found += [message] * (1 + (kind is Qos.EVENT and self._random.random() < self.twice))
         return found
 
-    def arrive(self, key: str, payload: bytes, qos: Qos, perishable: bool, origin: Origin) -> None:
+    def arrive(self, key: str, payload: bytes, _qos: Qos, origin: Origin) -> None:
         """Put aside what has arrived, and sound alarms."""
         if self.wrong:
             key = self._random.choice([known for known, ends in sorted(self._known.items()) if ends])
         try:
             head = header(payload, key)
-        except MisroutedError:
-            self.refused += 1
-            return
-        except MessageError:
+        except MessageError:  # also one that came under a wrong key
             return
         for inlet, on_arrival, alarms in self._ends(key):
             if inlet.alarm is not None and (alarms.is_new(head, origin) or origin is Origin.LIVE):
@@ -175,12 +170,12 @@ class SimulatedSession:
         """Publish messages. While the link is lost, only the newest states and the last events are kept."""
         now, messages = self._network.now, list[_Payload]()
         for out in outgoing:
-            key, qos, perishable = out.message.key, out.topic.qos, out.topic.perishable
+            key, qos = out.message.key, out.topic.qos
             payload = encode(out.message, f"{out.message.sender}/{self._name}")
-            if qos is not Qos.LATEST and not perishable:
+            if qos is not Qos.LATEST and not out.topic.perishable:
                 longest = 1 if qos is Qos.STATE else EVENTS_KEPT
                 self.kept.setdefault(key, (qos, deque(maxlen=longest)))[1].append((now, payload))
-            messages.append((key, payload, qos, perishable, Origin.LIVE))
+            messages.append((key, payload, qos, Origin.LIVE))
         if messages and not self.cut:
             self._network.carry(self, messages)
 
@@ -195,7 +190,7 @@ class SimulatedSession:
         self.cut = False
         oldest = max(self._cut_at - DOUBTFUL * CLOCK_CHECK_PERIOD, self._network.now - EVENT_LIFESPAN)
         again = [
-            (key, payload, qos, False, Origin.LIVE if qos is Qos.STATE else Origin.REPEATED)
+            (key, payload, qos, Origin.LIVE if qos is Qos.STATE else Origin.REPEATED)
             for key, (qos, kept) in self.kept.items()
             for at, payload in kept
             if qos is Qos.STATE or at >= oldest

@@ -217,10 +217,7 @@ def _setting(name: str, value: float) -> Callable[[SimulatedSession], None]:
 class WorldProcess(Process):
     """The process of the world, which owns match time. It goes on from its newest snapshot."""
 
-    def start(self) -> None:
-        """See Process.start."""
-        self._snapshot: bytes | None = getattr(self, "_snapshot", None)
-        super().start()
+    _snapshot: bytes | None = None
 
     def _attach(self, session: SimulatedSession, node: Node) -> None:
         session.attach(node.mailbox)

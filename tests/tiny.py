@@ -1,0 +1,29 @@
+"""A match of three robots on a small field, which is played in a few seconds."""
+
+TINY = """
+name = "tiny"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+seed = 3
+lasers = false
+[rules]
+x = [-5.0, 5.0]
+y = [-8.0, 8.0]
+passes = 1
+[[players]]
+name = "shark"
+role = "shark"
+x = 0.0
+y = -7.0
+[[players]]
+name = "ann"
+role = "minnow"
+x = -3.0
+y = 7.0
+[[players]]
+name = "bob"
+role = "minnow"
+x = 3.0
+y = 7.0
+"""
