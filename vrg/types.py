@@ -97,9 +97,24 @@ class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True,
         """True if all numbers are finite."""
         return math.isfinite(self.v) and math.isfinite(self.w) and math.isfinite(self.side)
 
+    @property
+    def quantised(self) -> "Twist":
+        """The twist with numbers that are rounded as by `quantised`."""
+        return Twist(quantised(self.v), quantised(self.w), quantised(self.side))
+
 
 STILL = Twist(0.0, 0.0)
 """The twist of a body that stands still."""
+
+
+def quantised(value: float, steps: float = 1e6) -> float:
+    """Round a number that was computed elsewhere, so that it is the same if two libraries differ in its last bits.
+
+    Args:
+        value: any number. One that is not finite, or of 1e9 or more, is returned as it is.
+        steps: how many steps there are in 1.
+    """
+    return round(value * steps) / steps if abs(value) < 1e9 else value
 
 
 class FrozenDict(dict[K, V]):

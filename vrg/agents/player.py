@@ -165,7 +165,7 @@ class Player(Node):
             self._mode = "Manual"
         wanted = STILL
         if sensible or manual is not None:
-            wanted = planned(self._strategy, view, manual or action.twist)
+            wanted = planned(self._strategy, view, manual or action.twist).quantised
         self._send(lease or wanted if view.me.may_move else STILL)
 
     def give_way(self, why: str) -> None:

@@ -8,15 +8,17 @@ from msgspec import Struct, to_builtins
 from vrg.agents.strategy import Action
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Bid, Links, Sightings, Sketch
+from vrg.bus.messages import Bid, Links, Sighting, Sightings, Sketch
 from vrg.bus.radio import Radio, TeamMessage, packed
 from vrg.bus.topics import Keys
-from vrg.types import Vector
+from vrg.types import Vector, quantised
 
 T = TypeVar("T")
 
 BIDS_LIMIT = 20
 """The number of bids that a player may make at one tick. The referee looks at no more of them."""
+_VARIANCE_STEPS = 1e12
+"""The steps of a variance in 1 m^2; that of a standard deviation of one micrometre is one."""
 WARNINGS_LIMIT = 50
 """The number of different warnings about a strategy's messages that are logged."""
 COUNT_PERIOD = 1.0
@@ -64,7 +66,7 @@ def sendable(action: Action) -> tuple[Payload, list[str]]:
 
     payload = Payload(
         None if action.say is None else attempt("say", lambda: packed(action.say), None),
-        attempt("sightings", lambda: checked(Sightings(seen=tuple(action.sightings))), None)
+        attempt("sightings", lambda: checked(Sightings(seen=tuple(map(_quantised, action.sightings)))), None)
         if action.sightings
         else None,
         attempt("bids", lambda: _bids(action.bids), []) if action.bids else [],
@@ -78,7 +80,17 @@ def sendable(action: Action) -> tuple[Payload, list[str]]:
 def _bids(bids: Mapping[str, float | None]) -> list[Bid]:
     if len(bids) > BIDS_LIMIT:
         raise ValueError(f"expected at most {BIDS_LIMIT} bids at a tick, got {len(bids)}")
-    return [checked(Bid(lot=lot, cost=None if cost is None else float(cost))) for lot, cost in bids.items()]
+    costs = {lot: None if cost is None else quantised(float(cost)) for lot, cost in bids.items()}
+    return [checked(Bid(lot=lot, cost=cost)) for lot, cost in costs.items()]
+
+
+def _quantised(seen: Sighting) -> Sighting:
+    """A sighting with rounded numbers: see `vrg.types.quantised`. The covariance stays positive definite."""
+    x, y, time = (quantised(float(value)) for value in (seen.x, seen.y, seen.time))
+    xx, xy, yy = (quantised(float(value), _VARIANCE_STEPS) for value in (seen.xx, seen.xy, seen.yy))
+    if xx <= 0.0 or yy <= 0.0:
+        xx, xy, yy = seen.xx, seen.xy, seen.yy
+    return Sighting(x=x, y=y, time=time, xx=xx, xy=xy, yy=yy)
 
 
 class Telling:

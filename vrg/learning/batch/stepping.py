@@ -14,6 +14,7 @@ from vrg.learning.batch.motion import Walls, advance
 from vrg.learning.batch.records import Flags, Numbers, Record, Records, Singles, records
 from vrg.learning.compiled import hole
 from vrg.navigation.motion import SMOOTHING
+from vrg.types import quantised
 
 PERIOD, TICKS = 0.1, 5
 """The time between two decisions, s, and the steps of physics in it."""
@@ -181,7 +182,7 @@ def keep(k: Record, chance: Record, n: int, v: float, w: float) -> None:
     for late in range(k.wanted.shape[1] - 1, 0, -1):
         k.wanted[n, late, 0], k.wanted[n, late, 1] = k.wanted[n, late - 1, 0], k.wanted[n, late - 1, 1]
     if k.loss == 0.0 or uniform(chance) >= k.loss:
-        k.wanted[n, 0, 0], k.wanted[n, 0, 1] = v, w
+        k.wanted[n, 0, 0], k.wanted[n, 0, 1] = quantised(v), quantised(w)
 
 
 def advise(s: Record, t: Record, r: Record, model: Record, k: Record, p: Record) -> None:
