@@ -10,19 +10,24 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.tiny import TINY
-from vrg.bus.messages import Stage
+from vrg.bus.messages import Call, Stage
 from vrg.cli import make_app
 from vrg.commands.branching import Progress, progress_of
 from vrg.config.loading import load_match
-from vrg.config.setup import write_setup
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import read_setup, write_setup
 from vrg.coordinator.evidence import read_evidence
+from vrg.coordinator.journal import read_journal
+from vrg.coordinator.judging import judge_again
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import strategies_of
 from vrg.launch import in_process, nodes
-from vrg.launch.branch import branch_of, last_instant, play_branch
-from vrg.launch.in_process import Change
+from vrg.launch.branch import last_instant, play_branch
+from vrg.launch.change import Change, branch_of
+from vrg.launch.judged import judge_run
 from vrg.launch.result import conclusion, write_result
 from vrg.launch.run_folder import RunFolder
+from vrg.recording.mcap_reading import records_in
 
 LAZY = """
 from vrg.agents import Action, Strategy, Twist
@@ -64,7 +69,7 @@ def lazy(tmp_path: Path) -> str:
 
 
 def taken_up(of: RunFolder, runs: Path, change: Change) -> RunFolder:
-    return play_branch(of, change, runs, NOW, progress=lambda _time: None, stop=Stop())  # type: ignore[arg-type]
+    return play_branch(of, [change], runs, NOW, progress=lambda _time: None, stop=Stop())  # type: ignore[arg-type]
 
 
 def test_it_is_the_same_up_to_the_instant_and_another_match_from_there_on(
@@ -137,7 +142,7 @@ def test_it_can_be_broken_off(run: RunFolder, tmp_path: Path, lazy: str) -> None
     with pytest.raises(LaunchError, match="broken off"):
         play_branch(
             run,
-            Change(INSTANT, "shark", lazy),
+            [Change(INSTANT, "shark", lazy)],
             tmp_path / "runs",
             NOW,
             progress=lambda _time: None,
@@ -153,7 +158,7 @@ def test_what_is_played_is_broken_off_where_nobody_reads_how_far_it_is(
         raise BrokenPipeError
 
     with pytest.raises(BrokenPipeError):
-        play_branch(run, Change(INSTANT, "shark", lazy), tmp_path / "runs", NOW, progress=progress, stop=Stop())  # type: ignore[arg-type]
+        play_branch(run, [Change(INSTANT, "shark", lazy)], tmp_path / "runs", NOW, progress=progress, stop=Stop())  # type: ignore[arg-type]
     assert not list((tmp_path / "runs").glob("*"))
 
 
@@ -185,3 +190,55 @@ def test_the_strategies_of_a_game_are_those_of_its_package() -> None:
     assert "hail-mary" in strategies_of("roboflag")
     assert "pursuer" not in strategies_of("roboflag")
     assert strategies_of("no such game") == []
+
+
+def judged_again(folder: RunFolder, *, by_changes: bool = True) -> list[str]:
+    setup = read_setup(folder.setup)
+    if by_changes:
+        return list(map(str, judge_run(setup, folder)[1]))
+    records = read_journal(folder.journal)[1]
+    return list(map(str, judge_again(rulebook_of(setup), read_evidence(folder.evidence), records).disagreements))
+
+
+def test_a_rule_changes_at_the_instant_and_the_match_is_judged_again_by_both(run: RunFolder, tmp_path: Path) -> None:
+    new = taken_up(run, tmp_path / "runs", Change(INSTANT, settings={"rules.passes": 2}))
+    assert judged_again(run) == judged_again(new) == []
+    assert judged_again(new, by_changes=False)
+    rounds = [
+        max((call.text for call in read_calls(folder) if call.rule == "begin"), default="") for folder in (run, new)
+    ]
+    assert rounds[0] == "pass 1 of 1 begins"
+    assert rounds[1] == "pass 2 of 2 begins"
+    assert str(branch_of(new)) == "from 4.0 s on rules.passes is 2"
+
+
+def test_another_seed_changes_the_noise_from_the_instant_on_and_nothing_before(run: RunFolder, tmp_path: Path) -> None:
+    new = taken_up(run, tmp_path / "runs", Change(INSTANT, settings={"seed": 99}))
+    there, here = (readings_of(folder) for folder in (run, new))
+    differing = min(time for time in there if there[time] != here.get(time))
+    assert INSTANT <= differing <= INSTANT + 1.0, "the next reading of a sensor that measures once a second"
+
+
+def readings_of(folder: RunFolder) -> dict[float, bytes]:
+    records = records_in(folder.recordings())
+    return {time: data for topic, _, time, data in records if topic == "/robot/ann/gps/main"}
+
+
+def read_calls(folder: RunFolder) -> list[Call]:
+    return [call for record in read_journal(folder.journal)[1] for call in record.calls]
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "wrong"),
+    [
+        ("rules.nonsense", 1, r"rules\.nonsense: unknown field"),
+        ("rules.passes", -1, r"passes"),
+        ("players.ann", 1, r"players\.ann: expected a field of \[rules\] or \[radio\]"),
+        ("radio", 1, r"radio: expected a field of"),
+    ],
+)
+def test_a_field_that_cannot_be_changed_is_refused(
+    run: RunFolder, tmp_path: Path, field: str, value: int, wrong: str
+) -> None:
+    with pytest.raises(ConfigError, match=wrong):
+        taken_up(run, tmp_path / "runs", Change(INSTANT, settings={field: value}))

@@ -54,7 +54,7 @@ class Player(Node):
         device: the device of its robot. `start` connects it; it is armed only when the referee lets the match go on.
         team: the team that it plays for.
         strategy: decides what the robot does while nothing stronger commands it.
-        radio: the radio to its team.
+        radio: the radio to its team, which is an attribute too.
         obstacles: the ground that walls and obstacles of the map cover, m.
         period: the match time between ticks, s.
     """
@@ -78,6 +78,7 @@ class Player(Node):
         self._device = device
         self._strategy = strategy
         self._obstacles = obstacles
+        self.radio = radio
         self._telling = Telling(mailbox, keys, self.name, radio)
         self._referee = mailbox.subscribe(keys.referee_state)
         self._team = TeamChannel(keys, mailbox, self.name, team)

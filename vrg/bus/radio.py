@@ -90,12 +90,15 @@ class Radio:
         keys: the keys of the match. mailbox: the mailbox of the player's node.
         name, team: the player's name and team.
         link: the model of the links. Without one, every message arrives at once.
+
+    Attributes:
+        link: as above; another one counts for what has not been heard yet.
     """
 
     def __init__(self, keys: Keys, mailbox: Mailbox, name: str, team: str, link: RadioLink | None = None) -> None:
         self._name = name
         self._mailbox = mailbox
-        self._link = link or PerfectLink()
+        self.link = link or PerfectLink()
         self._topic = keys.say(team, name)
         self._inlet = mailbox.subscribe(keys.say(team))
         self._coming: list[tuple[float, Received[Say]]] = []
@@ -129,7 +132,7 @@ class Radio:
                 message.stamp,
                 _distance(message.body.place, place),
             )
-            delay = self._link.delay(transmission)
+            delay = self.link.delay(transmission)
             self._counts.setdefault(speaker, _Count()).take(delay)
             if delay is not None:
                 self._coming.append((message.stamp + delay, message))

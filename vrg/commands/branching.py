@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,11 +14,13 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 from msgspec import Struct
 
+from vrg.commands.options import whole_target
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.games import strategies_of
 from vrg.games.game import capitalised
-from vrg.launch.branch import branch_of, last_instant
+from vrg.launch.branch import last_instant
+from vrg.launch.change import Change, branch_of
 from vrg.launch.result import headline, summary
 from vrg.launch.run_folder import RunFolder
 
@@ -137,13 +140,37 @@ class ProcessBrancher:
             self._errors.close()
 
 
-def split(play: str) -> tuple[str, str]:
-    """The player and the strategy of `PLAYER=STRATEGY`.
+def changes_of(setup: MatchSetup, time: float, plays: Sequence[str], sets: Sequence[str]) -> list[Change]:
+    """The changes that `--play` and `--set` name.
+
+    Args:
+        time: the match time of their instant, s. plays: each PLAYER=STRATEGY, or TEAM=STRATEGY for all its players.
+        sets: each FIELD=VALUE, the value as in a match file; what is none there is a text.
 
     Raises:
-        LaunchError: it is no such text.
+        LaunchError: one is no such text. ConfigError: the strategy cannot be found.
     """
-    player, equals, strategy = play.partition("=")
-    if not (player and equals and strategy):
-        raise LaunchError(f"--play: expected PLAYER=STRATEGY, such as ann=mine.py:Mine, got {play!r}")
-    return player, strategy
+    changes = []
+    if sets:
+        settings = dict(_split(each, "--set", "FIELD=VALUE, such as rules.passes=3") for each in sets)
+        changes.append(Change(time, settings={field: _value(text) for field, text in settings.items()}))
+    for each in plays:
+        name, strategy = _split(each, "--play", "PLAYER=STRATEGY, such as ann=mine.py:Mine")
+        players = [player.name for player in setup.players if player.team == name and player.name != name]
+        changes += [Change(time, player, whole_target(strategy)) for player in players or [name]]
+    return changes
+
+
+def _split(typed: str, option: str, expected: str) -> tuple[str, str]:
+    name, equals, value = typed.partition("=")
+    if not (name and equals and value):
+        raise LaunchError(f"{option}: expected {expected}, got {typed!r}")
+    return name, value
+
+
+def _value(typed: str) -> Any:
+    """A value as TOML has it."""
+    try:
+        return tomllib.loads(f"value = {typed}")["value"]
+    except tomllib.TOMLDecodeError:
+        return typed

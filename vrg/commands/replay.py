@@ -4,7 +4,7 @@ import contextlib
 import json
 import sys
 from datetime import datetime
-from functools import partial
+from functools import partial, reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -30,8 +30,12 @@ def replay(
     run: RunArgument = None,
     at: AtOption = None,
     play: Annotated[
-        str | None,
-        typer.Option(metavar="PLAYER=STRATEGY", help="Play on from --at with another strategy."),
+        list[str] | None,
+        typer.Option(metavar="PLAYER=STRATEGY", help="Play on from --at with another strategy; also TEAM=STRATEGY."),
+    ] = None,
+    settings: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="FIELD=VALUE", help="Play on from --at by another rule, radio or noise."),
     ] = None,
     runs: RunsOption = Path("runs"),
     as_json: JsonOption = False,
@@ -40,14 +44,15 @@ def replay(
     """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
 
     In the window, ? lists the keys. A match of one process can also be played on from any instant with another strategy
-    for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F. With --json that prints lines of JSON, and no
-    window is opened; without --play it prints what was recorded as one object.
+    for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F; or by another rule, another radio or other noise:
+    `--set rules.passes=3`, `--set radio.delay=0.2`, `--set seed=7`. With --json that prints lines of JSON, and no
+    window is opened; without --play and --set it prints what was recorded as one object.
     """
     folder, setup = ended_run(run, runs)
-    if play is not None:
+    if play or settings:
         if at is None:
-            raise LaunchError("--play: expected --at too, such as `--at 1:20 --play ann=mine.py:Mine`")
-        folder = _take_up(folder, at, play, runs, as_json=as_json)
+            raise LaunchError("--play, --set: expected --at too, such as `--at 1:20 --play ann=mine.py:Mine`")
+        folder = _take_up(folder, at, play or [], settings or [], runs, as_json=as_json)
         if as_json or not has_display():
             return
     need_recording(folder)
@@ -71,23 +76,25 @@ def replay(
     show(window)
 
 
-def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_json: bool) -> "RunFolder":
-    """Play a recorded match on from an instant with another strategy, and return the new run folder."""
+def _take_up(
+    folder: "RunFolder", since: float, plays: list[str], sets: list[str], runs: Path, *, as_json: bool
+) -> "RunFolder":
+    """Play a recorded match on from an instant with changes, and return the new run folder."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from vrg.bus.stopping import stop_on_signals
-    from vrg.commands.branching import compared, split
-    from vrg.commands.options import whole_target
+    from vrg.commands.branching import changes_of, compared
     from vrg.commands.playing import sealing
     from vrg.config.loading import load_match
     from vrg.launch.branch import last_instant, play_branch
-    from vrg.launch.in_process import Change
+    from vrg.launch.change import amended
 
-    player, strategy = split(play)
-    change = Change(since, player, whole_target(strategy))
+    setup = load_match(folder.match_file)
+    changes = changes_of(setup, since, plays, sets)
     end = last_instant(folder)
-    setup = load_match(folder.match_file).substituted(player, change.strategy)
+    setup = reduce(amended, changes, setup)
+    changed = ", ".join(map(str, changes))
     for warning in () if as_json else sealing(setup, seats=False, in_process=True):
         typer.echo(warning, err=True)
     bar = Progress(
@@ -103,14 +110,14 @@ def _take_up(folder: "RunFolder", since: float, play: str, runs: Path, *, as_jso
         if time < printed + _TELL:
             return
         printed = time
-        what = "repeating what was recorded" if time < since else f"{player} plays {change.name}"
+        what = "repeating what was recorded" if time < since else changed
         bar.update(task, description=what, completed=min(time, end), time=time)
         if as_json:
             typer.echo(json.dumps({"time": round(time, 3)}), file=out)
 
     with stop_on_signals() as stop, bar, prints:
         task = bar.add_task("repeating what was recorded", total=end, time=0.0)
-        new = play_branch(folder, change, runs, datetime.now(), progress=progress, stop=stop)
+        new = play_branch(folder, changes, runs, datetime.now(), progress=progress, stop=stop)
     if as_json:
         typer.echo(json.dumps({"run": str(new.path), "ending": compared(folder, new)}))
     else:
@@ -128,7 +135,7 @@ def replay_window(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path
         LaunchError: the recording cannot be shown.
     """
     from vrg.commands.branching import ProcessBrancher, compared
-    from vrg.launch.branch import branch_of
+    from vrg.launch.change import branch_of
     from vrg.launch.explaining import explain
     from vrg.ui.branching import Taken
     from vrg.ui.replay import ReplayWindow, title_of

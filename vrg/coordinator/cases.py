@@ -3,20 +3,23 @@
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from vrg.coordinator.evidence import Exhibit, replayed
+from vrg.coordinator.evidence import Books, Exhibit, replayed
 from vrg.coordinator.journal import Record
 from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Observation, RuleBook
 
 
-def cases_of(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record]) -> Iterator[Case]:
+def cases_of(
+    book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record], later: Books = ()
+) -> Iterator[Case]:
     """The case of each call of a match, in their order; calls that the evidence does not reach have none.
 
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
+        later: the rule books that took its place in the course of the match.
     """
     before = Observation({})
-    for exhibit, following, match, state, _ in replayed(book, exhibits):
+    for exhibit, following, match, state, _ in replayed(book, exhibits, later):
         tick = exhibit.tick
         # Who was put somewhere or pushed away is judged elsewhere than on its way.
         seen = match.judged or (before if before.poses else tick.field, tick.field)

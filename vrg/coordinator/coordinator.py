@@ -100,7 +100,7 @@ class Coordinator(Node):
         self._leader = leader or Leader({})
         self._sight = sight
         self._bodies: dict[str, Body] = {}
-        self._limits = {name: (book.contestants[name].v_max, limit) for name, limit in book.speed_limits().items()}
+        self._limits = _limits(book)
         self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses)
         self._clock = mailbox.subscribe(keys.clock)
@@ -124,6 +124,11 @@ class Coordinator(Node):
         self._in_play: bool | None = None
         self._record_at = -math.inf
         self._state = self.match.state(self._field, estop=False)
+
+    def judge_by(self, book: RuleBook[Any]) -> None:
+        """Judge by another rule book of the same game from now on."""
+        self.match.judge_by(book)
+        self._limits = _limits(book)
 
     def start(self) -> None:
         """Load what the first line-up needs: 0.3 s in a tick would stop every robot."""
@@ -384,3 +389,8 @@ def _at_most(limit: int, offers: Sequence[Offer]) -> list[Offer]:
 
 def _held(state: RefereeState, halted: str) -> RefereeState:
     return structs.replace(state, halted=halted, players=standing_still(state.players))
+
+
+def _limits(book: RuleBook[Any]) -> dict[str, tuple[float, float]]:
+    """The top speed of each player's robot that the rules slow down, and the one that they allow, m/s."""
+    return {name: (book.contestants[name].v_max, limit) for name, limit in book.speed_limits().items()}

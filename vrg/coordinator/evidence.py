@@ -9,7 +9,7 @@ import hashlib
 import logging
 import os
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -33,6 +33,11 @@ _HEAD = struct.Struct("<I8s")
 """The head of each tick: the number of its bytes, and its digest."""
 _START = bytes(8)
 """The digest before the first tick."""
+_TINY = 1e-6
+"""The match time in s below which two instants are the same."""
+
+Books = Sequence[tuple[float, RuleBook[Any]]]
+"""Rule books that took the place of the one before, each with the match time in s from which it counts."""
 
 
 class Began(Struct, frozen=True, kw_only=True, tag=True, array_like=True):
@@ -255,10 +260,18 @@ def read_evidence(path: Path) -> Iterator[Exhibit]:
         raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
 
 
+def book_at(time: float, book: RuleBook[Any], later: Books) -> RuleBook[Any]:
+    """The rule book that counts at a match time, s."""
+    return next((other for since, other in reversed(later) if since <= time + _TINY), book)
+
+
 def replayed(
-    book: RuleBook[Any], exhibits: Iterable[Exhibit]
+    book: RuleBook[Any], exhibits: Iterable[Exhibit], later: Books = ()
 ) -> Iterator[tuple[Exhibit, Exhibit | None, Match, Any, list[Effects]]]:
     """Do again what the referee did, tick by tick.
+
+    Args:
+        book: the rule book of the match. later: those that took its place in the course of it.
 
     Returns:
         for each tick: it and the one that follows it, the match after it, which may be corrected before the next, the
@@ -268,8 +281,10 @@ def replayed(
     for following in chain(exhibits, [None]):
         if exhibit is not None:
             tick = exhibit.tick
+            now = book_at(tick.time, book, later)
             if tick.began is not None:
-                match = Match(book, tick.began.standing)
+                match = Match(now, tick.began.standing)
+            match.judge_by(now)
             state = match.game
             made = [outcome for entry in tick.entries if (outcome := enact(match, entry, tick.field))]
             yield exhibit, following, match, state, made

@@ -7,7 +7,7 @@ from typing import Any
 import msgspec
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.evidence import Exhibit, replayed
+from vrg.coordinator.evidence import Books, Exhibit, book_at, replayed
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Checkpoint, Match
 from vrg.coordinator.outcome import Effects, numbered
@@ -46,19 +46,22 @@ class Judgement:
     unjudged: int
 
 
-def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record]) -> Judgement:
+def judge_again(
+    book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Sequence[Record], later: Books = ()
+) -> Judgement:
     """Judge a match again.
 
     After a disagreement it goes on from the journal, so that each mistake is reported once.
 
     Args:
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
+        later: the rule books that took its place in the course of the match.
     """
     found: list[Disagreement] = []
     outcomes: list[Effects] = []
     chained = True
     ticks = compared = reached = 0
-    for exhibit, following, match, _, made in replayed(book, exhibits):
+    for exhibit, following, match, _, made in replayed(book, exhibits, later):
         tick, after = exhibit.tick, exhibit.tick.after
         ticks += 1
         if not exhibit.genuine:
@@ -95,17 +98,20 @@ def judge_again(book: RuleBook[Any], exhibits: Iterable[Exhibit], records: Seque
     return Judgement(sorted(found, key=lambda d: d.time), ticks, compared, unjudged)
 
 
-def unproved(prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case]) -> list[Disagreement]:
+def unproved(
+    prover: Prover | None, book: RuleBook[Any], cases: Iterable[Case], later: Books = ()
+) -> list[Disagreement]:
     """Calls whose deciding numbers, computed in another way than the judgement, are not as the rules want them.
 
     Args:
         prover: the game's; None for a game that has none. book: the rule book of the match. cases: of its calls.
+        later: as for `judge_again`.
     """
     if prover is None:
         return []
     found = []
     for case in cases:
-        for measure in prover(book, case):
+        for measure in prover(book_at(case.now.time, book, later), case):
             if not measure.holds:
                 what = f"call {case.call.number}, {case.call.rule}: {case.call.text}: but {measure}"
                 found.append(Disagreement(case.now.time, what))

@@ -94,6 +94,10 @@ class Match:
             if self.stage is not Stage.GAME_OVER:
                 self._reasons = [standing.halted or "the coordinator was restarted"]
 
+    def judge_by(self, book: RuleBook[Any]) -> None:
+        """Judge by another rule book of the same game from now on."""
+        self._book = book
+
     @property
     def halted(self) -> str | None:
         """All reasons why play is halted, in words; None while it is not."""

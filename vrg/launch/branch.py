@@ -1,68 +1,37 @@
-"""Takes a recorded match up from one of its instants, with another strategy for one player.
+"""Takes a recorded match up from one of its instants, with other strategies, rules, radio or noise.
 
 A match in one process is the same, byte for byte, each time that it is played. So it is played again from its beginning
-up to that instant, where it is made sure that the referee has seen the same, and from there on with the change.
+up to that instant, where it is made sure that the referee has seen the same, and from there on with the changes.
 """
 
+import contextlib
 import math
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
+from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import msgspec
-from msgspec import Struct
 
-from vrg.bus.messages import RefereeState, Stage
+from vrg.bus.messages import Stage
+from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.errors import ConfigError, LaunchError
-from vrg.games import file_of
 from vrg.launch import in_process, nodes
-from vrg.launch.in_process import Change
-from vrg.launch.keeping import copy_into, files_of_strategy, keep, keep_layout
+from vrg.launch.change import TINY, Change, amended, branch_of, kept, write_branch
+from vrg.launch.in_process import Ending
+from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import ended_of, plot, write_result
 from vrg.launch.run_folder import RunFolder, delete, write_whole
 from vrg.launch.step_log import Ended, StepLog, read_steps
 
 if TYPE_CHECKING:
     from vrg.launch.stepping import Apart
-
-_TINY = 1e-6
-"""The match time in s below which two instants are the same."""
-
-
-class Branch(Struct, frozen=True):
-    """The origin of a match that was taken up from another one, as its run folder has it.
-
-    Args:
-        of: the path of the run folder with the recorded match.
-        changes: what was changed, in the order of time.
-    """
-
-    of: str
-    changes: list[Change]
-
-    def __str__(self) -> str:
-        parts = [f"from {change.time:.1f} s on {change.player} plays {change.name}" for change in self.changes]
-        return ", ".join(parts)
-
-
-def branch_of(folder: RunFolder) -> Branch | None:
-    """The changes to the match of a run folder; None if it was played as its match file has it.
-
-    Raises:
-        LaunchError: the file that tells it is damaged.
-    """
-    try:
-        return msgspec.json.decode(folder.branch.read_bytes(), type=Branch)
-    except FileNotFoundError:
-        return None
-    except (OSError, msgspec.MsgspecError) as error:
-        raise LaunchError(f"{folder.branch}: cannot be read: {error}") from error
 
 
 def last_instant(folder: RunFolder) -> float:
@@ -85,17 +54,18 @@ def last_instant(folder: RunFolder) -> float:
 
 def play_branch(
     of: RunFolder,
-    change: Change,
+    changes: Sequence[Change],
     runs: Path,
     now: datetime,
     *,
     progress: Callable[[float], None],
     stop: StopSignal,
 ) -> RunFolder:
-    """Play a recorded match again up to an instant, and on from there with a change.
+    """Play a recorded match again up to an instant, and on from there with changes.
 
     Args:
-        of: its run folder. runs: the folder for the new run folder. now: the local real time, for its name.
+        of: its run folder. changes: all at that instant.
+        runs: the folder for the new run folder. now: the local real time, for its name.
         progress: called with the match time now and then.
         stop: set it to break this off.
 
@@ -103,39 +73,34 @@ def play_branch(
         the new run folder, with everything that any run leaves.
 
     Raises:
-        ConfigError: the player or the strategy does not exist.
+        ConfigError: a player, a strategy or a field does not exist, or cannot have this value.
         LaunchError: the match cannot be repeated, or this was broken off.
         JournalError: its evidence is damaged.
         BrokenPipeError: `progress` has raised it.
     """
-    end = last_instant(of)
-    if not 0.0 <= change.time <= end:
-        raise LaunchError(f"expected an instant from 0 to {end:.1f} s of match time, got {change.time:g}")
+    instant, end = changes[0].time, last_instant(of)
+    if not 0.0 <= instant <= end:
+        raise LaunchError(f"expected an instant from 0 to {end:.1f} s of match time, got {instant:g}")
     before = branch_of(of)
     earlier = before.changes if before is not None else []
-    if before is not None and change.time < earlier[-1].time:
+    if before is not None and instant < earlier[-1].time:
         raise LaunchError(
             f"{of.path} was itself taken up at {earlier[-1].time:.1f} s: expected a later instant, got "
-            f"{change.time:g}; an earlier one is in {before.of}"
+            f"{instant:g}; an earlier one is in {before.of}"
         )
     setup = load_match(of.match_file).at_rate(0.0)
-    check_strategies(setup.substituted(change.player, change.strategy), nodes.strategy_of)
+    check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
-    try:
+    with _written(folder):
         keep(setup, folder)
         keep_layout(setup, folder)
-        change = _kept(change, folder)
-        changes = [*earlier, change]
-        check_strategies(setup.substituted(change.player, change.strategy), nodes.strategy_of)
+        changes = [*earlier, *(kept(change, folder) for change in changes)]
+        check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
         write_setup(setup, folder.setup)
-        write_whole(folder.branch, msgspec.json.encode(Branch(str(of.path.resolve()), changes)))
-        state = _play(setup, of, folder, changes, progress, stop)
-    except (ConfigError, LaunchError, BrokenPipeError):  # `progress` may write for a reader that has gone
-        delete(folder.path)
-        raise
-    except OSError as error:
-        raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from error
-    write_result(setup, folder, state, ended_of(state) if state.stage is Stage.GAME_OVER else "interrupted")
+        write_branch(folder, of, changes)
+        watchers = [nodes.recorder_node(setup, folder)]
+        ending = play_on(setup, of, folder, watchers=watchers, progress=progress, stop=stop)
+        _conclude(setup, folder, ending, stop)
     plot(setup, folder)
     return folder
 
@@ -159,57 +124,51 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
     # The clock tells the rate, at which nothing is paced here.
     setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
-    try:
-        _repeat(of, setup, folder, before, apart, stop)
-    except (ConfigError, LaunchError):
-        delete(folder.path)
-        raise
-    except OSError as error:
-        raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from error
+    with _written(folder):
+        keep(setup, folder)
+        write_setup(setup, folder.setup)
+        if before is not None:
+            write_whole(folder.branch, msgspec.json.encode(before))
+        watchers = [nodes.recorder_node(setup, folder)] if of.recordings() else []
+        ending = play_on(setup, of, folder, watchers=watchers, stop=stop, apart=apart, whole=True)
+        _conclude(setup, folder, ending, stop)
     return folder
 
 
-def _repeat(
-    of: RunFolder, setup: MatchSetup, folder: RunFolder, before: Branch | None, apart: "Apart | None", stop: StopSignal
-) -> None:
-    """Play a match again in a run folder of its own; see `repeat_match`."""
-    keep(setup, folder)
-    write_setup(setup, folder.setup)
-    steps = read_steps(of.steps)
-    ended = next((line.time for line in reversed(steps) if isinstance(line, Ended)), None)
-    if before is not None:
-        write_whole(folder.branch, msgspec.json.encode(before))
-
-    def pace(time: float) -> bool:
-        return not stop.is_set() and (ended is None or time < ended - _TINY)
-
-    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as log:
-        ending = in_process.play(
-            setup, journal, watchers=[nodes.recorder_node(setup, folder)] if of.recordings() else [], pace=pace,
-            stop=stop, logs=folder.logs, changes=before.changes if before is not None else [], apart=apart,
-            steps=log, past=steps,
-        )  # fmt: skip
-    if stop.is_set():
-        raise LaunchError("broken off")
-    state = ending.state
-    write_result(setup, folder, state, ended_of(state) if state.stage is Stage.GAME_OVER else "interrupted")
-
-
-def _play(
+def play_on(
     setup: MatchSetup,
     of: RunFolder,
     folder: RunFolder,
-    changes: Sequence[Change],
-    progress: Callable[[float], None],
-    stop: StopSignal,
-) -> RefereeState:
-    instant = changes[-1].time
-    known = _digest_before(of, instant)
-    repeated = False
+    *,
+    watchers: Sequence[Node] = (),
+    progress: Callable[[float], None] = lambda _: None,
+    stop: StopSignal | None = None,
+    apart: "Apart | None" = None,
+    limit: float = 3600.0,
+    whole: bool = False,
+) -> Ending:
+    """Play a recorded match again in another run folder, with the changes that are written there.
+
+    Up to the last change all is missed again that was missed in the recorded match, and there it is made sure that the
+    referee has seen the same.
+
+    Args:
+        of: the run folder of the recorded match. watchers, stop, apart, limit: see `vrg.launch.in_process.play`.
+        progress: called with the match time after each tick.
+        whole: True repeats all of the recorded match, with the same changes, and ends where that has ended.
+
+    Raises:
+        ConfigError, LaunchError, JournalError: as `play_branch`.
+    """
+    branch, past = branch_of(folder), read_steps(of.steps)
+    changes = [] if branch is None else branch.changes
+    instant = math.inf if whole or not changes else changes[-1].time
+    ended = next((line.time for line in reversed(past) if whole and isinstance(line, Ended)), math.inf)
+    known, repeated = "" if instant == math.inf else _digest_before(of, instant), False
 
     def pace(time: float) -> bool:
         nonlocal repeated
-        if not repeated and time >= instant - _TINY:
+        if not repeated and time >= instant - TINY:
             repeated = True
             if _digest_before(folder, instant) != known:
                 raise LaunchError(
@@ -217,22 +176,38 @@ def _play(
                     "Was a strategy or VRG changed since, or did somebody halt it or drive by hand?"
                 )
         progress(time)
-        return not stop.is_set()
+        return (stop is None or not stop.is_set()) and time < ended - TINY
 
     with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
-        recorder = nodes.recorder_node(setup, folder)
-        ending = in_process.play(
-            setup, journal, watchers=[recorder], pace=pace, stop=stop, logs=folder.logs, changes=changes,
-            steps=steps, past=[line for line in read_steps(of.steps) if line.time < instant - _TINY],
+        return in_process.play(
+            setup, journal, watchers=watchers, limit=limit, pace=pace, stop=stop, logs=folder.logs, changes=changes,
+            apart=apart, steps=steps, past=[line for line in past if line.time < instant - TINY],
         )  # fmt: skip
+
+
+def _conclude(setup: MatchSetup, folder: RunFolder, ending: Ending, stop: StopSignal) -> None:
+    """Write the result of a match, unless it was broken off."""
     if stop.is_set():
         raise LaunchError("broken off")
-    return ending.state
+    state = ending.state
+    write_result(setup, folder, state, ended_of(state) if state.stage is Stage.GAME_OVER else "interrupted")
+
+
+@contextlib.contextmanager
+def _written(folder: RunFolder) -> Iterator[None]:
+    """Delete a run folder that cannot be made."""
+    try:
+        yield
+    except (ConfigError, LaunchError, BrokenPipeError):  # `progress` may write for a reader that has gone
+        delete(folder.path)
+        raise
+    except OSError as error:
+        raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from error
 
 
 def _last_before(folder: RunFolder, time: float) -> Exhibit | None:
     """The last of what the referee has seen and done before a match time, s."""
-    last = deque((e for e in read_evidence(folder.evidence) if e.tick.time < time - _TINY), maxlen=1)
+    last = deque((e for e in read_evidence(folder.evidence) if e.tick.time < time - TINY), maxlen=1)
     return last[0] if last else None
 
 
@@ -240,12 +215,3 @@ def _digest_before(folder: RunFolder, time: float) -> str:
     """The digest of all that the referee has seen and done before a match time, s."""
     last = _last_before(folder, time)
     return last.digest if last else ""
-
-
-def _kept(change: Change, folder: RunFolder) -> Change:
-    """The change, with a strategy that is a file as a copy of it in the run folder."""
-    target, copies = files_of_strategy(change.strategy, Path("substitute"))
-    copy_into(folder, copies)
-    if copies and (file := file_of(target)) is not None:
-        target = f"{(folder.path / file).resolve()}{target.removeprefix(file)}"
-    return Change(change.time, change.player, target)

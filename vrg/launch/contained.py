@@ -12,6 +12,7 @@ from vrg.agents.player import Player
 from vrg.agents.strategy import Strategy
 from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
+from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
@@ -106,6 +107,11 @@ class ContainedPlayer(Node):
         if self._log is not None and tick.time >= self._trim_at:
             self._trim_at = tick.time + _TRIM
             self._log.grow(tick.time)
+
+    @property
+    def radio(self) -> Radio:
+        """The radio to its team."""
+        return self._player.radio
 
     def play_by(self, make: Callable[[], Strategy]) -> None:
         """Let another strategy decide from now on, and be made anew after it has failed.

@@ -4,15 +4,15 @@ from pathlib import Path
 from typing import Any, Final
 
 from vrg.bus.messages import Stage
-from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, read_setup
 from vrg.coordinator.cases import cases_of, seconds_before
-from vrg.coordinator.evidence import read_evidence
+from vrg.coordinator.evidence import book_at, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError
 from vrg.games import game_of
+from vrg.launch.change import books_of, branch_of
 from vrg.launch.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.proof import SECONDS, STRIP, Proof, box_around
@@ -49,10 +49,13 @@ def explain(run: Path, number: int) -> Proof:
     lines = [] if text is None else [f"Rule{f' ({text.source})' if text.source else ''}: {text.words}"]
     places = [f"{name} at ({pose.x:.2f}, {pose.y:.2f})" for name, pose in zip(call.players, call.poses, strict=False)]
     lines += [f"Where it was: {', '.join(places)}."] if places else []
-    book = rulebook_of(setup)
-    case = next((c for c in cases_of(book, read_evidence(folder.evidence), records) if c.call == call), None)
+    branch = branch_of(folder)
+    (_, book), *later = books_of(setup, [] if branch is None else branch.changes)
+    cases = cases_of(book, read_evidence(folder.evidence), records, later)
+    case = next((c for c in cases if c.call == call), None)
     if case is None:
         return Proof(heading, (*lines, f"There is no more to show: {folder.evidence.name} does not reach this call."))
+    book = book_at(case.now.time, book, later)
     prover = game.load_prover()
     measures = () if prover is None else tuple(prover(book, case))
     lines += [f"{measure}." for measure in measures]

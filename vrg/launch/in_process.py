@@ -7,20 +7,22 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from msgspec import Struct
+from msgspec import structs
 
 from vrg.agents.strategy import Strategy
+from vrg.bus.links import link_of
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
-from vrg.config.setup import MatchSetup
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup, radio_seed
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
-from vrg.games import has_name
 from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
+from vrg.launch.change import TINY, Change, amended
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
 from vrg.launch.repeating import RepeatedStrategy, past_of
@@ -30,27 +32,10 @@ from vrg.launch.step_log import Ended, Line, Missed, StepLog
 if TYPE_CHECKING:
     from vrg.coordinator.coordinator import Coordinator
     from vrg.hal.can.workshop.simulation import Simulation
+    from vrg.hal.sim.node import WorldNode
     from vrg.launch.stepping import Apart
 
 P = TypeVar("P", bound=Node)
-
-
-class Change(Struct, frozen=True):
-    """From an instant on a player plays by another strategy.
-
-    Args:
-        time: the match time of the instant, s. player: its name.
-        strategy: as `vrg.config.setup.PlayerSetup.strategy`.
-    """
-
-    time: float
-    player: str
-    strategy: str
-
-    @property
-    def name(self) -> str:
-        """The strategy as people call it: without the folder of its file."""
-        return self.strategy if has_name(self.strategy) else Path(self.strategy).name
 
 
 @dataclass(frozen=True)
@@ -77,7 +62,7 @@ class Assembly(Generic[P]):
     """
 
     executor: Lockstep
-    world: Node
+    world: "WorldNode"
     coordinator: "Coordinator"
     players: dict[str, P]
 
@@ -134,14 +119,14 @@ def play(
         strict: True passes every message through the codec of the bus.
         stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
         logs: the folder for what players print; None lets them print.
-        changes: the players that play by another strategy from some instant on, in the order of time.
+        changes: what changes at some instants, in the order of time.
         apart: which strategies decide in processes of their own, whose logs are needed then; None lets all decide in
             this process.
         steps: the log of steps; None keeps none.
         past: the log of the match when it was played before, of which all is missed again that was missed then.
 
     Raises:
-        ConfigError: a robot of the match is a real one, or a strategy of `changes` cannot be made.
+        ConfigError: a robot of the match is a real one, or one of `changes` cannot be made.
         RobotError: an emulated motor controller cannot be set up as the match file wants it.
         LaunchError: a player has failed too often, and the match file wants no disqualification.
     """
@@ -182,7 +167,7 @@ def play(
 
     assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, steps=steps)
     executor, world, coordinator, players = assembly.executor, assembly.world, assembly.coordinator, assembly.players
-    waiting = list(changes)
+    waiting, now = list(changes), setup
     linger, began = 0.0, None
     with ExitStack() as stack:
         if simulation is not None:
@@ -195,9 +180,13 @@ def play(
         gc.freeze()
         # The match goes on for one more second, so that every node hears how it ended.
         while linger < 1.0 and executor.time < limit:
-            while waiting and executor.time >= waiting[0].time - world.period / 2:
+            while waiting and executor.time >= waiting[0].time - TINY:
                 change = waiting.pop(0)
-                players[change.player].play_by(maker(setup.substituted(change.player, change.strategy), change.player))
+                now = amended(now, change)
+                if change.settings:
+                    _go_on_by(assembly, now, setup.seed)
+                if change.player:
+                    players[change.player].play_by(maker(now, change.player))
             if simulation is not None and executor.time > 0:
                 # The robots have been met in the first step, before the match began.
                 began = simulation.clock.now() if began is None else began
@@ -214,6 +203,18 @@ def play(
             write_json(logs / f"{player.name}.json", player.counted())
     failures = tuple(failure for player in players.values() for failure in player.failures)
     return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures)
+
+
+def _go_on_by(assembly: Assembly[ContainedPlayer], setup: MatchSetup, drawn: int) -> None:
+    """Let a match go on by the rules, the radio and the seed of another match file.
+
+    Args:
+        drawn: the seed by which the rules have drawn.
+    """
+    assembly.coordinator.judge_by(rulebook_of(structs.replace(setup, seed=drawn)))
+    assembly.world.world.reseed(setup.seed)
+    for name, player in assembly.players.items():
+        player.radio.link = link_of(setup.radio.settings, setup.draw(radio_seed(name)))
 
 
 def _simulation(setup: MatchSetup) -> "Simulation | None":

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.cases import cases_of
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Disagreement, Judgement, judge_again, unproved
 from vrg.games import game_of
+from vrg.launch.change import books_of, branch_of
 from vrg.launch.run_folder import RunFolder
 
 
@@ -26,9 +26,10 @@ def judge_run(
     Raises:
         JournalError: the journal or the evidence cannot be read.
     """
-    book = rulebook_of(setup)
+    branch = branch_of(folder)
+    (_, book), *later = books_of(setup, [] if branch is None else branch.changes)
     records = read_journal(folder.journal)[1] if records is None else records
-    judgement = judge_again(book, read_evidence(folder.evidence), records)
-    cases = cases_of(book, read_evidence(folder.evidence), records)
-    measured = unproved(game_of(setup.game).load_prover(), book, cases)
+    judgement = judge_again(book, read_evidence(folder.evidence), records, later)
+    cases = cases_of(book, read_evidence(folder.evidence), records, later)
+    measured = unproved(game_of(setup.game).load_prover(), book, cases, later)
     return judgement, [*judgement.disagreements, *measured]

@@ -191,6 +191,10 @@ class World:
         if self.tick % _BATTERY_TICKS == 0:
             self._fleet.drain(_BATTERY_TICKS * self.config.tick)
 
+    def reseed(self, seed: int) -> None:
+        """Let all noise depend on another seed from now on."""
+        self._sensors.reseed(seed)
+
     def sense(self) -> list[Measured]:
         """The readings of all sensors that are due at this tick. It must be called once per tick."""
         return self._sensors.sense(self._instant(), range_finders=self.config.lasers)

@@ -17,12 +17,12 @@ Measured = tuple[str, str, SensorMessage]
 """One reading: the robot's name, the sensor's name on that robot, and the sensor's message."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Surroundings:
-    """The data that does not change while a world exists.
+    """The data that all sensors of a world share.
 
     Args:
-        map_: the walls and obstacles. seed: the seed of all noise.
+        map_: the walls and obstacles. seed: the seed of all noise, which may be replaced between two ticks.
         noise: False means perfect sensors, of which no reading drops out.
     """
 

@@ -15,7 +15,7 @@ class InsSimulation(SensorSimulation[InsSpec]):
 
     def __init__(self, surroundings: Surroundings) -> None:
         super().__init__(surroundings)
-        self._noise = Noise(surroundings.seed, "ins", 3)
+        self._noise = Noise(lambda: surroundings.seed, "ins", 3)
         self._index: dict[tuple[str, str], int] = {}
         self._deviations: Floats = np.zeros((0, 3))
         """The standard deviations of each system: shape (systems, 3), m, m and rad."""

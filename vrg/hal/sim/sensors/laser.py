@@ -24,7 +24,7 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
         self._static = Edges(surroundings.map_.edges)
         self._edges = self._static
         self._discs = surroundings.map_.discs
-        self._blocks: dict[tuple[str, str], tuple[int, Floats]] = {}
+        self._blocks: dict[tuple[str, str], tuple[tuple[int, int], Floats]] = {}
 
     def sense(self, now: Instant) -> list[Measured]:
         """The scans of the laser range finders that are due."""
@@ -86,9 +86,9 @@ class LaserSimulation(SensorSimulation[LaserSpec]):
 
     def _draw(self, robot: str, spec: LaserSpec, number: int) -> Floats:
         block, index = divmod(number, _BLOCK)
-        held = self._blocks.get((robot, spec.name))
-        if held is None or held[0] != block:
+        held, drawn_from = self._blocks.get((robot, spec.name)), (self.surroundings.seed, block)
+        if held is None or held[0] != drawn_from:
             rng = generator(self.surroundings.seed, robot, f"laser {spec.name}", block)
-            held = self._blocks[robot, spec.name] = (block, rng.standard_normal((_BLOCK, spec.beams)) * spec.noise)
+            held = self._blocks[robot, spec.name] = (drawn_from, rng.standard_normal((_BLOCK, spec.beams)) * spec.noise)
         drawn: Floats = held[1][index]
         return drawn

@@ -5,7 +5,7 @@ random generators, and no robot's noise depends on which other robots take part.
 """
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -25,29 +25,31 @@ class Noise:
     """Standard normal numbers for a sensor that several robots have.
 
     Args:
-        seed: the world's seed. sensor: a word for the sensor. columns: how many numbers one reading of a robot needs.
+        seed: returns the world's seed. sensor: a word for the sensor.
+        columns: how many numbers one reading of a robot needs.
     """
 
-    def __init__(self, seed: int, sensor: str, columns: int) -> None:
+    def __init__(self, seed: Callable[[], int], sensor: str, columns: int) -> None:
         self._seed = seed
         self._sensor = sensor
         self._columns = columns
         self._names: list[str] = []
-        self._block = -1
+        self._block: tuple[int, int] | None = None
         self._drawn: Floats = np.zeros((_BLOCK, 0, columns))
 
     def resize(self, names: Sequence[str]) -> None:
         """Take over a new list of robots."""
         self._names = list(names)
-        self._block = -1
+        self._block = None
 
     def at(self, number: int) -> Floats:
         """The numbers for reading `number` of all robots: shape (robots, columns)."""
         block, index = divmod(number, _BLOCK)
-        if block != self._block:
-            self._block = block
+        seed = self._seed()
+        if (seed, block) != self._block:
+            self._block = seed, block
             shape = (_BLOCK, self._columns)
-            draws = [generator(self._seed, n, self._sensor, block).standard_normal(shape) for n in self._names]
+            draws = [generator(seed, n, self._sensor, block).standard_normal(shape) for n in self._names]
             self._drawn = np.stack(draws, axis=1) if draws else np.zeros((_BLOCK, 0, self._columns))
         drawn: Floats = self._drawn[index]
         return drawn

@@ -63,7 +63,7 @@ class OdometrySimulation(SensorSimulation[OdometrySpec]):
         self.poses = np.array([before.get(name, np.zeros(3)) for name in names]).reshape(-1, 3)
         self._noises = []
         for count, group in groupby(mounted, _axes):
-            noise = Noise(self.surroundings.seed, "odometry", count)
+            noise = Noise(lambda: self.surroundings.seed, "odometry", count)
             noise.resize([f"{m.robot} {m.spec.name}" for m in group])
             self._noises.append(noise)
         counts = [_axes(m) for m in mounted]

@@ -23,6 +23,10 @@ class SensorSuite:
         self._used: dict[str, SensorSpec] = {}
         """The spec of a sensor of each simulation that has any."""
 
+    def reseed(self, seed: int) -> None:
+        """Let the noise depend on another seed from now on."""
+        self._surroundings.seed = seed
+
     def resize(self, names: Sequence[str], models: Sequence[RobotModel], ghosts: Sequence[bool], now: Instant) -> None:
         """Adapt to a change of the list of robots, or of their rows.
 

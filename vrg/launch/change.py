@@ -1,0 +1,134 @@
+"""The changes by which a match that was taken up from an instant of another one differs from that."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+from msgspec import Struct, structs
+
+from vrg.config.loading import check_match
+from vrg.config.rules import rulebook_of
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.rulebook import RuleBook
+from vrg.errors import ConfigError, LaunchError
+from vrg.games import file_of, has_name
+from vrg.launch.keeping import copy_into, files_of_strategy
+from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.toml_text import with_value
+
+TINY: Final = 1e-6
+"""The match time in s below which two instants are the same."""
+_TABLES: Final = ("rules", "radio")
+"""The tables of a match file of which fields can be changed."""
+
+
+class Change(Struct, frozen=True):
+    """From an instant on a player plays by another strategy, or fields of the match file have other values.
+
+    Args:
+        time: the match time of the instant, s. player: its name; empty if no player changes.
+        strategy: as `vrg.config.setup.PlayerSetup.strategy`.
+        settings: values by field, such as `rules.passes`; see `amended`.
+    """
+
+    time: float
+    player: str = ""
+    strategy: str = ""
+    settings: Mapping[str, Any] = {}
+
+    def __str__(self) -> str:
+        words = [f"{self.player} plays {self._name}"] if self.player else []
+        return ", ".join([*words, *(f"{field} is {value}" for field, value in self.settings.items())])
+
+    @property
+    def _name(self) -> str:
+        """The strategy as people call it: without the folder of its file."""
+        return self.strategy if has_name(self.strategy) else Path(self.strategy).name
+
+
+class Branch(Struct, frozen=True):
+    """The origin of a match that was taken up from another one, as its run folder has it.
+
+    Args:
+        of: the path of the run folder with the recorded match.
+        changes: what was changed, in the order of time.
+    """
+
+    of: str
+    changes: list[Change]
+
+    def __str__(self) -> str:
+        return ", ".join(f"from {change.time:.1f} s on {change}" for change in self.changes)
+
+
+def branch_of(folder: RunFolder) -> Branch | None:
+    """The changes to the match of a run folder; None if it was played as its match file has it.
+
+    Raises:
+        LaunchError: the file that tells it is damaged.
+    """
+    try:
+        return msgspec.json.decode(folder.branch.read_bytes(), type=Branch)
+    except FileNotFoundError:
+        return None
+    except (OSError, msgspec.MsgspecError) as error:
+        raise LaunchError(f"{folder.branch}: cannot be read: {error}") from error
+
+
+def write_branch(folder: RunFolder, of: RunFolder, changes: Sequence[Change]) -> None:
+    """Write into a run folder from which match, and with which changes, its match is taken up.
+
+    Raises:
+        OSError: it cannot be written.
+    """
+    write_whole(folder.branch, msgspec.json.encode(Branch(str(of.path.resolve()), list(changes))))
+
+
+def kept(change: Change, folder: RunFolder) -> Change:
+    """The change, with a strategy that is a file as a copy of it in a run folder."""
+    if not change.strategy:
+        return change
+    target, copies = files_of_strategy(change.strategy, Path("substitute") / change.player)
+    copy_into(folder, copies)
+    if copies and (file := file_of(target)) is not None:
+        target = f"{(folder.path / file).resolve()}{target.removeprefix(file)}"
+    return structs.replace(change, strategy=target)
+
+
+def amended(setup: MatchSetup, change: Change) -> MatchSetup:
+    """The match as it goes on after a change.
+
+    Its `settings` may name fields of [rules] and [radio], and `seed`. Another seed changes the noise of sensors, what
+    the radio loses, and what strategies draw that are made from then on; what the rules have drawn stays.
+
+    Raises:
+        ConfigError: there is no such player or field, or it cannot have this value.
+    """
+    text = setup.text
+    for field, value in change.settings.items():
+        table, _, name = field.partition(".")
+        if field != "seed" and (table not in _TABLES or not name or "." in name):
+            raise ConfigError(f"{field}: expected a field of [rules] or [radio], such as rules.passes, or seed")
+        try:
+            text = with_value(text, (table, name) if name else (table,), value)
+        except KeyError:
+            text = with_value(text, (table,), {name: value})
+    if change.settings:
+        found = check_match(text, Path(setup.origin), Path(setup.base))
+        setup = structs.replace(setup, text=text, rules=found.rules, radio=found.radio, seed=found.seed)
+    return setup.substituted(change.player, change.strategy) if change.player else setup
+
+
+def books_of(setup: MatchSetup, changes: Sequence[Change]) -> list[tuple[float, RuleBook[Any]]]:
+    """The rule books of a match, each with the match time in s from which it counts, the first from 0.
+
+    Raises:
+        ConfigError: the rules cannot be played with this set-up.
+    """
+    books, now = [(0.0, rulebook_of(setup))], setup
+    for change in changes:
+        now = amended(now, change)
+        if change.settings:
+            books.append((change.time, rulebook_of(structs.replace(now, seed=setup.seed))))
+    return books
