@@ -8,7 +8,7 @@ import pytest
 from vrg.evaluation.games import OVER, GameRecord, Pairing, Played, ScheduledGame
 from vrg.evaluation.report import lasting, pairings, schedule
 from vrg.evaluation.series import Series
-from vrg.evaluation.standings import board, ranking, ratings
+from vrg.evaluation.standings import board, ranking, ratings, to_play
 
 NAMES = ["Anna Maria", "bob", "cem"]
 
@@ -28,7 +28,7 @@ def test_strategies_are_ranked_with_what_they_won_and_have_still_to_play() -> No
     series = {Pairing(a, b): Series(3, 0.95, play_all=True) for a, b in (("Anna Maria", "bob"), ("bob", "cem"))}
     for row in rows[:2]:
         series[row.game.pairing].add(row.game.number, row.points)
-    head, *lines = board(ratings(NAMES, rows), rows, series)
+    head, *lines = board(ratings(NAMES, rows), rows, to_play(series))
     assert head[:2] == ["rank", "strategy"]
     assert [line[1] for line in lines] == ["bob", "cem", "Anna Maria"]
     assert lines[0][4:] == ["1.5", "1", "1", "0", "2", "10"]
@@ -39,7 +39,7 @@ def test_strategies_are_ranked_with_what_they_won_and_have_still_to_play() -> No
 def test_equal_results_are_equal_ratings_in_any_order_of_the_games() -> None:
     rows = [game(a, b, number, winner) for a, b in combinations(NAMES, 2) for number, winner in enumerate((a, b))]
     rated = ratings(NAMES, rows)
-    assert [line[0] for line in board(rated, rows, {})[1:]] == ["1", "1", "1"]
+    assert [line[0] for line in board(rated, rows)[1:]] == ["1", "1", "1"]
     assert ranking(rated) == "1. Anna Maria, 1. bob, 1. cem"
     assert ratings(NAMES, reversed(rows)) == rated
 

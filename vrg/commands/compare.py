@@ -82,7 +82,7 @@ def tournament(
         files.write(folder.path, "games", files.games(rows, folder.again))
         files.write(folder.path, "pairings", files.pairings(played.series))
         files.write(folder.path, "ratings", files.rated(rated))
-        board = standings.board(rated, rows, played.series)
+        board = standings.board(rated, rows, standings.to_play(played.series))
         show(console, board)
         if len(labels) <= MOST_CROSSED:
             show(console, table)
@@ -127,7 +127,7 @@ def _write_leaderboard(played: "Experiment", left: float | None) -> None:
     notes = [f"{len(rows)} games{goes_on}{until}"]
     if played.left_out:
         notes.append(f"left out: {', '.join(name for name, _ in played.left_out)}")
-    table = standings.board(rated, rows, played.series)
+    table = standings.board(rated, rows, standings.to_play(played.series))
     write_text(played.folder.path, "leaderboard.html", page(definition.game, notes, table, reloads=not played.over))
     parts = [f"# {notes[0]}", report.markdown(report.pairings(played.series))]
     write_text(played.folder.path, "schedule.md", "\n\n".join(parts))

@@ -41,12 +41,12 @@ def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Conten
     Args:
         names: that of each strategy; without them, each has its own name, or that of its class or its file.
     """
-    short = [_short(name) for name in names or map(_name_of, targets)]
-    count = Counter(short)
-    taken = {label for label in short if count[label] == 1}
+    wanted = [short(name) for name in names or map(_name_of, targets)]
+    count = Counter(wanted)
+    taken = {label for label in wanted if count[label] == 1}
     found = []
-    for label, target in zip(short, targets, strict=True):
-        numbered = (f"{label}-{number}" for number in range(1, len(short) + 1))
+    for label, target in zip(wanted, targets, strict=True):
+        numbered = (f"{label}-{number}" for number in range(1, len(wanted) + 1))
         own = label if count[label] == 1 else next(words for words in numbered if words not in taken)
         taken.add(own)
         found.append(Contender(label=own, target=target))
@@ -58,7 +58,7 @@ def _name_of(target: str) -> str:
     return Path(target).stem if file_of(target) == target else target.rpartition(":")[2]
 
 
-def _short(name: str) -> str:
+def short(name: str) -> str:
     """A name with only such signs as may stand in the name of a file, and not too long for one."""
     words = "".join(sign if sign.isalnum() or sign in "-_ " else "-" for sign in " ".join(normal(name).split()))
     return words.encode()[:_LONGEST].decode(errors="ignore").strip() or "strategy"

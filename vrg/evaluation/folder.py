@@ -5,9 +5,10 @@ import logging
 import os
 import shlex
 from pathlib import Path
-from typing import IO, Self
+from typing import IO, Self, TypeVar
 
 import msgspec
+from msgspec import Struct
 
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
@@ -18,6 +19,8 @@ from vrg.launch.keeping import keep
 from vrg.launch.run_folder import RunFolder, delete, write_whole
 
 log = logging.getLogger(__name__)
+
+R = TypeVar("R", bound=Struct)
 
 _VERSUS = ".vs."
 """Stands between two labels, which have no dot."""
@@ -118,13 +121,18 @@ class ExperimentFolder:
         """
         if self._file is None:
             raise LaunchError(f"{self.path}: the folder is closed")
-        try:
-            self._file.write(_json.encode(row) + b"\n")
-            self._file.flush()
-            os.fsync(self._file.fileno())
-        except OSError as error:
-            raise LaunchError(f"{self.path}: a game cannot be recorded: {error.strerror}: free some space") from None
+        write_record(self._file, row)
         self.rows.append(row)
+
+    def keep(self, game: ScheduledGame, written: Path) -> None:
+        """Keep what is needed later of what a game has written, before that is deleted.
+
+        Args:
+            written: the folder for the journal and the logs of the game.
+
+        Raises:
+            LaunchError: it cannot be kept.
+        """
 
     def close(self) -> None:
         """Let others use the folder. Idempotent."""
@@ -156,21 +164,44 @@ class ExperimentFolder:
             raise ConfigError(f"{self.path}: {text}")
 
     def _load(self) -> list[GameRecord]:
-        """Read the record. A torn last line is removed."""
-        path = self.path / "games.jsonl"
-        content = path.read_bytes()
-        whole = content[: content.rfind(b"\n") + 1]
-        if len(whole) < len(content):
-            log.warning("%s: dropped a torn last line of %d bytes", path, len(content) - len(whole))
-            os.truncate(path, len(whole))
         rows: dict[tuple[Pairing, int], GameRecord] = {}
-        for number, line in enumerate(whole.splitlines(), 1):
-            try:
-                row = msgspec.json.decode(line, type=GameRecord)
-            except msgspec.DecodeError as error:
-                raise LaunchError(f"{path}:{number}: expected a game: {error}: remove this line") from None
+        for row in read_records(self.path / "games.jsonl", GameRecord):
             rows.setdefault((row.game.pairing, row.game.number), row)
         return list(rows.values())
+
+
+def read_records(path: Path, kind: type[R]) -> list[R]:
+    """Read a file of records, one a line. A torn last line is removed; a missing file has no records.
+
+    Raises:
+        LaunchError: a line is no such record. OSError: it cannot be read.
+    """
+    content = path.read_bytes() if path.exists() else b""
+    whole = content[: content.rfind(b"\n") + 1]
+    if len(whole) < len(content):
+        log.warning("%s: dropped a torn last line of %d bytes", path, len(content) - len(whole))
+        os.truncate(path, len(whole))
+    found = []
+    for number, line in enumerate(whole.splitlines(), 1):
+        try:
+            found.append(msgspec.json.decode(line, type=kind))
+        except msgspec.DecodeError as error:
+            raise LaunchError(f"{path}:{number}: expected a {kind.__name__}: {error}: remove this line") from None
+    return found
+
+
+def write_record(file: IO[bytes], record: Struct) -> None:
+    """Write a record at the end of a file of records, and wait until it is on disk.
+
+    Raises:
+        LaunchError: it cannot be written.
+    """
+    try:
+        file.write(_json.encode(record) + b"\n")
+        file.flush()
+        os.fsync(file.fileno())
+    except OSError as error:
+        raise LaunchError(f"{file.name}: cannot be written: {error.strerror}: free some space") from None
 
 
 def write_text(folder: Path, name: str, text: str) -> None:

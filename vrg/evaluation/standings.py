@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vrg.evaluation.games import GameRecord, Pairing
 from vrg.evaluation.report import TextTable, percent
@@ -32,12 +33,39 @@ class Rating:
     sigma: float
 
 
-def ratings(labels: Sequence[str], rows: Iterable[GameRecord]) -> list[Rating]:
-    """Rate strategies by the model of Bradley and Terry, the strongest first.
+@dataclass(frozen=True)
+class Fit:
+    """The model of Bradley and Terry, fitted to games.
 
-    The ratings are those under which the results are most likely, with a normal prior of MEAN and SPREAD; a draw is
-    half a win. The order of the games does not matter. Games of a strategy against itself tell nothing about it, and
-    are left out. The standard deviations are those of the distances from the mean of all ratings, which is MEAN.
+    Attributes:
+        labels: the labels of the strategies, in the order of the arrays.
+        strengths: the logarithms of the odds of winning against a strategy of rating MEAN, of shape (n,).
+        covariance: of the strengths, of shape (n, n). games: the number of games of each two, of shape (n, n).
+    """
+
+    labels: Sequence[str]
+    strengths: NDArray[np.float64]
+    covariance: NDArray[np.float64]
+    games: NDArray[np.float64]
+
+    @property
+    def certainty(self) -> NDArray[np.float64]:
+        """The information that one game of each two has about the difference of their strengths, of shape (n, n)."""
+        expected = _expected(self.strengths)
+        return expected * (1.0 - expected)
+
+    @property
+    def centred(self) -> NDArray[np.float64]:
+        """The matrix that takes the mean of all strengths away, of shape (n, n)."""
+        n = len(self.labels)
+        return np.eye(n) - 1.0 / max(1, n)
+
+
+def fit(labels: Sequence[str], rows: Iterable[GameRecord]) -> Fit:
+    """Fit the model of Bradley and Terry to games; the order of the games does not matter.
+
+    The strengths are those under which the results are most likely, with a normal prior of MEAN and SPREAD; a draw is
+    half a win. Games of a strategy against itself tell nothing about it, and are left out.
     """
     index = {label: n for n, label in enumerate(labels)}
     won = np.zeros((len(labels), len(labels)))
@@ -48,17 +76,39 @@ def ratings(labels: Sequence[str], rows: Iterable[GameRecord]) -> list[Rating]:
             won[second, first] += 1.0 - row.points
     games, prior = won + won.T, (_POINTS / SPREAD) ** 2
     strengths, step = np.zeros(len(labels)), np.ones(len(labels))
+    information = np.zeros_like(won)
     while np.abs(step).max(initial=0.0) > _SETTLED:
-        expected = 1.0 / (1.0 + np.exp(strengths[None, :] - strengths[:, None]))
+        expected = _expected(strengths)
         certainty = games * expected * (1.0 - expected)
         information = np.diag(certainty.sum(axis=1) + prior) - certainty
         # Newton's method on a concave function; a short step cannot lead astray.
         step = np.linalg.solve(information, (won - games * expected).sum(axis=1) - prior * strengths).clip(-1.0, 1.0)
         strengths += step
-    centred = np.eye(len(labels)) - 1.0 / max(1, len(labels))
-    sigmas = _POINTS * np.sqrt(np.diag(centred @ np.linalg.inv(information) @ centred))
-    found = [Rating(n, MEAN + _POINTS * float(s), float(d)) for n, s, d in zip(labels, strengths, sigmas, strict=True)]
-    return sorted(found, key=lambda rating: (-round(rating.value, 3), rating.label))
+    return Fit(labels, strengths, np.linalg.inv(information), games)
+
+
+def _expected(strengths: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The expected points of the strategy of each row against that of each column."""
+    return 1.0 / (1.0 + np.exp(strengths[None, :] - strengths[:, None]))
+
+
+def ratings(labels: Sequence[str], rows: Iterable[GameRecord]) -> list[Rating]:
+    """Rate strategies by `fit`, the strongest first.
+
+    The standard deviations are those of the distances from the mean of all ratings, which is MEAN.
+    """
+    return rated(fit(labels, rows))
+
+
+def rated(found: Fit) -> list[Rating]:
+    """The ratings of a fit, the strongest first."""
+    sigmas = _POINTS * np.sqrt(np.diag(found.centred @ found.covariance @ found.centred))
+    lines = zip(found.labels, found.strengths, sigmas, strict=True)
+    return sorted((Rating(n, MEAN + _POINTS * float(s), float(d)) for n, s, d in lines), key=_strongest)
+
+
+def _strongest(rating: Rating) -> tuple[float, str]:
+    return -round(rating.value, 3), rating.label
 
 
 def ranks(rated: Sequence[Rating]) -> list[int]:
@@ -103,28 +153,37 @@ def table(rated: Sequence[Rating], shares: TextTable) -> TextTable:
     return [head, *([rating.label, *line, f"{rating.value:.0f}", f"{rating.sigma:.0f}"] for rating, line in lines)]
 
 
-def board(rated: Sequence[Rating], rows: Sequence[GameRecord], series: Mapping[Pairing, Series]) -> TextTable:
+def board(
+    rated: Sequence[Rating], rows: Sequence[GameRecord], more: Mapping[str, Mapping[str, str]] | None = None
+) -> TextTable:
     """The leaderboard: a row for each strategy, in the order of `rated`, with `+-` for twice sigma.
 
     Args:
-        rows: the games that count. Those of a strategy against itself are left out.
+        rows: the games that count. Those of a strategy against itself are left out, and so are those of others.
+        more: the cells of further columns by the label of the strategy, by the head of the column.
     """
-    table = [["rank", "strategy", "rating", "+-", "points", "won", "drawn", "lost", "games", "to play"]]
+    columns = more or {}
+    table = [["rank", "strategy", "rating", "+-", "points", "won", "drawn", "lost", "games", *columns]]
     results: dict[str, list[float]] = {rating.label: [] for rating in rated}
-    left = Counter[str]()
     for row in rows:
         first, second = row.game.pairing.first, row.game.pairing.second
         if first != second:
-            results[first].append(row.points)
-            results[second].append(1.0 - row.points)
-    for pairing, of_pairing in series.items():
-        if pairing.first != pairing.second:
-            left.update({pairing.first: of_pairing.left, pairing.second: of_pairing.left})
+            results.get(first, []).append(row.points)
+            results.get(second, []).append(1.0 - row.points)
     for rank, rating in zip(ranks(rated), rated, strict=True):
         points = results[rating.label]
         won, drawn, lost = (str(points.count(kind)) for kind in (1.0, 0.5, 0.0))
-        numbers = [f"{sum(points):g}", won, drawn, lost, str(len(points)), str(left[rating.label])]
-        table.append(
-            [str(rank) if points else "-", rating.label, f"{rating.value:.0f}", f"{2 * rating.sigma:.0f}", *numbers]
-        )
+        numbers = [f"{sum(points):g}", won, drawn, lost, str(len(points))]
+        further = [cells.get(rating.label, "") for cells in columns.values()]
+        place = [str(rank) if points else "-", rating.label, f"{rating.value:.0f}", f"{2 * rating.sigma:.0f}"]
+        table.append([*place, *numbers, *further])
     return table
+
+
+def to_play(series: Mapping[Pairing, Series]) -> Mapping[str, Mapping[str, str]]:
+    """The column of the leaderboard with the most games that each strategy has still to play, for `board`."""
+    left = Counter[str]()
+    for pairing, of_pairing in series.items():
+        if pairing.first != pairing.second:
+            left.update({pairing.first: of_pairing.left, pairing.second: of_pairing.left})
+    return {"to play": {label: str(number) for label, number in left.items()}}

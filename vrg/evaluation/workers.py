@@ -61,6 +61,7 @@ class Workers:
         """
         for process, result in ended(list(self._running), timeout):
             game = self._running.pop(process)
+            self._folder.keep(game, process.folder)
             if result.failures or result.problem:
                 target = self._folder.failures / process.folder.name
                 delete(target)
