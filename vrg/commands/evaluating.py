@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.commands.matches import ended_run
 from vrg.commands.options import (
     TIME,
     EngineOption,
@@ -29,7 +30,9 @@ from vrg.launch.fork_server import cores
 from vrg.types import printable
 
 if TYPE_CHECKING:
+    from vrg.config.setup import MatchSetup
     from vrg.evaluation.contenders import Contender
+    from vrg.evaluation.experiment import Origin
     from vrg.evaluation.folder import ExperimentFolder
     from vrg.evaluation.games import GameRecord
     from vrg.evaluation.running import Experiment
@@ -47,8 +50,17 @@ class EvaluationOptions:
     """The match of an experiment, and how its games are played."""
 
     match: Annotated[
-        str, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
-    ]
+        str | None, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
+    ] = None
+    since: Annotated[
+        str | None,
+        typer.Option(
+            "--from", metavar="RUN@TIME", help="Play on from an instant of a run, in place of --match, as --team."
+        ),
+    ] = None
+    team: Annotated[
+        str | None, typer.Option(metavar="TEAM", help="The team that plays on from --from; the other one stays.")
+    ] = None
     games: Annotated[
         int, typer.Option(min=2, help="The most games of two strategies; an odd number is rounded up.")
     ] = 200
@@ -102,7 +114,6 @@ def experiment(
         LaunchError: the folder cannot be used.
         typer.Exit: at the end of the context, with status 130, if the experiment was interrupted.
     """
-    from vrg.config.loading import load_match, match_path
     from vrg.evaluation import contenders
     from vrg.evaluation.experiment import define
     from vrg.evaluation.folder import ExperimentFolder
@@ -117,8 +128,8 @@ def experiment(
         from vrg.evaluation.ray_workers import require_ray
 
         require_ray()
-    setup = load_match(match_path(options.match), engine=options.engine, lasers=options.lasers, sandbox=options.sandbox)
-    teams = contenders.teams_of(setup)
+    setup, origin = _match_of(options)
+    teams = [origin.team] if origin is not None else contenders.teams_of(setup)
     entered, left_out = _entered(targets, folders=leave_out)
     found = contenders.contenders([target for _, target in entered], [own for own, _ in entered])
     _check_number(found, left_out, targets, leave_out=leave_out)
@@ -130,13 +141,14 @@ def experiment(
         console.print(f"[yellow]{escape(warning)}[/yellow]", soft_wrap=True)
     if leave_out:
         console.print(f"{len(found)} strategies play {TRIAL:g} s alone, to see whether they can")
-    unable = contenders.unable(setup, found, options.jobs or cores(), match_time=TRIAL if leave_out else 0.0)
+    lasting = TRIAL if leave_out else 0.0
+    unable = contenders.unable(setup, found, options.jobs or cores(), match_time=lasting, teams=teams)
     left_out += [(contender.label, _line(why)) for contender, why in unable.items()]
     found = [contender for contender in found if contender not in unable]
     _check_number(found, left_out, targets, leave_out=leave_out)
     for own, why in left_out:
         console.print(f"[yellow]left out: {escape(own)}: {escape(why)}[/yellow]", soft_wrap=True)
-    definition = define(setup, found, seed=options.seed, limit=options.limit)
+    definition = define(setup, found, seed=options.seed, limit=options.limit, origin=origin)
     labels = [contender.label for contender in found]
     pairs = [Pairing(a, b) for i, a in enumerate(labels) for b in labels[i if mirror else i + 1 :]]
     series = {p: Series((options.games + 1) // 2, options.confidence, play_all=options.play_all) for p in pairs}
@@ -153,6 +165,35 @@ def experiment(
         yield running
         if stop.is_set():
             raise typer.Exit(130)
+
+
+def _match_of(options: EvaluationOptions) -> "tuple[MatchSetup, Origin | None]":
+    """The match of an experiment, and the instant from which its games go on; None for its beginning.
+
+    Raises:
+        ConfigError: the options do not fit together, or the match cannot be used.
+        LaunchError: there is no such run, or it cannot be taken up there.
+    """
+    from vrg.config.loading import load_match, match_path
+    from vrg.evaluation.contenders import teams_of
+    from vrg.evaluation.experiment import origin_at
+
+    if (options.match is None) == (options.since is None):
+        raise ConfigError("expected --match GAME|match.toml, or --from RUN@TIME with --team TEAM, and not both")
+    if options.since is None:
+        match = match_path(options.match or "")
+        return load_match(match, engine=options.engine, lasers=options.lasers, sandbox=options.sandbox), None
+    run, at, instant = options.since.rpartition("@")
+    if not at:
+        raise ConfigError(f"--from: expected RUN@TIME, such as {options.since}@1:20")
+    if options.ray is not None:
+        raise ConfigError("--ray: expected no --from: the run folder is on this computer alone")
+    folder, _ = ended_run(Path(run))
+    setup = load_match(folder.match_file, sandbox=options.sandbox)
+    if options.team is None:
+        raise ConfigError(f"--from: expected --team too: {' or '.join(teams_of(setup))}")
+    teams_of(setup, options.team)
+    return setup, origin_at(folder, duration()(instant), options.team)
 
 
 def _entered(typed: Sequence[str], *, folders: bool) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:
@@ -323,4 +364,4 @@ def finish(
     names = ", ".join(sorted(path.name for path in folder.path.iterdir() if path.is_file()))
     console.print(f"Written to {folder.path}: {names}", soft_wrap=True, markup=False)
     if rows:
-        console.print(f"To watch a game: {folder.again(rows[-1].game)} --rate 1", soft_wrap=True, markup=False)
+        console.print(f"To watch a game: {folder.watch(rows[-1].game)}", soft_wrap=True, markup=False)

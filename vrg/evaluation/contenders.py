@@ -64,11 +64,14 @@ def short(name: str) -> str:
     return words.encode()[:_LONGEST].decode(errors="ignore").strip() or "strategy"
 
 
-def teams_of(setup: MatchSetup) -> tuple[str, str]:
+def teams_of(setup: MatchSetup, first: str | None = None) -> tuple[str, str]:
     """The two teams of a match, in the order of the match file.
 
+    Args:
+        first: the team that comes first in place of this order.
+
     Raises:
-        ConfigError: there are not two, or a robot is a physical one.
+        ConfigError: there are not two, `first` is none of them, or a robot is a physical one.
     """
     if setup.physical:
         raise ConfigError(f"{setup.origin}: {', '.join(setup.physical)}: games are compared with virtual robots only")
@@ -76,12 +79,14 @@ def teams_of(setup: MatchSetup) -> tuple[str, str]:
     if len(teams) != 2:
         found = ", ".join(teams)
         raise ConfigError(f"{setup.origin}: expected a match of two teams, found {len(teams)}: {found}")
-    return teams[0], teams[1]
+    if first not in (None, *teams):
+        raise ConfigError(f"{setup.origin}: expected a team, {teams[0]} or {teams[1]}, got {first}")
+    return (teams[1], teams[0]) if first == teams[1] else (teams[0], teams[1])
 
 
 def with_strategies(setup: MatchSetup, by_team: dict[str, str]) -> MatchSetup:
-    """Return the same match in which every player of a team plays by the strategy of the team."""
-    for player in setup.players:
+    """Return the same match in which every player of one of these teams plays by the strategy of the team."""
+    for player in (player for player in setup.players if player.team in by_team):
         setup = setup.substituted(player.name, seen_from(Path(setup.base), by_team[player.team]))
     return setup
 
@@ -95,11 +100,18 @@ def seen_from(base: Path, target: str) -> str:
 
 
 def unable(
-    setup: MatchSetup, found: Sequence[Contender], jobs: int, *, match_time: float, patience: float = 60.0
+    setup: MatchSetup,
+    found: Sequence[Contender],
+    jobs: int,
+    *,
+    match_time: float,
+    patience: float = 60.0,
+    teams: Sequence[str] | None = None,
 ) -> dict[Contender, str]:
-    """Let each strategy play the beginning of a game alone, for both teams, and return why some of them cannot play.
+    """Let each strategy play the beginning of a game alone, and return why some of them cannot play.
 
     Args:
+        teams: those for which it plays; None for both.
         jobs: the number of games at a time.
         match_time: of each game, s. If it is 0, the strategies are only made; otherwise one that fails too often in it
             cannot play, either.
@@ -119,7 +131,7 @@ def unable(
         while waiting or running:
             while waiting and len(running) < jobs:
                 contender = waiting.pop(0)
-                playing = with_strategies(setup, dict.fromkeys(teams_of(setup), contender.target))
+                playing = with_strategies(setup, dict.fromkeys(teams or teams_of(setup), contender.target))
                 game = GameProcess(server, playing, setup.seed, place / str(len(waiting)), match_time)
                 stack.callback(game.kill)
                 running[game] = contender, time.monotonic()

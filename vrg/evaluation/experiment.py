@@ -19,8 +19,51 @@ from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Pairing, ScheduledGame
 from vrg.games import STRATEGIES, file_of
+from vrg.launch.branch import check_instant
+from vrg.launch.change import Branch, Change, branch_of
 from vrg.launch.keeping import files_of
+from vrg.launch.run_folder import RunFolder
 from vrg.toml_text import with_value
+
+
+class Origin(Struct, frozen=True, kw_only=True):
+    """The instant of a recorded match from which all games go on, one team by the strategies that are compared.
+
+    Args:
+        run: the path of its run folder. journal: the SHA-256 of its journal.
+        time: the match time of the instant, s. team: that team.
+    """
+
+    run: str
+    journal: str
+    time: float
+    team: str
+
+    def branch(self, seed: int, changes: Sequence[Change]) -> Branch:
+        """The branch of a game, with the noise of a seed from the instant on.
+
+        Args:
+            changes: the strategies of the team.
+
+        Raises:
+            LaunchError: the run folder is damaged.
+        """
+        before = branch_of(RunFolder(Path(self.run)))
+        earlier = [] if before is None else before.changes
+        return Branch(self.run, [*earlier, Change(self.time, settings={"seed": seed}), *changes])
+
+
+def origin_at(folder: RunFolder, time: float, team: str) -> Origin:
+    """The origin of games at an instant of a recorded match.
+
+    Args:
+        folder: its run folder. time: the match time, s. team: the team that goes on by other strategies.
+
+    Raises:
+        LaunchError: it cannot be taken up there. JournalError: its evidence is damaged.
+    """
+    check_instant(folder, time)
+    return Origin(run=str(folder.path.resolve()), journal=_hash(folder.journal), time=time, team=team)
 
 
 class Definition(Struct, frozen=True, kw_only=True):
@@ -34,6 +77,7 @@ class Definition(Struct, frozen=True, kw_only=True):
         limit: the match time in s after which a game is broken off.
         contenders: the strategies.
         code: the SHA-256 of each file that the games depend on, by its name.
+        origin: the instant from which they go on; None plays them from the beginning. Seeds are those of noise then.
     """
 
     vrg: str = __version__
@@ -44,6 +88,7 @@ class Definition(Struct, frozen=True, kw_only=True):
     limit: float
     contenders: list[Contender]
     code: dict[str, str]
+    origin: Origin | None = None
 
     @property
     def digest(self) -> str:
@@ -78,6 +123,8 @@ class Definition(Struct, frozen=True, kw_only=True):
             ours, theirs = getattr(self, name), getattr(other, name)
             if ours != theirs:
                 found.append(f"{what} is {ours} now and was {theirs}")
+        if self.origin != other.origin:
+            found.append("the instant from which the games go on is another")
         names, before = ([c.target for c in d.contenders] for d in (self, other))
         if names != before:
             found.append(f"the strategies are {', '.join(names)} now and were {', '.join(before)}")
@@ -89,8 +136,13 @@ class Definition(Struct, frozen=True, kw_only=True):
         return found
 
 
-def define(setup: MatchSetup, found: Sequence[Contender], *, seed: int, limit: float) -> Definition:
+def define(
+    setup: MatchSetup, found: Sequence[Contender], *, seed: int, limit: float, origin: Origin | None = None
+) -> Definition:
     """Define an experiment.
+
+    Args:
+        origin: see `Definition`; the match is the recorded one then.
 
     Raises:
         ConfigError: the match has not two teams, or a strategy cannot be imported.
@@ -98,11 +150,12 @@ def define(setup: MatchSetup, found: Sequence[Contender], *, seed: int, limit: f
     return Definition(
         match=setup.text,
         game=setup.game,
-        teams=teams_of(setup),
+        teams=teams_of(setup, None if origin is None else origin.team),
         seed=seed,
         limit=limit,
         contenders=list(found),
         code=dict(sorted(hash_ for contender in found for hash_ in _hashes(setup, contender))),
+        origin=origin,
     )
 
 

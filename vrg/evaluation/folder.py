@@ -15,6 +15,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
 from vrg.evaluation.experiment import Definition, written
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
+from vrg.launch.change import Branch, Change, kept
 from vrg.launch.keeping import keep
 from vrg.launch.run_folder import RunFolder, delete, write_whole
 
@@ -82,7 +83,14 @@ class ExperimentFolder:
 
     def again(self, game: ScheduledGame) -> str:
         """The command that plays a game again."""
+        if (origin := self.definition.origin) is not None:
+            words = ["vrg", "run", "replay", origin.run, "--at", f"{origin.time:g}", "--set", f"seed={game.seed}"]
+            return shlex.join([*words, "--play", f"{origin.team}={self._target(game)}"])
         return f"vrg play {shlex.quote(str(self.match_file(game)))} --in-process --seed {game.seed}"
+
+    def watch(self, game: ScheduledGame) -> str:
+        """The command that plays a game again at the rate of a clock."""
+        return self.again(game) + (" --rate 1" if self.definition.origin is None else "")
 
     def write_match(self, setup: MatchSetup, game: ScheduledGame) -> MatchSetup:
         """Write the match file of a game, with all files that it names, and return the match of this file.
@@ -94,6 +102,8 @@ class ExperimentFolder:
             ConfigError: the strategies cannot be put into the match file.
             LaunchError: the files cannot be written.
         """
+        if self.definition.origin is not None:
+            return setup
         targets = {contender.label: contender.target for contender in self.definition.contenders}
         strategies = {
             game.first_team: targets[game.pairing.first],
@@ -112,6 +122,31 @@ class ExperimentFolder:
                     text = f"expected {player.name} to play by {target}, found {player.strategy}"
                     raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
+
+    def branch(self, setup: MatchSetup, game: ScheduledGame) -> Branch | None:
+        """The branch of a game; None if it is played from the beginning.
+
+        Args:
+            setup: its match.
+
+        Raises:
+            LaunchError: the strategy cannot be copied.
+        """
+        if (origin := self.definition.origin) is None:
+            return None
+        folder = RunFolder(self.path / "matches" / (game.label(origin.team) or ""))
+        players = [player.name for player in setup.players if player.team == origin.team]
+        try:
+            changes = [kept(Change(origin.time, player, self._target(game)), folder) for player in players]
+        except OSError as error:
+            raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
+        return origin.branch(game.seed, changes)
+
+    def _target(self, game: ScheduledGame) -> str:
+        """The strategy by which the team of the origin goes on in a game."""
+        assert self.definition.origin is not None
+        label = game.label(self.definition.origin.team)
+        return next(contender.target for contender in self.definition.contenders if contender.label == label)
 
     def append(self, row: GameRecord) -> None:
         """Write a game to the record, and wait until it is on disk.

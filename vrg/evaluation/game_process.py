@@ -8,6 +8,7 @@ own game with it. The processes are forked from a server that has loaded VRG, an
 import contextlib
 import os
 from collections.abc import Sequence
+from functools import reduce
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
@@ -20,7 +21,9 @@ from vrg.evaluation import playing
 from vrg.evaluation.games import FAILED, Played
 from vrg.games import GAMES
 from vrg.hal.sim.engines import ENGINES
+from vrg.launch.change import Branch, amended, write_branch
 from vrg.launch.fork_server import ForkServer
+from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
 
 _NODES = (
@@ -55,6 +58,7 @@ class GameProcess:
     Args:
         server: what forks its processes. setup: its match. seed: the seed in place of that of the match.
         folder: for its journal and its logs. limit: the match time in s after which it is broken off.
+        branch: the recorded match that is taken up, and how it goes on; None plays the match from its beginning.
 
     Attributes:
         folder: as given. answer: it can be read when one of the processes has ended.
@@ -63,17 +67,28 @@ class GameProcess:
         LaunchError: no process can be started.
     """
 
-    def __init__(self, server: ForkServer, setup: MatchSetup, seed: int, folder: Path, limit: float) -> None:
-        self.folder = folder
+    def __init__(
+        self,
+        server: ForkServer,
+        setup: MatchSetup,
+        seed: int,
+        folder: Path,
+        limit: float,
+        branch: Branch | None = None,
+    ) -> None:
+        self.folder, self._branch = folder, branch
         self._server, self._limit = server, limit
-        self._setup = structs.replace(setup, seed=seed)
+        self._setup = structs.replace(setup, seed=seed) if branch is None else setup
         self._told: Played | None = None
-        self._begin(sealed=seals(setup) and missing() is None)
+        goes_on = setup if branch is None else reduce(amended, branch.changes, setup)
+        self._begin(sealed=(seals(setup) or seals(goes_on)) and missing() is None)
 
     def _begin(self, *, sealed: bool) -> None:
         arguments = [str(self.folder), str(self._limit), *(["sealed"] if sealed else [])]
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
+            if self._branch is not None:
+                write_branch(RunFolder(self.folder), self._branch)
             with (self.folder / "process.log").open("ab") as log:
                 self._process = self._server.run(playing.__name__, arguments, log)
         except OSError as error:

@@ -41,6 +41,10 @@ class ScheduledGame(Struct, frozen=True, kw_only=True):
     first_team: str
     second_team: str
 
+    def label(self, team: str) -> str | None:
+        """The label of the strategy that a team plays by; None if there is no such team."""
+        return {self.first_team: self.pairing.first, self.second_team: self.pairing.second}.get(team)
+
     @property
     def pair(self) -> int:
         """The number of the pair, from 0."""
@@ -98,8 +102,7 @@ class GameRecord(Struct, frozen=True, kw_only=True):
 
     def label(self, team: str) -> str | None:
         """The label of the strategy that a team played by; None if there is no such team."""
-        game = self.game
-        return {game.first_team: game.pairing.first, game.second_team: game.pairing.second}.get(team)
+        return self.game.label(team)
 
     def calls(self, rule: str, team: str) -> int:
         """The number of calls of a rule on players of a team."""

@@ -27,6 +27,8 @@ from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.games import has_name
 from vrg.launch import in_process
+from vrg.launch.branch import play_on
+from vrg.launch.change import branch_of
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.judged import judge_run
 from vrg.launch.nodes import open_journal
@@ -46,10 +48,14 @@ def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer
     """
     folder.prepare()
     began = time.perf_counter()
+    sealed, setup = None if apart is None else Apart(apart), setup.at_rate(0.0)
     try:
-        with open_journal(setup, folder) as journal:
-            sealed = None if apart is None else Apart(apart)
-            ending = in_process.play(setup.at_rate(0.0), journal, limit=limit, logs=folder.logs, apart=sealed)
+        branch = branch_of(folder)
+        if branch is not None:
+            ending = play_on(setup, RunFolder(Path(branch.of)), folder, apart=sealed, limit=limit)
+        else:
+            with open_journal(setup, folder) as journal:
+                ending = in_process.play(setup, journal, limit=limit, logs=folder.logs, apart=sealed)
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
     return Played(

@@ -51,7 +51,8 @@ class Workers:
             limit: the match time in s after which it is broken off.
         """
         folder = self._folder.playing / self._folder.name_of(game)
-        self._running[GameProcess(self._server, setup, game.seed, folder, limit)] = game
+        branch = self._folder.branch(setup, game)
+        self._running[GameProcess(self._server, setup, game.seed, folder, limit, branch)] = game
 
     def finished(self, timeout: float) -> Iterator[tuple[ScheduledGame, Played]]:
         """Wait at most `timeout` seconds for a game to end, and take away all games that have ended.

@@ -13,8 +13,6 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import msgspec
-
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
@@ -23,11 +21,11 @@ from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch import in_process, nodes
-from vrg.launch.change import TINY, Change, amended, branch_of, kept, write_branch
+from vrg.launch.change import TINY, Branch, Change, amended, branch_of, kept, write_branch
 from vrg.launch.in_process import Ending
 from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import ended_of, plot, write_result
-from vrg.launch.run_folder import RunFolder, delete, write_whole
+from vrg.launch.run_folder import RunFolder, delete
 from vrg.launch.step_log import Ended, StepLog, read_steps
 
 if TYPE_CHECKING:
@@ -50,6 +48,26 @@ def last_instant(folder: RunFolder) -> float:
     if last is None:
         raise LaunchError(f"{folder.evidence}: expected what the referee decided by, found nothing")
     return last.tick.time
+
+
+def check_instant(of: RunFolder, instant: float) -> list[Change]:
+    """Check that a recorded match can be taken up at an instant, and return the changes that it has had before.
+
+    Args:
+        of: its run folder. instant: the match time, s.
+
+    Raises:
+        LaunchError: it cannot. JournalError: its evidence is damaged.
+    """
+    end, before = last_instant(of), branch_of(of)
+    if not 0.0 <= instant <= end:
+        raise LaunchError(f"expected an instant from 0 to {end:.1f} s of match time, got {instant:g}")
+    if before is None:
+        return []
+    if instant < (last := before.changes[-1].time):
+        text = f"expected a later instant, got {instant:g}; an earlier one is in {before.of}"
+        raise LaunchError(f"{of.path} was itself taken up at {last:.1f} s: {text}")
+    return before.changes
 
 
 def play_branch(
@@ -78,16 +96,7 @@ def play_branch(
         JournalError: its evidence is damaged.
         BrokenPipeError: `progress` has raised it.
     """
-    instant, end = changes[0].time, last_instant(of)
-    if not 0.0 <= instant <= end:
-        raise LaunchError(f"expected an instant from 0 to {end:.1f} s of match time, got {instant:g}")
-    before = branch_of(of)
-    earlier = before.changes if before is not None else []
-    if before is not None and instant < earlier[-1].time:
-        raise LaunchError(
-            f"{of.path} was itself taken up at {earlier[-1].time:.1f} s: expected a later instant, got "
-            f"{instant:g}; an earlier one is in {before.of}"
-        )
+    earlier = check_instant(of, changes[0].time)
     setup = load_match(of.match_file).at_rate(0.0)
     check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
@@ -97,7 +106,7 @@ def play_branch(
         changes = [*earlier, *(kept(change, folder) for change in changes)]
         check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
         write_setup(setup, folder.setup)
-        write_branch(folder, of, changes)
+        write_branch(folder, Branch(str(of.path.resolve()), changes))
         watchers = [nodes.recorder_node(setup, folder)]
         ending = play_on(setup, of, folder, watchers=watchers, progress=progress, stop=stop)
         _conclude(setup, folder, ending, stop)
@@ -128,7 +137,7 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
         keep(setup, folder)
         write_setup(setup, folder.setup)
         if before is not None:
-            write_whole(folder.branch, msgspec.json.encode(before))
+            write_branch(folder, before)
         watchers = [nodes.recorder_node(setup, folder)] if of.recordings() else []
         ending = play_on(setup, of, folder, watchers=watchers, stop=stop, apart=apart, whole=True)
         _conclude(setup, folder, ending, stop)

@@ -76,13 +76,13 @@ def branch_of(folder: RunFolder) -> Branch | None:
         raise LaunchError(f"{folder.branch}: cannot be read: {error}") from error
 
 
-def write_branch(folder: RunFolder, of: RunFolder, changes: Sequence[Change]) -> None:
+def write_branch(folder: RunFolder, branch: Branch) -> None:
     """Write into a run folder from which match, and with which changes, its match is taken up.
 
     Raises:
         OSError: it cannot be written.
     """
-    write_whole(folder.branch, msgspec.json.encode(Branch(str(of.path.resolve()), list(changes))))
+    write_whole(folder.branch, msgspec.json.encode(branch))
 
 
 def kept(change: Change, folder: RunFolder) -> Change:

@@ -113,13 +113,16 @@ class ContainedPlayer(Node):
         """The radio to its team."""
         return self._player.radio
 
-    def play_by(self, make: Callable[[], Strategy]) -> None:
+    def play_by(self, make: Callable[[], Strategy], *, apart: bool = False) -> None:
         """Let another strategy decide from now on, and be made anew after it has failed.
+
+        Args:
+            apart: True if it decides in a process of its own.
 
         Raises:
             ConfigError: it cannot be made.
         """
-        self._make = make
+        self._make, self._apart = make, apart
         self._strikes = Strikes()
         self._player.play_by(self._fresh())
 

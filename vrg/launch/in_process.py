@@ -186,7 +186,7 @@ def play(
                 if change.settings:
                     _go_on_by(assembly, now, setup.seed)
                 if change.player:
-                    players[change.player].play_by(maker(now, change.player))
+                    players[change.player].play_by(maker(now, change.player), apart=is_apart(now, change.player))
             if simulation is not None and executor.time > 0:
                 # The robots have been met in the first step, before the match began.
                 began = simulation.clock.now() if began is None else began
