@@ -115,5 +115,9 @@ class LaunchError(VrgError, RuntimeError):
     """A process of the match did not start, or died more often than it may."""
 
 
+class GivenUpError(LaunchError):
+    """A player has failed too often, and its match wants no disqualification."""
+
+
 class SandboxError(LaunchError):
     """A player's process cannot be sealed, as its match wants it. The message names what is missing and what to do."""

@@ -3,6 +3,7 @@
 import os
 import re
 import signal
+import time
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -14,26 +15,32 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.tiny import TINY
+from vrg.agents.strategy import ForfeitError, Strategy, View
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import write_setup
 from vrg.errors import StrategyError
+from vrg.hal.models import robot_model
 from vrg.launch import apart, in_process, nodes, stepping
 from vrg.launch.apart import StrategyApart
 from vrg.launch.branch import repeat_match
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.in_process import Ending
 from vrg.launch.keeping import keep
+from vrg.launch.repeating import RepeatedStrategy
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.step_log import Digest, Missed, StepLog, read_steps
+from vrg.launch.step_log import Digest, Missed, StepLog, Unmade, read_steps
 from vrg.launch.stepping import Apart
+from vrg.types import Twist
 
 MATCH = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "odd.py:Odd"')
 ODD = """
 import os, time
 from vrg.agents import Action, Strategy, Twist
+if os.path.exists("HOME/broken"):
+    raise RuntimeError("it cannot be imported any more")
 class Odd(Strategy):
     count = 0
     def act(self, view):
@@ -44,6 +51,9 @@ class Odd(Strategy):
             time.sleep(0.6)
         if self.count == 40 and os.path.exists("HOME/raises"):
             raise RuntimeError("forty")
+        if self.count == 40 and os.path.exists("HOME/once"):
+            open("HOME/broken", "w").close()
+            os._exit(1)
         return Action(Twist(0.4, 0.2 * (-1) ** (self.count // 15)), "Circle")
 """
 NOW = datetime(2026, 11, 25)
@@ -88,7 +98,7 @@ def play(home: Path, name: str, apart: Apart | None, *watchers: Node) -> tuple[R
 
 
 def repeated(of: RunFolder, home: Path, name: str, apart: Apart | None) -> RunFolder:
-    for file in ("slow", "raises"):
+    for file in ("slow", "raises", "broken", "once"):
         (home / file).unlink(missing_ok=True)
     return repeat_match(of, home / name, NOW, apart, Stop())  # type: ignore[arg-type]
 
@@ -168,6 +178,72 @@ def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, serve
     assert ending.failures == other.failures
     assert "RuntimeError: forty" in ending.failures[0]
     same(spread, repeated(spread, home, "again", None))
+
+
+def test_one_that_cannot_be_made_again_is_out_in_a_repetition_too(home: Path, server: ForkServer) -> None:
+    (home / "once").touch()
+    folder, ending = play(home, "unmade", Apart(server, every=True, deadline=60.0))
+    (line,) = [line for line in read_steps(folder.steps) if isinstance(line, Unmade)]
+    assert "it cannot be imported any more" in line.why
+    assert next(player for player in ending.state.players if player.name == "ann").state == "disqualified"
+    same(folder, repeated(folder, home, "again", None))
+
+
+def test_a_match_that_was_given_up_is_given_up_again(home: Path, server: ForkServer) -> None:
+    (home / "tiny.toml").write_text(MATCH.replace('map = "open"', 'map = "open"\non_fault = "halt"'))
+    (home / "raises").touch()
+    command = ["play", "tiny.toml", "--lockstep", "--headless", "--no-sandbox", "--deadline", "4", "--runs", "first"]
+    assert CliRunner().invoke(make_app(), command).exit_code == 1
+    first = RunFolder(next((home / "first").glob("tiny-*")))
+    assert "given up" in first.result.read_text()
+    again = repeat_match(first, home / "again", NOW, None, Stop())  # type: ignore[arg-type]
+    assert first.journal.read_bytes() == again.journal.read_bytes()
+    assert "given up" in again.result.read_text()
+
+
+class Planned(Strategy):
+    """A strategy, and its own planner, that count how often they are asked."""
+
+    asked = plans = 0
+
+    def act(self, view: View) -> Twist:
+        self.asked += 1
+        return Twist(0.5, 0.0)
+
+    def plan(self, view: View, twist: Twist) -> Twist:
+        self.plans += 1
+        return Twist(0.1 * self.plans, 0.0)
+
+
+def test_a_planner_is_asked_where_its_strategy_was() -> None:
+    strategy = Planned("ann", robot_model("P2AT"))
+    strategy.planner = strategy  # type: ignore[assignment]
+    past = {0.2: Missed(time=0.2, player="ann", asked=True), 0.3: Missed(time=0.3, player="ann", asked=False)}
+    written: list[Missed] = []
+    again = RepeatedStrategy(strategy, past, written.append)
+    motions = []
+    for now in (0.1, 0.2, 0.3, 0.4):
+        view: Any = SimpleNamespace(time=now, me=SimpleNamespace(may_move=True, lease=None))
+        try:
+            motions.append(again.act(view).twist.v)
+        except ForfeitError:
+            motions.append(None)
+    assert motions == [0.1, None, None, pytest.approx(0.3)]
+    assert (strategy.asked, strategy.plans) == (3, 3)
+    assert written == list(past.values())
+
+
+def test_one_that_keeps_too_much_is_ended_while_it_plays(home: Path, server: ForkServer) -> None:
+    setup, folder = load_match(home / "tiny.toml"), RunFolder(home / "run")
+    strategy = StrategyApart(server, setup, "ann", folder, sealed=True)
+    (folder.of_player("ann") / "much").write_bytes(bytes(150_000_000))
+    view: Any = SimpleNamespace(robot=setup.player("ann").robot, obstacles=())
+    deadline = time.monotonic() + 60.0
+    while not strategy.has_answered(0.1):
+        assert time.monotonic() < deadline, "its process is not ended"
+    strategy.send(view)
+    with pytest.raises(StrategyError, match=r"it keeps 150 MB in \d files in its folder"):
+        strategy.skip()
 
 
 def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path) -> None:

@@ -55,6 +55,10 @@ class PracticeOptions:
         float | None,
         typer.Option(metavar="S", min=0.001, max=4.0, help="Real time after which one forfeits a step; 1 s."),
     ] = None
+    verify: Annotated[
+        bool,
+        typer.Option("--verify", help="Play each second twice from the same state, and end where it is not the same."),
+    ] = False
     engine: EngineOption = None
     rate: Annotated[
         str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
@@ -75,6 +79,8 @@ class PracticeOptions:
             raise typer.BadParameter("--in-process and --lockstep: choose one")
         if self.deadline is not None and not self.lockstep:
             raise typer.BadParameter("needs --lockstep: elsewhere nothing waits", param_hint="--deadline")
+        if self.verify and not self.in_process:
+            raise typer.BadParameter("needs --in-process: other processes cannot be copied", param_hint="--verify")
 
     @property
     def steps(self) -> bool:

@@ -121,7 +121,7 @@ def _play(launch: Launch, options: PlayOptions) -> None:
             apart = (
                 Apart(launch.server, every=True, deadline=options.deadline or DEADLINE) if options.lockstep else None
             )
-            state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=paced)
+            state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=paced, verify=options.verify)
         else:
             state, failure = launch.play(stop, over)
     # After a window, once more with what the processes have counted and the end of the recording, and without a word.
@@ -163,12 +163,12 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
 
 
 def _play_in_steps(
-    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool
+    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool, verify: bool
 ) -> tuple[RefereeState | None, LaunchError | None]:
     """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
 
     Args:
-        apart: which strategies decide in processes of their own.
+        apart: which strategies decide in processes of their own. verify: see `vrg.launch.in_process.play`.
     """
     watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console)]
     if show.record:
@@ -182,7 +182,15 @@ def _play_in_steps(
     with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
         try:
             ending = in_process.play(
-                setup, journal, watchers=watchers, pace=pace, stop=stop, logs=folder.logs, apart=apart, steps=steps
+                setup,
+                journal,
+                watchers=watchers,
+                pace=pace,
+                stop=stop,
+                logs=folder.logs,
+                apart=apart,
+                steps=steps,
+                verify=verify,
             )
         except LaunchError as failure:
             return None, failure

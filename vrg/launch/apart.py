@@ -44,6 +44,8 @@ _LONGEST = 1_000_000
 """The number of bytes that an answer may have."""
 _LOOK = 0.2
 """The real time in s between two looks at a strategy that is being made."""
+_SELDOM = 5
+"""The looks between two of which at what it keeps, once it has been made."""
 _END = 2.0
 """The real time in s within which a process that was killed has ended."""
 
@@ -128,37 +130,19 @@ class StrategyApart(RemoteStrategy):
         self._sent: View | None = None
         with contextlib.suppress(OSError):
             self._pipe.send_bytes(msgspec.json.encode(job))
-        made, why = threading.Event(), ""
-
-        def watch() -> None:
-            """End a process that takes too long, even if it has begun to answer, or keeps too much."""
-            nonlocal why
-            looks = round((patience or 0.0) / _LOOK)
-            while not made.wait(_LOOK) and not why:
-                looks -= 1
-                greedy = excess(run.path, name, self._process.pid)
-                if looks <= 0:
-                    why = (
-                        f"the strategy is still being made after {patience:g} s: look for a loop outside of its methods"
-                    )
-                elif greedy is not None:
-                    why = f"while the strategy is made, {greedy}"
-            if why:
-                self._process.kill()
-
-        if patience is not None:
-            threading.Thread(target=watch, daemon=True).start()
+        self._why, self._made, self._over = "", threading.Event(), threading.Event()
+        threading.Thread(target=self._watch, args=(run.path, patience), daemon=True).start()
         try:
             ready = self._answer()
             if isinstance(ready, _Decided):
                 raise self._ended("it has decided before it was asked")
         except StrategyError as error:
             target = setup.player(name).strategy
-            if why:
-                raise ConfigError(f"{target}: {why}") from None
+            if self._why:
+                raise ConfigError(f"{target}: {self._why}") from None
             raise ConfigError(f"{target}: the strategy ends its program when it is imported or made") from error
         finally:
-            made.set()
+            self._made.set()
         if isinstance(ready, _Failed):
             self.close()
             raise ConfigError(ready.words)
@@ -171,6 +155,22 @@ class StrategyApart(RemoteStrategy):
     def mode(self) -> str:
         """The mode of the strategy, in its own words."""
         return self._mode
+
+    def _watch(self, run: Path, patience: float | None) -> None:
+        """End a process that takes too long to be made, even if it has begun to answer, or that keeps too much."""
+        looks = 0
+        while not self._over.wait(_LOOK):
+            looks += 1
+            making = not self._made.is_set()
+            greedy = excess(run, self.name, self._process.pid) if making or looks % _SELDOM == 0 else None
+            if greedy is not None:
+                self._why = f"while the strategy is made, {greedy}" if making else greedy
+            elif making and patience is not None and looks * _LOOK >= patience:
+                lasts = f"the strategy is still being made after {patience:g} s"
+                self._why = f"{lasts}: look for a loop outside of its methods"
+            if self._why:
+                self._process.kill()
+                return
 
     def _bound_waiting(self) -> None:
         """Wait for an answer of which only a part comes no longer than for one that does not come."""
@@ -252,6 +252,7 @@ class StrategyApart(RemoteStrategy):
 
     def close(self) -> None:
         """End its process. Idempotent."""
+        self._over.set()
         if not self._pipe.closed:
             self._pipe.close()
             self._process.kill()
@@ -281,7 +282,7 @@ class StrategyApart(RemoteStrategy):
 
     def _ended(self, why: str) -> StrategyError:
         self.close()
-        return StrategyError(f"the process of the strategy is gone: {why}")
+        return StrategyError(f"the process of the strategy is gone: {self._why or why}")
 
 
 def _job_of(setup: MatchSetup, name: str, run: RunFolder, *, sealed: bool, make: bool, away: bool) -> _Job:

@@ -19,7 +19,7 @@ from vrg.bus.stopping import StopSignal
 from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import Exhibit, read_evidence
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError, GivenUpError, LaunchError
 from vrg.launch import in_process, nodes
 from vrg.launch.change import TINY, Branch, Change, amended, branch_of, kept, write_branch
 from vrg.launch.in_process import Ending
@@ -139,8 +139,11 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
         if before is not None:
             write_branch(folder, before)
         watchers = [nodes.recorder_node(setup, folder)] if of.recordings() else []
-        ending = play_on(setup, of, folder, watchers=watchers, stop=stop, apart=apart, whole=True)
-        _conclude(setup, folder, ending, stop)
+        try:
+            ending = play_on(setup, of, folder, watchers=watchers, stop=stop, apart=apart, whole=True)
+            _conclude(setup, folder, ending, stop)
+        except GivenUpError as error:  # as the recorded match may have been
+            write_result(setup, folder, None, f"given up: {error}")
     return folder
 
 

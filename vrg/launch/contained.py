@@ -14,7 +14,7 @@ from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
-from vrg.errors import ConfigError, LaunchError, StrategyError
+from vrg.errors import ConfigError, GivenUpError, StrategyError
 from vrg.launch.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.strikes import Strikes
@@ -86,7 +86,7 @@ class ContainedPlayer(Node):
         """Let the player look, decide, drive and report; a player that is out does nothing any more.
 
         Raises:
-            LaunchError: it has failed too often, and that ends the match.
+            GivenUpError: it has failed too often, and that ends the match.
         """
         if self._out:
             return
@@ -155,7 +155,7 @@ class ContainedPlayer(Node):
         if isinstance(error.__cause__, MemoryError):
             self._memory.begin()  # what one has taken is not missing to the others
         if not self._disqualify:
-            raise LaunchError(f"{self.name}: {why}")
+            raise GivenUpError(f"{self.name}: {why}")
         self._out = True
         self.mailbox.publish(self._keys.official, disqualification(self.name, why))
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from msgspec import structs
 
-from vrg.agents.strategy import Strategy
 from vrg.bus.links import link_of
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
@@ -24,10 +23,11 @@ from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.change import TINY, Change, amended
 from vrg.launch.contained import ContainedPlayer
-from vrg.launch.nodes import coordinator_node, player_node, strategy_of, world_node
-from vrg.launch.repeating import RepeatedStrategy, past_of
+from vrg.launch.nodes import coordinator_node, player_node, world_node
+from vrg.launch.repeating import Strategies
 from vrg.launch.run_folder import RunFolder, write_json
-from vrg.launch.step_log import Ended, Line, Missed, StepLog
+from vrg.launch.step_log import Ended, Line, StepLog
+from vrg.launch.verifying import Digested, Verification
 
 if TYPE_CHECKING:
     from vrg.coordinator.coordinator import Coordinator
@@ -74,14 +74,15 @@ def assemble(
     *,
     watchers: Sequence[Node] = (),
     strict: bool = False,
-    steps: StepLog | None = None,
+    digested: Digested | None = None,
 ) -> Assembly[P]:
     """Make the nodes of a match, and their executor. Nothing is started.
 
     Args:
         journal: the open journal of the match.
         player: makes the node of a player, by its name.
-        watchers, strict, steps: as for `play`.
+        watchers, strict: as for `play`.
+        digested: see `vrg.bus.lockstep.Lockstep`.
 
     Raises:
         ConfigError: the match cannot be played with this set-up.
@@ -89,7 +90,7 @@ def assemble(
     """
     coordinator = coordinator_node(setup, journal)
     players = {entry.name: player(entry.name) for entry in setup.players}
-    world, digested = world_node(setup), None if steps is None else steps.digest
+    world = world_node(setup)
     executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict, digested=digested)
     return Assembly(executor, world, coordinator, players)
 
@@ -108,6 +109,7 @@ def play(
     apart: "Apart | None" = None,
     steps: StepLog | None = None,
     past: Sequence[Line] = (),
+    verify: bool = False,
 ) -> Ending:
     """Play a match to its end.
 
@@ -124,52 +126,42 @@ def play(
             this process.
         steps: the log of steps; None keeps none.
         past: the log of the match when it was played before, of which all is missed again that was missed then.
+        verify: True plays each second twice; no strategy may decide in a process of its own.
 
     Raises:
         ConfigError: a robot of the match is a real one, or one of `changes` cannot be made.
         RobotError: an emulated motor controller cannot be set up as the match file wants it.
-        LaunchError: a player has failed too often, and the match file wants no disqualification.
+        GivenUpError: a player has failed too often, and the match file wants no disqualification.
+        LaunchError: a second was not the same when it was played twice.
     """
     simulation = _simulation(setup)
+    executor: Lockstep | None = None
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
-
-    def write(missed: Missed) -> None:
-        if steps is not None:
-            steps.write(missed)
-
-    def is_apart(setup: MatchSetup, name: str) -> bool:
-        return apart is not None and logs is not None and apart.wanted(setup, name)
-
-    def maker(setup: MatchSetup, name: str) -> Callable[[], Strategy]:
-        missed = past_of(past, name)
-
-        def make() -> Strategy:
-            strategy: Strategy
-            if apart is not None and logs is not None and is_apart(setup, name):
-                strategy = apart.made(setup, name, RunFolder(logs.parent), None if past else write)
-            else:
-                strategy = strategy_of(setup, name)
-            return RepeatedStrategy(strategy, missed, write) if missed else strategy
-
-        return make
+    folder = None if logs is None else RunFolder(logs.parent)
+    strategies = Strategies(apart, folder, steps, past, lambda: None if executor is None else executor.time)
 
     def contained(name: str) -> ContainedPlayer:
         return ContainedPlayer(
-            player_node(setup, name, simulation, make := maker(setup, name)),
+            player_node(setup, name, simulation, make := strategies.maker(setup, name)),
             setup.keys,
             make,
             alarm,
             memory,
             None if logs is None else logs / f"{name}.log",
             disqualify=setup.on_fault == "disqualify",
-            apart=is_apart(setup, name),
+            apart=strategies.is_apart(setup, name),
         )
 
-    assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, steps=steps)
-    executor, world, coordinator, players = assembly.executor, assembly.world, assembly.coordinator, assembly.players
     waiting, now = list(changes), setup
     linger, began = 0.0, None
     with ExitStack() as stack:
+        stack.callback(strategies.close)
+        digested = None if steps is None else steps.digest
+        if verify:
+            digested = stack.enter_context(Verification(digested))
+        assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, digested=digested)
+        world, coordinator, players = assembly.world, assembly.coordinator, assembly.players
+        executor = assembly.executor
         if simulation is not None:
             stack.callback(simulation.clock.close)
         stack.callback(executor.stop)
@@ -185,8 +177,8 @@ def play(
                 now = amended(now, change)
                 if change.settings:
                     _go_on_by(assembly, now, setup.seed)
-                if change.player:
-                    players[change.player].play_by(maker(now, change.player), apart=is_apart(now, change.player))
+                if name := change.player:
+                    players[name].play_by(strategies.maker(now, name), apart=strategies.is_apart(now, name))
             if simulation is not None and executor.time > 0:
                 # The robots have been met in the first step, before the match began.
                 began = simulation.clock.now() if began is None else began

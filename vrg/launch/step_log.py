@@ -51,6 +51,18 @@ class Missed(Struct, frozen=True, kw_only=True, tag="missed", omit_defaults=True
         return DecisionTimeoutError(self.failure) if self.hung else StrategyError(self.failure, final=self.final)
 
 
+class Unmade(Struct, frozen=True, kw_only=True, tag="unmade"):
+    """A strategy that could not be made again after a failure.
+
+    Args:
+        time: the match time of the step, s. player: its name. why: the reason, in words.
+    """
+
+    time: float
+    player: str
+    why: str
+
+
 class Ended(Struct, frozen=True, kw_only=True, tag="ended"):
     """The end of the match.
 
@@ -61,7 +73,7 @@ class Ended(Struct, frozen=True, kw_only=True, tag="ended"):
     time: float
 
 
-Line = Digest | Missed | Ended
+Line = Digest | Missed | Unmade | Ended
 _decoder = msgspec.json.Decoder(Line)
 
 

@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import IO
 
+from vrg.bus.stopping import stop_on_signals
 from vrg.config.files import Machine
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
@@ -110,12 +111,14 @@ def serve(main: Callable[[Sequence[str]], int]) -> int:
             status = main(["away", home])
         finally:
             os._exit(status)
-    ended = select.poll()
-    ended.register(0, select.POLLRDHUP)  # only that it was closed: what comes is for the other process
-    ended.register(os.pidfd_open(pid), select.POLLIN)
-    ended.poll()
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(pid, signal.SIGKILL)
-    status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
-    shutil.rmtree(home, ignore_errors=True)
+    with stop_on_signals() as stop:
+        ended = select.poll()
+        ended.register(0, select.POLLRDHUP)  # only that it was closed: what comes is for the other process
+        ended.register(os.pidfd_open(pid), select.POLLIN)
+        while not stop.is_set() and not ended.poll(1000 * _LOOK):
+            pass
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(pid, signal.SIGKILL)
+        status = os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1])
+        shutil.rmtree(home, ignore_errors=True)
     return max(0, status)

@@ -1,0 +1,110 @@
+"""Plays each second of a match twice from the same state, and compares what comes of it.
+
+At the beginning of a second the process forks. The copy plays this second and answers with the digests of its last
+step; the match itself plays it, too. What depends on the state alone is the same in both. What depends on something
+else, such as a clock, a file, an identifier of the process or a thread, differs sooner or later.
+"""
+
+import contextlib
+import fcntl
+import gc
+import os
+import signal
+import stat
+from collections.abc import Callable, Mapping
+from multiprocessing.connection import Connection, Pipe
+from typing import Final, NoReturn, Self
+
+from vrg.errors import LaunchError
+
+PATIENCE: Final = 60.0
+"""The real time in s for which the match waits for its copy."""
+Digested = Callable[[float, Mapping[str, str]], None]
+"""Takes the match time of a step in s, and the digest of what each node has published in it."""
+
+
+class Verification:
+    """See the module. A context manager, which ends a copy that still plays.
+
+    Call it with the digests of a step once a second, as `vrg.bus.lockstep.Lockstep` does.
+
+    Args:
+        digested: called with the same; None only compares.
+
+    Raises:
+        LaunchError: by the call, where the two differ.
+    """
+
+    def __init__(self, digested: Digested | None) -> None:
+        self._digested = digested
+        self._copy: tuple[int, Connection] | None = None
+        self._answer: Connection | None = None
+
+    def __call__(self, time: float, nodes: Mapping[str, str]) -> None:
+        """Compare the digests of a step with those of the copy, and begin the next second."""
+        if self._answer is not None:
+            _leave(self._answer, (time, dict(nodes)))
+        if self._digested is not None:
+            self._digested(time, nodes)
+        if self._copy is not None:
+            other = self._answered()
+            if other != (time, dict(nodes)):
+                raise LaunchError(_difference(time, nodes, other))
+        ours, theirs = Pipe()
+        pid = os.fork()
+        if pid == 0:
+            ours.close()
+            self._copy, self._answer = None, theirs
+            _write_nowhere()
+            return
+        theirs.close()
+        self._copy = pid, ours
+
+    def _answered(self) -> tuple[float, Mapping[str, str]] | None:
+        """The match time and the digests of the copy; None if it has ended without them, or does not answer."""
+        assert self._copy is not None
+        _, pipe = self._copy
+        answer: tuple[float, Mapping[str, str]] | None = None
+        with contextlib.suppress(EOFError, OSError):
+            answer = pipe.recv() if pipe.poll(PATIENCE) else None
+        self.__exit__()
+        return answer
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._answer is not None:
+            os._exit(1)  # the copy leaves nothing, whatever it has met
+        if self._copy is not None:
+            pid, pipe = self._copy
+            self._copy = None
+            pipe.close()
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+
+
+def _leave(pipe: Connection, answer: tuple[float, Mapping[str, str]]) -> NoReturn:
+    pipe.send(answer)
+    os._exit(0)
+
+
+def _write_nowhere() -> None:
+    """Let whatever this process writes to files and to its output go nowhere: the match itself writes there."""
+    gc.disable()  # what it frees would only be copied
+    for name in os.listdir("/proc/self/fd"):
+        with contextlib.suppress(OSError):
+            written = fcntl.fcntl(int(name), fcntl.F_GETFL) & os.O_ACCMODE != os.O_RDONLY
+            if int(name) in (1, 2) or (written and stat.S_ISREG(os.fstat(int(name)).st_mode)):
+                # A file in memory, as nothing else can be flushed to disk.
+                os.dup2(os.memfd_create("nowhere"), int(name))
+
+
+def _difference(time: float, ours: Mapping[str, str], other: tuple[float, Mapping[str, str]] | None) -> str:
+    first = f"the second before {time:.2f} s of match time was not the same when it was played twice"
+    if other is None or other[0] != time:
+        return f"{first}: the copy has ended"
+    names = ", ".join(name for name in sorted({*ours, *other[1]}) if ours.get(name) != other[1].get(name))
+    advice = "look for a clock, a random number without a seed, a file, or an order of a set in its code"
+    return f"{first}: {names} published something else: {advice}"
