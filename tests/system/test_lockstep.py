@@ -29,12 +29,12 @@ y = [-8.0, 8.0]
 passes = 2
 pass_limit = 15.0
 """
-PLAYERS = (("shark", "shark", 0.0, -7.0), ("ann", "minnow", -3.0, 7.0), ("bob", "minnow", 3.0, 7.0))
-ANN = """
+PLAYERS = (("shark", "shark", 0.0, -7.0), ("annika", "minnow", -3.0, 7.0), ("bob", "minnow", 3.0, 7.0))
+ANNIKA = """
 from vrg.agents import Action, Strategy, Twist
-class Ann(Strategy):
+class Annika(Strategy):
     def act(self, view):
-        print("ann decides")
+        print("annika decides")
         return Action(Twist(0.4, 0.1), "Circle")
 """
 PATIENCE = 300.0
@@ -63,8 +63,8 @@ def write(folder: Path, lab: Lab) -> None:
         for (name, role, x, y), machine in zip(PLAYERS, lab.hosts, strict=True)
     ]
     text = MATCH + lab.tables() + "".join(players)
-    (folder / "match.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "ann.py:Ann"'))
-    (folder / "ann.py").write_text(ANN)
+    (folder / "match.toml").write_text(text.replace('name = "annika"', 'name = "annika"\nstrategy = "annika.py:Annika"'))
+    (folder / "annika.py").write_text(ANNIKA)
 
 
 def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_path: Path) -> None:
@@ -74,15 +74,15 @@ def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_p
         spread = run_of(played(tmp_path, lab, "--lockstep", "--deadline", "4"), tmp_path)
         digests = {hashlib.sha256((run / "journal.jsonl").read_bytes()).hexdigest() for run in (alone, spread)}
         assert len(digests) == 1
-        assert "ann decides" in (spread / "logs" / "ann.log").read_text()
+        assert "annika decides" in (spread / "logs" / "annika.log").read_text()
 
-        wait_until(lambda: not strategies("ann"), "the end of the processes of the match before")
+        wait_until(lambda: not strategies("annika"), "the end of the processes of the match before")
         before = set((tmp_path / "runs").iterdir())
         process = played(tmp_path, lab, "--lockstep", "--deadline", "4", "--rate", "1")
         wait_until(
             lambda: seconds_of(tmp_path, before) >= 3, "three seconds of the match, which takes ten times as long"
         )
-        strategies("ann")[0].send_signal(signal.SIGKILL)
+        strategies("annika")[0].send_signal(signal.SIGKILL)
         killed = run_of(process, tmp_path)
         assert '"type":"missed"' in (killed / "steps.jsonl").read_text()
         again = subprocess.run(
@@ -91,7 +91,7 @@ def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_p
         )  # fmt: skip
         assert again.returncode == 0, again.stdout + again.stderr
         assert "The same" in again.stdout
-        wait_until(lambda: not strategies("ann"), "nothing to be left on any machine")
+        wait_until(lambda: not strategies("annika"), "nothing to be left on any machine")
 
 
 def wait_until(condition: Callable[[], bool], what: str) -> None:
@@ -108,7 +108,7 @@ def seconds_of(folder: Path, before: set[Path]) -> int:
 
 
 def strategies(player: str) -> list[psutil.Process]:
-    """The processes in which the strategy of a player decides."""
+    """The processes in which the strategy of a player decides. No other test may have a player of this name."""
     title = f"vrg strategy {player} in "
     return [process for process in psutil.process_iter() if " ".join(cmdline(process)).startswith(title)]
 

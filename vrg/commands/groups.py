@@ -79,6 +79,8 @@ class PracticeOptions:
             raise typer.BadParameter("--in-process and --lockstep: choose one")
         if self.deadline is not None and not self.lockstep:
             raise typer.BadParameter("needs --lockstep: elsewhere nothing waits", param_hint="--deadline")
+        if self.verify and self.rate is not None:
+            raise typer.BadParameter("leave --rate out: no window shows what is played twice", param_hint="--verify")
         if self.verify and not self.in_process:
             raise typer.BadParameter("needs --in-process: other processes cannot be copied", param_hint="--verify")
 
