@@ -23,7 +23,7 @@ _known = {}
 
 def every(kind):
     """All objects of a class that are in this process."""
-    if not _known.get(kind):
+    if kind not in _known:
         gc.unfreeze()
         _known[kind] = [thing for thing in gc.get_objects() if type(thing).__name__ == kind]
     return _known[kind]
@@ -222,10 +222,44 @@ def code(view):
     module.Match._play = lambda self, dt, now: module.Effects()
 
 
+def memory(view):
+    with open(f"/proc/{os.getppid()}/mem", "r+b") as found:
+        found.seek(0x400000)
+        found.write(bytes(8))
+
+
+def halts(view):
+    for name in filter(str.isdigit, os.listdir("/proc")):
+        with open(f"/proc/{name}/cmdline", "rb") as found:
+            if b"vrg strategy shark" in found.read():
+                os.kill(int(name), signal.SIGSTOP)
+
+
+def slow(view):
+    os.setpriority(os.PRIO_PROCESS, os.getppid(), 19)
+
+
+def pinned(view):
+    os.sched_setaffinity(os.getppid(), {0})
+
+
+def calls(view):
+    with socket.create_connection(("127.0.0.1", 7447), timeout=0.1) as router:
+        router.sendall(bytes(100))
+
+
+def rubbish(view):
+    for path in ("/dev/shm/vrg", "/tmp/vrg", "../../journal.jsonl", "../../evidence.bin"):
+        try:
+            Path(path).write_bytes(bytes(100))
+        except OSError:
+            pass
+
+
 ALL = [
     zones, book_zones, reach, sizes, points, winner, hurry, no_tags, no_limit, roles, hypnosis, brakes, teleport,
     freeze, engines, unlimited, bodies, fields, score, accuse, stops, drives, slows, lease, lists, shared, journal,
-    record, luck, code,
+    record, luck, code, memory, halts, slow, pinned, calls, rubbish,
 ]
 
 
