@@ -1,8 +1,9 @@
 """The leaderboard as a page."""
 
-from vrg.ui.leaderboard import page
+from vrg.ui.leaderboard import Block, page
 
-TABLE = [["rank", "strategy", "points"], ["1", "<script>alert('x')</script>", "3"], ["2", "Anna Maria", "1"]]
+ROWS = [["rank", "strategy", "points"], ["1", "<script>alert('x')</script>", "3"], ["2", "Anna Maria", "1"]]
+TABLE = [Block(ROWS, "board")]
 
 
 def test_names_are_text_and_no_html() -> None:

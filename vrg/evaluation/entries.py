@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrg.errors import ConfigError
 from vrg.evaluation.contenders import short
@@ -52,7 +52,7 @@ class Source(Struct, frozen=True, kw_only=True):
 
 
 def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[[str], str]) -> list[Source]:
-    """The entries in a folder, sorted by name. What begins with `.` or `_` is none, and so is a folder without strategy.
+    """The entries in a folder, sorted by name. What begins with `.` or `_` is none, nor is a folder without strategy.
 
     Args:
         without: folders that are no entries. owner: the file that has a name already, by the name; empty if none has.
@@ -83,30 +83,22 @@ def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[
 
 def read_entry(path: Path) -> Source | None:
     """An entry as it is now; None if it is no file of a strategy and no folder with one."""
+    own = _is_strategy(path.name)
+    stem = path.stem if own else path.name
+    source = Source(entry=short(stem), name=printable(path.name))
     try:
         path.name.encode()
+        if own:
+            main = f"{source.entry}{path.suffix}"
+            return structs.replace(source, files={main: _read(path.name, LARGEST, path.parent)}, main=main)
+        return _read_folder(path, source) if stat.S_ISDIR(path.lstat().st_mode) else None
     except UnicodeEncodeError:
-        label, problem = short(ascii(path.stem)), "its name is not in UTF-8: give it another one"
-        return Source(entry=label, name=ascii(path.name), problem=problem) if _is_strategy(path.name) else None
-    own = _is_strategy(path.name)
-    source = Source(entry=short(path.stem if own else path.name), name=printable(path.name))
-    try:
-        kind = path.lstat().st_mode
-        if stat.S_ISDIR(kind) and not own:
-            return _read_folder(path, source)
-        if not own:
-            return None
-        if not stat.S_ISREG(kind):
-            what = "a link: put the file itself there" if stat.S_ISLNK(kind) else "no file"
-            return _with_problem(source, f"expected a file, found {what}")
-        main = f"{source.entry}{path.suffix}"
-        return Source(
-            entry=source.entry, name=source.name, files={main: _read(path.name, LARGEST, path.parent)}, main=main
-        )
-    except OSError as error:
-        return _with_problem(source, f"{source.name}: cannot be read: {error.strerror}")
+        problem = "its name is not in UTF-8: give it another one"
+        return Source(entry=short(ascii(stem)), name=ascii(path.name), problem=problem) if own else None
+    except (OSError, RecursionError) as error:
+        return structs.replace(source, problem=f"{source.name}: cannot be read: {error}")
     except ConfigError as error:
-        return _with_problem(source, str(error))
+        return structs.replace(source, problem=str(error))
 
 
 def _read_folder(path: Path, source: Source) -> Source | None:
@@ -131,15 +123,12 @@ def _read_folder(path: Path, source: Source) -> Source | None:
             data = _read(name, left, handle)
             left -= len(data)
             files[os.path.relpath(os.path.join(place, name), path)] = data
-    return Source(entry=source.entry, name=source.name, files=files, main=named[0])
+
+    return structs.replace(source, files=files, main=named[0])
 
 
 def _is_strategy(name: str) -> bool:
     return name.endswith(".py") or is_strategy_file(name)
-
-
-def _with_problem(source: Source, problem: str) -> Source:
-    return Source(entry=source.entry, name=source.name, problem=problem)
 
 
 def _read(name: str, most: int, folder: Path | int) -> bytes:
@@ -153,7 +142,9 @@ def _read(name: str, most: int, folder: Path | int) -> bytes:
     """
     handle = folder if isinstance(folder, int) else None
     path = name if isinstance(folder, int) else str(folder / name)
-    # Without O_NONBLOCK a pipe would be waited for; it may have taken the place of a file just now.
+    if stat.S_ISLNK(os.lstat(path, dir_fd=handle).st_mode):
+        raise ConfigError(f"{printable(name)}: expected a file, found a link: put the file itself there")
+    # Another thing may have taken the place of the file just now; without O_NONBLOCK a pipe would be waited for.
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=handle)
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):

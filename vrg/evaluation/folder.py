@@ -22,6 +22,8 @@ log = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=Struct)
 
+DEFINITION = "experiment.json"
+"""The name of the file of the definition."""
 _VERSUS = ".vs."
 """Stands between two labels, which have no dot."""
 _json = msgspec.json.Encoder()
@@ -35,7 +37,7 @@ class ExperimentFolder:
         definition: the experiment. If the folder has games already, they must be of the same one.
 
     Attributes:
-        rows: all games that are in the record.
+        how: the option with which a game is played again. rows: all games that are in the record.
         playing: the folder for what games that are being played write.
         failures: the folder for the logs of games in which something has failed.
 
@@ -44,12 +46,14 @@ class ExperimentFolder:
         LaunchError: it cannot be used, or another process uses it.
     """
 
+    how = "--in-process"
+
     def __init__(self, path: Path, definition: Definition) -> None:
         self.path = path
         self.definition = definition
         self.playing = path / "playing"
         self.failures = path / "failures"
-        self._definition = path / "experiment.json"
+        self._definition = path / DEFINITION
         self._file: IO[bytes] | None = None
         self.rows: list[GameRecord] = []
         try:
@@ -82,7 +86,7 @@ class ExperimentFolder:
 
     def again(self, game: ScheduledGame) -> str:
         """The command that plays a game again."""
-        return f"vrg play {shlex.quote(str(self.match_file(game)))} --in-process --seed {game.seed}"
+        return f"vrg play {shlex.quote(str(self.match_file(game)))} {self.how} --seed {game.seed}"
 
     def write_match(self, setup: MatchSetup, game: ScheduledGame) -> MatchSetup:
         """Write the match file of a game, with all files that it names, and return the match of this file.
@@ -153,11 +157,7 @@ class ExperimentFolder:
                 text = "expected an empty folder or that of an experiment, found other files: choose another --output"
                 raise ConfigError(f"{self.path}: {text}")
             return
-        try:
-            before = msgspec.json.decode(self._definition.read_bytes(), type=Definition)
-        except msgspec.DecodeError as error:
-            text = f"expected the definition of an experiment of this release: {error}: choose another --output"
-            raise ConfigError(f"{self._definition}: {text}") from None
+        before = read_definition(self.path)
         differences = self.definition.differences(before)
         if differences:
             text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --output"
@@ -168,6 +168,20 @@ class ExperimentFolder:
         for row in read_records(self.path / "games.jsonl", GameRecord):
             rows.setdefault((row.game.pairing, row.game.number), row)
         return list(rows.values())
+
+
+def read_definition(folder: Path) -> Definition:
+    """The definition of the experiment in a folder.
+
+    Raises:
+        ConfigError: it cannot be read, or is none of this release.
+    """
+    path = folder / DEFINITION
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=Definition)
+    except (OSError, msgspec.DecodeError) as error:
+        text = f"expected the definition of an experiment of this release: {error}: choose another --output"
+        raise ConfigError(f"{path}: {text}") from None
 
 
 def read_records(path: Path, kind: type[R]) -> list[R]:
