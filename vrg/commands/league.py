@@ -19,7 +19,6 @@ from vrg.commands.league_check import LIMIT, JobsOption, check, match_of
 from vrg.commands.options import (
     TIME,
     EngineOption,
-    OutputOption,
     duration,
     exit_if_interrupted,
     lasting,
@@ -41,6 +40,10 @@ app = CommandGroup(no_args_is_help=True)
 WRITTEN_EVERY: Final = 15.0
 """The real time in s between two times at which the pages are written."""
 
+LeagueOption = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Folder of the league; `league` in that of the entries.")
+]
+PagesOption = Annotated[Path | None, typer.Option(help="Folder of the pages; `pages` in the league's.")]
 FolderArgument = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder of the authors' files.")]
 
 
@@ -69,8 +72,8 @@ def play(
     games: Annotated[int | None, typer.Option(min=1, help="Games of this call; 100 without --for.")] = None,
     seconds: Annotated[float | None, lasting("Real time in which games of this call begin.", least=1)] = None,
     jobs: JobsOption = None,
-    output: OutputOption = None,
-    pages: Annotated[Path | None, typer.Option(help="Folder of the pages; `pages` in the league's.")] = None,
+    output: LeagueOption = None,
+    pages: PagesOption = None,
     new_release: Annotated[bool, typer.Option("--new-release", help="Go on, although VRG has changed.")] = False,
 ) -> None:
     """Take in what authors have changed, play those games that make the ratings certain fastest, and write the pages.
@@ -133,7 +136,9 @@ def timer(
     folder: FolderArgument,
     at: Annotated[str, typer.Option("--at", metavar="HH:MM", help="The time of day.")] = "02:00",
     seconds: Annotated[float, lasting("Real time in which games begin.", least=1)] = 7200.0,
-    output: OutputOption = None,
+    output: LeagueOption = None,
+    pages: PagesOption = None,
+    units: Annotated[Path | None, typer.Option(help="Folder to write the units into.")] = None,
 ) -> None:
     """Print units of systemd that let a league play every night, or write them into a folder."""
     from vrg.launch.systemd import league_units
@@ -141,16 +146,17 @@ def timer(
     if re.fullmatch(r"([01]\d|2[0-3]):[0-5]\d", at) is None:
         raise typer.BadParameter(f"expected a time of day such as 02:00, got {at!r}", param_hint="--at")
     vrg = PurePosixPath(sys.executable).with_name("vrg")
-    units = league_units(vrg, PurePosixPath(folder.resolve()), at, ["--for", f"{seconds:g}"])
-    for name, text in units.items():
-        if output is None:
+    options = [word for name, path in (("--output", output), ("--pages", pages)) if path for word in (name, path)]
+    arguments = ["--for", f"{seconds:g}", *(str(w.resolve()) if isinstance(w, Path) else w for w in options)]
+    found = league_units(vrg, PurePosixPath(folder.resolve()), at, arguments)
+    for name, text in found.items():
+        if units is None:
             typer.echo(f"# {name}\n{text}")
         else:
-            output.mkdir(parents=True, exist_ok=True)
-            write_text(output / name, text)
-    name = next(name for name in units if name.endswith(".timer"))
-    where = "~/.config/systemd/user"
-    typer.echo(f"# put both into {where}, then: systemctl --user daemon-reload && systemctl --user enable --now {name}")
+            units.mkdir(parents=True, exist_ok=True)
+            write_text(units / name, text)
+    enable = f"systemctl --user daemon-reload && systemctl --user enable --now {list(found)[-1]}"
+    typer.echo(f"# put both into ~/.config/systemd/user, then: {enable}")
 
 
 def _opened(out: Path, settings: SettingOptions, *, new_release: bool) -> "LeagueFolder":
@@ -194,13 +200,14 @@ def _opened(out: Path, settings: SettingOptions, *, new_release: bool) -> "Leagu
         )
         return LeagueFolder(out, definition, wanted)
     before, kept = read_definition(out), match_of(out)
-    given = {
-        "--match": None if wanted is None else wanted.text == before.match,
-        "--engine": None if settings.engine is None else settings.engine == kept.engine,
-        "--limit": None if settings.limit is None else settings.limit == before.limit,
-        "--seed": None if settings.seed is None else settings.seed == before.seed,
+    same = {
+        "--match": wanted is None or wanted.text == before.match,
+        "--engine": settings.engine in (None, kept.engine),
+        "--lasers": wanted is not None or match_of(out, lasers=settings.lasers).text == kept.text,
+        "--limit": settings.limit in (None, before.limit),
+        "--seed": settings.seed in (None, before.seed),
     }
-    if other := [option for option, same in given.items() if same is False]:
+    if other := [option for option in same if not same[option]]:
         what = f"{', '.join(other)}: the league was made with another value, and all its games depend on it"
         raise ConfigError([f"{out}: {what}: leave it out, or make another league with --output"])
     now = structs.replace(before, vrg=__version__, code=code)

@@ -57,18 +57,18 @@ def check(
     console.print("[bold]it can play in a league[/bold]")
 
 
-def match_of(out: Path) -> "MatchSetup":
+def match_of(out: Path, *, lasers: bool | None = None) -> "MatchSetup":
     """The match of a league.
 
     Args:
-        out: the folder of the league.
+        out: the folder of the league. lasers: in place of its own setting.
 
     Raises:
         ConfigError: there is none.
     """
     from vrg.config.loading import load_match
 
-    return load_match(out / "match" / "match.toml")
+    return load_match(out / "match" / "match.toml", lasers=lasers)
 
 
 def _folder_of(folder: Path) -> Path:

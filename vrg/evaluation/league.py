@@ -151,10 +151,10 @@ def errors_of(folder: LeagueFolder, source: Source | None, entry: str, now: str)
     current = playing(of_entry).get(entry)
     goes_on = f"version {current.number} goes on playing" if current else "no version of it plays"
     if source is not None and source.problem:
-        parts.append(f"{source.problem}: {goes_on}")
+        parts.append(f"{source.problem} ({goes_on})")
     elif of_entry and of_entry[-1].problem:
         last = of_entry[-1]
-        parts.append(f"version {last.number} of {last.since} does not play, {goes_on}:\n{last.problem}")
+        parts.append(f"version {last.number} of {last.since} does not play ({goes_on}):\n{last.problem}")
     labels = {version.label for version in of_entry}
     parts += failed_games(folder, labels)
     return "\n\n".join([f"{entry}, {now}", *parts]) + "\n" if parts else ""
