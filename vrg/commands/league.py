@@ -106,7 +106,7 @@ def play(
             return (most is None or started < most) and (until is None or time.monotonic() < until)
 
         league = League(league_folder, setup, {source.entry for source in sources}, more)
-        site = LeaguePages(where, league, f"{league_folder.definition.game}: league {folder.resolve().name}")
+        site = LeaguePages(where, league, f"League {folder.resolve().name}, {league_folder.definition.game}")
         _write(league, site, sources, reloads=True)
         before, written = len(league.rows), time.monotonic()
         with stop_on_signals() as stop:

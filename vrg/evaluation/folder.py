@@ -37,7 +37,7 @@ class ExperimentFolder:
         definition: the experiment. If the folder has games already, they must be of the same one.
 
     Attributes:
-        how: the option with which a game is played again. rows: all games that are in the record.
+        rows: all games that are in the record.
         playing: the folder for what games that are being played write.
         failures: the folder for the logs of games in which something has failed.
 
@@ -45,8 +45,6 @@ class ExperimentFolder:
         ConfigError: the folder is that of another experiment, or has other files.
         LaunchError: it cannot be used, or another process uses it.
     """
-
-    how = "--in-process"
 
     def __init__(self, path: Path, definition: Definition) -> None:
         self.path = path
@@ -86,7 +84,7 @@ class ExperimentFolder:
 
     def again(self, game: ScheduledGame) -> str:
         """The command that plays a game again."""
-        return f"vrg play {shlex.quote(str(self.match_file(game)))} {self.how} --seed {game.seed}"
+        return f"vrg play {shlex.quote(str(self.match_file(game)))} --in-process --seed {game.seed}"
 
     def write_match(self, setup: MatchSetup, game: ScheduledGame) -> MatchSetup:
         """Write the match file of a game, with all files that it names, and return the match of this file.

@@ -1,6 +1,7 @@
 """The folder of a league: its settings, the versions of its entries, the record of its games, and what is kept."""
 
 import os
+import shlex
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
@@ -101,8 +102,6 @@ class LeagueFolder(ExperimentFolder):
         versions: the record of versions. errors: the folder with a file of errors for each author.
     """
 
-    how = "--lockstep"  # the players are strangers' code
-
     def __init__(
         self, path: Path, definition: Definition, setup: MatchSetup | None = None, *, another: bool = False
     ) -> None:
@@ -179,6 +178,11 @@ class LeagueFolder(ExperimentFolder):
             return msgspec.json.decode((self.kept(game) / "trace.json").read_bytes(), type=Trace)
         except (OSError, msgspec.DecodeError):
             return Trace()
+
+    def again(self, game: ScheduledGame) -> str:
+        """The command that plays a game again, in the folder of the league: pages do not tell where that is."""
+        file = self.match_file(game).relative_to(self.path)
+        return f"vrg play {shlex.quote(str(file))} --lockstep --seed {game.seed}"
 
     def write_errors(self, entry: str, text: str) -> None:
         """Write the errors of an entry, which only the owner of the league can read; an empty text deletes them.

@@ -9,7 +9,7 @@ from html import escape
 from typing import Final
 
 from vrg.colours import BLUE, ORANGE, WHITE, hexadecimal
-from vrg.ui.palette import BACKGROUND, INK, LINE, MUTED, RAISED, TEXT
+from vrg.ui.palette import BACKGROUND, ECHO, INK, LINE, MUTED, RAISED, TEXT
 
 RELOADED_EVERY: Final = 3
 """The time in s after which a browser reads the page again."""
@@ -19,9 +19,10 @@ _ROOM: Final = 6
 """The number of rows for which there is always room."""
 _STYLE: Final = """
 :root {{ --ground: {ground}; --text: {text}; --muted: {muted}; --line: {line}; --band: {band}; --first: {first};
-  color-scheme: dark light; }}
+  --second: {second}; color-scheme: dark light; }}
 @media (prefers-color-scheme: light) {{
-  :root {{ --ground: {white}; --text: {ink}; --muted: #4c5866; --line: #c8d0d8; --band: #eef2f6; --first: {blue}; }}
+  :root {{ --ground: {white}; --text: {ink}; --muted: #4c5866; --line: #c8d0d8; --band: #eef2f6; --first: {blue};
+    --second: #b04a00; }}
 }}
 * {{ box-sizing: border-box; }}
 body {{ margin: 0; padding: 2vh 3vw; background: var(--ground); color: var(--text); font-family: sans-serif;
@@ -42,13 +43,17 @@ th {{ color: var(--muted); font-weight: normal; font-size: 0.7em; border-bottom:
 th, td {{ padding: 0.12em 0.4em; text-align: right; white-space: nowrap; }}
 table.board th:nth-child(2), table.board td:nth-child(2) {{ text-align: left; width: 99%; max-width: 0;
   overflow: hidden; text-overflow: ellipsis; font-weight: bold; }}
-table.list {{ width: auto; min-width: 50%; }}
+table.list, table.numbers {{ width: auto; }}
 table.list th:nth-child(2), table.list td:nth-child(2) {{ text-align: left; }}
 table.cross {{ width: auto; font-size: 0.8em; }}
+table.cross th, table.cross td {{ text-align: center; }}
 table.cross td:nth-child(2) {{ text-align: left; max-width: 14em; overflow: hidden; text-overflow: ellipsis; }}
 table.words td:last-child, table.words th:last-child {{ text-align: left; white-space: normal; width: 99%; }}
 tr:nth-child(even) td {{ background: var(--band); }}
 tr.first td:nth-child(-n+2) {{ color: var(--first); }}
+svg {{ display: block; width: 100%; max-height: 70vh; margin: 0.5em 0; background: var(--band); }}
+.one {{ color: var(--first); }} .two {{ color: var(--second); }}
+polyline {{ fill: none; stroke: currentColor; stroke-width: 0.08; opacity: 0.35; }} circle {{ fill: currentColor; }}
 td.more {{ box-shadow: inset 0.25em 0 var(--first); }}
 @media (max-width: 700px) {{ .minor {{ display: none; }} th, td {{ padding: 0.3em 0.3em; }} }}
 """
@@ -78,7 +83,8 @@ class Block:
 
     Args:
         table: the head and the rows; without rows nothing is shown.
-        kind: `board` for a leaderboard (rank, name, numbers), `list`, `cross`, or `words` if the last column is a text.
+        kind: `board` for a leaderboard (rank, name, numbers), `list` (number, name, more), `numbers`, `cross`, or
+            `words` if the last column is a text. Boards and lists have less columns on a telephone.
         heading: empty for none. command: a command to copy, in place of a table. picture: SVG before the table.
     """
 
@@ -101,11 +107,16 @@ def page(
     boards = [block for block in blocks if block.kind == "board"]
     rows = sum(len(block.table) for block in boards)
     style = _STYLE.format(
-        rows=max(rows + len(notes), _ROOM),
+        rows=max(rows + len(notes) + bool(links), _ROOM),
         # So many columns have as much room as so few.
         width=round(26 / max(10, *(len(block.table[0]) for block in boards), 0), 2) if boards else 0,
         **{"ground": hexadecimal(BACKGROUND), "text": hexadecimal(TEXT), "muted": hexadecimal(MUTED)},
-        **{"line": hexadecimal(LINE), "band": hexadecimal(RAISED), "first": hexadecimal(ORANGE)},
+        **{
+            "line": hexadecimal(LINE),
+            "band": hexadecimal(RAISED),
+            "first": hexadecimal(ORANGE),
+            "second": hexadecimal(ECHO),
+        },
         **{"white": hexadecimal(WHITE), "ink": hexadecimal(INK), "blue": hexadecimal(BLUE)},
     )
     lines = [
@@ -129,7 +140,7 @@ def _block(block: Block) -> str:
     lines.append(f"<code>{escape(block.command)}</code>" if block.command else "")
     if len(block.table) > 1:
         head, *rows = block.table
-        minor = [block.kind != "cross" and cell in _MINOR for cell in head]
+        minor = [block.kind in ("board", "list", "numbers") and cell in _MINOR for cell in head]
         best = block.kind == "board"
         lines += [
             f'<div><table class="{block.kind}"><thead>{_row(head, "th", minor)}</thead><tbody>',

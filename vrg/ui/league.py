@@ -4,7 +4,7 @@ Names are the authors' words, and are escaped. Nothing that the code of a player
 are named by numbers, which are the same whatever an entry is called, and on every file system.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from vrg.errors import LaunchError
@@ -13,7 +13,7 @@ from vrg.evaluation.folder import write_text
 from vrg.evaluation.games import GameRecord, Pairing
 from vrg.evaluation.league import League
 from vrg.evaluation.league_folder import Version
-from vrg.evaluation.report import percent
+from vrg.ui.animation import animated
 from vrg.ui.leaderboard import Block, Cell, Link, page
 
 INDEX, CROSS = "index.html", "cross.html"
@@ -32,6 +32,7 @@ class LeaguePages:
 
     def __init__(self, folder: Path, league: League, title: str) -> None:
         self._folder, self._league, self._title = folder, league, title
+        self._back = [Link(title, INDEX), Link("everybody against everybody", CROSS)]
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -99,11 +100,12 @@ class LeaguePages:
                 share = sum(points) / len(points) if points else 0.0
                 names = self._versions[rating.label].entry, self._versions[other.label].entry
                 about = f"{names[0]} against {names[1]}: {share * len(points):g} of {len(points)}"
-                cells.append(Link(percent(share), "", about, more=share > 0.5) if points else "")
+                text = "·" if other == rating else ""
+                cells.append(Link(f"{100 * share:.0f}", "", about, more=share > 0.5) if points else text)
             lines.append([str(place), self._link(rating.label, short=True), *cells])
-        notes = ["The share of the points of the strategy of each row against that of each column, by their ranks."]
+        notes = ["The share of the points, in %, of the strategy of each row against that of each column, by rank."]
         block = Block(lines, "cross")
-        return page(f"{self._title}: everybody against everybody", notes, [block], reloads=False, links=_BACK)
+        return page("Everybody against everybody", notes, [block], reloads=False, links=self._back)
 
     def _entry(self, entry: str) -> str:
         league = self._league
@@ -113,14 +115,15 @@ class LeaguePages:
         rated = [self._rated[v.label] for v in reversed(own) if v.label in self._rated]
         more = {"since": {v.label: v.since for v in own}}
         versions: list[list[Cell]] = [list(line[1:]) for line in standings.board(rated, league.rows, more)]
+        versions[0][0] = "version"
         for line, rating in zip(versions[1:], rated, strict=True):
-            line[0] = f"version {self._versions[rating.label].number}"
+            line[0] = str(self._versions[rating.label].number)
         games: list[list[Cell]] = [["game", "against", "result", "version", "side", "score", "seed"]]
         games += [self._line(number, row, entry) for number, row in reversed(of_entry)]
         now = league.playing.get(entry)
         notes = [f"plays by version {now.number} since {now.since}" if now else "no version has passed the check"]
-        blocks = [Block(versions, "board", "Versions"), Block(games, "list", "Games")]
-        return page(f"{self._title}: {entry}", notes, blocks, reloads=False, links=_BACK)
+        blocks = [Block(versions, "numbers", "Versions"), Block(games, "list", "Games")]
+        return page(entry, notes, blocks, reloads=False, links=self._back)
 
     def _line(self, number: int, row: GameRecord, entry: str) -> list[Cell]:
         first, second = (self._versions[label] for label in row.game.pairing.labels)
@@ -128,7 +131,8 @@ class LeaguePages:
         own, other = (first, second) if is_first else (second, first)
         points = row.points if is_first else 1.0 - row.points
         side = row.game.first_team if is_first else row.game.second_team
-        score = " : ".join(str(row.played.score.get(team, "-")) for team in self._sides(row, side))
+        sides = sorted(self._league.folder.definition.teams, key=lambda team: team != side)
+        score = " : ".join(str(row.played.score.get(team, "-")) for team in sides)
         against = self._link(other.label)
         numbers = [str(own.number), side, score, str(row.game.seed)]
         return [Link(str(number), _game(number)), against, _WORDS[points], *numbers]
@@ -137,32 +141,26 @@ class LeaguePages:
         league, game = self._league, row.game
         by_team = dict(zip((game.first_team, game.second_team), game.pairing.labels, strict=True))
         winner = "drawn" if row.winner is None else f"won by {self._versions[row.winner].entry}"
-        sides: list[list[Cell]] = [["side", "strategy", "points"]]
-        for team in league.folder.definition.teams:
+        trace, teams = league.folder.trace(game), league.folder.definition.teams
+        first = [name for name, team in row.teams.items() if team == teams[0]]
+        sides: list[list[Cell]] = [["side", "strategy", "score"]]
+        for team in teams:
             sides.append([team, self._link(by_team[team]), str(row.played.score.get(team, "-"))])
         time = row.played.match_time
         notes = [f"{row.played.ended}; {winner}; seed {game.seed}" + ("" if time is None else f"; {time:.0f} s")]
-        trace = league.folder.trace(game)
         calls: list[list[Cell]] = [["time", "rule", "the referee's call"]]
         calls += [[f"{call.clock:.1f} s", call.rule, call.text] for call in trace.calls]
         blocks = [
-            Block(sides, "list"),
+            Block(sides, "words", picture=animated(trace.times, trace.tracks, first)),
             Block(calls, "words", "Calls"),
-            Block(heading="The same game again, on the computer of the league", command=league.folder.again(game)),
+            Block(heading="The same game again, in the folder of the league", command=league.folder.again(game)),
         ]
-        return page(f"{self._title}: game {number}", notes, blocks, reloads=False, links=_BACK)
-
-    def _sides(self, row: GameRecord, first: str) -> Iterator[str]:
-        yield first
-        yield from (team for team in self._league.folder.definition.teams if team != first)
+        return page(f"Game {number}", notes, blocks, reloads=False, links=self._back)
 
     def _link(self, label: str, *, short: bool = False) -> Link:
         version: Version = self._versions[label]
         text = version.entry if short else f"{version.entry}, version {version.number}"
         return Link(text, self._pages[version.entry])
-
-
-_BACK = [Link("table", INDEX), Link("everybody against everybody", CROSS)]
 
 
 def _game(number: int) -> str:
