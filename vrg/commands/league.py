@@ -89,6 +89,8 @@ def play(
     from vrg.ui.league import LeaguePages
 
     console, out = make_console(), output or folder / "league"
+    if not folder.is_dir():
+        raise ConfigError([f"{folder}: expected a folder of strategies, found none"])
     if (lacking := missing()) is not None:
         raise ConfigError([f"a league seals the code of its entries, which this machine cannot do: {lacking}"])
     where = pages or out / "pages"

@@ -142,13 +142,15 @@ def _read(name: str, most: int, folder: Path | int) -> bytes:
     """
     handle = folder if isinstance(folder, int) else None
     path = name if isinstance(folder, int) else str(folder / name)
-    if stat.S_ISLNK(os.lstat(path, dir_fd=handle).st_mode):
-        raise ConfigError(f"{printable(name)}: expected a file, found a link: put the file itself there")
+    kind = os.lstat(path, dir_fd=handle).st_mode
+    if not stat.S_ISREG(kind):
+        what = "a link" if stat.S_ISLNK(kind) else "none"
+        raise ConfigError(f"{printable(name)}: expected a file, found {what}: put the file itself there")
     # Another thing may have taken the place of the file just now; without O_NONBLOCK a pipe would be waited for.
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=handle)
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise ConfigError(f"{printable(name)}: expected a file, found none: put the file itself there")
+            raise ConfigError(f"{printable(name)}: expected a file, and it was replaced by something else just now")
         data = file.read(most + 1)
     if len(data) > most:
         raise ConfigError(f"{printable(name)}: expected at most {LARGEST / 1e6:g} MB for all files of an entry")
