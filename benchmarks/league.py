@@ -1,25 +1,31 @@
 """A league of twenty strategies of which five are hostile: what these reach, and whether others are disturbed.
 
-The hostile ones behave until match time FROM, so that they pass the check, which is shorter. Then one reads a secret and
-tries to publish it, one forks without end, one sends UDP, one takes 8 GB, and one never answers.
+The hostile ones behave until match time FROM, so that they pass the check, which is shorter. Then one reads a secret
+and tries to publish it, one forks without end, one sends UDP, one takes 8 GB, and one never answers.
 
     python benchmarks/league.py --for 300
 """
 
 import argparse
+import contextlib
 import filecmp
 import json
-import shlex
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
+from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import psutil
 
+Row = dict[str, Any]
+VRG = str(Path(sys.executable).with_name("vrg"))
+SECRET = "the secret of the teacher"
 FROM = 33.0
 """The match time in s from which the hostile ones misbehave."""
 HONEST = """\
@@ -82,6 +88,47 @@ DEEDS = {
 }
 
 
+def make(place: Path, port: int) -> Path:
+    """Write the entries, and return their folder.
+
+    Args:
+        port: at which UDP is waited for on this machine.
+    """
+    entries, secret = place / "class", place / "home" / "id_rsa"
+    entries.mkdir(parents=True)
+    secret.parent.mkdir()
+    secret.write_text(SECRET)
+    for number in range(15):
+        (entries / f"student {number + 1:02}.py").write_text(HONEST.format(effort=6 + number))
+    for name, deed in DEEDS.items():
+        text = deed.format(secret=str(secret), leak=str(place / "leak.txt"), port=port)
+        (entries / f"{name}.py").write_text(HOSTILE.format(since=FROM, deed=text))
+    return entries
+
+
+class Watch(threading.Thread):
+    """Watches this machine while a process runs: the most processes, the most memory in GB, and packets of UDP."""
+
+    def __init__(self, process: subprocess.Popen[bytes], receiver: socket.socket) -> None:
+        super().__init__()
+        self.processes, self.memory, self.packets = self.now()[0], 0.0, 0
+        self._process, self._receiver = process, receiver
+
+    @staticmethod
+    def now() -> tuple[int, float]:
+        """The number of processes and the memory in GB of this machine."""
+        return len(psutil.pids()), psutil.virtual_memory().used / 1e9
+
+    def run(self) -> None:
+        """Watch until the process has ended."""
+        while self._process.poll() is None:
+            processes, memory = self.now()
+            self.processes, self.memory = max(self.processes, processes), max(self.memory, memory)
+            with contextlib.suppress(TimeoutError):
+                self._receiver.recv(100)
+                self.packets += 1
+
+
 def main() -> int:
     """Play the league, and print what came of it."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -89,105 +136,75 @@ def main() -> int:
     parser.add_argument("--keep", type=Path, help="a folder that does not exist yet, for the league")
     arguments = parser.parse_args()
     place = arguments.keep or Path(tempfile.mkdtemp(prefix="vrg-league-"))
-    entries = place / "class"
-    entries.mkdir(parents=True)
-    secret, leak = place / "home" / ".ssh" / "id_rsa", place / "leak.txt"
-    secret.parent.mkdir(parents=True)
-    secret.write_text("the secret of the teacher")
     receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     receiver.bind(("127.0.0.1", 0))
     receiver.settimeout(0.1)
-    for number in range(15):
-        (entries / f"student {number + 1:02}.py").write_text(HONEST.format(effort=6 + number))
-    for name, deed in DEEDS.items():
-        text = deed.format(secret=str(secret), leak=str(leak), port=receiver.getsockname()[1])
-        (entries / f"{name}.py").write_text(HOSTILE.format(since=FROM, deed=text))
-    vrg = str(Path(sys.executable).with_name("vrg"))
-    command = [vrg, "league", "play", str(entries), "--match", "sharks-and-minnows", "--no-lasers"]
-    began = time.monotonic()
+    entries = make(place, receiver.getsockname()[1])
+    before, began = Watch.now(), time.monotonic()
+    command = [VRG, "league", "play", str(entries), "--match", "sharks-and-minnows", "--no-lasers"]
     process = subprocess.Popen([*command, "--for", str(arguments.seconds)])
-    most = {"processes": 0, "memory": 0.0}
-    packets = 0
-
-    def watch() -> None:
-        nonlocal packets
-        while process.poll() is None:
-            most["processes"] = max(most["processes"], len(psutil.pids()))
-            most["memory"] = max(most["memory"], psutil.virtual_memory().used / 1e9)
-            try:
-                receiver.recv(100)
-                packets += 1
-            except TimeoutError:
-                pass
-
-    watcher = threading.Thread(target=watch)
-    before = len(psutil.pids()), psutil.virtual_memory().used / 1e9
-    watcher.start()
+    watch = Watch(process, receiver)
+    watch.start()
     status = process.wait()
-    watcher.join()
     took = time.monotonic() - began
-    league = entries / "league"
-    rows = [json.loads(line) for line in (league / "games.jsonl").read_text().splitlines()]
+    watch.join()
+    rows = [json.loads(line) for line in (entries / "league" / "games.jsonl").read_text().splitlines()]
     print(f"status {status}; {took:.0f} s, {len(rows)} games")
-    print(
-        f"processes: {before[0]} before, {most['processes']} at most; memory {before[1]:.1f}, {most['memory']:.1f} GB"
-    )
-    words = b"the secret of the teacher"
-    found = [path for path in place.rglob("*") if path.is_file() and path != secret and words in path.read_bytes()]
-    print(f"files with the secret: {len(found)}; the leak: {leak.exists()}; packets: {packets}")
-    honest, hostile = [], {name: [] for name in DEEDS}
-    for row in rows:
-        names = {row["game"]["pairing"][who].rpartition(".")[0] for who in ("first", "second")}
-        for name in names & set(DEEDS):
-            hostile[name].append(row)
-        if not names & set(DEEDS):
-            honest.append(row)
-    irregular = [row for row in honest if row["played"]["ended"] != "game over" or row["played"]["failures"]]
-    print(f"{len(honest)} games without a hostile one, of which {len(irregular)} were irregular")
-    for name, of_name in hostile.items():
-        own = [f for row in of_name for f in row["played"]["failures"]]
-        others = [
-            f
-            for row in of_name
-            for f in row["played"]["failures"]
-            if row["teams"][f.partition(": ")[0]] != side_of(row, name)
-        ]
-        endings = sorted({row["played"]["ended"] for row in of_name})
-        walls = [row["played"]["wall_time"] for row in of_name]
-        mean = sum(walls) / len(walls) if walls else 0.0
-        print(
-            f"{name}: {len(of_name)} games, {endings}, {mean:.1f} s each, {len(own)} failures ({len(others)} of others)"
-        )
-        print(f"    such as {own[0] if own else '-'}")
-    if honest:
-        print(f"the others: {sum(row['played']['wall_time'] for row in honest) / len(honest):.1f} s each")
-    same = 0
-    for row in honest[:: max(1, len(honest) // 5)]:
-        game = row["game"]
-        same += again(vrg, place, league, game)
-        print(f"played again: {same} the same", end="\r")
-    print()
+    print(f"processes: {before[0]} before, {watch.processes} at most")
+    print(f"memory: {before[1]:.1f} GB before, {watch.memory:.1f} GB at most")
+    files = [path for path in place.rglob("*") if path.is_file() and path.parent.name != "home"]
+    found = [path for path in files if SECRET.encode() in path.read_bytes()]
+    print(f"files with the secret: {len(found)}; the leak: {(place / 'leak.txt').exists()}; packets: {watch.packets}")
+    tell(rows)
+    honest = [row for row in rows if not entries_of(row) & {*DEEDS}]
+    chosen = honest[:: max(1, len(honest) // 5)]
+    same = sum(again(place, entries / "league", row["game"]) for row in chosen)
+    print(f"games played again: {len(chosen)}, of which {same} have the same journal")
     return status
 
 
-def side_of(row: dict, name: str) -> str:
-    """The team that an entry plays in a game."""
+def tell(rows: Sequence[Row]) -> None:
+    """Print what each hostile strategy did, and what became of the others."""
+    honest = [row for row in rows if not entries_of(row) & {*DEEDS}]
+    wrong = [row for row in honest if row["played"]["ended"] != "game over" or row["played"]["failures"]]
+    seconds = [row["played"]["wall_time"] for row in honest] or [0.0]
+    print(f"{len(honest)} games of the others, {sum(seconds) / len(seconds):.1f} s each; irregular: {len(wrong)}")
+    for name in DEEDS:
+        of_name = [row for row in rows if name in entries_of(row)]
+        if not of_name:
+            continue
+        seconds = [row["played"]["wall_time"] for row in of_name]
+        failures = [(row, failure) for row in of_name for failure in row["played"]["failures"]]
+        whose = Counter(entry_of(row, failure.partition(": ")[0]) for row, failure in failures)
+        words = next((failure for row, failure in failures if entry_of(row, failure.partition(": ")[0]) == name), "-")
+        others = {entry: number for entry, number in whose.items() if entry not in DEEDS}
+        ended = sorted({row["played"]["ended"] for row in of_name})
+        print(f"{name}: {len(of_name)} games, {sum(seconds) / len(seconds):.1f} s each, {', '.join(ended)}")
+        print(f"    {whose[name]} failures, those of honest opponents: {others or 'none'}; {words}")
+
+
+def entries_of(row: Row) -> set[str]:
+    """The entries that play a game."""
+    return {row["game"]["pairing"][who].rpartition(".")[0] for who in ("first", "second")}
+
+
+def entry_of(row: Row, player: str) -> str:
+    """The entry by which a player plays."""
     game = row["game"]
-    return game["first_team"] if game["pairing"]["first"].rpartition(".")[0] == name else game["second_team"]
+    who = "first" if row["teams"][player] == game["first_team"] else "second"
+    return str(game["pairing"][who].rpartition(".")[0])
 
 
-def again(vrg: str, place: Path, league: Path, game: dict) -> bool:
+def again(place: Path, league: Path, game: Row) -> bool:
     """Play a game again, and find out whether its journal is the same."""
     labels = game["pairing"]["first"], game["pairing"]["second"]
-    order = labels if game["first_team"] == "sharks" else labels[::-1]
-    name = ".vs.".join(order)
+    name = ".vs.".join(labels if game["first_team"] == "sharks" else labels[::-1])
     runs = place / "again"
-    match = str(league / "matches" / name / "match.toml")
-    options = shlex.split("--lockstep --headless --no-record --runs")
-    command = [vrg, "play", match, *options, str(runs), "--seed", str(game["seed"])]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    command = [VRG, "play", str(league / "matches" / name / "match.toml"), "--lockstep", "--headless", "--no-record"]
+    subprocess.run([*command, "--runs", str(runs), "--seed", str(game["seed"])], check=True, stdout=subprocess.DEVNULL)
     newest = max(runs.iterdir(), key=lambda path: path.stat().st_mtime)
-    return filecmp.cmp(newest / "journal.jsonl", league / "kept" / f"{name}-{game['number']}" / "journal.jsonl", False)
+    kept = league / "kept" / f"{name}-{game['number']}" / "journal.jsonl"
+    return filecmp.cmp(newest / "journal.jsonl", kept, shallow=False)
 
 
 if __name__ == "__main__":

@@ -32,6 +32,9 @@ class LeaguePages:
 
     def __init__(self, folder: Path, league: League, title: str) -> None:
         self._folder, self._league, self._title = folder, league, title
+        self._versions: dict[str, Version] = {}
+        self._pages: dict[str, str] = {}
+        self._rated: dict[str, standings.Rating] = {}
         self._back = [Link(title, INDEX), Link("everybody against everybody", CROSS)]
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -59,8 +62,16 @@ class LeaguePages:
         for entry, name in self._pages.items():
             self._write(name, self._entry(entry))
         for number, row in enumerate(league.rows, 1):
-            if not (self._folder / _game(number)).exists():
+            if not self._is_there(number, row):
                 self._write(_game(number), self._of_game(number, row))
+
+    def _is_there(self, number: int, row: GameRecord) -> bool:
+        """True if the page of a game is there, and is not that of an older league in the same folder."""
+        try:
+            played = self._league.folder.kept(row.game).stat().st_mtime
+            return (self._folder / _game(number)).stat().st_mtime > played
+        except OSError:
+            return False
 
     def _write(self, name: str, text: str) -> None:
         write_text(self._folder, name, text)
@@ -158,7 +169,7 @@ class LeaguePages:
         return page(f"Game {number}", notes, blocks, reloads=False, links=self._back)
 
     def _link(self, label: str, *, short: bool = False) -> Link:
-        version: Version = self._versions[label]
+        version = self._versions[label]
         text = version.entry if short else f"{version.entry}, version {version.number}"
         return Link(text, self._pages[version.entry])
 
