@@ -81,6 +81,7 @@ def play(
     The first call makes the league, and needs --match. Each call goes on where the one before has stopped.
     """
     from vrg.evaluation import standings
+    from vrg.evaluation.contenders import TRIAL
     from vrg.evaluation.entries import entries_in
     from vrg.evaluation.league import League, admit
     from vrg.evaluation.league_folder import playing
@@ -99,6 +100,7 @@ def play(
         owners = {entry: version.file for entry, version in playing(league_folder.versions).items()}
         sources = entries_in(folder, without=(out.resolve(), where.resolve()), owner=lambda name: owners.get(name, ""))
         setup = match_of(league_folder.path)
+        console.print(f"{len(sources)} entries; each new version plays {TRIAL:g} s alone before it takes part")
         for version in admit(league_folder, setup, sources, whole_target, _now(), jobs or cores()):
             what = "plays from now on" if not version.problem else "does not pass the check"
             console.print(f"{escape(version.entry)}: version {version.number} {what}", soft_wrap=True)

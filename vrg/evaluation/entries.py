@@ -123,7 +123,6 @@ def _read_folder(path: Path, source: Source) -> Source | None:
             data = _read(name, left, handle)
             left -= len(data)
             files[os.path.relpath(os.path.join(place, name), path)] = data
-
     return structs.replace(source, files=files, main=named[0])
 
 

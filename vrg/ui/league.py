@@ -12,7 +12,6 @@ from vrg.evaluation import standings
 from vrg.evaluation.folder import write_text
 from vrg.evaluation.games import GameRecord, Pairing
 from vrg.evaluation.league import League
-from vrg.evaluation.league_folder import Version
 from vrg.ui.animation import animated
 from vrg.ui.leaderboard import Block, Cell, Link, page
 
@@ -32,8 +31,9 @@ class LeaguePages:
 
     def __init__(self, folder: Path, league: League, title: str) -> None:
         self._folder, self._league, self._title = folder, league, title
-        self._versions: dict[str, Version] = {}
-        self._pages: dict[str, str] = {}
+        self._versions = {v.label: v for v in league.folder.versions if not v.problem}
+        entries = dict.fromkeys(version.entry for version in league.folder.versions)
+        self._pages = {entry: f"entry-{number}.html" for number, entry in enumerate(entries, 1)}
         self._rated: dict[str, standings.Rating] = {}
         self._back = [Link(title, INDEX), Link("everybody against everybody", CROSS)]
         try:
@@ -51,9 +51,6 @@ class LeaguePages:
             LaunchError: they cannot be written.
         """
         league = self._league
-        self._versions = {v.label: v for v in league.folder.versions if not v.problem}
-        entries = dict.fromkeys(version.entry for version in league.folder.versions)
-        self._pages = {entry: f"entry-{number}.html" for number, entry in enumerate(entries, 1)}
         self._rated = {rating.label: rating for rating in standings.rated(league.fit)}
         current = {version.label for version in league.playing.values()}
         table = [rating for rating in self._rated.values() if rating.label in current]
