@@ -46,15 +46,21 @@ table.board th:nth-child(2), table.board td:nth-child(2) {{ text-align: left; wi
 table.list, table.numbers {{ width: auto; }}
 table.list th:nth-child(2), table.list td:nth-child(2) {{ text-align: left; }}
 table.cross {{ width: auto; font-size: 0.8em; }}
-table.cross th, table.cross td {{ text-align: center; }}
-table.cross td:nth-child(2) {{ text-align: left; max-width: 14em; overflow: hidden; text-overflow: ellipsis; }}
-table.words td:last-child, table.words th:last-child {{ text-align: left; white-space: normal; width: 99%; }}
+table.cross th, table.cross td {{ text-align: center; min-width: 2.6em; }}
+table.cross td:nth-child(2) {{ text-align: left; max-width: 9em; overflow: hidden; text-overflow: ellipsis;
+  position: sticky; left: 0; background: var(--ground); }}
+table.cross tr:nth-child(even) td:nth-child(2) {{ background: var(--band); }}
+table.words td:not(:first-child), table.words th:not(:first-child) {{ text-align: left; }}
+table.words td:last-child {{ white-space: normal; width: 99%; }}
+table.sides {{ width: auto; }} table.sides th, table.sides td {{ text-align: left; }}
+table.sides tr:first-child td:first-child {{ color: var(--first); }}
+table.sides tr:last-child td:first-child {{ color: var(--second); }}
 tr:nth-child(even) td {{ background: var(--band); }}
 tr.first td:nth-child(-n+2) {{ color: var(--first); }}
 svg {{ display: block; width: 100%; max-height: 70vh; margin: 0.5em 0; background: var(--band); }}
 .one {{ color: var(--first); }} .two {{ color: var(--second); }}
 polyline {{ fill: none; stroke: currentColor; stroke-width: 0.08; opacity: 0.35; }} circle {{ fill: currentColor; }}
-td.more {{ box-shadow: inset 0.25em 0 var(--first); }}
+td.more {{ color: var(--first); font-weight: bold; }}
 @media (max-width: 700px) {{ .minor {{ display: none; }} th, td {{ padding: 0.3em 0.3em; }} }}
 """
 
@@ -83,9 +89,10 @@ class Block:
 
     Args:
         table: the head and the rows; without rows nothing is shown.
-        kind: `board` for a leaderboard (rank, name, numbers), `list` (number, name, more), `numbers`, `cross`, or
-            `words` if the last column is a text. Boards and lists have less columns on a telephone.
-        heading: empty for none. command: a command to copy, in place of a table. picture: SVG before the table.
+        kind: `board` for a leaderboard (rank, name, numbers), `list` (number, name, more), `numbers`, `cross`, `sides`
+            if the rows are the two teams, or `words` if the last column is a text. On a telephone the first three
+            have fewer columns.
+        heading: empty for none. command: a command to copy, in place of a table. picture: SVG after the table.
     """
 
     table: Sequence[Sequence[Cell]] = ()
@@ -136,7 +143,7 @@ def page(
 
 
 def _block(block: Block) -> str:
-    lines = [f"<h2>{escape(block.heading)}</h2>" if block.heading else "", block.picture]
+    lines = [f"<h2>{escape(block.heading)}</h2>" if block.heading else ""]
     lines.append(f"<code>{escape(block.command)}</code>" if block.command else "")
     if len(block.table) > 1:
         head, *rows = block.table
@@ -147,7 +154,7 @@ def _block(block: Block) -> str:
             *(_row(row, "td", minor, "first" if best and row[0] == "1" else "") for row in rows),
             "</tbody></table></div>",
         ]
-    return "\n".join(line for line in lines if line)
+    return "\n".join(line for line in [*lines, block.picture] if line)
 
 
 def _row(cells: Sequence[Cell], kind: str, minor: Sequence[bool], name: str = "") -> str:

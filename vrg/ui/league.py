@@ -113,7 +113,7 @@ class LeaguePages:
             lines.append([str(place), self._link(rating.label, short=True), *cells])
         notes = ["The share of the points, in %, of the strategy of each row against that of each column, by rank."]
         block = Block(lines, "cross")
-        return page("Everybody against everybody", notes, [block], reloads=False, links=self._back)
+        return page("Everybody against everybody", notes, [block], reloads=False, links=self._back[:1])
 
     def _entry(self, entry: str) -> str:
         league = self._league
@@ -155,15 +155,17 @@ class LeaguePages:
         for team in teams:
             sides.append([team, self._link(by_team[team]), str(row.played.score.get(team, "-"))])
         time = row.played.match_time
-        notes = [f"{row.played.ended}; {winner}; seed {game.seed}" + ("" if time is None else f"; {time:.0f} s")]
+        how = f"game {number}: {row.played.ended}; {winner}; seed {game.seed}"
+        notes = [how if time is None else f"{how}; {time:.0f} s"]
         calls: list[list[Cell]] = [["time", "rule", "the referee's call"]]
         calls += [[f"{call.clock:.1f} s", call.rule, call.text] for call in trace.calls]
         blocks = [
-            Block(sides, "words", picture=animated(trace.times, trace.tracks, first)),
+            Block(sides, "sides", picture=animated(trace.times, trace.tracks, first)),
             Block(calls, "words", "Calls"),
             Block(heading="The same game again, in the folder of the league", command=league.folder.again(game)),
         ]
-        return page(f"Game {number}", notes, blocks, reloads=False, links=self._back)
+        title = " against ".join(self._versions[by_team[team]].entry for team in teams)
+        return page(title, notes, blocks, reloads=False, links=self._back)
 
     def _link(self, label: str, *, short: bool = False) -> Link:
         version = self._versions[label]
