@@ -9,6 +9,7 @@ import pytest
 from tests.evaluation.conftest import OWN
 from vrg.errors import ConfigError
 from vrg.evaluation.entries import LARGEST, MOST, Source, entries_in, read_entry
+from vrg.launch.run_folder import delete
 
 CODE = f"{OWN}return STILL\n"
 
@@ -75,21 +76,25 @@ def test_what_cannot_be_read_is_an_entry_with_a_problem(tmp_path: Path) -> None:
     assert len(problems) == 8
 
 
-def test_a_folder_without_end_is_a_problem_of_its_entry_alone(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("depth", "name"), [(3 * MOST, "d"), (30, "d" * 200)])
+def test_a_folder_without_end_is_a_problem_of_its_entry_alone(tmp_path: Path, depth: int, name: str) -> None:
+    """Also where the path of a file is longer than any program can open it by."""
     (tmp_path / "ann.py").write_text(CODE)
     (tmp_path / "deep").mkdir()
     (tmp_path / "deep" / "deep.py").write_text(CODE)
     before = os.getcwd()
     os.chdir(tmp_path / "deep")
     try:
-        for _ in range(3 * MOST):
-            os.mkdir("d")
-            os.chdir("d")
+        for _ in range(depth):
+            os.mkdir(name)
+            os.chdir(name)
+        Path("weights").write_text("x")
     finally:
         os.chdir(before)
     sources = found(tmp_path)
     assert sources["deep"].problem
     assert not sources["ann"].problem
+    delete(tmp_path / "deep")
 
 
 def test_nobody_takes_the_name_of_another_entry(tmp_path: Path) -> None:

@@ -168,6 +168,9 @@ def test_a_check_does_what_a_league_does_and_names_what_fails(vrg: Vrg, tmp_path
     good = vrg("league", "check", "mine.py", "--match", "tiny.toml")
     assert good.status == 0, good.out
     assert "as minnows against sharks-and-minnows: lost" in good.out
+    (tmp_path / "mine.py").rename(tmp_path / "sharks-and-minnows.py")
+    same = vrg("league", "check", "sharks-and-minnows.py", "--match", "tiny.toml")
+    assert "as sharks against sharks-and-minnows-2: " in same.out
     bad = vrg("league", "check", "raises.py", "--match", "tiny.toml")
     assert bad.status == 1
     assert "it fails alone: " in bad.out

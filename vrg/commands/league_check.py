@@ -1,4 +1,4 @@
-"""The command `vrg league check`: the judge of a league, on everybody's own computer."""
+"""The command `vrg league check`: the judge of a league, on an author's own computer."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
@@ -106,7 +106,7 @@ def _checked(
     Raises:
         ConfigError: the match or the league cannot be used.
     """
-    from vrg.evaluation.contenders import TRIAL, Contender, unable
+    from vrg.evaluation.contenders import TRIAL, Contender, contenders, unable
     from vrg.evaluation.entries import read_entry
     from vrg.evaluation.experiment import define
     from vrg.evaluation.folder import ExperimentFolder
@@ -133,8 +133,8 @@ def _checked(
     console.print(f"it plays {TRIAL:g} s alone")
     if why := unable(setup, [own], jobs, match_time=TRIAL).get(own):
         return [f"it fails alone: {why}".replace(f"{copy}/", "")]
-    others = _opponents(setup, league)
-    found = [own, *others]
+    both = [own, *_opponents(setup, league)]
+    own, *others = found = contenders([one.target for one in both], [one.label for one in both])
     series = {Pairing(own.label, other.label): Series(1, 0.95, play_all=True) for other in others}
     with (
         stop_on_signals() as stop,

@@ -21,6 +21,8 @@ from vrg.types import printable
 
 LARGEST: Final = 4_000_000
 """The number of bytes that the files of an entry may have together."""
+LONGEST: Final = 200
+"""The number of bytes that the path of a file may have in the folder of its entry."""
 MOST: Final = 100
 """The number of files and folders that an entry may have."""
 
@@ -120,9 +122,12 @@ def _read_folder(path: Path, source: Source) -> Source | None:
         if seen > MOST:
             raise ConfigError(f"{source.name}: expected at most {MOST} files and folders in it, found more")
         for name in sorted(name for name in names if name[:1] != "."):
+            own = os.path.relpath(os.path.join(place, name), path)
+            if len(os.fsencode(own)) > LONGEST:
+                raise ConfigError(f"{source.name}: expected paths of at most {LONGEST} bytes in it, found a longer one")
             data = _read(name, left, handle)
             left -= len(data)
-            files[os.path.relpath(os.path.join(place, name), path)] = data
+            files[own] = data
     return structs.replace(source, files=files, main=named[0])
 
 

@@ -25,9 +25,9 @@ from vrg.types import printable
 _LONGEST = 2000
 """The number of characters of what is wrong with a version."""
 _SHOWN = 5
-"""The number of games in which a player of an entry has failed that its author is told of."""
+"""The number of games with failures that the file for an author has."""
 _TAIL = 4000
-"""The bytes of the end of a player's log that its author is told."""
+"""The number of bytes of the end of a player's log that it has."""
 
 
 def admit(

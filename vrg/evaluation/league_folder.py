@@ -70,8 +70,8 @@ def targets(folder: Path, versions: Iterable[Version]) -> dict[str, str]:
     return {version.label: str(store / version.target) for version in versions if not version.problem}
 
 
-class Told(Struct, frozen=True):
-    """A call of the referee as everybody may read it: the time of play in s, the rule, and the text."""
+class PublicCall(Struct, frozen=True):
+    """A call of the referee as the pages have it: the time of play in s, the rule, and the text."""
 
     clock: float
     rule: str
@@ -86,13 +86,13 @@ class Trace(Struct, frozen=True, kw_only=True):
         tracks: x and y of each player at these times, m; None where the referee did not know.
     """
 
-    calls: list[Told] = []
+    calls: list[PublicCall] = []
     times: list[float] = []
     tracks: dict[str, list[tuple[float, float] | None]] = {}
 
 
 class LeagueFolder(ExperimentFolder):
-    """The folder of a league; see ExperimentFolder. Only its owner may look into it, as it has everybody's code.
+    """The folder of a league; see ExperimentFolder. Only its owner may look into it, as it has the code of all.
 
     Args:
         definition: what its games depend on, without contenders. setup: the match, for a folder that is to be made.
@@ -180,7 +180,7 @@ class LeagueFolder(ExperimentFolder):
             return Trace()
 
     def again(self, game: ScheduledGame) -> str:
-        """The command that plays a game again, in the folder of the league: pages do not tell where that is."""
+        """The command that plays a game again, in the folder of the league: pages leave out where that is."""
         file = self.match_file(game).relative_to(self.path)
         return f"vrg play {shlex.quote(str(file))} --lockstep --seed {game.seed}"
 
@@ -224,7 +224,7 @@ def _trace(run: RunFolder) -> Trace:
     """The trace of a game by its journal and its evidence, as far as they can be read."""
     try:
         calls = [
-            Told(call.clock, call.rule, _public(call))
+            PublicCall(call.clock, call.rule, _public(call))
             for record in read_journal(run.journal)[1]
             for call in record.calls
         ]

@@ -11,7 +11,7 @@ SPEED: Final = 5.0
 _MARGIN: Final = 1.0
 """The ground that is shown around all that the players have covered, m."""
 _BODY: Final = 0.4
-"""The radius of a player, m; robots are smaller, but nobody would see them."""
+"""The radius of a player, m; robots are smaller, too small to be seen."""
 
 
 def animated(times: Sequence[float], tracks: Mapping[str, Sequence[Vector | None]], first: Sequence[str]) -> str:
@@ -19,7 +19,7 @@ def animated(times: Sequence[float], tracks: Mapping[str, Sequence[Vector | None
 
     Args:
         times: the match times of the positions, s, at even distances. tracks: x and y of each player at these times, m;
-            None where nobody knows.
+            None where it is not known.
         first: the players of the first team, which have another colour.
     """
     known = [place for track in tracks.values() for place in track if place is not None]

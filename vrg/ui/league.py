@@ -1,4 +1,4 @@
-"""The pages of a league: the table, everybody against everybody, each entry, and each game.
+"""The pages of a league: the table, the cross table, each entry, and each game.
 
 Names are the authors' words, and are escaped. Nothing that the code of a player has raised or printed is in them. Files
 are named by numbers, which are the same whatever an entry is called, and on every file system.
@@ -35,7 +35,7 @@ class LeaguePages:
         entries = dict.fromkeys(version.entry for version in league.folder.versions)
         self._pages = {entry: f"entry-{number}.html" for number, entry in enumerate(entries, 1)}
         self._rated: dict[str, standings.Rating] = {}
-        self._back = [Link(title, INDEX), Link("everybody against everybody", CROSS)]
+        self._back = [Link(title, INDEX), Link("cross table", CROSS)]
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -90,7 +90,7 @@ class LeaguePages:
         never = sorted(set(self._pages) - set(league.playing))
         if never:
             notes.append(f"no version has passed the check: {', '.join(never)}")
-        links = [Link("everybody against everybody", CROSS)]
+        links = [Link("cross table", CROSS)]
         return page(self._title, notes, [Block(board, "board")], reloads=reloads, links=links)
 
     def _cross(self, table: Sequence[standings.Rating]) -> str:
@@ -113,7 +113,7 @@ class LeaguePages:
             lines.append([str(place), self._link(rating.label, short=True), *cells])
         notes = ["The share of the points, in %, of the strategy of each row against that of each column, by rank."]
         block = Block(lines, "cross")
-        return page("Everybody against everybody", notes, [block], reloads=False, links=self._back[:1])
+        return page("Cross table", notes, [block], reloads=False, links=self._back[:1])
 
     def _entry(self, entry: str) -> str:
         league = self._league
