@@ -30,10 +30,10 @@ from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
 
 if TYPE_CHECKING:
+    from vrg.commands.league_pages import LeaguePages
     from vrg.evaluation.entries import Source
     from vrg.evaluation.league import League
     from vrg.evaluation.league_folder import LeagueFolder
-    from vrg.ui.league import LeaguePages
 
 app = CommandGroup(no_args_is_help=True)
 
@@ -80,6 +80,7 @@ def play(
 
     The first call makes the league, and needs --match. Each call goes on where the one before has stopped.
     """
+    from vrg.commands.league_pages import LeaguePages
     from vrg.evaluation import standings
     from vrg.evaluation.contenders import TRIAL
     from vrg.evaluation.entries import entries_in
@@ -87,7 +88,6 @@ def play(
     from vrg.evaluation.league_folder import playing
     from vrg.evaluation.workers import Workers
     from vrg.launch.sandbox.seal import missing
-    from vrg.ui.league import LeaguePages
 
     console, out = make_console(), output or folder / "league"
     if not folder.is_dir():
