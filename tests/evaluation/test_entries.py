@@ -71,7 +71,7 @@ def test_what_cannot_be_read_is_an_entry_with_a_problem(tmp_path: Path) -> None:
     assert "expected a file, found none" in problems["pipe"]
     assert "expected a file, found none" in problems["old"]
     assert f"expected at most {LARGEST / 1e6:g} MB" in problems["huge"]
-    assert "expected one file of a strategy in it, or two.py" in problems["two"]
+    assert "expected the strategy in two.py, or in the only file, found a.py, b.py" in problems["two"]
     assert f"expected at most {MOST} files" in problems["many"]
     assert len(problems) == 8
 

@@ -125,7 +125,8 @@ def _checked(
     for name, data in source.files.items():
         (copy / name).parent.mkdir(parents=True, exist_ok=True)
         (copy / name).write_bytes(data)
-    console.print(f"{escape(source.name)}: {len(source.files)} files, version {source.digest[:12]}", soft_wrap=True)
+    number = "1 file" if len(source.files) == 1 else f"{len(source.files)} files"
+    console.print(f"{escape(source.name)}: {number}, SHA-256 {source.digest[:12]}...", soft_wrap=True)
     try:
         own = Contender(label=source.entry, target=whole_target(str(copy / source.main)))
     except ConfigError as error:

@@ -115,7 +115,10 @@ def _read_folder(path: Path, source: Source) -> Source | None:
         return None
     named = [name for name in mains if Path(name).stem == path.name] or mains
     if len(named) != 1 or short(Path(named[0]).stem) != Path(named[0]).stem:
-        raise ConfigError(f"{source.name}: expected one file of a strategy in it, or {source.entry}.py")
+        found = printable(", ".join(mains))
+        raise ConfigError(
+            f"{source.name}: expected the strategy in {source.entry}.py, or in the only file, found {found}"
+        )
     for place, folders, names, handle in os.fwalk(path, follow_symlinks=False):
         folders[:] = sorted(name for name in folders if name[:1] != "." and name != "__pycache__")
         seen += len(folders) + len(names)
