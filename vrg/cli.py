@@ -83,6 +83,10 @@ COMMANDS: Table = {
     "Compare": {
         "compare": ("vrg.commands.compare:compare", "Find out which of two strategies is better"),
         "tournament": ("vrg.commands.compare:tournament", "Let every strategy play against every other one"),
+        "league": (
+            "vrg.commands.league:app",
+            "A tournament without end, of files that change: play, check, timer",
+        ),
     },
     "Lab": {
         "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),

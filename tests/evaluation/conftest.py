@@ -1,11 +1,14 @@
 """A match that is over in a moment, and strategies that play it in all kinds of ways."""
 
+import sys
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from vrg.bus.stopping import StopSignal
+from vrg.cli import main
 from vrg.config.loading import load_match
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import define
@@ -93,6 +96,10 @@ class Remembers(SharksAndMinnowsPlayer):
 """
 
 
+OWN = "from vrg.agents import STILL, Strategy, Twist\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        "
+"""The beginning of the file of a strategy, up to what it returns."""
+
+
 @pytest.fixture
 def match(tmp_path: Path) -> Path:
     """The match file, with `players.py` beside it."""
@@ -147,3 +154,25 @@ def play(match: Path) -> Play:
 def target(match: Path, name: str) -> str:
     """A strategy of `players.py` with its whole path; a registered one as it is."""
     return name if name == "sharks-and-minnows" else f"{match.parent / 'players.py'}:{name}"
+
+
+@dataclass(frozen=True)
+class Done:
+    status: object
+    out: str
+    err: str
+
+
+@pytest.fixture
+def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], match: Path) -> Callable[..., Done]:
+    """Run the command line in this process, in the folder of the match."""
+    monkeypatch.chdir(match.parent)
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments: str) -> Done:
+        monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
+        with pytest.raises(SystemExit) as end:
+            main()
+        return Done(end.value.code, *capsys.readouterr())
+
+    return run

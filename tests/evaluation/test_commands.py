@@ -8,42 +8,17 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import psutil
 import pytest
 from pyarrow import csv, parquet
 
-from tests.evaluation.conftest import target
-from vrg.cli import main
+from tests.evaluation.conftest import OWN, Done, target
 
-OWN = "from vrg.agents import STILL, Strategy\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        "
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
 PATIENCE = 180.0
 """The real time in s that something may take to happen."""
-
-
-@dataclass(frozen=True)
-class Done:
-    status: object
-    out: str
-    err: str
-
-
-@pytest.fixture
-def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], match: Path) -> Callable[..., Done]:
-    """Run the command line in this process, in the folder of the match."""
-    monkeypatch.chdir(match.parent)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return Done(end.value.code, *capsys.readouterr())
-
-    return run
 
 
 def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Done], tmp_path: Path) -> None:

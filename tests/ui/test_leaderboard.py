@@ -1,8 +1,9 @@
 """The leaderboard as a page."""
 
-from vrg.ui.leaderboard import page
+from vrg.ui.leaderboard import Block, Link, page
 
-TABLE = [["rank", "strategy", "points"], ["1", "<script>alert('x')</script>", "3"], ["2", "Anna Maria", "1"]]
+ROWS = [["rank", "strategy", "points"], ["1", "<script>alert('x')</script>", "3"], ["2", "Anna Maria", "1"]]
+TABLE = [Block(ROWS, "board")]
 
 
 def test_names_are_text_and_no_html() -> None:
@@ -20,3 +21,14 @@ def test_it_reloads_itself_until_the_tournament_is_over_and_needs_no_network() -
     assert "refresh" not in last
     assert "http:" not in last
     assert "src=" not in last
+
+
+def test_cells_that_lead_elsewhere_are_text_too_and_a_telephone_has_fewer_columns() -> None:
+    link = Link('<b>"ann"', 'entry-1.html"onclick="x', about='1 < 2 "')
+    blocks = [Block([["rank", "strategy", "won"], ["2", link, "1"]], "board"), Block(command="vrg play '<x>'")]
+    text = page("cup", [], blocks, reloads=False, links=[Link("a & b", "index.html")])
+    cell = '<a href="entry-1.html&quot;onclick=&quot;x" title="1 &lt; 2 &quot;">&lt;b&gt;&quot;ann&quot;</a>'
+    assert f"<td>{cell}</td>" in text
+    assert '<td class="minor">1</td>' in text
+    assert "<code>vrg play &#x27;&lt;x&gt;&#x27;</code>" in text
+    assert '<nav><a href="index.html">a &amp; b</a></nav>' in text

@@ -118,7 +118,7 @@ def _write_leaderboard(played: "Experiment", left: float | None) -> None:
     """
     from vrg.evaluation import report, standings
     from vrg.evaluation.folder import write_text
-    from vrg.ui.leaderboard import page
+    from vrg.ui.leaderboard import Block, page
 
     rows, rated = _rated(played)
     definition = played.folder.definition
@@ -128,6 +128,7 @@ def _write_leaderboard(played: "Experiment", left: float | None) -> None:
     if played.left_out:
         notes.append(f"left out: {', '.join(name for name, _ in played.left_out)}")
     table = standings.board(rated, rows, standings.to_play(played.series))
-    write_text(played.folder.path, "leaderboard.html", page(definition.game, notes, table, reloads=not played.over))
+    text = page(definition.game, notes, [Block(table, "board")], reloads=not played.over)
+    write_text(played.folder.path, "leaderboard.html", text)
     parts = [f"# {notes[0]}", report.markdown(report.pairings(played.series))]
     write_text(played.folder.path, "schedule.md", "\n\n".join(parts))

@@ -41,8 +41,6 @@ PRINTED_EVERY = 20
 """The number of games after which the progress is printed, where the output is no terminal."""
 FOLLOWED_EVERY = 2.0
 """The real time in s between two times at which what follows an experiment is called."""
-TRIAL = 30.0
-"""The match time in s of the game that a strategy plays alone before it takes part."""
 
 
 @dataclass(frozen=True)
@@ -140,8 +138,8 @@ def experiment(
             raise ConfigError([f"{warning}; --no-sandbox lets the files of a folder play all the same"])
         console.print(f"[yellow]{escape(warning)}[/yellow]", soft_wrap=True)
     if leave_out:
-        console.print(f"{len(found)} strategies play {TRIAL:g} s alone, to see whether they can")
-    lasting = TRIAL if leave_out else 0.0
+        console.print(f"{len(found)} strategies play {contenders.TRIAL:g} s alone, to see whether they can")
+    lasting = contenders.TRIAL if leave_out else 0.0
     unable = contenders.unable(setup, found, options.jobs or cores(), match_time=lasting, teams=teams)
     left_out += [(contender.label, _line(why)) for contender, why in unable.items()]
     found = [contender for contender in found if contender not in unable]

@@ -17,6 +17,8 @@ from vrg.evaluation.games import FAILED
 from vrg.games import file_of
 from vrg.launch.run_folder import scratch_folder
 
+TRIAL = 30.0
+"""The match time in s of the game that a strategy plays alone before it takes part."""
 _LONGEST = 60
 """The number of bytes of a label. The name of a file has two, and may have 255."""
 _LOOK = 0.1

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Final
 
-from msgspec import Struct
+from msgspec import Struct, structs
 
 from vrg.errors import ConfigError
 from vrg.evaluation.contenders import short
@@ -21,6 +21,8 @@ from vrg.types import printable
 
 LARGEST: Final = 4_000_000
 """The number of bytes that the files of an entry may have together."""
+LONGEST: Final = 200
+"""The number of bytes that the path of a file may have in the folder of its entry."""
 MOST: Final = 100
 """The number of files and folders that an entry may have."""
 
@@ -52,7 +54,7 @@ class Source(Struct, frozen=True, kw_only=True):
 
 
 def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[[str], str]) -> list[Source]:
-    """The entries in a folder, sorted by name. What begins with `.` or `_` is none, and so is a folder without strategy.
+    """The entries in a folder, sorted by name. What begins with `.` or `_` is none, nor is a folder without strategy.
 
     Args:
         without: folders that are no entries. owner: the file that has a name already, by the name; empty if none has.
@@ -83,30 +85,22 @@ def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[
 
 def read_entry(path: Path) -> Source | None:
     """An entry as it is now; None if it is no file of a strategy and no folder with one."""
+    own = _is_strategy(path.name)
+    stem = path.stem if own else path.name
+    source = Source(entry=short(stem), name=printable(path.name))
     try:
         path.name.encode()
+        if own:
+            main = f"{source.entry}{path.suffix}"
+            return structs.replace(source, files={main: _read(path.name, LARGEST, path.parent)}, main=main)
+        return _read_folder(path, source) if stat.S_ISDIR(path.lstat().st_mode) else None
     except UnicodeEncodeError:
-        label, problem = short(ascii(path.stem)), "its name is not in UTF-8: give it another one"
-        return Source(entry=label, name=ascii(path.name), problem=problem) if _is_strategy(path.name) else None
-    own = _is_strategy(path.name)
-    source = Source(entry=short(path.stem if own else path.name), name=printable(path.name))
-    try:
-        kind = path.lstat().st_mode
-        if stat.S_ISDIR(kind) and not own:
-            return _read_folder(path, source)
-        if not own:
-            return None
-        if not stat.S_ISREG(kind):
-            what = "a link: put the file itself there" if stat.S_ISLNK(kind) else "no file"
-            return _with_problem(source, f"expected a file, found {what}")
-        main = f"{source.entry}{path.suffix}"
-        return Source(
-            entry=source.entry, name=source.name, files={main: _read(path.name, LARGEST, path.parent)}, main=main
-        )
-    except OSError as error:
-        return _with_problem(source, f"{source.name}: cannot be read: {error.strerror}")
+        problem = "its name is not in UTF-8: give it another one"
+        return Source(entry=short(ascii(stem)), name=ascii(path.name), problem=problem) if own else None
+    except (OSError, RecursionError) as error:
+        return structs.replace(source, problem=f"{source.name}: cannot be read: {error}")
     except ConfigError as error:
-        return _with_problem(source, str(error))
+        return structs.replace(source, problem=str(error))
 
 
 def _read_folder(path: Path, source: Source) -> Source | None:
@@ -121,25 +115,27 @@ def _read_folder(path: Path, source: Source) -> Source | None:
         return None
     named = [name for name in mains if Path(name).stem == path.name] or mains
     if len(named) != 1 or short(Path(named[0]).stem) != Path(named[0]).stem:
-        raise ConfigError(f"{source.name}: expected one file of a strategy in it, or {source.entry}.py")
+        found = printable(", ".join(mains))
+        raise ConfigError(
+            f"{source.name}: expected the strategy in {source.entry}.py, or in the only file, found {found}"
+        )
     for place, folders, names, handle in os.fwalk(path, follow_symlinks=False):
         folders[:] = sorted(name for name in folders if name[:1] != "." and name != "__pycache__")
         seen += len(folders) + len(names)
         if seen > MOST:
             raise ConfigError(f"{source.name}: expected at most {MOST} files and folders in it, found more")
         for name in sorted(name for name in names if name[:1] != "."):
+            own = os.path.relpath(os.path.join(place, name), path)
+            if len(os.fsencode(own)) > LONGEST:
+                raise ConfigError(f"{source.name}: expected paths of at most {LONGEST} bytes in it, found a longer one")
             data = _read(name, left, handle)
             left -= len(data)
-            files[os.path.relpath(os.path.join(place, name), path)] = data
-    return Source(entry=source.entry, name=source.name, files=files, main=named[0])
+            files[own] = data
+    return structs.replace(source, files=files, main=named[0])
 
 
 def _is_strategy(name: str) -> bool:
     return name.endswith(".py") or is_strategy_file(name)
-
-
-def _with_problem(source: Source, problem: str) -> Source:
-    return Source(entry=source.entry, name=source.name, problem=problem)
 
 
 def _read(name: str, most: int, folder: Path | int) -> bytes:
@@ -153,11 +149,15 @@ def _read(name: str, most: int, folder: Path | int) -> bytes:
     """
     handle = folder if isinstance(folder, int) else None
     path = name if isinstance(folder, int) else str(folder / name)
-    # Without O_NONBLOCK a pipe would be waited for; it may have taken the place of a file just now.
+    kind = os.lstat(path, dir_fd=handle).st_mode
+    if not stat.S_ISREG(kind):
+        what = "a link" if stat.S_ISLNK(kind) else "none"
+        raise ConfigError(f"{printable(name)}: expected a file, found {what}: put the file itself there")
+    # Another thing may have taken the place of the file just now; without O_NONBLOCK a pipe would be waited for.
     descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=handle)
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise ConfigError(f"{printable(name)}: expected a file, found none: put the file itself there")
+            raise ConfigError(f"{printable(name)}: expected a file, and it was replaced by something else just now")
         data = file.read(most + 1)
     if len(data) > most:
         raise ConfigError(f"{printable(name)}: expected at most {LARGEST / 1e6:g} MB for all files of an entry")

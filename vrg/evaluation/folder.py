@@ -23,6 +23,8 @@ log = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=Struct)
 
+DEFINITION = "experiment.json"
+"""The name of the file of the definition."""
 _VERSUS = ".vs."
 """Stands between two labels, which have no dot."""
 _json = msgspec.json.Encoder()
@@ -50,7 +52,7 @@ class ExperimentFolder:
         self.definition = definition
         self.playing = path / "playing"
         self.failures = path / "failures"
-        self._definition = path / "experiment.json"
+        self._definition = path / DEFINITION
         self._file: IO[bytes] | None = None
         self.rows: list[GameRecord] = []
         try:
@@ -188,11 +190,7 @@ class ExperimentFolder:
                 text = "expected an empty folder or that of an experiment, found other files: choose another --output"
                 raise ConfigError(f"{self.path}: {text}")
             return
-        try:
-            before = msgspec.json.decode(self._definition.read_bytes(), type=Definition)
-        except msgspec.DecodeError as error:
-            text = f"expected the definition of an experiment of this release: {error}: choose another --output"
-            raise ConfigError(f"{self._definition}: {text}") from None
+        before = read_definition(self.path)
         differences = self.definition.differences(before)
         if differences:
             text = f"the games in it are of another experiment: {'; '.join(differences)}: choose another --output"
@@ -203,6 +201,20 @@ class ExperimentFolder:
         for row in read_records(self.path / "games.jsonl", GameRecord):
             rows.setdefault((row.game.pairing, row.game.number), row)
         return list(rows.values())
+
+
+def read_definition(folder: Path) -> Definition:
+    """The definition of the experiment in a folder.
+
+    Raises:
+        ConfigError: it cannot be read, or is none of this release.
+    """
+    path = folder / DEFINITION
+    try:
+        return msgspec.json.decode(path.read_bytes(), type=Definition)
+    except (OSError, msgspec.DecodeError) as error:
+        text = f"expected the definition of an experiment of this release: {error}: choose another --output"
+        raise ConfigError(f"{path}: {text}") from None
 
 
 def read_records(path: Path, kind: type[R]) -> list[R]:

@@ -20,6 +20,11 @@ class Pairing(Struct, frozen=True, order=True):
     first: str
     second: str
 
+    @property
+    def labels(self) -> tuple[str, str]:
+        """The labels of both."""
+        return self.first, self.second
+
     def __str__(self) -> str:
         return f"{self.first} and {self.second}"
 

@@ -84,7 +84,7 @@ def fit(labels: Sequence[str], rows: Iterable[GameRecord]) -> Fit:
         # Newton's method on a concave function; a short step cannot lead astray.
         step = np.linalg.solve(information, (won - games * expected).sum(axis=1) - prior * strengths).clip(-1.0, 1.0)
         strengths += step
-    return Fit(labels, strengths, np.linalg.inv(information), games)
+    return Fit(labels, strengths, np.linalg.inv(information).astype(np.float64), games)
 
 
 def _expected(strengths: NDArray[np.float64]) -> NDArray[np.float64]:

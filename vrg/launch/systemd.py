@@ -159,6 +159,32 @@ def _quoted(word: str) -> str:
     return f'"{plain}"' if any(sign in word for sign in " \"'\\;") else plain
 
 
+def league_units(vrg: PurePosixPath, folder: PurePosixPath, at: str, arguments: Sequence[str]) -> dict[str, str]:
+    """The units of a user that let a league play every night, by the file's name.
+
+    A run that was missed, because the computer was off, is made up for when it is on again.
+
+    Args:
+        vrg: the path of the command `vrg`. folder: that of the entries. at: the time of day, such as `02:00`.
+        arguments: of `vrg league play` after the folder.
+    """
+    stem = "vrg-league-" + "".join(sign if sign.isascii() and sign.isalnum() else "-" for sign in folder.name)
+    command = [str(vrg), "league", "play", str(folder), *arguments]
+    about = f"VRG league {folder.name}".replace("%", "%%")
+    return {
+        f"{stem}.service": (
+            f"[Unit]\nDescription={about}\n\n[Service]\nType=oneshot\n"
+            f"ExecStart={' '.join(map(_quoted, command))}\nNice=10\nNoNewPrivileges=yes\n"
+            # As Ctrl-C does: what was played is kept, and the pages are written.
+            "KillSignal=SIGINT\nSuccessExitStatus=130\nTimeoutStopSec=60\n"
+        ),
+        f"{stem}.timer": (
+            f"[Unit]\nDescription={about}, every night\n\n[Timer]\nOnCalendar=*-*-* {at}:00\nPersistent=true\n\n"
+            "[Install]\nWantedBy=timers.target\n"
+        ),
+    }
+
+
 def install_commands(
     setup: MatchSetup,
     machine: str,

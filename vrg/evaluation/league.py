@@ -1,0 +1,189 @@
+"""A league: entries that may change at any time, and games of their versions, played whenever there is time for some.
+
+Each new version of an entry is copied into the folder of the league, and plays from there once it has passed a check.
+An entry whose newest version has not passed goes on with the one before. Ratings always follow from all games of all
+versions; the table shows the version by which each entry plays now.
+"""
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from pathlib import Path
+
+from msgspec import structs
+
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
+from vrg.evaluation.contenders import TRIAL, Contender, teams_of, unable, with_strategies
+from vrg.evaluation.entries import Source
+from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
+from vrg.evaluation.league_folder import LeagueFolder, Version, playing
+from vrg.evaluation.matchmaking import next_pairing
+from vrg.evaluation.running import Games
+from vrg.evaluation.standings import Fit, fit
+from vrg.types import printable
+
+_LONGEST = 2000
+"""The number of characters of what is wrong with a version."""
+_SHOWN = 5
+"""The number of games with failures that the file for an author has."""
+_TAIL = 4000
+"""The number of bytes of the end of a player's log that it has."""
+
+
+def admit(
+    folder: LeagueFolder,
+    setup: MatchSetup,
+    sources: Iterable[Source],
+    target_of: Callable[[str], str],
+    now: str,
+    jobs: int,
+) -> list[Version]:
+    """Take in what has changed: copy each new version, and let it play alone, sealed, before it takes part.
+
+    Args:
+        target_of: the strategy of a file, as a match file names it, by its path; raises a ConfigError if it has none.
+        now: the wall time, as `Version.since`. jobs: the number of games at a time.
+
+    Returns:
+        the lines that were added to the record of versions.
+
+    Raises:
+        LaunchError: the folder cannot be written, or no game can be played.
+    """
+    before = len(folder.versions)
+    waiting: dict[Contender, Version] = {}
+    for source in sources:
+        of_entry = [version for version in folder.versions if version.entry == source.entry]
+        known = [version for version in of_entry if version.digest == source.digest]
+        if known and not known[-1].problem and known[-1] != playing(of_entry).get(source.entry):
+            folder.add(structs.replace(known[-1], since=now))  # its author has gone back to this one
+        if known or source.problem:
+            continue
+        number = max((version.number for version in of_entry), default=0) + 1
+        new = Version(entry=source.entry, number=number, digest=source.digest, file=source.name, since=now)
+        copy = folder.store(new.label, source)
+        try:
+            target = target_of(str(copy))
+            with_strategies(setup, dict.fromkeys(teams_of(setup), target))
+            waiting[Contender(label=new.label, target=target)] = new
+        except ConfigError as error:
+            folder.add(structs.replace(new, problem=_own(str(error), copy)))
+    problems = unable(setup, list(waiting), jobs, match_time=TRIAL) if waiting else {}
+    for contender, new in waiting.items():
+        why = _own(problems.get(contender, ""), Path(contender.target))
+        folder.add(structs.replace(new, target=folder.in_store(contender.target), problem=why))
+    return folder.versions[before:]
+
+
+def _own(problem: str, copy: Path) -> str:
+    """What is wrong with a version, in a line, with its files as their author knows them."""
+    return printable(" ".join(problem.replace(f"{copy.parent}/", "").split()))[:_LONGEST]
+
+
+class League(Games):
+    """The games of a league, as far as a call plays them.
+
+    Args:
+        folder: the open folder of the league. setup: its match.
+        there: the entries that may play now: those whose file is still there.
+        more: False ends it, when the games that run are over; called with the number of games that were started.
+
+    Attributes:
+        playing: the version by which each entry plays. active: the labels of those that may play, sorted.
+    """
+
+    def __init__(
+        self, folder: LeagueFolder, setup: MatchSetup, there: Collection[str], more: Callable[[int], bool]
+    ) -> None:
+        super().__init__(folder, setup)
+        self.folder: LeagueFolder = folder
+        self.playing = playing(folder.versions)
+        self.active = sorted(version.label for entry, version in self.playing.items() if entry in there)
+        self._more = more
+        self._started = 0
+        self._fit: tuple[int, Fit] | None = None
+
+    @property
+    def rows(self) -> list[GameRecord]:
+        """All games."""
+        return self.folder.rows
+
+    @property
+    def fit(self) -> Fit:
+        """The ratings of all versions by all games."""
+        if self._fit is None or self._fit[0] != len(self.rows):
+            played = {label for row in self.rows for label in row.game.pairing.labels}
+            self._fit = len(self.rows), fit(sorted(played | {v.label for v in self.playing.values()}), self.rows)
+        return self._fit[1]
+
+    def upcoming(self, running: Sequence[ScheduledGame]) -> ScheduledGame | None:
+        """The other half of a pair of games that was begun, or the pair that makes the ratings certain fastest."""
+        if not self._more(self._started):
+            return None
+        taken = [row.game for row in self.rows] + list(running)
+        game = _half(taken, self.active)
+        if game is None:
+            pairing = next_pairing(self.fit, self.active, [other.pairing for other in running])
+            if pairing is None:
+                return None
+            game = pairing, 2 * sum(other.pairing == pairing and other.number % 2 == 0 for other in taken)
+        self._started += 1
+        return self.folder.definition.game_of(*game)
+
+
+def _half(taken: Sequence[ScheduledGame], active: Collection[str]) -> tuple[Pairing, int] | None:
+    """The first game that is missing of a pair of games, between strategies that may play; None if there is none."""
+    there = {(game.pairing, game.number) for game in taken}
+    for game in taken:
+        if (game.pairing, other := game.number ^ 1) not in there and {*game.pairing.labels} <= {*active}:
+            return game.pairing, other
+    return None
+
+
+def errors_of(folder: LeagueFolder, source: Source | None, entry: str, now: str) -> str:
+    """What is wrong with an entry, for its author alone: why it does not play, and what has failed in its games.
+
+    Args:
+        source: the entry as it is now; None if it is not there any more. now: the wall time.
+    """
+    parts = []
+    of_entry = [version for version in folder.versions if version.entry == entry]
+    current = playing(of_entry).get(entry)
+    goes_on = f"version {current.number} goes on playing" if current else "no version of it plays"
+    if source is not None and source.problem:
+        parts.append(f"{source.problem} ({goes_on})")
+    elif of_entry and of_entry[-1].problem:
+        last = of_entry[-1]
+        parts.append(f"version {last.number} of {last.since} does not play ({goes_on}):\n{last.problem}")
+    labels = {version.label for version in of_entry}
+    parts += failed_games(folder, labels)
+    return "\n\n".join([f"{entry}, {now}", *parts]) + "\n" if parts else ""
+
+
+def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]:
+    """What has failed in the code of some strategies, for their author, with the end of the logs: the last first."""
+    parts = []
+    failed = [(row, said) for row in folder.rows if (said := _failures(row, labels))]
+    for row, said in reversed(failed[-_SHOWN:]):
+        label, other = sorted(row.game.pairing.labels, key=lambda label: label not in labels)
+        parts.append("\n".join([f"{label} against {other}, seed {row.game.seed}:", *said]))
+        logs = folder.failures / folder.name_of(row.game) / "logs"
+        names = dict.fromkeys(failure.partition(": ")[0] for failure in said)
+        parts += [f"the end of {name}.log:\n{end}" for name in names if (end := _tail(logs / f"{name}.log"))]
+    return parts
+
+
+def _failures(row: GameRecord, labels: Collection[str]) -> list[str]:
+    """What has failed in a game in the code of versions of one entry."""
+    own = {name for name, team in row.teams.items() if row.label(team) in labels}
+    return [failure for failure in row.played.failures if failure.partition(": ")[0] in own]
+
+
+def _tail(log: Path) -> str:
+    """The end of the log of a player; empty if there is none."""
+    try:
+        with log.open("rb") as file:
+            file.seek(max(0, log.stat().st_size - _TAIL))
+            return printable(file.read(_TAIL).decode(errors="replace"), lines=True)
+    except OSError:
+        return ""

@@ -1,0 +1,245 @@
+"""The folder of a league: its settings, the versions of its entries, the record of its games, and what is kept."""
+
+import os
+import shlex
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+from typing import IO
+
+import msgspec
+from msgspec import Struct, structs
+
+from vrg.bus.messages import DISQUALIFIED, Call
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.evidence import read_evidence
+from vrg.coordinator.journal import read_journal
+from vrg.errors import LaunchError, VrgError
+from vrg.evaluation.contenders import Contender
+from vrg.evaluation.entries import Source
+from vrg.evaluation.experiment import Definition
+from vrg.evaluation.folder import ExperimentFolder, read_records, write_record
+from vrg.evaluation.games import ScheduledGame
+from vrg.launch.keeping import keep
+from vrg.launch.run_folder import RunFolder, delete, write_whole
+
+SAMPLED_EVERY = 0.5
+"""The match time in s between two poses of a player that are kept of a game."""
+
+
+VERSIONS = "versions"
+"""The name of the folder with the files of each version."""
+
+
+class Version(Struct, frozen=True, kw_only=True):
+    """A line of the record of versions: from now on an entry plays by this version, or this one has failed the check.
+
+    Args:
+        entry: the name of the entry. number: counts its versions from 1. digest: the SHA-256 of its content.
+        file: the name of the file or folder from which it came.
+        since: the wall time, as `2026-11-26 02:00`. target: its strategy, in the folder of the versions.
+        problem: why it cannot play, in words; empty if it can.
+    """
+
+    entry: str
+    number: int
+    digest: str
+    file: str
+    since: str
+    target: str = ""
+    problem: str = ""
+
+    @property
+    def label(self) -> str:
+        """Its label in the record of games: names of entries have no dot."""
+        return f"{self.entry}.{self.number}"
+
+
+def playing(versions: Iterable[Version]) -> dict[str, Version]:
+    """The version by which each entry plays: the last one in the record that has passed the check."""
+    return {version.entry: version for version in versions if not version.problem}
+
+
+def targets(folder: Path, versions: Iterable[Version]) -> dict[str, str]:
+    """The strategies of the versions that have passed the check, by their labels.
+
+    Args:
+        folder: that of the league.
+    """
+    store = folder.resolve() / VERSIONS
+    return {version.label: str(store / version.target) for version in versions if not version.problem}
+
+
+class PublicCall(Struct, frozen=True):
+    """A call of the referee as the pages have it: the time of play in s, the rule, and the text."""
+
+    clock: float
+    rule: str
+    text: str
+
+
+class Trace(Struct, frozen=True, kw_only=True):
+    """What is kept of a game for people who have not seen it.
+
+    Args:
+        calls: what the referee called. times: the match times of the poses, s.
+        tracks: x and y of each player at these times, m; None where the referee did not know.
+    """
+
+    calls: list[PublicCall] = []
+    times: list[float] = []
+    tracks: dict[str, list[tuple[float, float] | None]] = {}
+
+
+class LeagueFolder(ExperimentFolder):
+    """The folder of a league; see ExperimentFolder. Only its owner may look into it, as it has the code of all.
+
+    Args:
+        definition: what its games depend on, without contenders. setup: the match, for a folder that is to be made.
+        another: True goes on although VRG has changed.
+
+    Attributes:
+        versions: the record of versions. errors: the folder with a file of errors for each author.
+    """
+
+    def __init__(
+        self, path: Path, definition: Definition, setup: MatchSetup | None = None, *, another: bool = False
+    ) -> None:
+        self._record: IO[bytes] | None = None
+        self._another = another
+        super().__init__(path, definition)
+        self.errors = path / "errors"
+        self._store, self._games = path / VERSIONS, path / "kept"
+        try:
+            path.chmod(0o700)
+            if setup is not None:
+                folder = RunFolder(path / "match")
+                folder.path.mkdir(exist_ok=True)
+                keep(setup, folder)
+                (path / ".gitignore").write_text("*\n")
+            self._record = (path / "versions.jsonl").open("ab")
+            self.versions = read_records(path / "versions.jsonl", Version)
+        except OSError as error:
+            self.close()
+            raise LaunchError(f"{path}: cannot be used: {error.strerror}") from None
+        self._know()
+
+    def add(self, version: Version) -> None:
+        """Write a version to the record.
+
+        Raises:
+            LaunchError: it cannot be written.
+        """
+        if self._record is None:
+            raise LaunchError(f"{self.path}: the folder is closed")
+        write_record(self._record, version)
+        self.versions.append(version)
+        self._know()
+
+    def store(self, label: str, source: Source) -> Path:
+        """Copy an entry, and return the copy of the file of its strategy.
+
+        Raises:
+            LaunchError: it cannot be written.
+        """
+        folder = self._store / label
+        try:
+            delete(folder)
+            for name, data in source.files.items():
+                file = folder / name
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(data)
+        except OSError as error:
+            raise LaunchError(f"{folder}: cannot be written: {error.strerror}: free some space") from None
+        return folder / source.main
+
+    def in_store(self, target: str) -> str:
+        """A strategy of the store as the record has it: without the folder of the versions."""
+        return os.path.relpath(target, self._store.resolve())
+
+    def keep(self, game: ScheduledGame, written: Path) -> None:
+        """Keep the journal of a game, and its trace."""
+        source, target = RunFolder(written), self.kept(game)
+        try:
+            target.mkdir(parents=True, exist_ok=True)
+            if source.journal.exists():
+                shutil.copy2(source.journal, target)
+            write_whole(target / "trace.json", msgspec.json.encode(_trace(source)))
+        except OSError as error:
+            raise LaunchError(f"{target}: cannot be written: {error.strerror}: free some space") from None
+
+    def kept(self, game: ScheduledGame) -> Path:
+        """The folder of what is kept of a game."""
+        return self._games / self.name_of(game)
+
+    def trace(self, game: ScheduledGame) -> Trace:
+        """The trace of a game; an empty one if there is none."""
+        try:
+            return msgspec.json.decode((self.kept(game) / "trace.json").read_bytes(), type=Trace)
+        except (OSError, msgspec.DecodeError):
+            return Trace()
+
+    def again(self, game: ScheduledGame) -> str:
+        """The command that plays a game again, in the folder of the league: pages leave out where that is."""
+        file = self.match_file(game).relative_to(self.path)
+        return f"vrg play {shlex.quote(str(file))} --lockstep --seed {game.seed}"
+
+    def write_errors(self, entry: str, text: str) -> None:
+        """Write the errors of an entry, which only the owner of the league can read; an empty text deletes them.
+
+        Raises:
+            LaunchError: they cannot be written.
+        """
+        file = self.errors / f"{entry}.txt"
+        try:
+            if not text:
+                file.unlink(missing_ok=True)
+                return
+            self.errors.mkdir(mode=0o700, exist_ok=True)
+            descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+            with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as opened:
+                opened.write(text)
+        except OSError as error:
+            raise LaunchError(f"{file}: cannot be written: {error.strerror}: free some space") from None
+
+    def close(self) -> None:
+        """See ExperimentFolder.close."""
+        if self._record is not None:
+            self._record.close()
+            self._record = None
+        super().close()
+
+    def _check(self) -> None:
+        if not (self._another and self._definition.is_file()):
+            super()._check()
+
+    def _know(self) -> None:
+        """Let games be played by all versions that have passed the check."""
+        known = targets(self.path, self.versions)
+        contenders = [Contender(label=label, target=target) for label, target in known.items()]
+        self.definition = structs.replace(self.definition, contenders=contenders)
+
+
+def _trace(run: RunFolder) -> Trace:
+    """The trace of a game by its journal and its evidence, as far as they can be read."""
+    try:
+        calls = [
+            PublicCall(call.clock, call.rule, _public(call))
+            for record in read_journal(run.journal)[1]
+            for call in record.calls
+        ]
+        times, seen = list[float](), list[dict[str, tuple[float, float]]]()
+        for exhibit in read_evidence(run.evidence):
+            if not times or exhibit.tick.time >= times[-1] + SAMPLED_EVERY:
+                times.append(round(exhibit.tick.time, 2))
+                poses = exhibit.tick.field.poses
+                seen.append({name: (round(pose.x, 2), round(pose.y, 2)) for name, pose in poses.items()})
+    except VrgError:
+        return Trace()
+    names = sorted({name for poses in seen for name in poses})
+    return Trace(calls=calls, times=times, tracks={name: [poses.get(name) for poses in seen] for name in names})
+
+
+def _public(call: Call) -> str:
+    """The text of a call without the error of a player's code, which is for its author."""
+    return call.text.partition(": ")[0] if call.rule == DISQUALIFIED else call.text
