@@ -63,7 +63,8 @@ def write(folder: Path, lab: Lab) -> None:
         for (name, role, x, y), machine in zip(PLAYERS, lab.hosts, strict=True)
     ]
     text = MATCH + lab.tables() + "".join(players)
-    (folder / "match.toml").write_text(text.replace('name = "annika"', 'name = "annika"\nstrategy = "annika.py:Annika"'))
+    own = 'name = "annika"\nstrategy = "annika.py:Annika"'
+    (folder / "match.toml").write_text(text.replace('name = "annika"', own))
     (folder / "annika.py").write_text(ANNIKA)
 
 
