@@ -21,8 +21,9 @@ from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Checkpoint
 from vrg.faults.checking import checked, shortest
-from vrg.faults.plan import REFEREE, Fault, FaultKind, drawn
-from vrg.faults.simulation import FaultyJournal, SimulatedMatch, Streams
+from vrg.faults.disk import FaultyJournal
+from vrg.faults.plan import REFEREE, Fault, FaultKind, Streams, drawn
+from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.sim import safety
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
@@ -69,7 +70,7 @@ def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
 
 
 def _ignoring_full(self: FaultyJournal, at: int, data: bytes) -> None:
-    if not self.full:
+    if not self.disk.full:
         Journal._write(self, at, data)
 
 

@@ -59,8 +59,7 @@ def fuzz(
 def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tuple[list[str], list[Fault]]":
     """Play one match; what did not hold, in words, and the fewest faults with which something does not."""
     from vrg.faults.checking import shortest
-    from vrg.faults.plan import drawn
-    from vrg.faults.simulation import Streams
+    from vrg.faults.plan import Streams, drawn
 
     logging.disable(logging.CRITICAL)
     players = [player.name for player in setup.players]

@@ -10,6 +10,17 @@ WORLD, REFEREE = "world", "referee"
 """The names of the processes that every match has, besides those of the players."""
 
 
+class Streams:
+    """Random numbers by a seed and a label, so that one more draw in one place does not disturb any other."""
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+
+    def __call__(self, label: str) -> Random:
+        """The numbers of a label."""
+        return Random(f"{self._seed}:{label}")
+
+
 class FaultKind(enum.StrEnum):
     """What fails.
 
