@@ -10,7 +10,7 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.pacing import Pacer
 from vrg.bus.process import STALLED_PERIOD
 from vrg.bus.transport import turn
-from vrg.errors import JournalError
+from vrg.errors import JournalError, RobotError
 from vrg.faults.network import Link, SimulatedSession
 from vrg.hal.sim.node import WorldNode
 from vrg.launch.serving import SNAPSHOT_PERIOD
@@ -33,6 +33,7 @@ class Process:
 
     Attributes:
         link: its own, which stays as it is when it is started again.
+        ahead: by how much its time of day has been set ahead, s.
         node, session: its own; None while it does not run. frozen: True while it does not go on.
         woken: True if the clock has come since it looked last.
         unable: since when it can publish nothing, match time in s; None if it can.
@@ -41,6 +42,7 @@ class Process:
     def __init__(self, match: "SimulatedMatch", name: str, make: Callable[[], Node]) -> None:
         self.name = name
         self.link = Link()
+        self.ahead = 0.0
         self.node: Node | None = None
         self.session: SimulatedSession | None = None
         self.frozen = self.woken = False
@@ -56,7 +58,10 @@ class Process:
         return self.node is not None and not self.frozen
 
     def start(self) -> None:
-        """Start it, unless it runs. It waits for its link, and ends if the journal cannot be opened."""
+        """Start it, unless it runs. It waits for its link.
+
+        It ends, and is started again, if the journal cannot be opened, or the drives do not answer.
+        """
         if self.node is not None:
             return
         if self.link.down:
@@ -68,7 +73,8 @@ class Process:
             self.session = SimulatedSession(self._match.network, f"{self.name}.{self._starts}", self.link)
             self._attach(self.session, self.node)
             self.node.start()
-        except JournalError:
+        except (JournalError, RobotError):
+            self.end()
             self._match.after(RESTART, self.start)
             return
         except Exception as error:
@@ -121,6 +127,7 @@ class Process:
             self._turn(node, session, tick)
 
     def _turn(self, node: Node, session: SimulatedSession, tick: Tick) -> None:
+        self._match.acting = self
         try:
             turn([node], tick, session)
         except Exception as error:
