@@ -184,15 +184,15 @@ def checked(match: SimulatedMatch, seconds: float) -> list[str]:
     return checker.problems
 
 
-def shortest(faults: Sequence[Fault], fails: Callable[[Sequence[Fault]], bool]) -> list[Fault]:
-    """The fewest of some faults with which a match still fails, by leaving out one after the other.
+def shortest(faults: Sequence[Fault], play: Callable[[Sequence[Fault]], list[str]]) -> tuple[list[str], list[Fault]]:
+    """What does not hold, in words, with the fewest of some faults, by leaving out one after the other; and those.
 
     Args:
-        fails: plays the match with some faults.
+        play: plays the match with some faults, and returns what does not hold.
     """
-    kept = list(faults)
-    for fault in faults:
+    kept, problems = list(faults), play(faults)
+    for fault in faults if problems else ():
         fewer = [other for other in kept if other is not fault]
-        if fails(fewer):
-            kept = fewer
-    return kept
+        if found := play(fewer):
+            kept, problems = fewer, found
+    return (problems, kept) if problems else ([], [])
