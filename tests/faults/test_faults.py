@@ -1,6 +1,7 @@
 """Simulated matches with faults: the same by the same seed, sound as they are, and unsound with a planted mistake."""
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from unittest import mock
@@ -10,19 +11,25 @@ import pytest
 from typer.testing import CliRunner
 
 import vrg.agents.player
+import vrg.hal.can.guard
 import vrg.hal.gate
 from tests.tiny import TINY
 from vrg.bus.mailbox import Numbers
+from vrg.bus.node import Tick
 from vrg.cli import make_app
 from vrg.commands.fuzz import problems_of
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
+from vrg.coordinator.attendance import Attendance
 from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Checkpoint
 from vrg.faults.checking import checked, shortest
-from vrg.faults.plan import REFEREE, Fault, FaultKind, drawn
-from vrg.faults.simulation import FaultyJournal, SimulatedMatch, Streams
+from vrg.faults.disk import FaultyJournal
+from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind, Streams, drawn
+from vrg.faults.simulation import SimulatedMatch
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.workshop.odrive.drive import OdriveDrive
 from vrg.hal.sim import safety
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
@@ -30,6 +37,17 @@ from vrg.launch.run_folder import RunFolder
 
 MATCH = TINY.replace("passes = 1", "passes = 2\npass_limit = 8.0")
 SECONDS, COUNT = 30.0, 6
+WIRING = """
+[backends.can]
+interface = "virtual"
+channel = "a"
+protocol = "odrive"
+emulate = true
+[backends.can.robots.ann]
+left = [0]
+right = [1]
+ratio = 50.0
+"""
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +57,17 @@ def setup(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
     return load_match(file).at_rate(1.0)
 
 
+@pytest.fixture(scope="module")
+def wired(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
+    file = tmp_path_factory.mktemp("match") / "wired.toml"
+    file.write_text(MATCH.replace('name = "ann"\n', 'name = "ann"\nbackend = "can"\n') + WIRING)
+    return load_match(file).at_rate(1.0)
+
+
 def faults_of(setup: MatchSetup, seed: int) -> list[Fault]:
-    return drawn(Streams(seed)("faults"), [player.name for player in setup.players], 0.6 * SECONDS, COUNT)
+    return drawn(
+        Streams(seed)("faults"), [player.name for player in setup.players], 0.6 * SECONDS, COUNT, setup.physical
+    )
 
 
 def journal_of(setup: MatchSetup, folder: Path, seed: int) -> tuple[bytes, list[str]]:
@@ -61,6 +88,33 @@ def test_whatever_fails_what_must_hold_holds(setup: MatchSetup, seed: int) -> No
     assert problems_of(setup, seed, faults_of(setup, seed), SECONDS) == []
 
 
+@pytest.mark.parametrize("seed", [3, 5, 30])
+def test_whatever_fails_what_must_hold_holds_with_drives(wired: MatchSetup, seed: int) -> None:
+    assert problems_of(wired, seed, faults_of(wired, seed), SECONDS) == []
+
+
+def test_nothing_goes_by_the_time_of_day(wired: MatchSetup, tmp_path: Path) -> None:
+    steps = [Fault(FaultKind.CLOCK, name, 1.0, 2.0, 7200.0) for name in (WORLD, REFEREE, "ann", "bob")]
+    journals = []
+    for name, faults in (("without", []), ("with", steps)):
+        run = RunFolder(tmp_path / name)
+        run.prepare()
+        assert checked(SimulatedMatch(wired, run, 1, faults), SECONDS) == []
+        journals.append(run.journal.read_bytes())
+    assert journals[0] == journals[1]
+
+
+def test_a_process_that_is_started_again_keeps_its_bad_link(setup: MatchSetup, tmp_path: Path) -> None:
+    run = RunFolder(tmp_path / "run")
+    run.prepare()
+    faults = [Fault(FaultKind.SLOW, "ann", 0.5, 9.0, 0.4), Fault(FaultKind.KILL, "ann", 1.0, 0.1)]
+    match = SimulatedMatch(setup, run, 1, faults)
+    match.run(3.0, lambda: None)
+    session = match.processes["ann"].session
+    assert session is not None
+    assert session.delay() > 0.4
+
+
 def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
     one, other = Streams(1), Streams(1)
     one("link of ann").random()
@@ -69,7 +123,7 @@ def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
 
 
 def _ignoring_full(self: FaultyJournal, at: int, data: bytes) -> None:
-    if not self.full:
+    if not self.disk.full:
         Journal._write(self, at, data)
 
 
@@ -110,20 +164,52 @@ def _keeping_back(announce: Callable[[Coordinator], None]) -> Callable[[Coordina
     return planted
 
 
+def _by_time_of_day(tick: Callable[[Coordinator, Tick], None]) -> Callable[[Coordinator, Tick], None]:
+    def planted(self: Coordinator, now: Tick) -> None:
+        began = self.__dict__.setdefault("began", time.time() - now.time)
+        tick(self, Tick(time.time() - began, live=now.live))
+
+    return planted
+
+
 TIMEOUT = "REFEREE_TIMEOUT"
 PLANTED = {
-    "journal: a full disk goes unnoticed": (6, [(FaultyJournal, "_write", _ignoring_full)]),
-    "journal: a torn line stays": (2, [(Journal, "_load", _with_torn(Journal._load))]),
-    "journal: calls are numbered anew after a restart": (2, [(Journal, "standing", _standing(calls=0))]),
-    "journal: the clock is forgotten in a restart": (2, [(Journal, "standing", _standing(total=0.0))]),
+    "journal: a full disk goes unnoticed": (15, [(FaultyJournal, "_write", _ignoring_full)]),
+    "journal: a torn line stays": (4, [(Journal, "_load", _with_torn(Journal._load))]),
+    "journal: calls are numbered anew after a restart": (4, [(Journal, "standing", _standing(calls=0))]),
+    "journal: the clock is forgotten in a restart": (4, [(Journal, "standing", _standing(total=0.0))]),
     "journal: evidence is not written": (0, [(Journal, "witness", lambda *_: None)]),
     "coordinator: it announces what is not on disk": (0, [(Journal, "settled", lambda _: True)]),
     "coordinator: a call is kept back": (48, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
-    "executor: what comes twice is taken twice": (7, [(Numbers, "is_new", lambda *_: True)]),
+    "executor: what comes twice is taken twice": (44, [(Numbers, "is_new", lambda *_: True)]),
     "device: no watchdog": (1, [(safety, "COMMAND_TIMEOUT", 1e9)]),
     "device: a silent referee is not missed": (3, [(vrg.hal.gate, TIMEOUT, 1e9), (vrg.agents.player, TIMEOUT, 1e9)]),
+    "coordinator: it goes by the time of day": (34, [(Coordinator, "tick", _by_time_of_day(Coordinator.tick))]),
     "world: a restart is no new epoch": (22, [(World, "restore", _same_epoch(World.restore))]),
 }
+
+
+def _worn(starve: Callable[[OdriveDrive], list[Frame]]) -> Callable[[OdriveDrive], list[Frame]]:
+    def planted(self: OdriveDrive) -> list[Frame]:
+        return starve(self) if self._now < 3.0 else []  # after it has been proved
+
+    return planted
+
+
+CAN_PLANTED = {
+    "drive: its watchdog stops nothing": (FaultKind.KILL, [(OdriveDrive, "_starve", _worn(OdriveDrive._starve))]),
+    "driver: it misses no drive": (FaultKind.MUTE, [(vrg.hal.can.guard, "HEARTBEAT_TIMEOUT", 1e9)]),
+    "coordinator: it goes on without a robot": (FaultKind.BUS, [(Attendance, "failing", lambda *_, **__: ({}, []))]),
+}
+
+
+@pytest.mark.parametrize("mistake", CAN_PLANTED)
+def test_a_planted_mistake_about_drives_is_found_by_one_fault(wired: MatchSetup, mistake: str) -> None:
+    kind, patches = CAN_PLANTED[mistake]
+    with ExitStack() as stack:
+        for target, name, planted in patches:
+            stack.enter_context(mock.patch.object(target, name, planted))
+        assert problems_of(wired, 0, [Fault(kind, "ann", 4.0, 2.5)], 8.0)
 
 
 @pytest.mark.parametrize("mistake", PLANTED)
@@ -137,7 +223,15 @@ def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, mistake: str)
 
 def test_the_fewest_faults_are_found() -> None:
     faults = [Fault(FaultKind.KILL, name, 1.0, 1.0) for name in ("ann", REFEREE, "bob", "world")]
-    kept = shortest(faults, lambda fewer: {REFEREE, "world"} <= {fault.process for fault in fewer})
+    played: list[int] = []
+
+    def play(fewer: Sequence[Fault]) -> list[str]:
+        played.append(len(fewer))
+        return ["wrong"] if {REFEREE, "world"} <= {fault.process for fault in fewer} else []
+
+    problems, kept = shortest(faults, play)
+    assert problems == ["wrong"]
+    assert played == [4, 3, 3, 2, 2]
     assert [fault.process for fault in kept] == [REFEREE, "world"]
 
 

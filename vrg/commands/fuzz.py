@@ -23,6 +23,9 @@ def fuzz(
     games: Annotated[int, typer.Option(min=1, help="How many, each with a seed of its own.")] = 100,
     faults: Annotated[int, typer.Option(min=0, help="Faults in each match.")] = 4,
     seconds: Annotated[float, typer.Option("--for", min=1.0, help="The longest match, s of simulated time.")] = 30.0,
+    jobs: Annotated[
+        int | None, typer.Option(min=1, help="Matches at the same time (default: one on each core).")
+    ] = None,
 ) -> None:
     """Play matches in which processes, links and disks fail, and check what must hold whatever fails.
 
@@ -39,7 +42,7 @@ def fuzz(
     setup = load_match(match_path(match)).all_here().at_rate(1.0)
     console = Console(highlight=False, emoji=False)
     wrong = 0
-    with ProcessPoolExecutor(cores()) as pool, Progress(console=console, transient=True) as bar:
+    with ProcessPoolExecutor(jobs or cores()) as pool, Progress(console=console, transient=True) as bar:
         task = bar.add_task("matches", total=games)
         play = partial(played, setup, count=faults, seconds=seconds)
         for number, (found, fewest) in enumerate(pool.map(play, range(seed, seed + games)), seed):
@@ -59,17 +62,12 @@ def fuzz(
 def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tuple[list[str], list[Fault]]":
     """Play one match; what did not hold, in words, and the fewest faults with which something does not."""
     from vrg.faults.checking import shortest
-    from vrg.faults.plan import drawn
-    from vrg.faults.simulation import Streams
+    from vrg.faults.plan import Streams, drawn
 
     logging.disable(logging.CRITICAL)
     players = [player.name for player in setup.players]
-    faults = drawn(Streams(seed)("faults"), players, 0.6 * seconds, count)
-    found = problems_of(setup, seed, faults, seconds)
-    if not found:
-        return [], []
-    fewest = shortest(faults, lambda fewer: bool(problems_of(setup, seed, fewer, seconds)))
-    return problems_of(setup, seed, fewest, seconds), fewest
+    faults = drawn(Streams(seed)("faults"), players, 0.6 * seconds, count, setup.physical)
+    return shortest(faults, lambda fewer: problems_of(setup, seed, fewer, seconds))
 
 
 def problems_of(setup: "MatchSetup", seed: int, faults: "Sequence[Fault]", seconds: float) -> list[str]:

@@ -4,19 +4,30 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Final
 
-from vrg.bus.messages import at_rest
+from vrg.bus.messages import Stage, at_rest
+from vrg.bus.messages.match import DISQUALIFIED
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
+from vrg.faults.can import CanProcess
 from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.faults.simulation import SimulatedMatch
+from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.launch.judged import judge_run
 
 MARGIN: Final = 0.15
 """The time in s that a stop may take beyond its time-outs: a period of players, two ticks of the world, a message."""
+BRAKING: Final = 0.5
+"""The time in s that the motors of a robot with drives take to stand, and its encoders to show it."""
 SILENCE: Final = 5.0
 """The time in s after which a referee that is not heard has been given up: no fault lasts as long."""
+
+GOING_ON: Final = 10.0
+"""The simulated real time in s that a match may stay halted once all faults are over: the official asks every 2.5 s."""
+HALTING: Final = HEARTBEAT_TIMEOUT + 0.5
+"""The simulated real time in s after which a match in play halts for a bus that is silent: what a driver needs to miss
+its drives, a report, and a tick of the referee."""
 
 
 class Checker:
@@ -36,12 +47,16 @@ class Checker:
         self._numbers: set[int] = set()
         self._heard = 0
         self._told: set[str] = set()
+        self._halted = False
+        self._since = self._steady = 0.0
 
     def look(self) -> None:
         """Look at what the observer has heard."""
         self._look_at_time()
         self._look_at_calls()
         self._look_at_robots()
+        self._look_at_drives()
+        self._look_at_halts()
 
     def conclude(self) -> None:
         """Look at what is left of the match once it is over."""
@@ -105,8 +120,49 @@ class Checker:
                 unable = match.processes[name].unable
                 since = 0.0 if unable is None else poses.stamp - unable
                 slow = sum(f.size for f in match.faults if f.kind is FaultKind.SLOW and f.process in (name, WORLD))
-                if since > bound + MARGIN + slow and body.stands is None and not at_rest(body.twist):
+                braking = BRAKING if body.physical else 0.0
+                if since > bound + MARGIN + slow + braking and body.stands is None and not at_rest(body.twist):
                     self._note(f"{body.name} is driven, though {name} has published nothing for {since:.2f} s")
+
+    def _look_at_drives(self) -> None:
+        """The motors of a robot are off once its drives hear nothing, or one of them says nothing."""
+        now = self._match.network.now
+        for process in self._match.processes.values():
+            if not isinstance(process, CanProcess):
+                continue
+            longest = max(drive.options.watchdog for drive in process.drives)
+            for since, bound, what in (
+                (process.silent, longest, "its drives hear nothing"),
+                (process.muted, HEARTBEAT_TIMEOUT + longest, "one of its drives says nothing"),
+            ):
+                if since is not None and now - since > bound + MARGIN and any(d.driven for d in process.drives):
+                    self._note(f"{process.name} is driven, though {what}, for {now - since:.2f} s")
+
+    def _look_at_halts(self) -> None:
+        """A match in play halts soon after a bus has fallen silent, and any match goes on once all faults are over."""
+        match, now, state = self._match, self._match.network.now, self._match.state
+        if state is None:
+            return
+        halted = state.halted is not None
+        if not halted or not self._halted:
+            self._since = now
+        self._halted = halted
+        over = max((fault.begin + fault.length for fault in match.faults), default=0.0)
+        if halted and not state.halted:
+            self._note("play is halted, without a reason")
+        waits = now - max(self._since, over)
+        if halted and not match.over and waits > GOING_ON:
+            self._note(f"play is halted for {waits:.1f} s, though all faults are over: {state.halted}")
+        if any(process.unable is not None for process in match.processes.values()) or halted:
+            self._steady = now
+        for process in match.processes.values():
+            if not isinstance(process, CanProcess) or process.silent is None:
+                continue
+            silent = now - max(process.silent, self._steady)
+            slow = sum(f.size for f in match.faults if f.kind is FaultKind.SLOW)
+            out = any(p.name == process.name and p.state == DISQUALIFIED for p in state.players)
+            if state.stage is Stage.PLAY_ROUND and not out and silent > HALTING + slow:
+                self._note(f"play goes on, though {process.name} has not reached its drives for {silent:.2f} s")
 
     def _note(self, text: str) -> None:
         """Note a problem, each kind of it once."""
@@ -128,15 +184,15 @@ def checked(match: SimulatedMatch, seconds: float) -> list[str]:
     return checker.problems
 
 
-def shortest(faults: Sequence[Fault], fails: Callable[[Sequence[Fault]], bool]) -> list[Fault]:
-    """The fewest of some faults with which a match still fails, by leaving out one after the other.
+def shortest(faults: Sequence[Fault], play: Callable[[Sequence[Fault]], list[str]]) -> tuple[list[str], list[Fault]]:
+    """What does not hold, in words, with the fewest of some faults, by leaving out one after the other; and those.
 
     Args:
-        fails: plays the match with some faults.
+        play: plays the match with some faults, and returns what does not hold.
     """
-    kept = list(faults)
-    for fault in faults:
+    kept, problems = list(faults), play(faults)
+    for fault in faults if problems else ():
         fewer = [other for other in kept if other is not fault]
-        if fails(fewer):
-            kept = fewer
-    return kept
+        if found := play(fewer):
+            kept, problems = fewer, found
+    return (problems, kept) if problems else ([], [])

@@ -65,9 +65,7 @@ class Network:
     def arrive(self) -> "SimulatedSession":
         """Let what comes next arrive, and return the session to which it has come."""
         self.now, _, receiver, messages = heapq.heappop(self._waiting)
-        if not receiver.cut and not receiver.closed:
-            for message in messages:
-                receiver.arrive(*message)
+        receiver.take(messages)
         return receiver
 
     def kept(self, matches: Callable[[str], bool], qos: Qos) -> list[_Payload]:
@@ -82,28 +80,46 @@ class Network:
         ]
 
 
+class Link:
+    """The link of one process, however often that is started again.
+
+    Attributes:
+        down: True while nothing passes it.
+        slow: more time in s that each message takes. loss: the share of LATEST messages that are lost.
+        twice: the share of events that come twice. wrong: True if messages come under wrong keys.
+    """
+
+    def __init__(self) -> None:
+        self.down = self.wrong = False
+        self.slow = self.loss = self.twice = 0.0
+
+
 class SimulatedSession:
     """The transport of one simulated process.
 
+    What cannot pass waits, as it does in a connection of TCP, until the link is given up or something passes again.
+
     Args:
-        network: to which it is linked. name: of the process.
+        network: to which it is linked. name: of the process. link: that of the process.
 
     Attributes:
-        cut: True while its link is lost. closed: True once the process has ended.
-        slow: more time in s that each message takes. loss: the share of LATEST messages that are lost.
-        twice: the share of events that come twice. wrong: True if messages come under wrong keys.
+        held: True while nothing passes. cut: True once the link is given up. closed: True once the process has ended.
+        holds: how often it has been held.
         free: the time at which the last of what each other one has sent it arrives, s.
         kept: what it would publish once more, by key.
     """
 
-    def __init__(self, network: Network, name: str) -> None:
-        self.cut = self.closed = self.wrong = False
-        self.slow = self.loss = self.twice = 0.0
+    def __init__(self, network: Network, name: str, link: Link | None = None) -> None:
+        self.cut = self.closed = self.held = False
+        self.holds = 0
+        self._link = link or Link()
+        self._unsent: list[_Payload] = []
+        self._unheard: list[_Payload] = []
         self.free: dict[SimulatedSession, float] = {}
         self.kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
         self._network, self._name = network, name
         self._random = network.stream(f"link of {name}")
-        self._cut_at = 0.0
+        self._held_at = 0.0
         self._inlets: list[tuple[Inlet[Message], OnArrival | None, Numbers]] = []
         self._known: dict[str, list[tuple[Inlet[Message], OnArrival | None, Numbers]]] = {}
         self._events: deque[tuple[Inlet[Message], Header, Origin]] = deque()
@@ -125,23 +141,34 @@ class SimulatedSession:
 
     def delay(self) -> float:
         """The time in s that its next message takes."""
-        return self._random.uniform(*LATENCY) + self.slow
+        return self._random.uniform(*LATENCY) + self._link.slow
 
     def suffered(self, messages: Sequence[_Payload]) -> list[_Payload]:
         """What becomes of messages on its link."""
-        if not (self.loss or self.twice):
+        loss, twice = self._link.loss, self._link.twice
+        if not (loss or twice):
             return list(messages)
         found = []
         for message in messages:
             kind = message[2]
-            if kind is Qos.LATEST and self._random.random() < self.loss:
+            if kind is Qos.LATEST and self._random.random() < loss:
                 continue
-            found += [message] * (1 + (kind is Qos.EVENT and self._random.random() < self.twice))
+            found += [message] * (1 + (kind is Qos.EVENT and self._random.random() < twice))
         return found
+
+    def take(self, messages: Sequence[_Payload]) -> None:
+        """Let messages arrive, as far as its link is there."""
+        if self.cut or self.closed:
+            return
+        if self.held:
+            self._unheard += messages
+            return
+        for message in messages:
+            self.arrive(*message)
 
     def arrive(self, key: str, payload: bytes, _qos: Qos, origin: Origin) -> None:
         """Put aside what has arrived, and sound alarms."""
-        if self.wrong:
+        if self._link.wrong:
             key = self._random.choice([known for known, ends in sorted(self._known.items()) if ends])
         try:
             head = header(payload, key)
@@ -176,19 +203,35 @@ class SimulatedSession:
                 longest = 1 if qos is Qos.STATE else EVENTS_KEPT
                 self.kept.setdefault(key, (qos, deque(maxlen=longest)))[1].append((now, payload))
             messages.append((key, payload, qos, Origin.LIVE))
-        if messages and not self.cut:
+        if self.held and not self.cut:
+            self._unsent += messages
+        elif messages and not self.cut:
             self._network.carry(self, messages)
 
-    def lose(self) -> None:
-        """Lose the link."""
-        self.cut, self._cut_at = True, self._network.now
+    def hold(self) -> None:
+        """Let nothing pass from now on."""
+        self.held, self._held_at = True, self._network.now
+        self.holds += 1
 
-    def mend(self) -> None:
-        """Link it again: it publishes once more what may not have arrived, and asks for what it may have missed."""
-        if not self.cut:
+    def give_up(self) -> None:
+        """Lose the link, and what waits for it."""
+        self.cut, self._unsent, self._unheard = True, [], []
+
+    def go_on(self) -> None:
+        """Let what waits pass, or link it again if the link was given up."""
+        self.held = False
+        if self.cut:
+            self._link_again()
             return
+        unsent, self._unsent = self._unsent, []
+        unheard, self._unheard = self._unheard, []
+        self.take(unheard)
+        self._network.carry(self, unsent)
+
+    def _link_again(self) -> None:
+        """Publish once more what may not have arrived, and ask for what may have been missed."""
         self.cut = False
-        oldest = max(self._cut_at - DOUBTFUL * CLOCK_CHECK_PERIOD, self._network.now - EVENT_LIFESPAN)
+        oldest = max(self._held_at - DOUBTFUL * CLOCK_CHECK_PERIOD, self._network.now - EVENT_LIFESPAN)
         again = [
             (key, payload, qos, Origin.LIVE if qos is Qos.STATE else Origin.REPEATED)
             for key, (qos, kept) in self.kept.items()

@@ -6,290 +6,96 @@ resumes play when it is halted. The same seed gives the same match.
 """
 
 import heapq
-import logging
 from collections.abc import Callable, Sequence
-from concurrent.futures import Future
 from functools import partial
-from random import Random
 from typing import Final
 
 from vrg.bus.codec import Received
-from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Call, Clock, Message, Official, OfficialAction, Poses, RefereeState, Stage
-from vrg.bus.node import Node, Tick
-from vrg.bus.pacing import Pacer
-from vrg.bus.process import STALLED_PERIOD
-from vrg.bus.transport import turn
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Call, Clock, Official, OfficialAction, Poses, RefereeState, Stage
+from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.journal import Journal, JournalHeader
-from vrg.errors import ConfigError, JournalError
+from vrg.coordinator.journal import JournalHeader
+from vrg.errors import ConfigError
+from vrg.faults.can import CanProcess
+from vrg.faults.disk import Disk, FaultyJournal, tear
 from vrg.faults.network import Network, SimulatedSession
-from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
+from vrg.faults.plan import OF_CAN, REFEREE, WORLD, Fault, FaultKind, Streams
+from vrg.faults.process import RESTART, Process, WorldProcess
+from vrg.faults.wall import time_of_day
+from vrg.hal.backends import BACKENDS
+from vrg.hal.can.settings import CanSettings
 from vrg.hal.sim.node import WorldNode
 from vrg.launch.nodes import coordinator_node, player_node, world_node
 from vrg.launch.run_folder import RunFolder
-from vrg.launch.serving import SNAPSHOT_PERIOD
 
-log = logging.getLogger(__name__)
-
-RESTART: Final = 0.3
-"""The simulated real time in s that a process needs to be started again after its fault."""
 PATIENCE: Final = 2.0
-"""The simulated real time in s of a halt after which the official resumes play."""
+"""The simulated real time in s of a halt after which the official resumes play, or lets robots recover."""
+EPOCH: Final = 1.8e9
+"""The time of day when a match begins, s since 1970."""
 
 
-class Streams:
-    """Random numbers by a seed and a label, so that one more draw in one place does not disturb any other."""
-
-    def __init__(self, seed: int) -> None:
-        self._seed = seed
-
-    def __call__(self, label: str) -> Random:
-        """The numbers of a label."""
-        return Random(f"{self._seed}:{label}")
-
-
-class FaultyJournal(Journal):
-    """A journal on a disk that can be full, or stalled."""
-
-    full = False
-    _stalled: list[tuple[Callable[[], None], "Future[None]"]] | None = None
-
-    def stall(self, stalled: bool) -> None:
-        """Let the disk do nothing from now on, or all that waits and go on."""
-        if stalled:
-            self._stalled = self._stalled or []
-            return
-        waiting, self._stalled = self._stalled or [], None
-        for job, done in waiting:
-            try:
-                job()
-                done.set_result(None)
-            except JournalError as error:
-                done.set_exception(error)
-
-    def _do(self, job: Callable[[], None]) -> "Future[None]":
-        if self._stalled is None:
-            return super()._do(job)
-        done: Future[None] = Future()
-        self._stalled.append((job, done))
-        return done
-
-    def _write(self, at: int, data: bytes) -> None:
-        if self.full:
-            raise JournalError(f"{self.path}: cannot be written: no space left: free some space")
-        super()._write(at, data)
-
-
-class Process:
-    """One simulated process.
+def emulated(setup: MatchSetup, name: str) -> CanSettings:
+    """The buses and the emulated drives of a match.
 
     Args:
-        match: to which it belongs. name: its own. make: makes its node.
+        name: a player whose robot is to have such drives.
 
-    Attributes:
-        node, session: its own; None while it does not run. frozen: True while it does not go on.
-        woken: True if the clock has come since it looked last.
-        unable: since when it can publish nothing, match time in s; None if it can.
+    Raises:
+        ConfigError: it is a real one.
     """
-
-    def __init__(self, match: "SimulatedMatch", name: str, make: Callable[[], Node]) -> None:
-        self.name = name
-        self.node: Node | None = None
-        self.session: SimulatedSession | None = None
-        self.frozen = self.woken = False
-        self.unable: float | None = 0.0
-        self.failures: list[str] = []
-        self._match, self._make = match, make
-        self._starts = 0
-
-    @property
-    def runs(self) -> bool:
-        """True if it is there and not frozen."""
-        return self.node is not None and not self.frozen
-
-    def start(self) -> None:
-        """Start it, unless it runs."""
-        if self.node is not None:
-            return
-        try:
-            self.node = self._make()
-            self._starts += 1
-            self.session = SimulatedSession(self._match.network, f"{self.name}.{self._starts}")
-            self._attach(self.session, self.node)
-            self.node.start()
-        except Exception as error:
-            self._fail(error)
-            return
-        self.note()
-        self._begin()
-
-    def _attach(self, session: SimulatedSession, node: Node) -> None:
-        self._clock = Mailbox()
-        self._ticks = self._clock.subscribe(self._match.setup.keys.clock)
-        self._pacer = Pacer(node.period, self._match.network.now)
-        session.attach(node.mailbox)
-        session.attach(self._clock, self._wake)
-
-    def _wake(self, _inlet: Inlet[Message]) -> None:
-        """The clock has come, which alone wakes the process."""
-        self.woken = True
-
-    def _begin(self) -> None:
-        self._match.after(STALLED_PERIOD, self._wait_for(self.session))
-
-    def _wait_for(self, session: SimulatedSession | None) -> Callable[[], None]:
-        """Look at what has come again and again, as long as a session lasts."""
-
-        def wait() -> None:
-            if self.session is session:
-                self.look(quiet=True)
-                self._match.after(STALLED_PERIOD, wait)
-
-        return wait
-
-    def look(self, *, quiet: bool) -> None:
-        """Take in what has come, and tick the node if it is due.
-
-        Args:
-            quiet: True if nothing has woken it.
-        """
-        node, session = self.node, self.session
-        if node is None or session is None or self.frozen:
-            return
-        self.woken = False
-        session.receive()
-        self._clock.handover(self._pacer.time)
-        if self._pacer.hear(self._ticks.take(), self._match.network.now, cut=quiet and session.cut):
-            node.mailbox.forget()
-        session.receive()
-        tick = self._pacer.tick()
-        if tick is not None:
-            self._turn(node, session, tick)
-
-    def _turn(self, node: Node, session: SimulatedSession, tick: Tick) -> None:
-        try:
-            turn([node], tick, session)
-        except Exception as error:
-            self._fail(error)
-
-    def _fail(self, error: Exception) -> None:
-        """A node has raised an exception: its process ends, and is started again."""
-        self.failures.append(f"{self._match.network.now:.2f} s: {self.name}: {type(error).__name__}: {error}")
-        self.end()
-        self._match.after(RESTART, self.start)
-
-    def freeze(self, frozen: bool) -> None:
-        """Freeze it, or let it go on."""
-        self.frozen = frozen and self.node is not None
-        self.note()
-        self.look(quiet=False)
-
-    def change_link(self, change: Callable[[SimulatedSession], None]) -> Callable[[], None]:
-        """What changes its link, if it runs then."""
-
-        def act() -> None:
-            if self.session is not None:
-                change(self.session)
-                self.note()
-
-        return act
-
-    def end(self) -> None:
-        """End it at once. Its node learns nothing of it."""
-        if self.session is not None:
-            self.session.close()
-        self.node = self.session = None
-        self.frozen = False
-        self.note()
-
-    def note(self) -> None:
-        """Note whether it can publish now."""
-        able = self.runs and self.session is not None and not self.session.cut
-        now = self._match.time
-        self.unable = None if able else now if self.unable is None else min(now, self.unable)
+    player = setup.player(name)
+    kind = BACKENDS.get(player.backend).settings
+    table = None if kind is None else kind.model_validate(setup.backends.get(player.backend, {}))
+    if isinstance(table, CanSettings) and table.emulate:
+        return table
+    raise ConfigError(
+        f"{setup.origin}: {name}: expected a virtual robot, or emulated drives (`emulate = true` in [backends.can]), "
+        "got a real robot, which no simulation may drive: take `backend` out of its table"
+    )
 
 
-def _setting(name: str, value: float) -> Callable[[SimulatedSession], None]:
-    return lambda session: setattr(session, name, value)
-
-
-class WorldProcess(Process):
-    """The process of the world, which owns match time. It goes on from its newest snapshot."""
-
-    _snapshot: bytes | None = None
-
-    def _attach(self, session: SimulatedSession, node: Node) -> None:
-        session.attach(node.mailbox)
-
-    def _begin(self) -> None:
-        assert isinstance(self.node, WorldNode)
-        self._number = self.node.start_tick
-        self._step(self.session)()
-
-    def _step(self, session: SimulatedSession | None) -> Callable[[], None]:
-        def step() -> None:
-            node = self.node
-            if self.session is not session or not isinstance(node, WorldNode) or session is None:
-                return
-            if not self.frozen:
-                session.receive()
-                self._match.time = self._number * node.period
-                self._turn(node, session, Tick(self._match.time))
-                if self.node is node and self._number % SNAPSHOT_PERIOD == 0:
-                    self._snapshot = node.snapshot()
-                self._number += 1
-            self._match.after(node.period, step)
-
-        return step
-
-    def look(self, *, quiet: bool) -> None:
-        """Do nothing: it waits for nothing."""
-
-    def restored(self, node: WorldNode) -> WorldNode:
-        """The node, as it goes on from the newest snapshot."""
-        if self._snapshot is not None:
-            node.restore(self._snapshot)
-        return node
+def _nothing() -> None:
+    """Do nothing: a drive ends its faults by itself."""
 
 
 class SimulatedMatch:
     """See the module.
 
     Args:
-        setup: the match, whose robots are virtual. folder: for its journal. seed: of all that is drawn.
-        faults: in the order of time.
+        setup: the match, whose robots are virtual, or have emulated drives. folder: for its journal.
+        seed: of all that is drawn. faults: in the order of time.
 
     Raises:
-        ConfigError: the match has physical robots.
+        ConfigError: a robot is a real one.
 
     Attributes:
-        network: the bus, and the time. processes: by name. calls: what an observer has heard, in order.
+        network: the bus, and the time. disk: that of the journal. processes: by name.
+        calls: what an observer has heard, in order.
         state: the last state that it has heard, and heard_at: when, simulated real time in s.
+        acting: the process whose node was ticked last.
         poses, clock: what it has just heard of these. time: the match time, s.
     """
 
     def __init__(self, setup: MatchSetup, folder: RunFolder, seed: int, faults: Sequence[Fault]) -> None:
-        if setup.physical:
-            raise ConfigError(
-                f"{setup.origin}: expected virtual robots, got physical ones ({', '.join(setup.physical)}), which no "
-                "simulation may drive: take `backend` out of their tables"
-            )
         self.setup, self.folder, self.faults = setup, folder, faults
         self.network = Network(Streams(seed))
         self.calls: list[Call] = []
         self.state: RefereeState | None = None
         self.heard_at = 0.0
         self.time = 0.0
+        self.acting: Process | None = None
         self.poses: Received[Poses] | None = None
         self.clock: Clock | None = None
         self._agenda: list[tuple[float, int, Callable[[], None]]] = []
         self._count = 0
+        self.disk = Disk(self.after, self.network.stream("disk"))
         self._journal: FaultyJournal | None = None
         self.processes: dict[str, Process] = {WORLD: WorldProcess(self, WORLD, self._world)}
         self.processes[REFEREE] = Process(self, REFEREE, self._referee)
         for player in setup.players:
-            self.processes[player.name] = Process(self, player.name, self._player(player.name))
+            self.processes[player.name] = self._player(player.name)
+        self._buses = [process for process in self.processes.values() if isinstance(process, CanProcess)]
         self._observe()
         for process in self.processes.values():
             self.after(0.0, process.start)
@@ -303,12 +109,13 @@ class SimulatedMatch:
             look: called after each message that the observer has heard.
         """
         linger = seconds
-        while self.network.now < min(seconds, linger):
-            self._next()
-            if self._hear():
-                look()
-            if self.over and linger == seconds:
-                linger = self.network.now + 1.0
+        with time_of_day(self._time_of_day):
+            while self.network.now < min(seconds, linger):
+                self._next()
+                if self._hear():
+                    look()
+                if self.over and linger == seconds:
+                    linger = self.network.now + 1.0
         self.close()
 
     @property
@@ -326,7 +133,10 @@ class SimulatedMatch:
         heapq.heappush(self._agenda, (self.network.now + delay, self._count, action))
 
     def close(self) -> None:
-        """Close the journal. Idempotent."""
+        """End what waits for drives, write what waits, and close the journal. Idempotent."""
+        for process in self._buses:
+            process.end()
+        self.disk.finish()
         if self._journal is not None:
             self._journal.close()
 
@@ -334,13 +144,23 @@ class SimulatedMatch:
         """Let happen what comes next."""
         arrival = self.network.next
         if arrival is not None and arrival <= self._agenda[0][0]:
+            self.network.now = arrival
+            self._let_buses_catch_up()
             session = self.network.arrive()
             for process in self.processes.values():
                 if process.session is session and process.woken:
                     process.look(quiet=False)
             return
         self.network.now, _, action = heapq.heappop(self._agenda)
+        self._let_buses_catch_up()
         action()
+
+    def _let_buses_catch_up(self) -> None:
+        for process in self._buses:
+            process.catch_up()
+
+    def _time_of_day(self) -> float:
+        return EPOCH + self.network.now + (self.acting.ahead if self.acting else 0.0)
 
     def _plan(self, fault: Fault) -> None:
         process = self.processes[fault.process]
@@ -350,24 +170,27 @@ class SimulatedMatch:
 
     def _acts(self, fault: Fault, process: Process) -> tuple[Callable[[], None], Callable[[], None]]:
         """What begins a fault, and what ends it."""
-        lose, mend = SimulatedSession.lose, SimulatedSession.mend
-        on_link = {
-            FaultKind.CUT: (lose, mend),
-            FaultKind.SLOW: (_setting("slow", fault.size), _setting("slow", 0.0)),
-            FaultKind.LOSSY: (_setting("loss", fault.size), _setting("loss", 0.0)),
-            FaultKind.DOUBLE: (_setting("twice", fault.size), _setting("twice", 0.0)),
-            FaultKind.WRONG: (_setting("wrong", True), _setting("wrong", False)),
-        }
-        if fault.kind in on_link:
-            begin, end = on_link[fault.kind]
-            return process.change_link(begin), process.change_link(end)
+        setting = partial(setattr, process.link)
         again = partial(self.after, RESTART, process.start)
+        if isinstance(process, CanProcess) and fault.kind in OF_CAN:
+            on_bus: dict[FaultKind, tuple[Callable[[], None], Callable[[], None]]] = {
+                FaultKind.BUS: (partial(process.silence, True), partial(process.silence, False)),
+                FaultKind.MUTE: (partial(process.mute, fault.length), _nothing),
+                FaultKind.REBOOT: (process.reboot, _nothing),
+            }
+            return on_bus[fault.kind]
         return {
+            FaultKind.CLOCK: (partial(setattr, process, "ahead", fault.size), partial(setattr, process, "ahead", 0.0)),
             FaultKind.KILL: (partial(self._end, process), again),
             FaultKind.TORN: (partial(self._end, process, torn=True), again),
             FaultKind.FREEZE: (partial(process.freeze, True), partial(process.freeze, False)),
-            FaultKind.FULL: (partial(self._fill_disk, True), partial(self._fill_disk, False)),
-            FaultKind.STALLED: (partial(self._stall_disk, True), partial(self._stall_disk, False)),
+            FaultKind.CUT: (partial(process.cut, True), partial(process.cut, False)),
+            FaultKind.SLOW: (partial(setting, "slow", fault.size), partial(setting, "slow", 0.0)),
+            FaultKind.LOSSY: (partial(setting, "loss", fault.size), partial(setting, "loss", 0.0)),
+            FaultKind.DOUBLE: (partial(setting, "twice", fault.size), partial(setting, "twice", 0.0)),
+            FaultKind.WRONG: (partial(setting, "wrong", True), partial(setting, "wrong", False)),
+            FaultKind.FULL: (partial(setattr, self.disk, "full", True), partial(setattr, self.disk, "full", False)),
+            FaultKind.STALLED: (partial(self.disk.stall, True), partial(self.disk.stall, False)),
         }[fault.kind]
 
     def _end(self, process: Process, *, torn: bool = False) -> None:
@@ -382,17 +205,7 @@ class SimulatedMatch:
         self._journal.close()
         self._journal = None
         if torn:
-            for file, half in ((self.folder.journal, b'{"n":7,"time":1.2'), (self.folder.evidence, b"\x00\x00")):
-                with file.open("ab") as opened:
-                    opened.write(half)
-
-    def _fill_disk(self, full: bool) -> None:
-        if self._journal is not None:
-            self._journal.full = full
-
-    def _stall_disk(self, stalled: bool) -> None:
-        if self._journal is not None:
-            self._journal.stall(stalled)
+            tear(self.folder.journal, self.folder.evidence)
 
     def _world(self) -> Node:
         process = self.processes[WORLD]
@@ -406,11 +219,13 @@ class SimulatedMatch:
         header = JournalHeader(match=setup.name, game=setup.game, seed=setup.seed)
         if self._journal is not None:
             self._journal.close()
-        self._journal = FaultyJournal(self.folder.journal, header)
+        self._journal = FaultyJournal(self.folder.journal, header, self.disk)
         return coordinator_node(setup, self._journal)
 
-    def _player(self, name: str) -> Callable[[], Node]:
-        return lambda: player_node(self.setup, name)
+    def _player(self, name: str) -> Process:
+        if name in self.setup.physical:
+            return CanProcess(self, name, emulated(self.setup, name))
+        return Process(self, name, lambda: player_node(self.setup, name))
 
     def _observe(self) -> None:
         """Link an observer whose link is always good, and an official who resumes play."""
@@ -423,14 +238,17 @@ class SimulatedMatch:
         self._session = SimulatedSession(self.network, "observer")
         self._session.attach(self._watch)
         self._halted: float | None = None
+        self._recovered = False
 
         def decide() -> None:
             now, halted = self.network.now, self.state is not None and self.state.halted is not None
             self._halted = None if not halted else now if self._halted is None else self._halted
             if self._halted is not None and now - self._halted >= PATIENCE:
-                self._halted = None
-                order = Official(action=OfficialAction.RESUME, by="ann")
-                self._official.publish(keys.official, order)
+                # Robots with drives are recovered first, which takes a while.
+                recovers = self._buses and not self._recovered
+                action = OfficialAction.RECOVER if recovers else OfficialAction.RESUME
+                self._halted, self._recovered = None, bool(recovers)
+                self._official.publish(keys.official, Official(action=action, by="ann"))
                 self._session.send(self._official.collect())
             self.after(0.5, decide)
 
