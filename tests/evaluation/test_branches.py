@@ -8,11 +8,16 @@ from pathlib import Path
 
 import msgspec
 import pytest
+from pyarrow import parquet
 
-from tests.evaluation.test_commands import Done, vrg
-from vrg.evaluation.games import GameRecord
+from tests.evaluation.conftest import Done
+from vrg.config.loading import load_match
+from vrg.evaluation.contenders import contenders
+from vrg.evaluation.experiment import define, origin_at
+from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.games import GameRecord, Pairing
+from vrg.launch.run_folder import RunFolder
 
-__all__ = ["vrg"]
 INSTANT = "3"
 TWIN = """
 from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
@@ -70,6 +75,8 @@ def test_a_changed_record_and_wrong_options_are_refused(vrg: Callable[..., Done]
         ((f"{run}@9999", "--team", "sharks"), "expected an instant from 0 to"),
         ((run, "--team", "sharks"), "expected RUN@TIME"),
         ((f"{run}@{INSTANT}", "--team", "sharks", "--match", "tiny.toml"), "and not both"),
+        ((f"{run}@{INSTANT}", "--team", "sharks", "--engine", "planar"), "expected no --engine"),
+        ((f"{run}@{INSTANT}", "--team", "sharks", "--limit", "2"), "expected more than the 3 s"),
     ):
         done = vrg(*command, *options)
         assert done.status == 1
@@ -81,3 +88,35 @@ def test_a_changed_record_and_wrong_options_are_refused(vrg: Callable[..., Done]
     done = vrg(*whole)
     assert done.status == 1
     assert "the instant from which the games go on is another" in done.err
+
+
+def test_a_file_may_be_edited_while_the_games_run(vrg: Callable[..., Done], run: str, match: Path) -> None:
+    (match.parent / "mine.py").write_text(TWIN)
+    origin = origin_at(RunFolder(match.parent / run), 3.0, "minnows")
+    setup = load_match(match.parent / run / "match.toml")
+    found = contenders([f"{match.parent}/mine.py:Twin", "sharks-and-minnows"])
+    with ExperimentFolder(match.parent / "out", define(setup, found, seed=0, limit=60.0, origin=origin)) as folder:
+        game = folder.definition.game_of(Pairing(found[0].label, found[1].label), 0)
+        first = folder.branch(setup, game)
+        (match.parent / "mine.py").write_text("raise ValueError")
+        second = folder.branch(setup, game)
+        assert first is not None
+        assert first == second
+        copy = Path(first.changes[-1].strategy.rpartition(":")[0])
+        assert copy.read_text() == TWIN
+        assert str(copy) in folder.again(game)
+
+
+def test_the_report_gives_no_strategy_the_team_that_plays_as_recorded(
+    vrg: Callable[..., Done], run: str, match: Path
+) -> None:
+    command = ("compare", "players.py:Lazy", "sharks-and-minnows", "--from", f"{run}@{INSTANT}", "--team", "minnows")
+    done = vrg(*command, "--games", "4", "--all", "--output", "two")
+    assert done.status == 0, done.out + done.err
+    assert "as recorded" in done.out
+    assert "as sharks" not in (match.parent / "two" / "report.md").read_text()
+    table = parquet.read_table(match.parent / "two" / "games.parquet").to_pylist()
+    for row in table:
+        mine, other = ("first", "second") if row["first_team"] == "minnows" else ("second", "first")
+        assert row[f"calls_tag_on_{mine}"] == row["calls_tag"], "minnows are tagged"
+        assert row[f"calls_tag_on_{other}"] is None

@@ -8,6 +8,7 @@ import pytest
 
 from tests.evaluation.conftest import OWN
 from vrg.errors import ConfigError
+from vrg.evaluation import entries
 from vrg.evaluation.entries import LARGEST, MOST, Source, entries_in, read_entry
 from vrg.launch.run_folder import delete
 
@@ -129,3 +130,13 @@ def test_what_is_no_strategy_is_no_entry(tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
     assert read_entry(tmp_path / "notes.txt") is None
     assert read_entry(tmp_path / "empty") is None
+
+
+def test_all_entries_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(entries, "TOGETHER", 2500)
+    for name in ("ann", "bob", "cid"):
+        with (tmp_path / f"{name}.py").open("wb") as file:
+            file.truncate(1000)
+    found = entries_in(tmp_path, owner=lambda _: "")
+    assert [bool(source.problem) for source in found] == [False, False, True]
+    assert "all entries together may have" in found[2].problem

@@ -12,6 +12,7 @@ import pytest
 
 from tests.evaluation.conftest import OWN, Done
 from tests.evaluation.test_matchmaking import game
+from vrg.evaluation import league_folder
 from vrg.evaluation.folder import read_records
 from vrg.evaluation.games import GameRecord
 from vrg.evaluation.league import _half
@@ -207,6 +208,11 @@ def test_strangers_code_is_not_played_unsealed(vrg: Vrg, tmp_path: Path, monkeyp
 
 def test_the_units_of_a_league_play_it_every_night(vrg: Vrg, tmp_path: Path) -> None:
     files(tmp_path / "a class 50%")
+    without = vrg("league", "timer", "a class 50%")
+    assert without.status == 1
+    assert "expected a league, found none: make it by `vrg league play 'a class 50%' --match ...`" in without.err
+    (tmp_path / "a class 50%" / "league").mkdir()
+    (tmp_path / "a class 50%" / "league" / "experiment.json").touch()
     done = vrg("league", "timer", "a class 50%", "--at", "03:30", "--for", "60:00", "--units", "units")
     assert done.status == 0
     service = (tmp_path / "units" / "vrg-league-a-class-50-.service").read_text()
@@ -236,3 +242,24 @@ def test_a_game_is_a_picture_that_moves() -> None:
     assert 'viewBox="0 0 4.00 3.00"' in text
     assert text.count("<circle") == 1
     assert animated([], {}, []) == ""
+
+
+def test_a_league_that_was_interrupted_while_it_was_made_is_made_by_the_next_call(
+    vrg: Vrg, match: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (match.parent / "class").mkdir()
+    (match.parent / "class" / "ann.py").write_text(OWN + "return STILL\n")
+    command = ("league", "play", "class", "--match", "tiny.toml", "--games", "1")
+    with monkeypatch.context() as patched:
+        patched.setattr(league_folder, "keep", _interrupt)
+        assert vrg(*command).status != 0
+    done = vrg(*command)
+    assert done.status == 0, done.out + done.err
+    assert "0 games played, 0 in all" in done.out
+    again = vrg("league", "play", "class", "--match", "tiny.toml", "--games", "1", "--lasers")
+    assert again.status == 1
+    assert "--lasers: the league was made with another value" in again.err
+
+
+def _interrupt(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt

@@ -60,3 +60,26 @@ def test_what_depends_on_something_else_is_found_with_its_second_and_its_node(tm
     with pytest.raises(LaunchError, match="was not the same when it was played twice") as found:
         played(tmp_path / "run", load_match(tmp_path / "tiny.toml").at_rate(0.0))
     assert re.search(r"before 5\.\d+ s.*player/ann", str(found.value))
+
+
+@pytest.mark.parametrize(
+    ("deed", "words"),
+    [
+        ("os._exit(0) if os.getpid() != STARTED else None", "the copy has ended before"),
+        ("[None for _ in iter(int, 1)] if view.time < 4.65 else None", ""),
+    ],
+)
+def test_a_copy_that_ends_is_named_and_a_decision_without_end_is_the_same_twice(
+    tmp_path: Path, deed: str, words: str
+) -> None:
+    text = FORGETFUL.replace("SOMETHING if", "0.0 if").replace("class", "STARTED = os.getpid()\nclass")
+    act = f"        if view.time > 4.5:\n            {deed}\n        return"
+    (tmp_path / "forgetful.py").write_text(text.replace("        return", act))
+    text = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "forgetful.py:Forgetful"')
+    (tmp_path / "tiny.toml").write_text(text)
+    setup = load_match(tmp_path / "tiny.toml").at_rate(0.0)
+    if not words:
+        assert "still deciding after 5 s" in (played(tmp_path / "run", setup).logs / "ann.log").read_text()
+        return
+    with pytest.raises(LaunchError, match=words):
+        played(tmp_path / "run", setup)

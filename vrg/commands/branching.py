@@ -128,7 +128,7 @@ class ProcessBrancher:
         self._errors.seek(0)
         last = self._errors.read().decode(errors="replace").strip().splitlines()[-1:]
         self.close()
-        return last[0] if last else "it has ended without a word"
+        return last[0] if last else "it has ended without a message"
 
     def close(self) -> None:
         """Break off what was begun. Idempotent."""

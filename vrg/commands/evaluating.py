@@ -64,7 +64,7 @@ class EvaluationOptions:
     ] = 200
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")] = 0
     jobs: Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")] = None
-    engine: EngineOption = "planar"
+    engine: EngineOption = None
     lasers: Annotated[
         bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
     ] = None
@@ -180,7 +180,12 @@ def _match_of(options: EvaluationOptions) -> "tuple[MatchSetup, Origin | None]":
         raise ConfigError("expected --match GAME|match.toml, or --from RUN@TIME with --team TEAM, and not both")
     if options.since is None:
         match = match_path(options.match or "")
-        return load_match(match, engine=options.engine, lasers=options.lasers, sandbox=options.sandbox), None
+        if options.team is not None:
+            raise ConfigError("--team: expected --from too: in a match from its beginning both teams are compared")
+        engine = options.engine or "planar"
+        return load_match(match, engine=engine, lasers=options.lasers, sandbox=options.sandbox), None
+    if options.engine is not None or options.lasers is not None:
+        raise ConfigError("--from: expected no --engine and no --lasers or --no-lasers: they are those of the run")
     run, at, instant = options.since.rpartition("@")
     if not at:
         raise ConfigError(f"--from: expected RUN@TIME, such as {options.since}@1:20")
@@ -191,7 +196,10 @@ def _match_of(options: EvaluationOptions) -> "tuple[MatchSetup, Origin | None]":
     if options.team is None:
         raise ConfigError(f"--from: expected --team too: {' or '.join(teams_of(setup))}")
     teams_of(setup, options.team)
-    return setup, origin_at(folder, duration()(instant), options.team)
+    origin = origin_at(folder, duration()(instant), options.team)
+    if options.limit <= origin.time:
+        raise ConfigError(f"--limit: expected more than the {origin.time:g} s at which the games go on")
+    return setup, origin
 
 
 def _entered(typed: Sequence[str], *, folders: bool) -> tuple[list[tuple[str, str]], list[tuple[str, str]]]:

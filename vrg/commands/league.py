@@ -2,6 +2,7 @@
 
 import re
 import secrets
+import shlex
 import sys
 import time
 from dataclasses import dataclass
@@ -28,9 +29,11 @@ from vrg.commands.options import (
 )
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
+from vrg.types import printable
 
 if TYPE_CHECKING:
     from vrg.commands.league_pages import LeaguePages
+    from vrg.config.setup import MatchSetup
     from vrg.evaluation.entries import Source
     from vrg.evaluation.league import League
     from vrg.evaluation.league_folder import LeagueFolder
@@ -96,6 +99,7 @@ def play(
         raise ConfigError([f"a league seals the code of its entries, which this machine cannot do: {lacking}"])
     where = pages or out / "pages"
     most = 100 if games is None and seconds is None else games
+    until = None if seconds is None else time.monotonic() + seconds
     with _opened(out, settings, new_release=new_release) as league_folder:
         owners = {entry: version.file for entry, version in playing(league_folder.versions).items()}
         sources = entries_in(folder, without=(out.resolve(), where.resolve()), owner=lambda name: owners.get(name, ""))
@@ -104,7 +108,6 @@ def play(
         for version in admit(league_folder, setup, sources, whole_target, _now(), jobs or cores()):
             what = "plays from now on" if not version.problem else "does not pass the check"
             console.print(f"{escape(version.entry)}: version {version.number} {what}", soft_wrap=True)
-        until = None if seconds is None else time.monotonic() + seconds
 
         def more(started: int) -> bool:
             return (most is None or started < most) and (until is None or time.monotonic() < until)
@@ -145,8 +148,18 @@ def timer(
     units: Annotated[Path | None, typer.Option(help="Folder to write the units into.")] = None,
 ) -> None:
     """Print units of systemd that let a league play every night, or write them into a folder."""
+    from vrg.evaluation.folder import DEFINITION
     from vrg.launch.systemd import league_units
 
+    out = output or folder / "league"
+    if not (out / DEFINITION).is_file():
+        raise ConfigError(
+            [
+                f"{out}: expected a league, found none: make it by `vrg league play {shlex.quote(str(folder))} --match ...`"
+            ]
+        )
+    if printable(str(folder.resolve())) != str(folder.resolve()):
+        raise ConfigError([f"{folder!r}: expected a path without control signs: rename the folder"])
     if re.fullmatch(r"([01]\d|2[0-3]):[0-5]\d", at) is None:
         raise typer.BadParameter(f"expected a time of day such as 02:00, got {at!r}", param_hint="--at")
     vrg = PurePosixPath(sys.executable).with_name("vrg")
@@ -157,7 +170,6 @@ def timer(
         if units is None:
             typer.echo(f"# {name}\n{text}")
         else:
-            units.mkdir(parents=True, exist_ok=True)
             write_text(units / name, text)
     enable = f"systemctl --user daemon-reload && systemctl --user enable --now {list(found)[-1]}"
     typer.echo(f"# put both into ~/.config/systemd/user, then: {enable}")
@@ -183,16 +195,13 @@ def _opened(out: Path, settings: SettingOptions, *, new_release: bool) -> "Leagu
     if not made and settings.match is None:
         raise ConfigError([f"{out}: there is no league yet: name its game or match file, such as `--match roboflag`"])
     secret = match_of(out).secret if made else secrets.token_hex(16)
-    wanted = None
-    if settings.match is not None:
-        wanted = load_match(
-            match_path(settings.match),
-            engine=settings.engine or "planar",
-            lasers=settings.lasers,
-            sandbox=True,
-            secret=secret,
-        )
-    if not made and wanted is not None:
+
+    def wanted_by(engine: str, lasers: bool | None) -> "MatchSetup":
+        path = match_path(settings.match or "")
+        return load_match(path, engine=engine, lasers=lasers, sandbox=True, secret=secret)
+
+    if not made:
+        wanted = wanted_by(settings.engine or "planar", settings.lasers)
         definition = Definition(
             match=wanted.text,
             game=wanted.game,
@@ -204,10 +213,11 @@ def _opened(out: Path, settings: SettingOptions, *, new_release: bool) -> "Leagu
         )
         return LeagueFolder(out, definition, wanted)
     before, kept = read_definition(out), match_of(out)
+    asked = (None, kept.lasers)
     same = {
-        "--match": wanted is None or wanted.text == before.match,
+        "--match": settings.match is None or before.match in [wanted_by(kept.engine, on).text for on in asked],
         "--engine": settings.engine in (None, kept.engine),
-        "--lasers": wanted is not None or match_of(out, lasers=settings.lasers).text == kept.text,
+        "--lasers": settings.lasers in asked,
         "--limit": settings.limit in (None, before.limit),
         "--seed": settings.seed in (None, before.seed),
     }

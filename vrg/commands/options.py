@@ -286,12 +286,13 @@ def listening_address(typed: str | None, usual: int, what: str) -> str:
 
 
 def write_text(file: Path, text: str | bytes) -> None:
-    """Write a file that a person has named.
+    """Write a file that a person has named, and make its folder.
 
     Raises:
         ConfigError: it cannot be written.
     """
     try:
+        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(text.encode() if isinstance(text, str) else text)
     except OSError as error:
         raise ConfigError(f"{file}: cannot be written: {error.strerror}: choose another place") from None

@@ -23,6 +23,8 @@ LARGEST: Final = 4_000_000
 """The number of bytes that the files of an entry may have together."""
 LONGEST: Final = 200
 """The number of bytes that the path of a file may have in the folder of its entry."""
+TOGETHER: Final = 200_000_000
+"""The number of bytes that all entries may have together."""
 MOST: Final = 100
 """The number of files and folders that an entry may have."""
 
@@ -68,9 +70,15 @@ def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[
     except OSError as error:
         raise ConfigError(f"{folder}: expected a folder of strategies: {error.strerror}") from None
     found: dict[str, Source] = {}
+    left = TOGETHER
     for name in names:
         if folder.resolve() / name in others or (source := read_entry(folder / name)) is None:
             continue
+        size = sum(map(len, source.files.values()))
+        if size > left:
+            problem = f"it is too much: all entries together may have {TOGETHER / 1e6:g} MB"
+            source, size = structs.replace(source, files={}, main="", problem=problem), 0
+        left -= size
         first = found.get(source.entry)
         if first is not None and owner(source.entry) == source.name:
             first, source = source, first

@@ -108,8 +108,9 @@ class Definition(Struct, frozen=True, kw_only=True):
         """A game of a pairing."""
         teams = self.teams if number % 2 == 0 else self.teams[::-1]
         return ScheduledGame(
-            pairing=pairing, number=number, seed=self.seed + number // 2, first_team=teams[0], second_team=teams[1]
-        )
+            pairing=pairing, number=number, seed=self.seed + number // 2, first_team=teams[0], second_team=teams[1],
+            only=None if self.origin is None else self.origin.team,
+        )  # fmt: skip
 
     def differences(self, other: "Definition") -> list[str]:
         """The differences to another definition, in words."""

@@ -46,8 +46,9 @@ def games(rows: Sequence[GameRecord], again: Callable[[ScheduledGame], str]) -> 
     }
     for rule in called_rules(rows):
         columns[f"calls_{rule}"] = (pa.int64(), [row.total(rule) for row in rows])
-        columns[f"calls_{rule}_on_first"] = (pa.int64(), [row.calls(rule, row.game.first_team) for row in rows])
-        columns[f"calls_{rule}_on_second"] = (pa.int64(), [row.calls(rule, row.game.second_team) for row in rows])
+        for which in ("first", "second"):
+            on = [row.calls_on(rule, getattr(row.game.pairing, which)) for row in rows]
+            columns[f"calls_{rule}_on_{which}"] = (pa.int64(), on)
     columns["play_again"] = (pa.string(), [again(row.game) for row in rows])
     return columns
 

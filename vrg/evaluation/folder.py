@@ -55,10 +55,11 @@ class ExperimentFolder:
         self._definition = path / DEFINITION
         self._file: IO[bytes] | None = None
         self.rows: list[GameRecord] = []
+        self._substitutes: dict[str, str] = {}
         try:
             self._check()
             path.mkdir(parents=True, exist_ok=True)
-            self._file = (path / "games.jsonl").open("ab")
+            self._file = (path / "games.jsonl").open("ab", buffering=0)
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             write_whole(self._definition, msgspec.json.format(_json.encode(definition)) + b"\n")
             self.rows = self._load()
@@ -87,7 +88,7 @@ class ExperimentFolder:
         """The command that plays a game again."""
         if (origin := self.definition.origin) is not None:
             words = ["vrg", "run", "replay", origin.run, "--at", f"{origin.time:g}", "--set", f"seed={game.seed}"]
-            return shlex.join([*words, "--play", f"{origin.team}={self._target(game)}"])
+            return shlex.join([*words, "--play", f"{origin.team}={self._substitute(game)}"])
         return f"vrg play {shlex.quote(str(self.match_file(game)))} --in-process --seed {game.seed}"
 
     def watch(self, game: ScheduledGame) -> str:
@@ -136,19 +137,21 @@ class ExperimentFolder:
         """
         if (origin := self.definition.origin) is None:
             return None
-        folder = RunFolder(self.path / "matches" / (game.label(origin.team) or ""))
         players = [player.name for player in setup.players if player.team == origin.team]
-        try:
-            changes = [kept(Change(origin.time, player, self._target(game)), folder) for player in players]
-        except OSError as error:
-            raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
-        return origin.branch(game.seed, changes)
+        target = self._substitute(game)
+        return origin.branch(game.seed, [Change(origin.time, player, target) for player in players])
 
-    def _target(self, game: ScheduledGame) -> str:
-        """The strategy by which the team of the origin goes on in a game."""
-        assert self.definition.origin is not None
-        label = game.label(self.definition.origin.team)
-        return next(contender.target for contender in self.definition.contenders if contender.label == label)
+    def _substitute(self, game: ScheduledGame) -> str:
+        """The strategy by which the team of the origin goes on in a game: of a file a copy, which is made once."""
+        label = game.label(game.only or "") or ""
+        if label not in self._substitutes:
+            target = next(contender.target for contender in self.definition.contenders if contender.label == label)
+            folder = RunFolder(self.path / "matches" / label)
+            try:
+                self._substitutes[label] = kept(target, folder)
+            except OSError as error:
+                raise LaunchError(f"{folder.path}: cannot be written: {error.strerror}") from None
+        return self._substitutes[label]
 
     def append(self, row: GameRecord) -> None:
         """Write a game to the record, and wait until it is on disk.
@@ -245,7 +248,6 @@ def write_record(file: IO[bytes], record: Struct) -> None:
     """
     try:
         file.write(_json.encode(record) + b"\n")
-        file.flush()
         os.fsync(file.fileno())
     except OSError as error:
         raise LaunchError(f"{file.name}: cannot be written: {error.strerror}: free some space") from None

@@ -38,6 +38,7 @@ class ScheduledGame(Struct, frozen=True, kw_only=True):
             same seed, and swapped sides.
         seed: the seed of the match.
         first_team, second_team: the teams that play by the first and by the second strategy.
+        only: the only team that plays by one of the two, if the other one goes on as it was recorded; None if both do.
     """
 
     pairing: Pairing
@@ -45,9 +46,18 @@ class ScheduledGame(Struct, frozen=True, kw_only=True):
     seed: int
     first_team: str
     second_team: str
+    only: str | None = None
+
+    @property
+    def sides(self) -> str:
+        """The strategies and their teams, in words."""
+        teams = (self.first_team, self.second_team)
+        return ", ".join(f"{label} as {team}" for team in teams if (label := self.label(team)) is not None)
 
     def label(self, team: str) -> str | None:
-        """The label of the strategy that a team plays by; None if there is no such team."""
+        """The label of the strategy that a team plays by; None if it plays by none of the two."""
+        if self.only not in (None, team):
+            return None
         return {self.first_team: self.pairing.first, self.second_team: self.pairing.second}.get(team)
 
     @property
@@ -105,8 +115,13 @@ class GameRecord(Struct, frozen=True, kw_only=True):
         """The label of the strategy that has won; None if none has."""
         return self.label(self.played.winner or "")
 
+    def calls_on(self, rule: str, label: str) -> int | None:
+        """The number of calls of a rule on players of a strategy; None if no team played by it."""
+        of_teams = [self.calls(rule, team) for team in dict.fromkeys(self.teams.values()) if self.label(team) == label]
+        return sum(of_teams) if of_teams else None
+
     def label(self, team: str) -> str | None:
-        """The label of the strategy that a team played by; None if there is no such team."""
+        """The label of the strategy that a team played by; None if it played by none of the two."""
         return self.game.label(team)
 
     def calls(self, rule: str, team: str) -> int:

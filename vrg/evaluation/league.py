@@ -76,7 +76,7 @@ def admit(
 
 
 def _own(problem: str, copy: Path) -> str:
-    """What is wrong with a version, in a line, with its files as their author knows them."""
+    """The problem of a version, in a line, with its files as their author knows them."""
     return printable(" ".join(problem.replace(f"{copy.parent}/", "").split()))[:_LONGEST]
 
 
@@ -141,7 +141,7 @@ def _half(taken: Sequence[ScheduledGame], active: Collection[str]) -> tuple[Pair
 
 
 def errors_of(folder: LeagueFolder, source: Source | None, entry: str, now: str) -> str:
-    """What is wrong with an entry, for its author alone: why it does not play, and what has failed in its games.
+    """The errors of an entry, for its author alone: why it does not play, and what has failed in its games.
 
     Args:
         source: the entry as it is now; None if it is not there any more. now: the wall time.
@@ -161,12 +161,13 @@ def errors_of(folder: LeagueFolder, source: Source | None, entry: str, now: str)
 
 
 def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]:
-    """What has failed in the code of some strategies, for their author, with the end of the logs: the last first."""
+    """The failures in the code of some strategies, for their author, with the end of the logs: the last first."""
     parts = []
     failed = [(row, said) for row in folder.rows if (said := _failures(row, labels))]
     for row, said in reversed(failed[-_SHOWN:]):
         label, other = sorted(row.game.pairing.labels, key=lambda label: label not in labels)
-        parts.append("\n".join([f"{label} against {other}, seed {row.game.seed}:", *said]))
+        heading = f"{label} as {row.game.first_team if label == row.game.pairing.first else row.game.second_team}"
+        parts.append("\n".join([f"{heading} against {other}, seed {row.game.seed}:", *said]))
         logs = folder.failures / folder.name_of(row.game) / "logs"
         names = dict.fromkeys(failure.partition(": ")[0] for failure in said)
         parts += [f"the end of {name}.log:\n{end}" for name in names if (end := _tail(logs / f"{name}.log"))]
@@ -174,7 +175,7 @@ def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]
 
 
 def _failures(row: GameRecord, labels: Collection[str]) -> list[str]:
-    """What has failed in a game in the code of versions of one entry."""
+    """The failures of a game in the code of versions of one entry."""
     own = {name for name, team in row.teams.items() if row.label(team) in labels}
     return [failure for failure in row.played.failures if failure.partition(": ")[0] in own]
 

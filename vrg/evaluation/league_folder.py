@@ -14,7 +14,7 @@ from vrg.bus.messages import DISQUALIFIED, Call
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.errors import LaunchError, VrgError
+from vrg.errors import ConfigError, LaunchError, VrgError
 from vrg.evaluation.contenders import Contender
 from vrg.evaluation.entries import Source
 from vrg.evaluation.experiment import Definition
@@ -79,7 +79,7 @@ class PublicCall(Struct, frozen=True):
 
 
 class Trace(Struct, frozen=True, kw_only=True):
-    """What is kept of a game for people who have not seen it.
+    """The course of a game, for people who have not seen it.
 
     Args:
         calls: what the referee called. times: the match times of the poses, s.
@@ -107,22 +107,35 @@ class LeagueFolder(ExperimentFolder):
     ) -> None:
         self._record: IO[bytes] | None = None
         self._another = another
+        if setup is not None:
+            # Before the definition, without which there is no league yet.
+            self._make(path, setup)
         super().__init__(path, definition)
         self.errors = path / "errors"
         self._store, self._games = path / VERSIONS, path / "kept"
         try:
-            path.chmod(0o700)
-            if setup is not None:
-                folder = RunFolder(path / "match")
-                folder.path.mkdir(exist_ok=True)
-                keep(setup, folder)
-                (path / ".gitignore").write_text("*\n")
-            self._record = (path / "versions.jsonl").open("ab")
+            self._record = (path / "versions.jsonl").open("ab", buffering=0)
             self.versions = read_records(path / "versions.jsonl", Version)
         except OSError as error:
             self.close()
             raise LaunchError(f"{path}: cannot be used: {error.strerror}") from None
         self._know()
+
+    @staticmethod
+    def _make(path: Path, setup: MatchSetup) -> None:
+        """Make the folder of a league with its match; what an attempt that was interrupted has left is replaced."""
+        try:
+            path.mkdir(mode=0o700, parents=True, exist_ok=True)
+            if {file.name for file in path.iterdir()} - {"match", ".gitignore"}:
+                what = "expected an empty folder, found other files: choose another --output"
+                raise ConfigError([f"{path}: {what}"])
+            path.chmod(0o700)
+            delete(path / "match")
+            (path / "match").mkdir()
+            keep(setup, RunFolder(path / "match"))
+            (path / ".gitignore").write_text("*\n")
+        except OSError as error:
+            raise LaunchError(f"{path}: cannot be written: {error.strerror}: free some space") from None
 
     def add(self, version: Version) -> None:
         """Write a version to the record.
@@ -204,13 +217,13 @@ class LeagueFolder(ExperimentFolder):
 
     def close(self) -> None:
         """See ExperimentFolder.close."""
+        super().close()
         if self._record is not None:
             self._record.close()
             self._record = None
-        super().close()
 
     def _check(self) -> None:
-        if not (self._another and self._definition.is_file()):
+        if self._definition.is_file() and not self._another:
             super()._check()
 
     def _know(self) -> None:

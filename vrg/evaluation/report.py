@@ -50,12 +50,14 @@ def sides(rows: Sequence[GameRecord], teams: tuple[str, str]) -> TextTable:
     if not rows:
         return []
     pairing = rows[0].game.pairing
-    table = [[*teams, "games", f"{pairing.first} wins", "draws", f"{pairing.second} wins", "mean score"]]
+    columns = [f"{pairing.first} wins", "draws", f"{pairing.second} wins"]
+    table = [[*teams, "games", *(columns if rows[0].game.only is None else ["won", "drawn", "lost"]), "mean score"]]
     for team in teams:
         of_side = [row for row in rows if row.game.first_team == team]
         if of_side:
-            players = [of_side[0].label(team) or "" for team in teams]
-            wins = [str(sum(row.points == points for row in of_side)) for points in (1.0, 0.5, 0.0)]
+            players = [of_side[0].label(team) or "as recorded" for team in teams]
+            order = (0.0, 0.5, 1.0) if of_side[0].game.only == of_side[0].game.second_team else (1.0, 0.5, 0.0)
+            wins = [str(sum(row.points == points for row in of_side)) for points in order]
             scores = [mean([row.played.score[t] for row in of_side if t in row.played.score]) for t in teams]
             table.append([*players, str(len(of_side)), *wins, " : ".join(scores)])
     return table
@@ -68,9 +70,11 @@ def calls(rows: Sequence[GameRecord]) -> TextTable:
     pairing = rows[0].game.pairing
     table = [["calls in a game", "all", f"on {pairing.first}", f"on {pairing.second}"]]
     for rule in called_rules(rows):
-        on_first = mean([row.calls(rule, row.game.first_team) for row in rows])
-        on_second = mean([row.calls(rule, row.game.second_team) for row in rows])
-        table.append([rule, mean([row.total(rule) for row in rows]), on_first, on_second])
+        on = [
+            mean([n for row in rows if (n := row.calls_on(rule, label)) is not None])
+            for label in (pairing.first, pairing.second)
+        ]
+        table.append([rule, mean([row.total(rule) for row in rows]), *on])
     return table
 
 
@@ -124,10 +128,7 @@ def _counts(number: int) -> str:
 
 def _named(rows: Sequence[GameRecord]) -> str:
     """Games by what plays them again."""
-    words = [
-        f"seed {game.seed} ({game.pairing.first} as {game.first_team}, {game.pairing.second} as {game.second_team})"
-        for game in (row.game for row in rows[:3])
-    ]
+    words = [f"seed {game.seed} ({game.sides})" for game in (row.game for row in rows[:3])]
     return ", ".join(words) + (f" and {len(rows) - 3} more" if len(rows) > 3 else "")
 
 
@@ -179,7 +180,7 @@ def scores(
         of_team = found.setdefault(f"score of {team} ({words[team]})" if team in words else f"score of {team}", {})
         for row in rows:
             if team in row.played.score:
-                of_team.setdefault(row.label(team) or "", []).append(row.played.score[team])
+                of_team.setdefault(row.label(team) or "as recorded", []).append(row.played.score[team])
     return found
 
 
@@ -188,6 +189,6 @@ def times(rows: Sequence[GameRecord]) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for row in sorted(rows, key=lambda row: row.game.number % 2):
         if row.played.play_time is not None:
-            name = f"{row.game.pairing.first} as {row.game.first_team}"
+            name = row.game.sides.partition(", ")[0]
             found.setdefault(name, []).append(row.played.play_time)
     return found

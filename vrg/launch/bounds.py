@@ -157,6 +157,12 @@ class DecisionAlarm:
             self._bound(0.0)
             faulthandler.unregister(signal.SIGVTALRM)
 
+    def rearm(self) -> None:
+        """Set the timers in a copy of this process, which has none of them."""
+        if self._works:
+            signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
+            self._bound(_STUCK)
+
     def begin(self) -> None:
         """A decision begins. Until its `end` a DecisionTimeoutError may come at any point."""
         self._looks, self._deciding = 0, True

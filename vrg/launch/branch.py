@@ -13,6 +13,8 @@ from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msgspec import structs
+
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
@@ -103,7 +105,10 @@ def play_branch(
     with _written(folder):
         keep(setup, folder)
         keep_layout(setup, folder)
-        changes = [*earlier, *(kept(change, folder) for change in changes)]
+        own = {
+            strategy: kept(strategy, folder) for strategy in dict.fromkeys(c.strategy for c in changes if c.strategy)
+        }
+        changes = [*earlier, *(structs.replace(c, strategy=own.get(c.strategy, "")) for c in changes)]
         check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
         write_setup(setup, folder.setup)
         write_branch(folder, Branch(str(of.path.resolve()), changes))

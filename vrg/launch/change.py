@@ -85,15 +85,17 @@ def write_branch(folder: RunFolder, branch: Branch) -> None:
     write_whole(folder.branch, msgspec.json.encode(branch))
 
 
-def kept(change: Change, folder: RunFolder) -> Change:
-    """The change, with a strategy that is a file as a copy of it in a run folder."""
-    if not change.strategy:
-        return change
-    target, copies = files_of_strategy(change.strategy, Path("substitute") / change.player)
+def kept(strategy: str, folder: RunFolder) -> str:
+    """A strategy, which is copied into a run folder if it is a file.
+
+    Raises:
+        OSError: it cannot be copied.
+    """
+    target, copies = files_of_strategy(strategy, Path("substitute"))
     copy_into(folder, copies)
     if copies and (file := file_of(target)) is not None:
         target = f"{(folder.path / file).resolve()}{target.removeprefix(file)}"
-    return structs.replace(change, strategy=target)
+    return target
 
 
 def amended(setup: MatchSetup, change: Change) -> MatchSetup:

@@ -1,7 +1,7 @@
 """Plays a whole match in this process, in lockstep: virtual robots, and those whose motor controllers are emulated."""
 
 import gc
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -156,9 +156,9 @@ def play(
     linger, began = 0.0, None
     with ExitStack() as stack:
         stack.callback(strategies.close)
-        digested = None if steps is None else steps.digest
+        digested, verification = None if steps is None else steps.digest, None
         if verify:
-            digested = stack.enter_context(Verification(digested))
+            digested = verification = stack.enter_context(Verification(digested, alarm.rearm))
         assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, digested=digested)
         world, coordinator, players = assembly.world, assembly.coordinator, assembly.players
         executor = assembly.executor
@@ -188,13 +188,20 @@ def play(
                 break
             if coordinator.match.over:
                 linger += world.period
-    if steps is not None:
-        steps.write(Ended(time=round(executor.time, 6)))
-    if logs is not None:
-        for player in players.values():
-            write_json(logs / f"{player.name}.json", player.counted())
+        if verification is not None:
+            verification.compare(executor.time, {"coordinator/referee": repr(coordinator.match.standing())})
+    _write_end(steps, logs, players.values(), executor.time)
     failures = tuple(failure for player in players.values() for failure in player.failures)
     return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures)
+
+
+def _write_end(steps: StepLog | None, logs: Path | None, players: Iterable[ContainedPlayer], time: float) -> None:
+    """Write when the match has ended, s of match time, and what players have counted."""
+    if steps is not None:
+        steps.write(Ended(time=round(time, 6)))
+    if logs is not None:
+        for player in players:
+            write_json(logs / f"{player.name}.json", player.counted())
 
 
 def _go_on_by(assembly: Assembly[ContainedPlayer], setup: MatchSetup, drawn: int) -> None:

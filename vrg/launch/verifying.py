@@ -30,45 +30,54 @@ class Verification:
 
     Args:
         digested: called with the same; None only compares.
+        copied: called in each copy, which has the memory of the match, but not its timers.
 
     Raises:
         LaunchError: by the call, where the two differ.
     """
 
-    def __init__(self, digested: Digested | None) -> None:
-        self._digested = digested
+    def __init__(self, digested: Digested | None, copied: Callable[[], None]) -> None:
+        self._digested, self._copied = digested, copied
         self._copy: tuple[int, Connection] | None = None
         self._answer: Connection | None = None
 
     def __call__(self, time: float, nodes: Mapping[str, str]) -> None:
         """Compare the digests of a step with those of the copy, and begin the next second."""
-        if self._answer is not None:
-            _leave(self._answer, (time, dict(nodes)))
+        self.compare(time, nodes)
         if self._digested is not None:
             self._digested(time, nodes)
-        if self._copy is not None:
-            other = self._answered()
-            if other != (time, dict(nodes)):
-                raise LaunchError(_difference(time, nodes, other))
         ours, theirs = Pipe()
         pid = os.fork()
         if pid == 0:
             ours.close()
             self._copy, self._answer = None, theirs
             _write_nowhere()
+            self._copied()
             return
         theirs.close()
         self._copy = pid, ours
 
-    def _answered(self) -> tuple[float, Mapping[str, str]] | None:
-        """The match time and the digests of the copy; None if it has ended without them, or does not answer."""
-        assert self._copy is not None
+    def compare(self, time: float, nodes: Mapping[str, str]) -> None:
+        """Compare digests with those of the copy, which ends then."""
+        if self._answer is not None:
+            _leave(self._answer, (time, dict(nodes)))
+        if self._copy is None:
+            return
         _, pipe = self._copy
-        answer: tuple[float, Mapping[str, str]] | None = None
-        with contextlib.suppress(EOFError, OSError):
-            answer = pipe.recv() if pipe.poll(PATIENCE) else None
-        self.__exit__()
-        return answer
+        first = f"the second before {time:.2f} s of match time was not the same when it was played twice"
+        try:
+            if not pipe.poll(PATIENCE):
+                raise LaunchError(f"{first}: the copy has not gone on for {PATIENCE:g} s: does a strategy use threads?")
+            when, other = pipe.recv()
+        except (EOFError, OSError):
+            raise LaunchError(f"{first}: the copy has ended before: does a strategy end its process?") from None
+        finally:
+            self.__exit__()
+        if (when, other) != (time, dict(nodes)):
+            differing = [name for name in sorted({*nodes, *other}) if nodes.get(name) != other.get(name)]
+            names = ", ".join(differing) or "the match"
+            advice = "look for a clock, a random number without a seed, a file, or an order of a set in its code"
+            raise LaunchError(f"{first}: {names} published something else: {advice}")
 
     def __enter__(self) -> Self:
         return self
@@ -99,12 +108,3 @@ def _write_nowhere() -> None:
             if int(name) in (1, 2) or (written and stat.S_ISREG(os.fstat(int(name)).st_mode)):
                 # A file in memory, as nothing else can be flushed to disk.
                 os.dup2(os.memfd_create("nowhere"), int(name))
-
-
-def _difference(time: float, ours: Mapping[str, str], other: tuple[float, Mapping[str, str]] | None) -> str:
-    first = f"the second before {time:.2f} s of match time was not the same when it was played twice"
-    if other is None or other[0] != time:
-        return f"{first}: the copy has ended"
-    names = ", ".join(name for name in sorted({*ours, *other[1]}) if ours.get(name) != other[1].get(name))
-    advice = "look for a clock, a random number without a seed, a file, or an order of a set in its code"
-    return f"{first}: {names} published something else: {advice}"

@@ -7,7 +7,7 @@ from typing import Final
 from vrg.types import Vector
 
 SPEED: Final = 5.0
-"""How many times as fast as the match."""
+"""The ratio of its speed to that of the match."""
 _MARGIN: Final = 1.0
 """The ground that is shown around all that the players have covered, m."""
 _BODY: Final = 0.4
