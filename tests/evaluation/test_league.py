@@ -220,7 +220,7 @@ def test_the_units_of_a_league_play_it_every_night(vrg: Vrg, tmp_path: Path) -> 
     assert "KillSignal=SIGINT" in service
     assert "OnCalendar=*-*-* 03:30:00" in (tmp_path / "units" / "vrg-league-a-class-50-.timer").read_text()
     assert "enable --now vrg-league-a-class-50-.timer" in done.out
-    assert "expected a time of day" in vrg("league", "timer", "class", "--at", "25:00").err
+    assert "expected a time of day" in vrg("league", "timer", "a class 50%", "--at", "25:00").err
 
 
 def test_systemd_takes_the_units(tmp_path: Path) -> None:

@@ -153,11 +153,8 @@ def timer(
 
     out = output or folder / "league"
     if not (out / DEFINITION).is_file():
-        raise ConfigError(
-            [
-                f"{out}: expected a league, found none: make it by `vrg league play {shlex.quote(str(folder))} --match ...`"
-            ]
-        )
+        make = f"vrg league play {shlex.quote(str(folder))} --match ..."
+        raise ConfigError([f"{out}: expected a league, found none: make it by `{make}`"])
     if printable(str(folder.resolve())) != str(folder.resolve()):
         raise ConfigError([f"{folder!r}: expected a path without control signs: rename the folder"])
     if re.fullmatch(r"([01]\d|2[0-3]):[0-5]\d", at) is None:
