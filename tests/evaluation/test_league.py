@@ -13,6 +13,7 @@ import pytest
 from tests.evaluation.conftest import OWN, Done
 from tests.evaluation.test_matchmaking import game
 from vrg.evaluation import league_folder
+from vrg.evaluation.contenders import OVERDUE
 from vrg.evaluation.folder import read_records
 from vrg.evaluation.games import GameRecord
 from vrg.evaluation.league import _half
@@ -242,6 +243,19 @@ def test_a_game_is_a_picture_that_moves() -> None:
     assert 'viewBox="0 0 4.00 3.00"' in text
     assert text.count("<circle") == 1
     assert animated([], {}, []) == ""
+
+
+def test_a_version_whose_trial_took_too_long_is_tried_again(
+    vrg: Vrg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = files(tmp_path / "class", ann=LAZY)
+    command = ("league", "play", "class", "--match", "tiny.toml", "--games", "1")
+    with monkeypatch.context() as patched:
+        slow = f"the first 30 s {OVERDUE} 60 s"
+        patched.setattr("vrg.evaluation.league.unable", lambda _setup, found, *_, **__: dict.fromkeys(found, slow))
+        assert "does not pass the check" in vrg(*command).out
+    assert "ann: version 1 plays from now on" in vrg(*command).out
+    assert versions(folder / "league") == [("ann", 1, False), ("ann", 1, True)]
 
 
 def test_a_league_that_was_interrupted_while_it_was_made_is_made_by_the_next_call(

@@ -37,6 +37,10 @@ class Contender(Struct, frozen=True, kw_only=True):
     target: str
 
 
+OVERDUE = "were not over after"
+"""Words of the problem of a strategy whose trial has taken too much real time, as on a busy computer."""
+
+
 def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Contender]:
     """Give each strategy a label, with a number if others have the same.
 
@@ -145,6 +149,6 @@ def unable(
                 if time.monotonic() - began > patience:
                     game.kill()
                     del running[game]
-                    what = f"the first {match_time:g} s of a game were not over after {patience:g} s"
+                    what = f"the first {match_time:g} s of a game {OVERDUE} {patience:g} s"
                     problems[contender] = f"{contender.target}: {what}: look for a loop that does not end"
     return {contender: problems[contender] for contender in found if contender in problems}

@@ -12,7 +12,7 @@ from msgspec import structs
 
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.evaluation.contenders import TRIAL, Contender, teams_of, unable, with_strategies
+from vrg.evaluation.contenders import OVERDUE, TRIAL, Contender, teams_of, unable, with_strategies
 from vrg.evaluation.entries import Source
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
@@ -57,9 +57,10 @@ def admit(
         known = [version for version in of_entry if version.digest == source.digest]
         if known and not known[-1].problem and known[-1] != playing(of_entry).get(source.entry):
             folder.add(structs.replace(known[-1], since=now))  # its author has gone back to this one
-        if known or source.problem:
+        overdue = bool(known) and OVERDUE in known[-1].problem
+        if (known and not overdue) or source.problem:
             continue
-        number = max((version.number for version in of_entry), default=0) + 1
+        number = known[-1].number if overdue else max((version.number for version in of_entry), default=0) + 1
         new = Version(entry=source.entry, number=number, digest=source.digest, file=source.name, since=now)
         copy = folder.store(new.label, source)
         try:
