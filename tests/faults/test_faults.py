@@ -115,6 +115,11 @@ def test_a_process_that_is_started_again_keeps_its_bad_link(setup: MatchSetup, t
     assert session.delay() > 0.4
 
 
+def test_a_process_may_hear_under_wrong_keys_before_it_has_heard_anything(setup: MatchSetup) -> None:
+    faults = [Fault(FaultKind.KILL, WORLD, 4.0, 0.09), Fault(FaultKind.WRONG, WORLD, 4.24, 0.4)]
+    assert problems_of(setup, 0, faults, SECONDS) == []
+
+
 def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
     one, other = Streams(1), Streams(1)
     one("link of ann").random()

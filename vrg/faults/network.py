@@ -169,7 +169,8 @@ class SimulatedSession:
     def arrive(self, key: str, payload: bytes, _qos: Qos, origin: Origin) -> None:
         """Put aside what has arrived, and sound alarms."""
         if self._link.wrong:
-            key = self._random.choice([known for known, ends in sorted(self._known.items()) if ends])
+            others = [known for known, ends in sorted(self._known.items()) if ends]
+            key = self._random.choice(others or [key])
         try:
             head = header(payload, key)
         except MessageError:  # also one that came under a wrong key
