@@ -14,19 +14,17 @@ import vrg.hal.gate
 from tests.tiny import TINY
 from vrg.bus.mailbox import Numbers
 from vrg.cli import make_app
-from vrg.commands.fuzz import problems_of
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Checkpoint
-from vrg.faults.checking import checked, shortest
-from vrg.faults.plan import REFEREE, Fault, FaultKind, drawn
-from vrg.faults.simulation import FaultyJournal, SimulatedMatch, Streams
+from vrg.faults.checking import checked, problems_of, shortest
+from vrg.faults.disk import SimulatedJournal
+from vrg.faults.plan import REFEREE, Fault, FaultKind, Streams, drawn
 from vrg.hal.sim import safety
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
-from vrg.launch.run_folder import RunFolder
 
 MATCH = TINY.replace("passes = 1", "passes = 2\npass_limit = 8.0")
 SECONDS, COUNT = 30.0, 6
@@ -44,10 +42,8 @@ def faults_of(setup: MatchSetup, seed: int) -> list[Fault]:
 
 
 def journal_of(setup: MatchSetup, folder: Path, seed: int) -> tuple[bytes, list[str]]:
-    run = RunFolder(folder)
-    run.prepare()
-    problems = checked(SimulatedMatch(setup, run, seed, faults_of(setup, seed)), SECONDS)
-    return run.journal.read_bytes(), problems
+    problems, journal = checked(setup, folder, seed, faults_of(setup, seed), SECONDS)
+    return journal, problems
 
 
 def test_a_seed_gives_the_same_match_and_the_same_faults(setup: MatchSetup, tmp_path: Path) -> None:
@@ -68,8 +64,8 @@ def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
     assert one("link of bob").random() != one("link of ann").random()
 
 
-def _ignoring_full(self: FaultyJournal, at: int, data: bytes) -> None:
-    if not self.full:
+def _ignoring_full(self: SimulatedJournal, at: int, data: bytes) -> None:
+    if not self._disk.full:
         Journal._write(self, at, data)
 
 
@@ -112,7 +108,7 @@ def _keeping_back(announce: Callable[[Coordinator], None]) -> Callable[[Coordina
 
 TIMEOUT = "REFEREE_TIMEOUT"
 PLANTED = {
-    "journal: a full disk goes unnoticed": (6, [(FaultyJournal, "_write", _ignoring_full)]),
+    "journal: a full disk goes unnoticed": (6, [(SimulatedJournal, "_write", _ignoring_full)]),
     "journal: a torn line stays": (2, [(Journal, "_load", _with_torn(Journal._load))]),
     "journal: calls are numbered anew after a restart": (2, [(Journal, "standing", _standing(calls=0))]),
     "journal: the clock is forgotten in a restart": (2, [(Journal, "standing", _standing(total=0.0))]),

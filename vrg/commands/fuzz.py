@@ -1,11 +1,9 @@
 """The command `vrg fuzz`, which plays matches with faults that a seed draws, in simulated time."""
 
 import logging
-import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -58,9 +56,8 @@ def fuzz(
 
 def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tuple[list[str], list[Fault]]":
     """Play one match; what did not hold, in words, and the fewest faults with which something does not."""
-    from vrg.faults.checking import shortest
-    from vrg.faults.plan import drawn
-    from vrg.faults.simulation import Streams
+    from vrg.faults.checking import problems_of, shortest
+    from vrg.faults.plan import Streams, drawn
 
     logging.disable(logging.CRITICAL)
     players = [player.name for player in setup.players]
@@ -68,17 +65,11 @@ def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tu
     found = problems_of(setup, seed, faults, seconds)
     if not found:
         return [], []
-    fewest = shortest(faults, lambda fewer: bool(problems_of(setup, seed, fewer, seconds)))
-    return problems_of(setup, seed, fewest, seconds), fewest
+    played = {tuple(faults): found}
 
+    def fails(fewer: "Sequence[Fault]") -> bool:
+        played[tuple(fewer)] = problems_of(setup, seed, fewer, seconds)
+        return bool(played[tuple(fewer)])
 
-def problems_of(setup: "MatchSetup", seed: int, faults: "Sequence[Fault]", seconds: float) -> list[str]:
-    """Play one match with some faults; what did not hold, in words."""
-    from vrg.faults.checking import checked
-    from vrg.faults.simulation import SimulatedMatch
-    from vrg.launch.run_folder import RunFolder
-
-    with tempfile.TemporaryDirectory(prefix="vrg-fuzz-") as name:
-        folder = RunFolder(Path(name))
-        folder.prepare()
-        return checked(SimulatedMatch(setup, folder, seed, faults), seconds)
+    fewest = shortest(faults, fails)
+    return played[tuple(fewest)], fewest

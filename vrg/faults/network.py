@@ -1,81 +1,149 @@
-"""A simulated bus: sessions of simulated processes, linked by a router, with links that are slow, lossy or cut.
+"""A simulated bus: sessions of simulated processes, linked by a router over lines that are slow, lossy or cut.
 
-What a process hears is what it would hear over the bus: of states the newest, of events all in their order, after a
-link was lost once more what may have been missed (see vrg.bus.link), and each message through the codec. No time passes
-here but that of `now`, and all chance comes from streams of the links' own.
+What a process receives is what it would receive over the bus: what has arrived is kept by `vrg.bus.arrivals`, as in a
+real session, and what was missed while a link was lost is published and asked for once more, as by `vrg.bus.link`. A
+cut is noticed when zenoh's lease is over: what was sent meanwhile comes late where the cut was shorter, and else is
+lost. No time passes here but that of the clock, and all chance comes from streams of the lines' own.
 """
 
-import heapq
+import math
 from collections import deque
 from collections.abc import Callable, Sequence
+from functools import partial
 from random import Random
 from typing import Final
 
-from vrg.bus.codec import Header, encode, header
-from vrg.bus.link import CLOCK_CHECK_PERIOD, DOUBTFUL, EVENT_LIFESPAN, EVENTS_KEPT
-from vrg.bus.mailbox import Inlet, Mailbox, Numbers, Origin, Outgoing
-from vrg.bus.messages import Message
+from vrg.bus.arrivals import Arrivals, Arrive
+from vrg.bus.codec import encode
+from vrg.bus.configuration import LEASE_MS
+from vrg.bus.link import CLOCK_CHECK_PERIOD, DOUBTFUL, EVENT_LIFESPAN, EVENTS_KEPT, RETRY
+from vrg.bus.mailbox import Mailbox, Origin, Outgoing
 from vrg.bus.topics import Qos, key_matches
 from vrg.bus.transport import OnArrival
-from vrg.errors import MessageError
+from vrg.faults.machine import Machine
+from vrg.hal.simulated_clock import SimulatedClock
 
 LATENCY: Final = (0.0002, 0.002)
-"""The least and the most time in s that a message takes over a good link."""
+"""The least and the most time in s that a message takes over a good line."""
+LEASE: Final = LEASE_MS / 1000.0
+"""The time in s of silence after which both ends of a link take it for lost."""
 _Payload = tuple[str, bytes, Qos, Origin]
 """A message on its way: its key, its bytes, its kind, and how it comes."""
 
 
-class Network:
-    """The router and all links to it.
+class Line:
+    """The line of one process to the router. It belongs to the machine, so a process that is started again keeps it.
 
     Args:
-        stream: returns the random numbers of something by its name.
+        network: to which it leads. name: of the process.
 
     Attributes:
-        now: the simulated real time, s. sessions: those that are open.
+        slow: more time in s that each message takes. loss: the share of LATEST messages that are lost.
+        twice: the share of events that come twice. wrong: True if messages come under wrong keys.
+        session: that of the process which runs now; None if none does.
     """
 
-    def __init__(self, stream: Callable[[str], Random]) -> None:
-        self.now = 0.0
-        self.stream = stream
+    def __init__(self, network: "Network", name: str) -> None:
+        self.slow = self.loss = self.twice = 0.0
+        self.wrong = False
+        self.session: SimulatedSession | None = None
+        self.random = network.stream(f"link of {name}")
+        self._cuts = 0
+
+    @property
+    def cut(self) -> bool:
+        """True while nothing comes through."""
+        return self._cuts > 0
+
+    def break_off(self, *, noticed: bool) -> None:
+        """Let nothing through from now on.
+
+        Args:
+            noticed: True if both ends learn of it at once, as when the router ends; False if by the lease alone.
+        """
+        self._cuts += 1
+        if self.session is not None:
+            self.session.reach_changed()
+            if noticed:
+                self.session.reset()
+
+    def mend(self) -> None:
+        """Let everything through again, unless it was broken off more than once."""
+        self._cuts -= 1
+        if self.session is not None:
+            self.session.reach_changed()
+
+    def delay(self) -> float:
+        """The time in s that its next message takes."""
+        return self.random.uniform(*LATENCY) + self.slow
+
+    def suffered(self, messages: Sequence[_Payload]) -> list[_Payload]:
+        """What becomes of messages on the way over it."""
+        if not (self.loss or self.twice):
+            return list(messages)
+        found = []
+        for message in messages:
+            kind = message[2]
+            if kind is Qos.LATEST and self.random.random() < self.loss:
+                continue
+            found += [message] * (1 + (kind is Qos.EVENT and self.random.random() < self.twice))
+        return found
+
+
+class Network:
+    """The router and all lines to it.
+
+    Args:
+        clock: the simulated real time. stream: returns the random numbers of something by its name.
+
+    Attributes:
+        sessions: those that are open. lines: by the name of the process.
+    """
+
+    def __init__(self, clock: SimulatedClock, stream: Callable[[str], Random]) -> None:
+        self.clock, self.stream = clock, stream
         self.sessions: list[SimulatedSession] = []
-        self._waiting: list[tuple[float, int, SimulatedSession, list[_Payload]]] = []
-        self._count = 0
+        self.lines: dict[str, Line] = {}
+
+    def line(self, name: str) -> Line:
+        """The line of a process."""
+        if name not in self.lines:
+            self.lines[name] = Line(self, name)
+        return self.lines[name]
+
+    def after(self, delay: float, action: Callable[[], object]) -> None:
+        """Let something happen after so many s."""
+        self.clock.at(self.clock.now() + delay, action)
 
     def carry(self, sender: "SimulatedSession", messages: Sequence[_Payload]) -> None:
         """Take messages of a session to all others, and to itself."""
+        sent = sender.line.suffered(messages)
         for receiver in self.sessions:
-            wanted = [message for message in messages if receiver.wants(message[0])]
-            if wanted and not receiver.cut:
-                self._send(sender, receiver, receiver.suffered(wanted), max(sender.delay(), receiver.delay()))
+            wanted = [message for message in sent if receiver.wants(message[0])]
+            if wanted and receiver.routed:
+                wanted = wanted if receiver is sender else receiver.line.suffered(wanted)
+                self._send(sender, receiver, wanted, max(sender.line.delay(), receiver.line.delay()))
 
     def _send(
         self, sender: "SimulatedSession", receiver: "SimulatedSession", messages: list[_Payload], delay: float
     ) -> None:
+        now, of, to = self.clock.now(), sender.generation, receiver.generation
         # What one process sends another stays in its order, however its delay changes.
-        at = receiver.free[sender] = max(receiver.free.get(sender, 0.0), self.now + delay)
-        self._count += 1
-        heapq.heappush(self._waiting, (at, self._count, receiver, messages))
+        at = receiver.free[sender] = max(receiver.free.get(sender, 0.0), now + delay)
 
-    @property
-    def next(self) -> float | None:
-        """The time of the next arrival, s; None if nothing is on its way."""
-        return self._waiting[0][0] if self._waiting else None
+        def arrive() -> None:
+            # A link that is lost takes with it what is on its way to its process, and the last of what came from there.
+            if to == receiver.generation and (of == sender.generation or now < sender.lost_since):
+                receiver.deliver(messages)
 
-    def arrive(self) -> "SimulatedSession":
-        """Let what comes next arrive, and return the session to which it has come."""
-        self.now, _, receiver, messages = heapq.heappop(self._waiting)
-        if not receiver.cut and not receiver.closed:
-            for message in messages:
-                receiver.arrive(*message)
-        return receiver
+        self.clock.at(at, arrive)
 
-    def kept(self, matches: Callable[[str], bool], qos: Qos) -> list[_Payload]:
-        """What the connected sessions keep of a kind of messages, each in its sender's order."""
+    def kept(self, matches: Callable[[str], bool], qos: Qos) -> list[tuple[str, bytes]]:
+        """What the linked sessions keep of a kind of messages, key and payload, each in its sender's order."""
         return [
-            (key, payload, qos, Origin.ASKED)
+            (key, payload)
             for session in self.sessions
-            if not session.cut
+            if session.routed and session.reachable
             for key, (kind, kept) in session.kept.items()
             if kind is qos and matches(key)
             for _, payload in kept
@@ -86,109 +154,178 @@ class SimulatedSession:
     """The transport of one simulated process.
 
     Args:
-        network: to which it is linked. name: of the process.
+        network: to which it is linked. machine: that of the process. name: of the process.
+        instance: distinguishes it from the processes of this name before it.
 
     Attributes:
-        cut: True while its link is lost. closed: True once the process has ended.
-        slow: more time in s that each message takes. loss: the share of LATEST messages that are lost.
-        twice: the share of events that come twice. wrong: True if messages come under wrong keys.
+        line: over which it is linked. arrivals: what has arrived.
+        connected: True while the process takes itself for linked. routed: True while the router does.
+        frozen: True while the process does not run: what comes waits.
+        generation: counts its links. lost_since: what was sent from then on over the link before did not arrive, s.
         free: the time at which the last of what each other one has sent it arrives, s.
         kept: what it would publish once more, by key.
+        delivered: called when something has been delivered. changed: called when the link has become another one.
     """
 
-    def __init__(self, network: Network, name: str) -> None:
-        self.cut = self.closed = self.wrong = False
-        self.slow = self.loss = self.twice = 0.0
+    def __init__(self, network: Network, machine: Machine, name: str, instance: int) -> None:
+        self.line = network.line(name)
+        self.line.session = self
+        self.arrivals = Arrivals(machine.monotonic)
+        self.connected = self.routed = True
+        self.frozen = self.closed = False
+        self.generation, self.lost_since = 0, math.inf
         self.free: dict[SimulatedSession, float] = {}
         self.kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
-        self._network, self._name = network, name
-        self._random = network.stream(f"link of {name}")
-        self._cut_at = 0.0
-        self._inlets: list[tuple[Inlet[Message], OnArrival | None, Numbers]] = []
-        self._known: dict[str, list[tuple[Inlet[Message], OnArrival | None, Numbers]]] = {}
-        self._events: deque[tuple[Inlet[Message], Header, Origin]] = deque()
-        self._newest: dict[tuple[int, str], tuple[Inlet[Message], Header]] = {}
+        self.delivered: Callable[[], None] = lambda: None
+        self.changed: Callable[[], None] = lambda: None
+        self._network, self._machine, self._instance = network, machine, f"{name}.{instance}"
+        self._random = network.stream(f"session {self._instance}")
+        self._beats = deque([machine.monotonic()], maxlen=DOUBTFUL)
+        self._silences = 0
+        self._was_reachable = True
+        self._inbox: list[list[_Payload]] = []
+        self._outbox: list[list[_Payload]] = []
+        self._entries: list[tuple[str, Callable[[str], bool], Arrive]] = []
+        self._known: dict[str, list[Arrive]] = {}
         network.sessions.append(self)
+        network.after(CLOCK_CHECK_PERIOD, self._beat)
+
+    @property
+    def linked(self) -> bool:
+        """True if what it publishes now gets through."""
+        return self.reachable and self.routed and self.connected
+
+    @property
+    def reachable(self) -> bool:
+        """True if the router and the process get to hear one another."""
+        return not (self.line.cut or self.frozen or self.closed)
 
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Bring to a mailbox what it subscribes to, and the states that were published before."""
-        for inlet in mailbox.inlets:
-            self._inlets.append((inlet, on_arrival, Numbers()))
+        for inlet, arrive in self.arrivals.attach(mailbox, on_arrival):
+            self._entries.append((inlet.topic.key, inlet.admits, arrive))
         self._known.clear()
         states = [inlet.topic.key for inlet in mailbox.inlets if inlet.topic.qos is Qos.STATE]
-        for message in self._network.kept(lambda key: any(key_matches(of, key) for of in states), Qos.STATE):
-            self.arrive(*message)
+        self._take(self._network.kept(lambda key: any(key_matches(of, key) for of in states), Qos.STATE))
 
     def wants(self, key: str) -> bool:
         """True if it subscribes to a key."""
         return bool(self._ends(key))
 
-    def delay(self) -> float:
-        """The time in s that its next message takes."""
-        return self._random.uniform(*LATENCY) + self.slow
-
-    def suffered(self, messages: Sequence[_Payload]) -> list[_Payload]:
-        """What becomes of messages on its link."""
-        if not (self.loss or self.twice):
-            return list(messages)
-        found = []
-        for message in messages:
-            kind = message[2]
-            if kind is Qos.LATEST and self._random.random() < self.loss:
-                continue
-            found += [message] * (1 + (kind is Qos.EVENT and self._random.random() < self.twice))
-        return found
-
-    def arrive(self, key: str, payload: bytes, _qos: Qos, origin: Origin) -> None:
-        """Put aside what has arrived, and sound alarms."""
-        if self.wrong:
-            key = self._random.choice([known for known, ends in sorted(self._known.items()) if ends])
-        try:
-            head = header(payload, key)
-        except MessageError:  # also one that came under a wrong key
+    def deliver(self, messages: list[_Payload]) -> None:
+        """Bring messages to the process, or let them wait while it cannot be reached."""
+        if not self.reachable:
+            self._inbox.append(messages)
             return
-        for inlet, on_arrival, alarms in self._ends(key):
-            if inlet.alarm is not None and (alarms.is_new(head, origin) or origin is Origin.LIVE):
-                inlet.sound(head)
-            if inlet.topic.qos is Qos.EVENT:
-                self._events.append((inlet, head, origin))
-            else:
-                self._newest[(id(inlet), key)] = (inlet, head)
-            if on_arrival is not None:
-                on_arrival(inlet)
+        for sent, payload, _, origin in messages:
+            key = sent
+            if self.line.wrong:
+                key = self.line.random.choice([known for known, ends in sorted(self._known.items()) if ends])
+            for arrive in self._ends(key):
+                arrive(key, lambda payload=payload: payload, origin)  # type: ignore[misc]
+        self.delivered()
 
     def receive(self) -> None:
         """Pass what has arrived to the inlets."""
-        while self._events:
-            inlet, head, origin = self._events.popleft()
-            inlet.offer_header(head, origin)
-        for inlet, head in self._newest.values():
-            inlet.offer_header(head)
-        self._newest.clear()
+        self.arrivals.receive()
 
     def send(self, outgoing: Sequence[Outgoing]) -> None:
         """Publish messages. While the link is lost, only the newest states and the last events are kept."""
-        now, messages = self._network.now, list[_Payload]()
+        messages = list[_Payload]()
         for out in outgoing:
             key, qos = out.message.key, out.topic.qos
-            payload = encode(out.message, f"{out.message.sender}/{self._name}")
+            payload = encode(out.message, f"{out.message.sender}/{self._instance}")
             if qos is not Qos.LATEST and not out.topic.perishable:
                 longest = 1 if qos is Qos.STATE else EVENTS_KEPT
-                self.kept.setdefault(key, (qos, deque(maxlen=longest)))[1].append((now, payload))
+                kept = self.kept.setdefault(key, (qos, deque(maxlen=longest)))[1]
+                kept.append((self._machine.monotonic(), payload))
             messages.append((key, payload, qos, Origin.LIVE))
-        if messages and not self.cut:
-            self._network.carry(self, messages)
-
-    def lose(self) -> None:
-        """Lose the link."""
-        self.cut, self._cut_at = True, self._network.now
-
-    def mend(self) -> None:
-        """Link it again: it publishes once more what may not have arrived, and asks for what it may have missed."""
-        if not self.cut:
+        if not messages or not self.connected:
             return
-        self.cut = False
-        oldest = max(self._cut_at - DOUBTFUL * CLOCK_CHECK_PERIOD, self._network.now - EVENT_LIFESPAN)
+        if self.reachable:
+            self._network.carry(self, messages)
+        else:
+            self._outbox.append(messages)
+
+    def freeze(self, frozen: bool) -> None:
+        """Let the process stop, or go on."""
+        self.frozen = frozen
+        self.reach_changed()
+
+    def reach_changed(self) -> None:
+        """Look whether the process can be reached. If it cannot for the length of a lease, the link is lost."""
+        reachable = self.reachable
+        if reachable is self._was_reachable:
+            return
+        self._was_reachable = reachable
+        self._silences += 1
+        if not reachable:
+            self._network.after(LEASE, partial(self._expire, self._silences))
+        elif self.routed:
+            self._catch_on()
+        else:
+            if self.connected:  # it was frozen, and finds what came before the router gave it up
+                self._catch_on()
+                self._lose()
+            self._network.after(RETRY * self._random.random() + LATENCY[1], partial(self._connect, self._silences))
+        self.changed()
+
+    def reset(self) -> None:
+        """Lose the link at once, at both ends."""
+        self._drop_link()
+        if not self.frozen:
+            self._lose()
+
+    def close(self) -> None:
+        """End it: what is on its way to it is lost, and the last of what it has sent may be."""
+        self._drop_link()
+        self.closed, self.connected = True, False
+        self._silences += 1
+        self._network.sessions.remove(self)
+        if self.line.session is self:
+            self.line.session = None
+
+    def _expire(self, silence: int) -> None:
+        """Lose the link because nothing was heard over it for the length of a lease."""
+        if silence != self._silences or self.closed or not self.routed:
+            return
+        if self.line.cut:
+            self._drop_link()
+        self.routed = False
+        if not self.frozen:
+            self._lose()
+
+    def _drop_link(self) -> None:
+        """Lose what is on its way, and end the link at the router."""
+        self.generation += 1
+        self.lost_since = self._network.clock.now() - self._random.uniform(0.0, LATENCY[1])
+        self._inbox.clear()
+        self._outbox.clear()
+        self.routed = False
+
+    def _lose(self) -> None:
+        """The process notices that its link is lost."""
+        if self.connected:
+            self.connected = False
+            self._outbox.clear()
+            self.arrivals.hold()
+
+    def _catch_on(self) -> None:
+        """Send and deliver what had to wait."""
+        outbox, self._outbox = self._outbox, []
+        inbox, self._inbox = self._inbox, []
+        if self.routed:
+            for messages in outbox:
+                self._network.carry(self, messages)
+        for messages in inbox:
+            self.deliver(messages)
+
+    def _connect(self, silence: int) -> None:
+        """Link it again: it publishes once more what may not have arrived, and asks for what it may have missed."""
+        if silence != self._silences or not self.reachable:
+            return
+        self.routed = self.connected = True
+        oldest = max(self._beats[0], self._machine.monotonic() - EVENT_LIFESPAN)
         again = [
             (key, payload, qos, Origin.LIVE if qos is Qos.STATE else Origin.REPEATED)
             for key, (qos, kept) in self.kept.items()
@@ -196,20 +333,36 @@ class SimulatedSession:
             if qos is Qos.STATE or at >= oldest
         ]
         self._network.carry(self, again)
-        waiting, self._events = self._events, deque()
-        for qos in (Qos.EVENT, Qos.STATE):
-            for message in self._network.kept(self.wants, qos):
-                self.arrive(*message)
-        self._events += waiting
+        self._take(self._network.kept(self.wants, Qos.STATE))
+        for number, alarms in enumerate((True, False), 1):
+            delay = number * (2.0 * LATENCY[1] + self.line.slow)
+            self._network.after(delay, partial(self._catch_up, alarms, self.generation))
+        self.changed()
 
-    def close(self) -> None:
-        """End it: what is on its way to it is lost."""
-        self.closed = True
-        self._network.sessions.remove(self)
+    def _catch_up(self, alarms: bool, generation: int) -> None:
+        if generation != self.generation or not self.connected:
+            return  # what was missed is asked for again when the link is back
+        if not self.reachable:
+            self._network.after(RETRY, partial(self._catch_up, alarms, generation))
+        else:
+            asked = self.arrivals.missable(alarms=alarms)
+            kept = {of: self._network.kept(partial(key_matches, of), Qos.EVENT) for of in asked}
+            self.arrivals.catch_up(kept, alarms=alarms)
 
-    def _ends(self, key: str) -> list[tuple[Inlet[Message], OnArrival | None, Numbers]]:
+    def _take(self, states: list[tuple[str, bytes]]) -> None:
+        for key, payload in states:
+            for arrive in self._ends(key):
+                arrive(key, lambda payload=payload: payload, Origin.LIVE)  # type: ignore[misc]
+
+    def _beat(self) -> None:
+        if not self.closed:
+            if not self.frozen and self.connected:
+                self._beats.append(self._machine.monotonic())
+            self._network.after(CLOCK_CHECK_PERIOD, self._beat)
+
+    def _ends(self, key: str) -> list[Arrive]:
         found = self._known.get(key)
         if found is None:
-            found = [end for end in self._inlets if key_matches(end[0].topic.key, key) and end[0].admits(key)]
+            found = [arrive for of, admits, arrive in self._entries if key_matches(of, key) and admits(key)]
             self._known[key] = found
         return found

@@ -20,7 +20,7 @@ class SimulatedClock(Clock):
 
     def __init__(self) -> None:
         self._now = 0.0
-        self._events: list[tuple[float, int, Callable[[], None]]] = []
+        self._events: list[tuple[float, int, Callable[[], object]]] = []
         self._numbers = itertools.count()
         self._running: _Work | None = None
         self._parked: dict[_Work, None] = {}
@@ -29,7 +29,7 @@ class SimulatedClock(Clock):
         """Simulated time, s."""
         return self._now
 
-    def at(self, time: float, action: Callable[[], None]) -> None:
+    def at(self, time: float, action: Callable[[], object]) -> None:
         """Let something happen at a time, in s, or at once where that has passed; of two at a time, in their order."""
         heapq.heappush(self._events, (time, next(self._numbers), action))
 
