@@ -61,7 +61,7 @@ def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tu
 
     logging.disable(logging.CRITICAL)
     players = [player.name for player in setup.players]
-    faults = drawn(Streams(seed)("faults"), players, 0.6 * seconds, count)
+    faults = drawn(Streams(seed)("faults"), players, 0.6 * seconds, count, setup.physical)
     found = problems_of(setup, seed, faults, seconds)
     if not found:
         return [], []

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from vrg.faults.simulation import SimulatedMatch
 
 PATIENCE: Final = 2.0
-"""The simulated real time in s of a halt after which the official resumes play."""
+"""The simulated real time in s of a halt after which the official recovers robots and resumes play."""
 OBSERVER: Final = "observer"
 """The name of the observer's line."""
 
@@ -51,6 +51,7 @@ class Observer:
         self.resumed = 0
         self._match = match
         self._halted: float | None = None
+        self._recovered = False
         self._watch, self._official = Mailbox("spectator/observer"), Mailbox("official/ann")
         keys = match.setup.keys
         self._events = self._watch.subscribe(keys.referee_event)
@@ -80,19 +81,26 @@ class Observer:
         self._official.publish(self._match.setup.keys.estop_release, EstopRelease(by="ann"))
         self._session.send(self._official.collect())
 
+    def _order(self, action: OfficialAction) -> None:
+        self._official.publish(self._match.setup.keys.official, Official(action=action, by="ann"))
+        self._session.send(self._official.collect())
+
     def _decide(self) -> None:
         """Resume what has been halted for a while, and release an emergency stop that has not heard of its release."""
         now, state = self._match.clock.now(), self.state
         halted = state is not None and state.halted is not None
         self._halted = None if not halted else now if self._halted is None else self._halted
         if state is not None and self._halted is not None and now - self._halted >= PATIENCE and self.pressed is None:
-            self._halted = None
             if state.estop:
                 self.release()
-            self.resumed += 1
-            order = Official(action=OfficialAction.RESUME, by="ann")
-            self._official.publish(self._match.setup.keys.official, order)
-            self._session.send(self._official.collect())
+            if self._match.can is not None and not self._recovered:
+                # A robot that has latched a fault is recovered by a person, and then play is resumed.
+                self._recovered = True
+                self._order(OfficialAction.RECOVER)
+            else:
+                self._halted, self._recovered = None, False
+                self.resumed += 1
+                self._order(OfficialAction.RESUME)
         self._match.network.after(0.5, self._decide)
 
     def _hear(self) -> None:

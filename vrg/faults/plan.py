@@ -23,6 +23,9 @@ class FaultKind(enum.StrEnum):
     wall clock of its machine. FULL and STALLED are the disk of the referee's journal, which takes nothing, or is not
     done. TORN ends the referee's process in the middle of a line. ROUTER ends the router, which is started again, and
     ESTOP is an emergency stop, which is released after the fault.
+
+    Where robots have emulated drives: a CAN bus is silent (all frames are lost), lossy, late, or off, which its adapter
+    notices; and a drive is silent, frozen (it hears nothing either, and its motor is off), or starts again.
     """
 
     KILL = "kill"
@@ -39,12 +42,21 @@ class FaultKind(enum.StrEnum):
     TORN = "torn"
     ROUTER = "router"
     ESTOP = "estop"
+    BUS_SILENT = "bus-silent"
+    BUS_LOSSY = "bus-lossy"
+    BUS_LATE = "bus-late"
+    BUS_OFF = "bus-off"
+    DRIVE_SILENT = "drive-silent"
+    DRIVE_FROZEN = "drive-frozen"
+    DRIVE_RESTART = "drive-restart"
 
 
 OF_DISK = (FaultKind.FULL, FaultKind.STALLED, FaultKind.TORN)
 """Those that only the referee has."""
 OF_ALL = (FaultKind.ROUTER, FaultKind.ESTOP)
 """Those that are not of one process."""
+OF_CAN = tuple(kind for kind in FaultKind if kind.startswith(("bus-", "drive-")))
+"""Those that only robots with emulated drives have."""
 SIZES: Final = {
     FaultKind.KILL: (0.0, 0.0, 1.0),
     FaultKind.FREEZE: (0.0, 0.0, 1.0),
@@ -52,6 +64,8 @@ SIZES: Final = {
     FaultKind.SLOW: (0.03, 0.15, 0.4),
     FaultKind.LOSSY: (0.1, 0.5, 1.0),
     FaultKind.DOUBLE: (0.1, 0.5, 1.0),
+    FaultKind.BUS_LOSSY: (0.05, 0.3, 0.7),
+    FaultKind.BUS_LATE: (0.01, 0.1, 0.3),
     FaultKind.CLOCK: (-7200.0, -60.0, 60.0, 7200.0),
 }
 """The sizes that a fault may have."""
@@ -63,7 +77,8 @@ class Fault(Struct, frozen=True, omit_defaults=True):
     Args:
         kind: what fails. process: whose, or EVERYONE.
         begin: when, simulated real time in s. length: for how long, s.
-        size: of SLOW the delay in s, of LOSSY and DOUBLE the share of messages, of CLOCK the s by which it is set; of
+        size: of SLOW the delay in s, of LOSSY, DOUBLE and BUS_LOSSY the share of messages or frames, of
+            BUS_LATE the longest delay in s, of CLOCK the s by which it is set; of
             KILL, FREEZE and TORN 1 in the next tick, 0 at once.
     """
 
@@ -89,17 +104,22 @@ class Streams:
         return Random(f"{self._seed}:{label}")
 
 
-def drawn(random: Random, players: Sequence[str], seconds: float, count: int) -> list[Fault]:
+def drawn(
+    random: Random, players: Sequence[str], seconds: float, count: int, emulated: Sequence[str] = ()
+) -> list[Fault]:
     """Faults of a match, in the order of time.
 
     Args:
         players: their names. seconds: the simulated real time within which they begin, s. count: how many.
+        emulated: those of the players whose robots have emulated drives.
     """
-    found = []
+    found, kinds = [], [kind for kind in FaultKind if emulated or kind not in OF_CAN]
     for _ in range(count):
-        kind = random.choice(list(FaultKind))
+        kind = random.choice(kinds)
         process = random.choice([WORLD, REFEREE, *players])
         process = REFEREE if kind in OF_DISK else EVERYONE if kind in OF_ALL else process
+        if kind in OF_CAN:
+            process = random.choice(list(emulated))
         length = random.choice((random.uniform(0.02, 0.4), random.uniform(0.4, 3.0)))
         size = random.choice(SIZES.get(kind, (0.0,)))
         begin = round(random.uniform(0.0, seconds), 3)

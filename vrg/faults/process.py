@@ -12,9 +12,11 @@ from vrg.bus.transport import turn
 from vrg.faults.machine import Machine
 from vrg.faults.network import SimulatedSession
 from vrg.hal.sim.node import WorldNode
+from vrg.hal.simulated_clock import SimulatedTask
 from vrg.launch.serving import SNAPSHOT_PERIOD
 
 if TYPE_CHECKING:
+    from vrg.faults.can import ProcessMedium
     from vrg.faults.simulation import SimulatedMatch
 
 RESTART: Final = 0.3
@@ -37,7 +39,7 @@ class Process:
         failures: the exceptions of its nodes, in words.
     """
 
-    def __init__(self, match: "SimulatedMatch", name: str, make: Callable[[], Node]) -> None:
+    def __init__(self, match: "SimulatedMatch", name: str, make: Callable[["ProcessMedium | None"], Node]) -> None:
         self.name = name
         self.machine = Machine(match.clock, match.network.stream(f"machine of {name}"))
         self.line = match.network.line(name)
@@ -52,30 +54,46 @@ class Process:
         self._woken = False
         self._random = match.network.stream(f"process {name}")
         self._starts = 0
+        self._medium: ProcessMedium | None = None
+        self._starting: SimulatedTask | None = None
+        self._started = False
 
     @property
     def runs(self) -> bool:
         """True if it is there and not frozen."""
-        return self.node is not None and not self.frozen
+        return self._started and not self.frozen
 
     def start(self) -> None:
         """Start it, unless it runs, as soon as it can be linked."""
-        if self.node is not None:
+        if self.session is not None or self._starting is not None:
             return
         if self.line.cut or not self._match.may_start(self):
             self._match.network.after(WAITING, self.start)
             return
+        simulation = self._match.emulated_by(self.name)
+        if simulation is None:
+            self._start()
+        else:
+            # Its drives are met while time passes.
+            from vrg.faults.can import ProcessMedium  # noqa: PLC0415 - most matches have no CAN buses
+
+            self._medium = ProcessMedium(simulation)
+            self._starting = self._match.clock.spawn(self._start, f"start {self.name}")
+
+    def _start(self) -> None:
         try:
             with self.machine.runs():
-                self.node = self._make()
                 self._starts += 1
                 session = SimulatedSession(self._match.network, self.machine, self.name, self._starts)
                 self.session, session.changed = session, self.note
+                self.node = self._make(self._medium)
                 self._attach(session, self.node)
                 self.node.start()
         except Exception as error:
+            self._starting = None
             self._fail(error)
             return
+        self._starting, self._started = None, True
         self.note()
         self._begin()
 
@@ -84,6 +102,8 @@ class Process:
         if self.session is not None:
             self.frozen = True
             self.session.freeze(True)
+            if self._medium is not None:
+                self._medium.freeze(True)
             self.note()
 
     def thaw(self) -> None:
@@ -91,6 +111,8 @@ class Process:
         if self.session is None:
             return
         self.frozen = False
+        if self._medium is not None:
+            self._medium.freeze(False)
         if self._random.random() < 0.5:
             self.look(quiet=True)
         if self.session is not None:
@@ -102,8 +124,13 @@ class Process:
         """End it at once. Its node learns nothing of it."""
         if self.session is not None:
             self.session.close()
-        self.node = self.session = self.interrupt = None
-        self.frozen = False
+        starting, medium = self._starting, self._medium
+        self.node = self.session = self.interrupt = self._starting = self._medium = None
+        self.frozen = self._started = False
+        if medium is not None:
+            medium.end()
+        if starting is not None:
+            starting.end()
         self.note()
 
     def look(self, *, quiet: bool) -> None:
@@ -113,18 +140,19 @@ class Process:
             quiet: True if nothing has woken it.
         """
         node, session = self.node, self.session
-        if node is None or session is None or self.frozen:
+        if node is None or session is None or not self.runs:
             return
         self._woken = False
-        session.receive()
-        self._clock.handover(self._pacer.time)
-        cut = quiet and not session.connected
-        if self._pacer.hear(self._ticks.take(), self.machine.monotonic(), cut=cut):
-            node.mailbox.forget()
-        session.receive()
-        tick = self._pacer.tick()
-        if tick is not None:
-            self._turn(node, session, tick)
+        with self.machine.runs():
+            session.receive()
+            self._clock.handover(self._pacer.time)
+            cut = quiet and not session.connected
+            if self._pacer.hear(self._ticks.take(), self.machine.monotonic(), cut=cut):
+                node.mailbox.forget()
+            session.receive()
+            tick = self._pacer.tick()
+            if tick is not None:
+                self._turn(node, session, tick)
 
     def note(self) -> None:
         """Note whether it can publish now."""
@@ -168,8 +196,7 @@ class Process:
         if interrupt is not None:
             session.freeze(True)
         try:
-            with self.machine.runs():
-                turn([node], tick, session)
+            turn([node], tick, session)
         except Exception as error:
             self._fail(error)
         if interrupt is not None:
@@ -213,7 +240,8 @@ class WorldProcess(Process):
             if not self.frozen:
                 session.receive()
                 self._match.time = self._number * node.period
-                self._turn(node, session, Tick(self._match.time))
+                with self.machine.runs():
+                    self._turn(node, session, Tick(self._match.time))
                 if self.node is node and self._number % SNAPSHOT_PERIOD == 0:
                     self._snapshot = node.snapshot()
                 self._number += 1

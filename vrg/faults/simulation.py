@@ -8,23 +8,30 @@ resumes play when it is halted. The same seed gives the same match.
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from random import Random
+from typing import TYPE_CHECKING, Final
 
 from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import JournalHeader
-from vrg.errors import ConfigError, JournalError
+from vrg.errors import JournalError, RobotError
 from vrg.faults.disk import Disk, SimulatedJournal
 from vrg.faults.machine import simulated_walls
 from vrg.faults.network import Network
 from vrg.faults.observer import Observer
-from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind, Streams
+from vrg.faults.plan import OF_CAN, REFEREE, WORLD, Fault, FaultKind, Streams
 from vrg.faults.process import RESTART, Process, WorldProcess
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedClock
+from vrg.launch.in_process import emulation
 from vrg.launch.nodes import coordinator_node, player_node, world_node
 from vrg.launch.run_folder import RunFolder
 
-LINGERS = 1.0
+if TYPE_CHECKING:
+    from vrg.faults.can import CanRobots
+    from vrg.hal.can.workshop.simulation import Simulation
+
+LINGERS: Final = 1.0
 """The simulated real time in s for which a match goes on after its end, so that every node hears of it."""
 
 
@@ -32,25 +39,23 @@ class SimulatedMatch:
     """See the module.
 
     Args:
-        setup: the match, whose robots are virtual. folder: for its journal. seed: of all that is drawn.
-        faults: in the order of time.
+        setup: the match, whose robots are virtual or have emulated drives. folder: for its journal.
+        seed: of all that is drawn. faults: in the order of time.
 
     Raises:
-        ConfigError: the match has physical robots.
+        ConfigError: the match has real robots.
 
     Attributes:
-        clock: the simulated real time. network: the bus. disk: that of the journal. processes: by name.
-        observer: hears all. time: the match time, s. heard: called whenever the observer has heard something.
+        clock: the simulated real time. can: the CAN buses; None if there are none. network: the bus.
+        disk: that of the journal. processes: by name. observer: hears all. time: the match time, s.
+        heard: called whenever the observer has heard something.
     """
 
     def __init__(self, setup: MatchSetup, folder: RunFolder, seed: int, faults: Sequence[Fault]) -> None:
-        if setup.physical:
-            raise ConfigError(
-                f"{setup.origin}: expected virtual robots, got physical ones ({', '.join(setup.physical)}), which no "
-                "simulation may drive: take `backend` out of their tables"
-            )
         self.setup, self.folder, self.faults = setup, folder, faults
-        self.clock, streams = SimulatedClock(), Streams(seed)
+        simulation, streams = emulation(setup, strict=True), Streams(seed)
+        self.clock = SimulatedClock() if simulation is None else simulation.clock
+        self.can = None if simulation is None else _can_robots(setup, simulation, streams("can"))
         self.network = Network(self.clock, streams)
         self.disk = Disk(self.clock, streams("disk"))
         self.time = 0.0
@@ -82,8 +87,17 @@ class SimulatedMatch:
         return process.name != REFEREE or not self.disk.stalled
 
     def excuses(self, process: Process, error: Exception) -> bool:
-        """Return whether a process may end by an exception: a referee that cannot begin a journal on a full disk."""
-        return process.name == REFEREE and isinstance(error, JournalError) and self.disk.full
+        """Return whether a process may end by an exception.
+
+        A referee may that cannot begin a journal on a full disk, and a player that cannot be linked with its drives.
+        """
+        if process.name == REFEREE:
+            return isinstance(error, JournalError) and self.disk.full
+        return self.emulated_by(process.name) is not None and isinstance(error, RobotError)
+
+    def emulated_by(self, player: str) -> "Simulation | None":
+        """The CAN buses of a player whose robot has emulated drives; None for all others."""
+        return None if self.can is None or player not in self.can.drives else self.can.simulation
 
     def end(self, process: Process, *, torn: bool = False) -> None:
         """End a process at once.
@@ -148,6 +162,8 @@ class SimulatedMatch:
         }
         if kind in of_all:
             return of_all[kind]
+        if kind in OF_CAN:
+            return self._break(fault)
         process = self.processes[fault.process]
         line = process.line
         if kind is FaultKind.CLOCK:
@@ -160,6 +176,19 @@ class SimulatedMatch:
         size = True if kind is FaultKind.WRONG else fault.size
         return partial(setattr, line, name, size), partial(setattr, line, name, type(size)(0))
 
+    def _break(self, fault: Fault) -> tuple[Callable[[], object], Callable[[], object]]:
+        """What begins a fault of CAN, and what ends it."""
+        can, ends = self.can, list[Callable[[], None]]()
+        assert can is not None
+
+        def begin() -> None:
+            ends.append(can.break_(fault))
+
+        def end() -> None:
+            ends.pop()()
+
+        return begin, end
+
     def _route(self, routes: bool) -> None:
         """The router is there again, or has ended, which all notice at once."""
         for line in self.network.lines.values():
@@ -168,15 +197,21 @@ class SimulatedMatch:
             else:
                 line.break_off(noticed=True)
 
-    def _world(self) -> Node:
+    def _world(self, _medium: object) -> Node:
         process = self.processes[WORLD]
         assert isinstance(process, WorldProcess)
         node = world_node(self.setup)
         assert isinstance(node, WorldNode)
         return process.restored(node)
 
-    def _referee(self) -> Node:
+    def _referee(self, _medium: object) -> Node:
         setup = self.setup
         header = JournalHeader(match=setup.name, game=setup.game, seed=setup.seed)
         self._journal = SimulatedJournal(self.folder.journal, header, self.disk)
         return coordinator_node(setup, self._journal)
+
+
+def _can_robots(setup: MatchSetup, simulation: "Simulation", random: Random) -> "CanRobots":
+    from vrg.faults.can import CanRobots  # noqa: PLC0415 - most matches have no CAN buses
+
+    return CanRobots(setup, simulation, random)

@@ -145,7 +145,7 @@ def play(
         RobotError: an emulated motor controller cannot be set up as the match file wants it.
         LaunchError: a player has failed too often, and the match file wants no disqualification.
     """
-    simulation = _simulation(setup)
+    simulation = emulation(setup)
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
 
     def write(missed: Missed) -> None:
@@ -216,8 +216,11 @@ def play(
     return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures)
 
 
-def _simulation(setup: MatchSetup) -> "Simulation | None":
+def emulation(setup: MatchSetup, *, strict: bool = False) -> "Simulation | None":
     """The emulated motor controllers of the match; None if it has none.
+
+    Args:
+        strict: as for `vrg.hal.can.workshop.simulation.Simulation`.
 
     Raises:
         ConfigError: a robot is a real one.
@@ -226,7 +229,7 @@ def _simulation(setup: MatchSetup) -> "Simulation | None":
         return None
     from vrg.hal.can.workshop.simulation import Simulation  # noqa: PLC0415 - no other match needs it
 
-    simulation, real = Simulation(), []
+    simulation, real = Simulation(strict=strict), []
     for backend in sorted({player.backend for player in setup.players if player.physical}):
         robots = [player.name for player in setup.players if player.backend == backend]
         settings = BACKENDS.get(backend).settings

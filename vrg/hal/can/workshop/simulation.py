@@ -76,6 +76,7 @@ class Wire:
         clock: its time. link: how it is named.
 
     Attributes:
+        drives: those that are on it.
         tamper: None, or what becomes of each frame.
         trouble: what is wrong with the adapters of the ports, in words, while nothing passes them; None while nothing
             is.
@@ -93,20 +94,20 @@ class Wire:
         self._frame_time = FRAME_BITS / (link.bitrate or BITRATE)
         self._busy_until = 0.0
         self._ports: list[Port] = []
-        self._drives: list[EmulatedDrive] = []
+        self.drives: list[EmulatedDrive] = []
         self._due: dict[EmulatedDrive, float] = {}
         self._stepped: dict[EmulatedDrive, float] = {}
 
     def attach(self, drives: Iterable[EmulatedDrive]) -> None:
         """Put drives on the bus."""
         for drive in drives:
-            self._drives.append(drive)
+            self.drives.append(drive)
             self._schedule(drive)
 
     def detach(self, drives: Iterable[EmulatedDrive]) -> None:
         """Take drives off the bus."""
         for drive in drives:
-            self._drives.remove(drive)
+            self.drives.remove(drive)
             self._due.pop(drive, None)
             self._stepped.pop(drive, None)
 
@@ -132,7 +133,7 @@ class Wire:
             for port in tuple(self._ports):
                 if port is not sender:
                     port.hear(heard)
-        for drive in tuple(self._drives):
+        for drive in tuple(self.drives):
             if drive is not sender:
                 self._answer(drive, drive.receive(heard, now))
 
@@ -151,7 +152,7 @@ class Wire:
             self.clock.at(due, lambda: self._step(drive, due))
 
     def _step(self, drive: EmulatedDrive, due: float) -> None:
-        if drive in self._drives and self._due.get(drive) == due:
+        if drive in self.drives and self._due.get(drive) == due:
             del self._due[drive]
             self._stepped[drive] = self.clock.now()
             self._answer(drive, drive.step(self.clock.now()))
