@@ -105,8 +105,8 @@ class Checker:
             if written.get(call.number) != call.text:
                 self.problems.append(f"call {call.number} was announced, and is not in the journal: {call.text}")
         lost = [number for number in written if number not in self._numbers]
-        # An event is not taken twice, so one that is asked for counts only if its sender was heard before: if the router
-        # ends just before the first call of a referee, who listens may miss it.
+        # An event that is asked for counts only if its sender was heard before. So if the router ends
+        # just before the first call of a referee, its listeners may miss that call.
         ended = any((f.process == REFEREE and f.kind in _ENDING) or f.kind is FaultKind.ROUTER for f in match.faults)
         if lost and not ended:
             self.problems.append(f"calls {lost} are in the journal and were not announced")
