@@ -1,8 +1,10 @@
 """Simulated matches with faults: the same by the same seed, sound as they are, and unsound with a planted mistake."""
 
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import msgspec
@@ -11,34 +13,51 @@ from typer.testing import CliRunner
 
 import vrg.agents.player
 import vrg.hal.gate
-from tests.tiny import TINY
+from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Numbers
+from vrg.bus.pacing import Pacer
 from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
+from vrg.coordinator.attendance import Attendance
 from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Checkpoint
 from vrg.faults.checking import checked, problems_of, shortest
 from vrg.faults.disk import SimulatedJournal
 from vrg.faults.plan import REFEREE, Fault, FaultKind, Streams, drawn
+from vrg.hal.can.workshop.emulated import EmulatedDrive
+from vrg.hal.device import Device
+from vrg.hal.estop import EstopOrders
 from vrg.hal.sim import safety
+from vrg.hal.sim.driver import SimDriver
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
 
-MATCH = TINY.replace("passes = 1", "passes = 2\npass_limit = 8.0")
+RULES = ("passes = 1", "passes = 2\npass_limit = 8.0")
+MATCH = TINY.replace(*RULES)
 SECONDS, COUNT = 30.0, 6
+
+
+def loaded(folder: Path, text: str) -> MatchSetup:
+    file = folder / "tiny.toml"
+    file.write_text(text)
+    return load_match(file).at_rate(1.0)
 
 
 @pytest.fixture(scope="module")
 def setup(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
-    file = tmp_path_factory.mktemp("match") / "tiny.toml"
-    file.write_text(MATCH)
-    return load_match(file).at_rate(1.0)
+    return loaded(tmp_path_factory.mktemp("match"), MATCH)
+
+
+@pytest.fixture(scope="module")
+def can_setup(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
+    return loaded(tmp_path_factory.mktemp("can"), TINY_CAN.replace(*RULES))
 
 
 def faults_of(setup: MatchSetup, seed: int) -> list[Fault]:
-    return drawn(Streams(seed)("faults"), [player.name for player in setup.players], 0.6 * SECONDS, COUNT)
+    players = [player.name for player in setup.players]
+    return drawn(Streams(seed)("faults"), players, 0.6 * SECONDS, COUNT, setup.physical)
 
 
 def journal_of(setup: MatchSetup, folder: Path, seed: int) -> tuple[bytes, list[str]]:
@@ -106,29 +125,79 @@ def _keeping_back(announce: Callable[[Coordinator], None]) -> Callable[[Coordina
     return planted
 
 
+def _by_wall(self: Pacer, messages: Sequence[Any], now: float, *, cut: bool) -> bool:
+    return HEAR(self, messages, time.time(), cut=cut)
+
+
+def _unwatched(self: EmulatedDrive, *arguments: Any) -> None:
+    INITIALISE(self, *arguments)
+    self._watchdog = 0.0
+
+
+HEAR, INITIALISE = Pacer.hear, EmulatedDrive.__init__
 TIMEOUT = "REFEREE_TIMEOUT"
 PLANTED = {
-    "journal: a full disk goes unnoticed": (6, [(SimulatedJournal, "_write", _ignoring_full)]),
-    "journal: a torn line stays": (2, [(Journal, "_load", _with_torn(Journal._load))]),
-    "journal: calls are numbered anew after a restart": (2, [(Journal, "standing", _standing(calls=0))]),
-    "journal: the clock is forgotten in a restart": (2, [(Journal, "standing", _standing(total=0.0))]),
+    "journal: a full disk goes unnoticed": (1, [(SimulatedJournal, "_write", _ignoring_full)]),
+    "journal: a torn line stays": (10, [(Journal, "_load", _with_torn(Journal._load))]),
+    "journal: calls are numbered anew after a restart": (10, [(Journal, "standing", _standing(calls=0))]),
+    "journal: the clock is forgotten in a restart": (20, [(Journal, "standing", _standing(total=0.0))]),
     "journal: evidence is not written": (0, [(Journal, "witness", lambda *_: None)]),
     "coordinator: it announces what is not on disk": (0, [(Journal, "settled", lambda _: True)]),
-    "coordinator: a call is kept back": (48, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
-    "executor: what comes twice is taken twice": (7, [(Numbers, "is_new", lambda *_: True)]),
+    "coordinator: a call is kept back": (1, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
+    "executor: what comes twice is taken twice": (4, [(Numbers, "is_new", lambda *_: True)]),
     "device: no watchdog": (1, [(safety, "COMMAND_TIMEOUT", 1e9)]),
     "device: a silent referee is not missed": (3, [(vrg.hal.gate, TIMEOUT, 1e9), (vrg.agents.player, TIMEOUT, 1e9)]),
-    "world: a restart is no new epoch": (22, [(World, "restore", _same_epoch(World.restore))]),
+    "world: a restart is no new epoch": (20, [(World, "restore", _same_epoch(World.restore))]),
+    "everyone: an emergency stop is ignored": (
+        4,
+        [(EstopOrders, "take", lambda _: None), (EstopOrders, "_sound", lambda *_: None)],
+    ),
+    "executor: the wall clock paces a node": (10, [(Pacer, "hear", _by_wall)]),
+    "driver: it is never disarmed after a stop that it has missed": (30, [(SimDriver, "_stopped", lambda _: False)]),
+}
+PLANTED_CAN: dict[str, tuple[int, list[tuple[Any, str, Any]]]] = {
+    "drives: no watchdog": (0, [(EmulatedDrive, "__init__", _unwatched)]),
+    "device: it does not recover": (0, [(Device, "_recover", lambda _: None)]),
+    "referee: it does not halt for a faulty robot": (2, [(Attendance, "failing", lambda *_, **__: (set(), []))]),
 }
 
 
 @pytest.mark.parametrize("mistake", PLANTED)
 def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, mistake: str) -> None:
-    seed, patches = PLANTED[mistake]
+    assert_found(setup, *PLANTED[mistake])
+
+
+@pytest.mark.parametrize("mistake", PLANTED_CAN)
+def test_a_mistake_planted_in_a_robot_with_drives_is_found_by_its_seed(can_setup: MatchSetup, mistake: str) -> None:
+    assert_found(can_setup, *PLANTED_CAN[mistake])
+
+
+def assert_found(setup: MatchSetup, seed: int, patches: Sequence[tuple[Any, str, Any]]) -> None:
     with ExitStack() as stack:
         for target, name, planted in patches:
             stack.enter_context(mock.patch.object(target, name, planted))
         assert problems_of(setup, seed, faults_of(setup, seed), SECONDS)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_robots_with_drives_stand_and_play_goes_on_whatever_fails(can_setup: MatchSetup, seed: int) -> None:
+    assert problems_of(can_setup, seed, faults_of(can_setup, seed), SECONDS) == []
+
+
+def test_a_silent_bus_halts_the_match_which_goes_on_when_it_is_heard_again(
+    can_setup: MatchSetup, tmp_path: Path
+) -> None:
+    silent = [Fault(FaultKind.BUS_SILENT, "ann", 4.0, 2.0)]
+    problems, journal = checked(can_setup, tmp_path, 0, silent, SECONDS)
+    assert problems == []
+    halted, resumed = journal.find(b"ann: its pose is older"), journal.find(b"resumed by ann")
+    assert 0 < halted < resumed
+
+
+def test_wall_clocks_that_are_set_change_nothing(setup: MatchSetup, tmp_path: Path) -> None:
+    clocks = [Fault(FaultKind.CLOCK, name, 5.0, 0.0, 7200.0) for name in (REFEREE, "world", "ann")]
+    one, other = (checked(setup, tmp_path / str(len(faults)), 0, faults, SECONDS) for faults in ([], clocks))
+    assert one == other
 
 
 def test_the_fewest_faults_are_found() -> None:

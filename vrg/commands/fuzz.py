@@ -1,5 +1,6 @@
 """The command `vrg fuzz`, which plays matches with faults that a seed draws, in simulated time."""
 
+import gc
 import logging
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
@@ -37,7 +38,7 @@ def fuzz(
     setup = load_match(match_path(match)).all_here().at_rate(1.0)
     console = Console(highlight=False, emoji=False)
     wrong = 0
-    with ProcessPoolExecutor(cores()) as pool, Progress(console=console, transient=True) as bar:
+    with ProcessPoolExecutor(cores(), initializer=gc.freeze) as pool, Progress(console=console, transient=True) as bar:
         task = bar.add_task("matches", total=games)
         play = partial(played, setup, count=faults, seconds=seconds)
         for number, (found, fewest) in enumerate(pool.map(play, range(seed, seed + games)), seed):

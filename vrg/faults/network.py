@@ -119,7 +119,8 @@ class Network:
         """Take messages of a session to all others, and to itself."""
         sent = sender.line.suffered(messages)
         for receiver in self.sessions:
-            wanted = [message for message in sent if receiver.wants(message[0])]
+            ends = receiver.ends
+            wanted = [message for message in sent if ends[message[0]]]
             if wanted and receiver.routed:
                 wanted = wanted if receiver is sender else receiver.line.suffered(wanted)
                 self._send(sender, receiver, wanted, max(sender.line.delay(), receiver.line.delay()))
@@ -150,6 +151,23 @@ class Network:
         ]
 
 
+class _Ends(dict[str, list[Arrive]]):
+    """What takes in the messages of a session, by key.
+
+    Args:
+        entries: of each subscription its key expression, what tells whether it admits a key, and what takes it in.
+    """
+
+    def __init__(self, entries: Sequence[tuple[str, Callable[[str], bool], Arrive]]) -> None:
+        super().__init__()
+        self._entries = entries
+
+    def __missing__(self, key: str) -> list[Arrive]:
+        found = [arrive for of, admits, arrive in self._entries if key_matches(of, key) and admits(key)]
+        self[key] = found
+        return found
+
+
 class SimulatedSession:
     """The transport of one simulated process.
 
@@ -163,7 +181,7 @@ class SimulatedSession:
         frozen: True while the process does not run: what comes waits.
         generation: counts its links. lost_since: what was sent from then on over the link before did not arrive, s.
         free: the time at which the last of what each other one has sent it arrives, s.
-        kept: what it would publish once more, by key.
+        kept: what it would publish once more, by key. ends: what takes in its messages, by key.
         delivered: called when something has been delivered. changed: called when the link has become another one.
     """
 
@@ -186,7 +204,7 @@ class SimulatedSession:
         self._inbox: list[list[_Payload]] = []
         self._outbox: list[list[_Payload]] = []
         self._entries: list[tuple[str, Callable[[str], bool], Arrive]] = []
-        self._known: dict[str, list[Arrive]] = {}
+        self.ends = _Ends(self._entries)
         network.sessions.append(self)
         network.after(CLOCK_CHECK_PERIOD, self._beat)
 
@@ -204,13 +222,9 @@ class SimulatedSession:
         """Bring to a mailbox what it subscribes to, and the states that were published before."""
         for inlet, arrive in self.arrivals.attach(mailbox, on_arrival):
             self._entries.append((inlet.topic.key, inlet.admits, arrive))
-        self._known.clear()
+        self.ends.clear()
         states = [inlet.topic.key for inlet in mailbox.inlets if inlet.topic.qos is Qos.STATE]
         self._take(self._network.kept(lambda key: any(key_matches(of, key) for of in states), Qos.STATE))
-
-    def wants(self, key: str) -> bool:
-        """True if it subscribes to a key."""
-        return bool(self._ends(key))
 
     def deliver(self, messages: list[_Payload]) -> None:
         """Bring messages to the process, or let them wait while it cannot be reached."""
@@ -220,8 +234,8 @@ class SimulatedSession:
         for sent, payload, _, origin in messages:
             key = sent
             if self.line.wrong:
-                key = self.line.random.choice([known for known, ends in sorted(self._known.items()) if ends])
-            for arrive in self._ends(key):
+                key = self.line.random.choice([known for known, ends in sorted(self.ends.items()) if ends])
+            for arrive in self.ends[key]:
                 arrive(key, lambda payload=payload: payload, origin)  # type: ignore[misc]
         self.delivered()
 
@@ -333,7 +347,7 @@ class SimulatedSession:
             if qos is Qos.STATE or at >= oldest
         ]
         self._network.carry(self, again)
-        self._take(self._network.kept(self.wants, Qos.STATE))
+        self._take(self._network.kept(lambda key: bool(self.ends[key]), Qos.STATE))
         for number, alarms in enumerate((True, False), 1):
             delay = number * (2.0 * LATENCY[1] + self.line.slow)
             self._network.after(delay, partial(self._catch_up, alarms, self.generation))
@@ -351,7 +365,7 @@ class SimulatedSession:
 
     def _take(self, states: list[tuple[str, bytes]]) -> None:
         for key, payload in states:
-            for arrive in self._ends(key):
+            for arrive in self.ends[key]:
                 arrive(key, lambda payload=payload: payload, Origin.LIVE)  # type: ignore[misc]
 
     def _beat(self) -> None:
@@ -359,10 +373,3 @@ class SimulatedSession:
             if not self.frozen and self.connected:
                 self._beats.append(self._machine.monotonic())
             self._network.after(CLOCK_CHECK_PERIOD, self._beat)
-
-    def _ends(self, key: str) -> list[Arrive]:
-        found = self._known.get(key)
-        if found is None:
-            found = [arrive for of, admits, arrive in self._entries if key_matches(of, key) and admits(key)]
-            self._known[key] = found
-        return found

@@ -95,7 +95,7 @@ class Observer:
                 self.release()
             if self._match.can is not None and not self._recovered:
                 # A robot that has latched a fault is recovered by a person, and then play is resumed.
-                self._recovered = True
+                self._halted, self._recovered = now, True
                 self._order(OfficialAction.RECOVER)
             else:
                 self._halted, self._recovered = None, False
