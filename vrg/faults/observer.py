@@ -91,7 +91,7 @@ class Observer:
         halted = state is not None and state.halted is not None
         self._halted = None if not halted else now if self._halted is None else self._halted
         if state is not None and self._halted is not None and now - self._halted >= PATIENCE and self.pressed is None:
-            if state.estop:
+            if state.estop or self._match.can is not None:  # a drive that has got the order late asks for a release
                 self.release()
             if self._match.can is not None and not self._recovered:
                 # A robot that has latched a fault is recovered by a person, and then play is resumed.
