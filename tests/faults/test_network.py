@@ -8,8 +8,9 @@ from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
 from vrg.faults.machine import Machine
-from vrg.faults.network import LATENCY, LEASE, Network, SimulatedSession
+from vrg.faults.network import LATENCY, Network
 from vrg.faults.plan import Streams
+from vrg.faults.session import LEASE, SimulatedSession
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose
 

@@ -66,11 +66,11 @@ def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tu
     found = problems_of(setup, seed, faults, seconds)
     if not found:
         return [], []
-    played = {tuple(faults): found}
+    problems = {tuple(faults): found}
 
     def fails(fewer: "Sequence[Fault]") -> bool:
-        played[tuple(fewer)] = problems_of(setup, seed, fewer, seconds)
-        return bool(played[tuple(fewer)])
+        problems[tuple(fewer)] = problems_of(setup, seed, fewer, seconds)
+        return bool(problems[tuple(fewer)])
 
     fewest = shortest(faults, fails)
-    return played[tuple(fewest)], fewest
+    return problems[tuple(fewest)], fewest

@@ -16,7 +16,7 @@ from vrg.bus.messages import (
     Stage,
 )
 from vrg.faults.machine import Machine
-from vrg.faults.network import SimulatedSession
+from vrg.faults.session import SimulatedSession
 
 if TYPE_CHECKING:
     from vrg.faults.simulation import SimulatedMatch

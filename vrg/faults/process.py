@@ -10,7 +10,7 @@ from vrg.bus.pacing import Pacer
 from vrg.bus.process import STALLED_PERIOD
 from vrg.bus.transport import turn
 from vrg.faults.machine import Machine
-from vrg.faults.network import SimulatedSession
+from vrg.faults.session import SimulatedSession
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedTask
 from vrg.launch.serving import SNAPSHOT_PERIOD
