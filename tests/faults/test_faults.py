@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import vrg.agents.player
+import vrg.faults.session
 import vrg.hal.gate
 from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Numbers
@@ -170,6 +171,27 @@ def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, mistake: str)
 @pytest.mark.parametrize("mistake", PLANTED_CAN)
 def test_a_mistake_planted_in_a_robot_with_drives_is_found_by_its_seed(can_setup: MatchSetup, mistake: str) -> None:
     assert_found(can_setup, *PLANTED_CAN[mistake])
+
+
+def test_a_call_that_is_announced_before_its_line_is_on_disk_is_found(setup: MatchSetup) -> None:
+    stalled = Fault(FaultKind.STALLED, REFEREE, 0.05, 2.0)
+    faults = [stalled, Fault(FaultKind.KILL, REFEREE, 1.0, 0.3)]
+
+    def eager(self: Coordinator, now: float, standing: Checkpoint) -> None:
+        append(self, now, standing)
+        self._announce()
+
+    append = Coordinator._append
+    assert problems_of(setup, 0, faults, SECONDS) == []
+    with mock.patch.object(Coordinator, "_append", eager):
+        assert problems_of(setup, 0, faults, SECONDS)
+
+
+def test_a_call_that_a_thawed_process_does_not_publish_again_is_found(setup: MatchSetup) -> None:
+    frozen_in_a_tick = [Fault(FaultKind.FREEZE, REFEREE, 8.25, 2.0, 1.0)]
+    assert problems_of(setup, 0, frozen_in_a_tick, SECONDS) == []
+    with mock.patch.object(vrg.faults.session, "EVENT_LIFESPAN", 0.0):
+        assert problems_of(setup, 0, frozen_in_a_tick, SECONDS)
 
 
 def assert_found(setup: MatchSetup, seed: int, patches: Sequence[tuple[Any, str, Any]]) -> None:
