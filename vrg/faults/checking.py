@@ -28,6 +28,8 @@ MOVES: Final = 2.0
 """The simulated real time in s within which match time moves on."""
 RETURNING: Final = 0.3
 """The time in s after which a process that is linked again has learnt of an emergency stop."""
+ANNOUNCED: Final = 0.5
+"""The match time in s within which a call is announced that is in the journal."""
 _ENDING = (FaultKind.KILL, FaultKind.TORN)
 
 
@@ -104,7 +106,8 @@ class Checker:
         for call in announced:
             if written.get(call.number) != call.text:
                 self.problems.append(f"call {call.number} was announced, and is not in the journal: {call.text}")
-        lost = [number for number in written if number not in self._numbers]
+        late = {call.number for record in records if record.time > match.time - ANNOUNCED for call in record.calls}
+        lost = [number for number in written if number not in self._numbers and number not in late]
         # An event that is asked for counts only if its sender was heard before. So if the router ends
         # just before the first call of a referee, its listeners may miss that call.
         ended = any((f.process == REFEREE and f.kind in _ENDING) or f.kind is FaultKind.ROUTER for f in match.faults)

@@ -129,10 +129,10 @@ class SimulatedSession:
             messages.append((key, payload, qos, Origin.LIVE))
         if not messages or not self.connected:
             return
-        if self.reachable:
-            self._network.carry(self, messages)
-        else:
+        if not self.reachable:
             self._outbox.append(messages)
+        elif self.routed:  # else the router has given it up, which it has not noticed yet
+            self._network.carry(self, messages)
 
     def freeze(self, frozen: bool) -> None:
         """Let the process stop, or go on."""
