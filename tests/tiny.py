@@ -1,4 +1,4 @@
-"""A match of three robots on a small field, which is played in a few seconds."""
+"""A match of three robots on a small field, which is played in a few seconds; one may have emulated drives."""
 
 TINY = """
 name = "tiny"
@@ -27,3 +27,18 @@ role = "minnow"
 x = 3.0
 y = 7.0
 """
+
+TINY_CAN = TINY.replace(
+    "[[players]]",
+    """[backends.can]
+interface = "virtual"
+channel = "tiny"
+emulate = true
+[backends.can.robots.ann]
+left = [0]
+right = [1]
+ratio = 50.0
+[[players]]""",
+    1,
+).replace('name = "ann"', 'name = "ann"\nbackend = "can"')
+"""The same; the motors of ann's robot are on a CAN bus."""

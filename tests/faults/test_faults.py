@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 from unittest import mock
 
 import msgspec
@@ -11,70 +12,58 @@ import pytest
 from typer.testing import CliRunner
 
 import vrg.agents.player
-import vrg.hal.can.guard
+import vrg.faults.session
 import vrg.hal.gate
-from tests.tiny import TINY
+from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Numbers
-from vrg.bus.node import Tick
+from vrg.bus.pacing import Pacer
 from vrg.cli import make_app
-from vrg.commands.fuzz import problems_of
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.attendance import Attendance
 from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Checkpoint
-from vrg.faults.checking import checked, shortest
-from vrg.faults.disk import FaultyJournal
-from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind, Streams, drawn
-from vrg.faults.simulation import SimulatedMatch
-from vrg.hal.can.frame import Frame
-from vrg.hal.can.workshop.odrive.drive import OdriveDrive
+from vrg.faults.checking import checked, problems_of, shortest
+from vrg.faults.disk import SimulatedJournal
+from vrg.faults.plan import REFEREE, Fault, FaultKind, Streams, drawn
+from vrg.hal.can.workshop.emulated import EmulatedDrive
+from vrg.hal.device import Device
+from vrg.hal.estop import EstopOrders
 from vrg.hal.sim import safety
+from vrg.hal.sim.driver import SimDriver
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
-from vrg.launch.run_folder import RunFolder
 
-MATCH = TINY.replace("passes = 1", "passes = 2\npass_limit = 8.0")
+RULES = ("passes = 1", "passes = 2\npass_limit = 8.0")
+MATCH = TINY.replace(*RULES)
 SECONDS, COUNT = 30.0, 6
-WIRING = """
-[backends.can]
-interface = "virtual"
-channel = "a"
-protocol = "odrive"
-emulate = true
-[backends.can.robots.ann]
-left = [0]
-right = [1]
-ratio = 50.0
-"""
+
+
+def loaded(folder: Path, text: str) -> MatchSetup:
+    file = folder / "tiny.toml"
+    file.write_text(text)
+    return load_match(file).at_rate(1.0)
 
 
 @pytest.fixture(scope="module")
 def setup(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
-    file = tmp_path_factory.mktemp("match") / "tiny.toml"
-    file.write_text(MATCH)
-    return load_match(file).at_rate(1.0)
+    return loaded(tmp_path_factory.mktemp("match"), MATCH)
 
 
 @pytest.fixture(scope="module")
-def wired(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
-    file = tmp_path_factory.mktemp("match") / "wired.toml"
-    file.write_text(MATCH.replace('name = "ann"\n', 'name = "ann"\nbackend = "can"\n') + WIRING)
-    return load_match(file).at_rate(1.0)
+def can_setup(tmp_path_factory: pytest.TempPathFactory) -> MatchSetup:
+    return loaded(tmp_path_factory.mktemp("can"), TINY_CAN.replace(*RULES))
 
 
 def faults_of(setup: MatchSetup, seed: int) -> list[Fault]:
-    return drawn(
-        Streams(seed)("faults"), [player.name for player in setup.players], 0.6 * SECONDS, COUNT, setup.physical
-    )
+    players = [player.name for player in setup.players]
+    return drawn(Streams(seed)("faults"), players, 0.6 * SECONDS, COUNT, setup.physical)
 
 
 def journal_of(setup: MatchSetup, folder: Path, seed: int) -> tuple[bytes, list[str]]:
-    run = RunFolder(folder)
-    run.prepare()
-    problems = checked(SimulatedMatch(setup, run, seed, faults_of(setup, seed)), SECONDS)
-    return run.journal.read_bytes(), problems
+    problems, journal = checked(setup, folder, seed, faults_of(setup, seed), SECONDS)
+    return journal, problems
 
 
 def test_a_seed_gives_the_same_match_and_the_same_faults(setup: MatchSetup, tmp_path: Path) -> None:
@@ -88,38 +77,6 @@ def test_whatever_fails_what_must_hold_holds(setup: MatchSetup, seed: int) -> No
     assert problems_of(setup, seed, faults_of(setup, seed), SECONDS) == []
 
 
-@pytest.mark.parametrize("seed", [3, 5, 30])
-def test_whatever_fails_what_must_hold_holds_with_drives(wired: MatchSetup, seed: int) -> None:
-    assert problems_of(wired, seed, faults_of(wired, seed), SECONDS) == []
-
-
-def test_nothing_goes_by_the_time_of_day(wired: MatchSetup, tmp_path: Path) -> None:
-    steps = [Fault(FaultKind.CLOCK, name, 1.0, 2.0, 7200.0) for name in (WORLD, REFEREE, "ann", "bob")]
-    journals = []
-    for name, faults in (("without", []), ("with", steps)):
-        run = RunFolder(tmp_path / name)
-        run.prepare()
-        assert checked(SimulatedMatch(wired, run, 1, faults), SECONDS) == []
-        journals.append(run.journal.read_bytes())
-    assert journals[0] == journals[1]
-
-
-def test_a_process_that_is_started_again_keeps_its_bad_link(setup: MatchSetup, tmp_path: Path) -> None:
-    run = RunFolder(tmp_path / "run")
-    run.prepare()
-    faults = [Fault(FaultKind.SLOW, "ann", 0.5, 9.0, 0.4), Fault(FaultKind.KILL, "ann", 1.0, 0.1)]
-    match = SimulatedMatch(setup, run, 1, faults)
-    match.run(3.0, lambda: None)
-    session = match.processes["ann"].session
-    assert session is not None
-    assert session.delay() > 0.4
-
-
-def test_a_process_may_hear_under_wrong_keys_before_it_has_heard_anything(setup: MatchSetup) -> None:
-    faults = [Fault(FaultKind.KILL, WORLD, 4.0, 0.09), Fault(FaultKind.WRONG, WORLD, 4.24, 0.4)]
-    assert problems_of(setup, 0, faults, SECONDS) == []
-
-
 def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
     one, other = Streams(1), Streams(1)
     one("link of ann").random()
@@ -127,8 +84,8 @@ def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
     assert one("link of bob").random() != one("link of ann").random()
 
 
-def _ignoring_full(self: FaultyJournal, at: int, data: bytes) -> None:
-    if not self.disk.full:
+def _ignoring_full(self: SimulatedJournal, at: int, data: bytes) -> None:
+    if not self._disk.full:
         Journal._write(self, at, data)
 
 
@@ -169,74 +126,105 @@ def _keeping_back(announce: Callable[[Coordinator], None]) -> Callable[[Coordina
     return planted
 
 
-def _by_time_of_day(tick: Callable[[Coordinator, Tick], None]) -> Callable[[Coordinator, Tick], None]:
-    def planted(self: Coordinator, now: Tick) -> None:
-        began = self.__dict__.setdefault("began", time.time() - now.time)
-        tick(self, Tick(time.time() - began, live=now.live))
-
-    return planted
+def _by_wall(self: Pacer, messages: Sequence[Any], now: float, *, cut: bool) -> bool:
+    return HEAR(self, messages, time.time(), cut=cut)
 
 
+def _unwatched(self: EmulatedDrive, *arguments: Any) -> None:
+    INITIALISE(self, *arguments)
+    self._watchdog = 0.0
+
+
+HEAR, INITIALISE = Pacer.hear, EmulatedDrive.__init__
 TIMEOUT = "REFEREE_TIMEOUT"
 PLANTED = {
-    "journal: a full disk goes unnoticed": (15, [(FaultyJournal, "_write", _ignoring_full)]),
-    "journal: a torn line stays": (4, [(Journal, "_load", _with_torn(Journal._load))]),
-    "journal: calls are numbered anew after a restart": (4, [(Journal, "standing", _standing(calls=0))]),
-    "journal: the clock is forgotten in a restart": (4, [(Journal, "standing", _standing(total=0.0))]),
+    "journal: a full disk goes unnoticed": (1, [(SimulatedJournal, "_write", _ignoring_full)]),
+    "journal: a torn line stays": (10, [(Journal, "_load", _with_torn(Journal._load))]),
+    "journal: calls are numbered anew after a restart": (10, [(Journal, "standing", _standing(calls=0))]),
+    "journal: the clock is forgotten in a restart": (20, [(Journal, "standing", _standing(total=0.0))]),
     "journal: evidence is not written": (0, [(Journal, "witness", lambda *_: None)]),
     "coordinator: it announces what is not on disk": (0, [(Journal, "settled", lambda _: True)]),
-    "coordinator: a call is kept back": (48, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
-    "executor: what comes twice is taken twice": (44, [(Numbers, "is_new", lambda *_: True)]),
+    "coordinator: a call is kept back": (1, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
+    "executor: what comes twice is taken twice": (4, [(Numbers, "is_new", lambda *_: True)]),
     "device: no watchdog": (1, [(safety, "COMMAND_TIMEOUT", 1e9)]),
     "device: a silent referee is not missed": (3, [(vrg.hal.gate, TIMEOUT, 1e9), (vrg.agents.player, TIMEOUT, 1e9)]),
-    "coordinator: it goes by the time of day": (34, [(Coordinator, "tick", _by_time_of_day(Coordinator.tick))]),
-    "world: a restart is no new epoch": (22, [(World, "restore", _same_epoch(World.restore))]),
+    "world: a restart is no new epoch": (20, [(World, "restore", _same_epoch(World.restore))]),
+    "everyone: an emergency stop is ignored": (
+        4,
+        [(EstopOrders, "take", lambda _: None), (EstopOrders, "_sound", lambda *_: None)],
+    ),
+    "executor: the wall clock paces a node": (10, [(Pacer, "hear", _by_wall)]),
+    "driver: it is never disarmed after a stop that it has missed": (30, [(SimDriver, "_stopped", lambda _: False)]),
 }
-
-
-def _worn(starve: Callable[[OdriveDrive], list[Frame]]) -> Callable[[OdriveDrive], list[Frame]]:
-    def planted(self: OdriveDrive) -> list[Frame]:
-        return starve(self) if self._now < 3.0 else []  # after it has been proved
-
-    return planted
-
-
-CAN_PLANTED = {
-    "drive: its watchdog stops nothing": (FaultKind.KILL, [(OdriveDrive, "_starve", _worn(OdriveDrive._starve))]),
-    "driver: it misses no drive": (FaultKind.MUTE, [(vrg.hal.can.guard, "HEARTBEAT_TIMEOUT", 1e9)]),
-    "coordinator: it goes on without a robot": (FaultKind.BUS, [(Attendance, "failing", lambda *_, **__: ({}, []))]),
+PLANTED_CAN: dict[str, tuple[int, list[tuple[Any, str, Any]]]] = {
+    "drives: no watchdog": (0, [(EmulatedDrive, "__init__", _unwatched)]),
+    "device: it does not recover": (0, [(Device, "_recover", lambda _: None)]),
+    "referee: it does not halt for a faulty robot": (2, [(Attendance, "failing", lambda *_, **__: (set(), []))]),
 }
-
-
-@pytest.mark.parametrize("mistake", CAN_PLANTED)
-def test_a_planted_mistake_about_drives_is_found_by_one_fault(wired: MatchSetup, mistake: str) -> None:
-    kind, patches = CAN_PLANTED[mistake]
-    with ExitStack() as stack:
-        for target, name, planted in patches:
-            stack.enter_context(mock.patch.object(target, name, planted))
-        assert problems_of(wired, 0, [Fault(kind, "ann", 4.0, 2.5)], 8.0)
 
 
 @pytest.mark.parametrize("mistake", PLANTED)
 def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, mistake: str) -> None:
-    seed, patches = PLANTED[mistake]
+    assert_found(setup, *PLANTED[mistake])
+
+
+@pytest.mark.parametrize("mistake", PLANTED_CAN)
+def test_a_mistake_planted_in_a_robot_with_drives_is_found_by_its_seed(can_setup: MatchSetup, mistake: str) -> None:
+    assert_found(can_setup, *PLANTED_CAN[mistake])
+
+
+def test_a_call_that_is_announced_before_its_line_is_on_disk_is_found(setup: MatchSetup) -> None:
+    stalled = Fault(FaultKind.STALLED, REFEREE, 0.05, 2.0)
+    faults = [stalled, Fault(FaultKind.KILL, REFEREE, 1.0, 0.3)]
+
+    def eager(self: Coordinator, now: float, standing: Checkpoint) -> None:
+        append(self, now, standing)
+        self._announce()
+
+    append = Coordinator._append
+    assert problems_of(setup, 0, faults, SECONDS) == []
+    with mock.patch.object(Coordinator, "_append", eager):
+        assert problems_of(setup, 0, faults, SECONDS)
+
+
+def test_a_call_that_a_thawed_process_does_not_publish_again_is_found(setup: MatchSetup) -> None:
+    frozen_in_a_tick = [Fault(FaultKind.FREEZE, REFEREE, 8.25, 2.0, 1.0)]
+    assert problems_of(setup, 0, frozen_in_a_tick, SECONDS) == []
+    with mock.patch.object(vrg.faults.session, "EVENT_LIFESPAN", 0.0):
+        assert problems_of(setup, 0, frozen_in_a_tick, SECONDS)
+
+
+def assert_found(setup: MatchSetup, seed: int, patches: Sequence[tuple[Any, str, Any]]) -> None:
     with ExitStack() as stack:
         for target, name, planted in patches:
             stack.enter_context(mock.patch.object(target, name, planted))
         assert problems_of(setup, seed, faults_of(setup, seed), SECONDS)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_robots_with_drives_stand_and_play_goes_on_whatever_fails(can_setup: MatchSetup, seed: int) -> None:
+    assert problems_of(can_setup, seed, faults_of(can_setup, seed), SECONDS) == []
+
+
+def test_a_silent_bus_halts_the_match_which_goes_on_when_it_is_heard_again(
+    can_setup: MatchSetup, tmp_path: Path
+) -> None:
+    silent = [Fault(FaultKind.BUS_SILENT, "ann", 4.0, 2.0)]
+    problems, journal = checked(can_setup, tmp_path, 0, silent, SECONDS)
+    assert problems == []
+    halted, resumed = journal.find(b"ann: its pose is older"), journal.find(b"resumed by ann")
+    assert 0 < halted < resumed
+
+
+def test_wall_clocks_that_are_set_change_nothing(setup: MatchSetup, tmp_path: Path) -> None:
+    clocks = [Fault(FaultKind.CLOCK, name, 5.0, 0.0, 7200.0) for name in (REFEREE, "world", "ann")]
+    one, other = (checked(setup, tmp_path / str(len(faults)), 0, faults, SECONDS) for faults in ([], clocks))
+    assert one == other
+
+
 def test_the_fewest_faults_are_found() -> None:
     faults = [Fault(FaultKind.KILL, name, 1.0, 1.0) for name in ("ann", REFEREE, "bob", "world")]
-    played: list[int] = []
-
-    def play(fewer: Sequence[Fault]) -> list[str]:
-        played.append(len(fewer))
-        return ["wrong"] if {REFEREE, "world"} <= {fault.process for fault in fewer} else []
-
-    problems, kept = shortest(faults, play)
-    assert problems == ["wrong"]
-    assert played == [4, 3, 2, 2, 1]
+    kept = shortest(faults, lambda fewer: {REFEREE, "world"} <= {fault.process for fault in fewer})
     assert [fault.process for fault in kept] == [REFEREE, "world"]
 
 

@@ -1,8 +1,7 @@
 """A node's connection to the bus: a client of one router.
 
 Callbacks of zenoh's only put what has arrived aside, as a publication from inside a callback can hang; and they sound
-alarms. What came under a wrong key, or with seats from a sender that may not publish there, is refused here, before a
-node hears of it.
+alarms. `vrg.bus.arrivals` has what becomes of it there.
 """
 
 import json
@@ -18,16 +17,15 @@ from typing import Any, Final
 
 import zenoh
 
-from vrg.bus.access import may_publish
-from vrg.bus.codec import Header, encode, header
+from vrg.bus.arrivals import Arrivals, Arrive
+from vrg.bus.codec import encode
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
 from vrg.bus.credentials import Credentials
-from vrg.bus.flood import MAX_MESSAGE_RATE, FlowMeter
 from vrg.bus.link import RouterLink, kept_events, subscription
-from vrg.bus.mailbox import QUEUE_LIMIT, Inlet, Mailbox, Numbers, Origin, Outgoing
+from vrg.bus.mailbox import Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.stopping import StopSignal
-from vrg.bus.topics import Qos, router_alive
+from vrg.bus.topics import Qos, Topic, router_alive
 from vrg.bus.transport import OnArrival
 from vrg.errors import BusError, CredentialsError, MessageError, MisroutedError
 
@@ -38,8 +36,6 @@ ASKING: Final = 1.0
 """The longest real time in s to wait for the events that were missed while the link was lost."""
 LIVELINESS_TIMEOUT: Final = 1.0
 """The longest real time in s to wait for the router's answer to who is alive."""
-REFUSED_KEYS: Final = 1000
-"""The number of keys for which refused messages are counted one by one."""
 
 
 def configuration(settings: dict[str, Any]) -> zenoh.Config:
@@ -123,28 +119,23 @@ class Session:
 
     Attributes:
         instance: distinguishes the senders of this process from those of the same names in other processes.
-        dropped: the number of events that were lost because `receive` was not called for too long, the oldest first, or
-            that came in a flood.
-        refused: how many messages came under a wrong key, or from a sender that may not publish there, by key. A
-            message that several subscriptions would have been given counts for each.
     """
 
     def __init__(self, raw: zenoh.Session, connect: Callable[[], zenoh.Session], *, seats: bool = False) -> None:
         self.instance = uuid.uuid4().hex[:8]
-        self.dropped = 0
-        self.refused: Counter[str] = Counter()
-        self._seats = seats
+        self._arrivals = Arrivals(time.monotonic, seats=seats)
         self._senders: dict[str, str] = {}
-        self._queue: deque[tuple[Inlet[Message], Header, Origin]] = deque(maxlen=QUEUE_LIMIT)
-        self._newest: dict[tuple[int, str], tuple[Inlet[Message], Header]] = {}
-        self._events: list[tuple[Inlet[Message], OnArrival | None]] = []
-        self._moving = threading.Lock()
-        self._refusing = threading.Lock()
-        self._held = False
-        self._failed: Exception | None = None
-        self._floods: set[str] = set()
-        self._meters: dict[Mailbox, FlowMeter] = {}
-        self._link = RouterLink(raw, connect, lost=self._hold, back=self._catch_up)
+        self._link = RouterLink(raw, connect, lost=self._arrivals.hold, back=self._catch_up)
+
+    @property
+    def dropped(self) -> int:
+        """The number of lost events; see `Arrivals`."""
+        return self._arrivals.dropped
+
+    @property
+    def refused(self) -> Counter[str]:
+        """How many messages were refused, by key; see `Arrivals`."""
+        return self._arrivals.refused
 
     @property
     def connected(self) -> bool:
@@ -153,9 +144,8 @@ class Session:
 
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Subscribe to all topics of a mailbox. `on_arrival` is called on a thread of zenoh's."""
-        meter = self._meters[mailbox] = FlowMeter()
-        for inlet in mailbox.inlets:
-            self._subscribe(inlet, on_arrival, meter)
+        for inlet, arrive in self._arrivals.attach(mailbox, on_arrival):
+            self._subscribe(inlet.topic, arrive)
 
     def receive(self) -> None:
         """Pass what has arrived to the inlets. Call `mailbox.handover` next.
@@ -164,23 +154,7 @@ class Session:
             BaseException: the link to the router cannot be kept, or an alarm has failed.
         """
         self._link.check()
-        if self._failed is not None:
-            raise self._failed
-        ready: list[tuple[Inlet[Message], Header, Origin]] = []
-        held: list[tuple[Inlet[Message], Header, Origin]] = []
-        with self._moving:
-            while self._queue:
-                item = self._queue.popleft()
-                (held if self._held and self._may_miss(item[0]) else ready).append(item)
-            self._queue.extendleft(reversed(held))
-        for inlet, head, origin in ready:
-            inlet.offer_header(head, origin)
-        for slot in list(self._newest):
-            inlet, head = self._newest.pop(slot)
-            inlet.offer_header(head)
-        if self._seats:
-            for mailbox, meter in self._meters.items():
-                mailbox.flooded = meter.flooded(time.monotonic())
+        self._arrivals.receive()
 
     def send(self, outgoing: Sequence[Outgoing]) -> None:
         """Publish messages in the given order."""
@@ -260,7 +234,7 @@ class Session:
                 return
             payload = sample.payload.to_bytes()
             try:
-                news = numbers.is_new(self._admit(key, payload), _origin(sample))
+                news = numbers.is_new(self._arrivals.admit(key, payload), _origin(sample))
             except MisroutedError:
                 return
             except MessageError:
@@ -311,123 +285,25 @@ class Session:
         """Undeclare everything and close the connection. Idempotent."""
         self._link.close()
 
-    def _admit(self, key: str, payload: bytes) -> Header:
-        """The header of a message that came on a key.
-
-        Raises:
-            MisroutedError: it was meant for another key, or its sender may not publish on this one; it is counted.
-            MessageError: it is no message.
-        """
-        try:
-            head = header(payload, key)
-            if self._seats and not may_publish(head.sender, key):
-                raise MisroutedError(key, key, head.sender)
-        except MisroutedError as error:
-            with self._refusing:  # each subscription has a thread of zenoh's
-                counted = key if key in self.refused or len(self.refused) < REFUSED_KEYS else "other keys"
-                self.refused[counted] += 1
-                first = self.refused[counted] == 1
-            if first:
-                log.warning("refused a message: %s", error)
-            raise
-        return head
-
-    def _drop(self, key: str) -> None:
-        """Count an event of a flood, and log the first one on its key."""
-        self.dropped += 1
-        if key not in self._floods and len(self._floods) < REFUSED_KEYS:
-            self._floods.add(key)
-            log.warning(
-                "%s: expected at most %d messages a second: more events are dropped unread", key, MAX_MESSAGE_RATE
-            )
-
-    def _subscribe(self, inlet: Inlet[Message], on_arrival: OnArrival | None, meter: FlowMeter) -> None:
-        event = inlet.topic.qos is Qos.EVENT
-        number, alarms = id(inlet), Numbers()
-
+    def _subscribe(self, topic: Topic[Message], arrive: Arrive) -> None:
         def on_sample(sample: zenoh.Sample) -> None:
-            key = str(sample.key_expr)
-            if not inlet.admits(key):
-                return
-            # Of what is no event the newest counts, and an emergency stop is always heard.
-            if not meter.admits(key, time.monotonic()) and event and inlet.alarm is None:
-                self._drop(key)
-                return
-            try:
-                head = self._admit(key, sample.payload.to_bytes())
-            except MisroutedError:
-                return
-            except MessageError as error:
-                inlet.refuse(error)
-                return
-            origin = _origin(sample)
-            if inlet.alarm is not None and (alarms.is_new(head, origin) or origin is Origin.LIVE):
-                self._sound(inlet, head)
-            if event:
-                with self._moving:
-                    self.dropped += len(self._queue) == QUEUE_LIMIT
-                    self._queue.append((inlet, head, origin))
-            else:
-                self._newest[(number, key)] = (inlet, head)
-            if on_arrival is not None:
-                on_arrival(inlet)
+            arrive(str(sample.key_expr), sample.payload.to_bytes, _origin(sample))
 
-        if event:
-            self._events.append((inlet, on_arrival))
-        self._link.declare(subscription(inlet.topic.key, inlet.topic.qos, on_sample))
-
-    def _sound(self, inlet: Inlet[Message], head: Header) -> None:
-        """Call an alarm on a thread of zenoh's. What it raises is raised by the next `receive`."""
-        try:
-            inlet.sound(head)
-        except Exception as error:
-            self._failed = error
-            log.exception("an alarm has failed: %s", head.key)
-
-    @staticmethod
-    def _may_miss(inlet: Inlet[Message]) -> bool:
-        """True if an inlet waits for what it has missed while the link was lost. An alarm does not."""
-        return inlet.topic.qos is Qos.EVENT and inlet.alarm is None and not inlet.topic.perishable
-
-    def _hold(self) -> None:
-        """Let events wait, until it is known which of them were missed while the link was lost."""
-        self._held = True
+        self._link.declare(subscription(topic.key, topic.qos, on_sample))
 
     def _catch_up(self, raw: zenoh.Session) -> None:
-        """Put the events that were missed before those that have come since, and alarms first of all."""
-        inlets = [(inlet, on_arrival) for inlet, on_arrival in self._events if not inlet.topic.perishable]
+        """Ask for the events that were missed while the link was lost, for alarms first of all."""
         for alarms in (True, False):
-            asked = [pair for pair in inlets if (pair[0].alarm is not None) is alarms]
             try:
-                kept = kept_events(raw, sorted({inlet.topic.key for inlet, _ in asked}), ASKING)
+                kept = kept_events(raw, self._arrivals.missable(alarms=alarms), ASKING)
             except zenoh.ZError:
                 if self._link.connected:
                     raise  # otherwise events would wait for ever
                 return
-            missed = [
-                (inlet, head, Origin.ASKED)
-                for inlet, _ in asked
-                for sample in kept[inlet.topic.key]
-                if (head := self._header_of(sample)) is not None
-            ]
             if not self._link.connected:
                 return  # what was missed is asked for again when the link is back
-            with self._moving:
-                waiting = [*missed, *(self._queue.popleft() for _ in range(len(self._queue)))]
-                cut = max(0, len(waiting) - QUEUE_LIMIT)
-                self.dropped += cut
-                self._queue.extendleft(reversed(waiting[cut:]))
-                self._held = alarms
-            for inlet, on_arrival in asked:
-                if on_arrival is not None:
-                    on_arrival(inlet)
-
-    def _header_of(self, sample: zenoh.Sample) -> Header | None:
-        """The header of a message that was asked for; None if it is none, or not for its key."""
-        try:
-            return self._admit(str(sample.key_expr), sample.payload.to_bytes())
-        except MessageError:
-            return None
+            read = {of: [(str(s.key_expr), s.payload.to_bytes()) for s in found] for of, found in kept.items()}
+            self._arrivals.catch_up(read, alarms=alarms)
 
 
 def _origin(sample: zenoh.Sample) -> Origin:

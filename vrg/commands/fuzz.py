@@ -1,11 +1,10 @@
 """The command `vrg fuzz`, which plays matches with faults that a seed draws, in simulated time."""
 
+import gc
 import logging
-import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -23,9 +22,6 @@ def fuzz(
     games: Annotated[int, typer.Option(min=1, help="How many, each with a seed of its own.")] = 100,
     faults: Annotated[int, typer.Option(min=0, help="Faults in each match.")] = 4,
     seconds: Annotated[float, typer.Option("--for", min=1.0, help="The longest match, s of simulated time.")] = 30.0,
-    jobs: Annotated[
-        int | None, typer.Option(min=1, help="Matches at the same time (default: one on each core).")
-    ] = None,
 ) -> None:
     """Play matches in which processes, links and disks fail, and check what must hold whatever fails.
 
@@ -42,7 +38,7 @@ def fuzz(
     setup = load_match(match_path(match)).all_here().at_rate(1.0)
     console = Console(highlight=False, emoji=False)
     wrong = 0
-    with ProcessPoolExecutor(jobs or cores()) as pool, Progress(console=console, transient=True) as bar:
+    with ProcessPoolExecutor(cores(), initializer=gc.freeze) as pool, Progress(console=console, transient=True) as bar:
         task = bar.add_task("matches", total=games)
         play = partial(played, setup, count=faults, seconds=seconds)
         for number, (found, fewest) in enumerate(pool.map(play, range(seed, seed + games)), seed):
@@ -61,22 +57,20 @@ def fuzz(
 
 def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tuple[list[str], list[Fault]]":
     """Play one match; what did not hold, in words, and the fewest faults with which something does not."""
-    from vrg.faults.checking import shortest
+    from vrg.faults.checking import problems_of, shortest
     from vrg.faults.plan import Streams, drawn
 
     logging.disable(logging.CRITICAL)
     players = [player.name for player in setup.players]
     faults = drawn(Streams(seed)("faults"), players, 0.6 * seconds, count, setup.physical)
-    return shortest(faults, lambda fewer: problems_of(setup, seed, fewer, seconds))
+    found = problems_of(setup, seed, faults, seconds)
+    if not found:
+        return [], []
+    problems = {tuple(faults): found}
 
+    def fails(fewer: "Sequence[Fault]") -> bool:
+        problems[tuple(fewer)] = problems_of(setup, seed, fewer, seconds)
+        return bool(problems[tuple(fewer)])
 
-def problems_of(setup: "MatchSetup", seed: int, faults: "Sequence[Fault]", seconds: float) -> list[str]:
-    """Play one match with some faults; what did not hold, in words."""
-    from vrg.faults.checking import checked
-    from vrg.faults.simulation import SimulatedMatch
-    from vrg.launch.run_folder import RunFolder
-
-    with tempfile.TemporaryDirectory(prefix="vrg-fuzz-") as name:
-        folder = RunFolder(Path(name))
-        folder.prepare()
-        return checked(SimulatedMatch(setup, folder, seed, faults), seconds)
+    fewest = shortest(faults, fails)
+    return problems[tuple(fewest)], fewest

@@ -213,11 +213,19 @@ class Journal:
             while written < len(data):
                 # If only a part fits on the disk, writing the rest raises the error with the reason.
                 written += os.pwrite(self._file, data[written:], at + written)
-            os.fsync(self._file)
+            self._sync()
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, at)
             raise JournalError(f"{self.path}: cannot be written: {error.strerror}: free some space") from error
+
+    def _sync(self) -> None:
+        """Wait until what was written is on disk.
+
+        Raises:
+            OSError: it cannot be written.
+        """
+        os.fsync(self._file)
 
     def witness(self, time: float, field: Observation, entries: list[Entry]) -> None:
         """Write what the referee decides by in this tick, before what follows from it is appended."""

@@ -1,131 +1,107 @@
-"""The disk of the referee's journal, on simulated time: each write takes some, and it can be full, stall, or tear."""
+"""The simulated disk of the referee's journal: each write takes simulated time, and the disk can be full or stalled."""
 
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from functools import partial
 from pathlib import Path
 from random import Random
 from typing import Final
 
 from vrg.coordinator.journal import Journal, JournalHeader
 from vrg.errors import JournalError
+from vrg.hal.simulated_clock import SimulatedClock
 
-WRITING: Final = (0.0002, 0.02)
-"""The least and the most simulated real time in s that a write takes."""
-After = Callable[[float, Callable[[], None]], None]
-"""A function that lets something happen after some simulated real time, s."""
-_Job = tuple[Callable[[], None], "Future[None]"]
+TAKES: Final = (0.0005, 0.004)
+"""The least and the most time in s that a job takes on a good disk."""
 
 
 class Disk:
-    """Writes in the order in which it is asked to, one after the other, as the thread of a real journal does.
+    """Does one job after the other, as the thread of a real journal does. It belongs to the machine of the referee.
 
     Args:
-        after: lets something happen later. random: how long each write takes.
+        clock: the simulated real time. random: draws how long each job takes.
 
     Attributes:
-        full: True while it takes nothing.
-        stalled: True while no write ends.
+        full: True while nothing more fits on it.
     """
 
-    def __init__(self, after: After, random: Random) -> None:
-        self.full = self.stalled = False
-        self._after, self._random = after, random
-        self._waiting: deque[_Job] = deque()
-        self._busy: _Job | None = None
+    def __init__(self, clock: SimulatedClock, random: Random) -> None:
+        self.full = False
+        self._clock, self._random = clock, random
+        self._waiting: deque[tuple[Callable[[], None], Future[None]]] = deque()
+        self._holds = 0
+        self._round = 0
+        self._busy = False
+
+    @property
+    def stalled(self) -> bool:
+        """True while nothing gets done."""
+        return self._holds > 0
 
     def do(self, job: Callable[[], None]) -> "Future[None]":
-        """Let a write wait for its turn."""
+        """Do something after all that came before."""
         done: Future[None] = Future()
         self._waiting.append((job, done))
         self._go_on()
         return done
 
-    def stall(self, stalled: bool) -> None:
-        """Let it do nothing from now on, or go on."""
-        self.stalled = stalled
+    def hold(self, held: bool) -> None:
+        """Let nothing get done from now on, or go on: the disk stalls, or the thread of the journal is frozen."""
+        self._holds += 1 if held else -1
         self._go_on()
 
-    def drop(self) -> None:
-        """Forget the writes that wait, as their process has ended."""
+    def abandon(self) -> None:
+        """The process that waits for the jobs has died. Some of the first may be done all the same."""
+        for _ in range(0 if self.stalled else self._random.randint(0, len(self._waiting))):
+            self._finish()
         self._waiting.clear()
-        self._busy = None
-
-    def finish(self) -> None:
-        """Do at once all that waits."""
-        waiting, self._busy = self._waiting, None
-        while waiting:
-            _done(*waiting.popleft())
+        self._round += 1
+        self._busy = False
 
     def _go_on(self) -> None:
-        if self._busy is None and self._waiting and not self.stalled:
-            job = self._busy = self._waiting[0]
-            whole = self._random.uniform(*WRITING)
-            # What is on disk already is not yet known to be: a process may end in between.
-            self._after(self._random.random() * whole, partial(self._write, job, whole))
+        if self._waiting and not self._busy and not self.stalled:
+            self._busy = True
+            at, of = self._clock.now() + self._random.uniform(*TAKES), self._round
+            self._clock.at(at, lambda: self._done(of))
 
-    def _write(self, job: _Job, whole: float) -> None:
-        if self._busy is not job:
+    def _done(self, of: int) -> None:
+        if of != self._round:
             return
-        self._waiting.popleft()
-        error = _failure(job[0])
-        self._after(0.5 * whole, partial(self._answer, job, error))
+        self._busy = False
+        if not self.stalled:
+            self._finish()
+            self._go_on()
 
-    def _answer(self, job: _Job, error: JournalError | None) -> None:
-        if self._busy is not job:
-            return
-        self._busy = None
-        _settle(job[1], error)
-        self._go_on()
-
-
-def _failure(job: Callable[[], None]) -> JournalError | None:
-    try:
-        job()
-    except JournalError as error:
-        return error
-    return None
+    def _finish(self) -> None:
+        job, done = self._waiting.popleft()
+        try:
+            job()
+            done.set_result(None)
+        except JournalError as error:
+            done.set_exception(error)
 
 
-def _settle(done: "Future[None]", error: JournalError | None) -> None:
-    if error is None:
-        done.set_result(None)
-    else:
-        done.set_exception(error)
-
-
-def _done(job: Callable[[], None], done: "Future[None]") -> None:
-    _settle(done, _failure(job))
-
-
-class FaultyJournal(Journal):
-    """A journal on such a disk.
+class SimulatedJournal(Journal):
+    """A journal on a simulated disk.
 
     Args:
-        path, header: see `vrg.coordinator.journal.Journal`. disk: where it is.
+        path, header: as for `Journal`. disk: the disk.
+
+    Raises:
+        JournalError: as for `Journal`.
     """
 
     def __init__(self, path: Path, header: JournalHeader, disk: Disk) -> None:
-        self.disk = disk
+        self._disk = disk
         super().__init__(path, header)
 
     def _do(self, job: Callable[[], None]) -> "Future[None]":
-        return self.disk.do(job)
+        return self._disk.do(job)
 
     def _write(self, at: int, data: bytes) -> None:
-        if self.disk.full:
+        if self._disk.full:
             raise JournalError(f"{self.path}: cannot be written: no space left: free some space")
         super()._write(at, data)
 
-    def close(self) -> None:
-        """Forget what has not been written, and close the files. Idempotent."""
-        self.disk.drop()
-        super().close()
-
-
-def tear(*files: Path) -> None:
-    """Leave half a line at the end of files, as a process does that ends while it writes."""
-    for file in files:
-        with file.open("ab") as opened:
-            opened.write(b'{"n":7,"time":1.2' if file.suffix != ".bin" else b"\x00\x00")
+    def _sync(self) -> None:
+        """Do nothing: the computer of a simulated match does not fail, and real disks are slow."""

@@ -1,267 +1,217 @@
 """A match of simulated processes on simulated time, in one thread: each has a session, a pace and faults of its own.
 
-The nodes, their pace (vrg.bus.pacing), the codec and the journal are those of a real match; simulated are the processes
-around them, the bus (vrg.faults.network), and the time. A supervisor starts again what has ended, and an official
+The nodes, their pace (vrg.bus.pacing), the codec, what arrives (vrg.bus.arrivals) and the journal are those of a real
+match; simulated are the processes around them (vrg.faults.process), the bus (vrg.faults.network), the disk
+(vrg.faults.disk), clocks (vrg.faults.machine), and the time. A supervisor starts again what has ended, and an official
 resumes play when it is halted. The same seed gives the same match.
 """
 
-import heapq
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Final
+from random import Random
+from typing import TYPE_CHECKING, Final
 
-from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Call, Clock, Official, OfficialAction, Poses, RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import JournalHeader
-from vrg.errors import ConfigError
-from vrg.faults.can import CanProcess
-from vrg.faults.disk import Disk, FaultyJournal, tear
-from vrg.faults.network import Network, SimulatedSession
+from vrg.errors import JournalError, RobotError
+from vrg.faults.disk import Disk, SimulatedJournal
+from vrg.faults.machine import simulated_walls
+from vrg.faults.network import Network
+from vrg.faults.observer import Observer
 from vrg.faults.plan import OF_CAN, REFEREE, WORLD, Fault, FaultKind, Streams
 from vrg.faults.process import RESTART, Process, WorldProcess
-from vrg.faults.wall import time_of_day
-from vrg.hal.backends import BACKENDS
-from vrg.hal.can.settings import CanSettings
 from vrg.hal.sim.node import WorldNode
+from vrg.hal.simulated_clock import SimulatedClock
+from vrg.launch.in_process import emulation
 from vrg.launch.nodes import coordinator_node, player_node, world_node
 from vrg.launch.run_folder import RunFolder
 
-PATIENCE: Final = 2.0
-"""The simulated real time in s of a halt after which the official resumes play, or lets robots recover."""
-EPOCH: Final = 1.8e9
-"""The time of day when a match begins, s since 1970."""
+if TYPE_CHECKING:
+    from vrg.faults.can import CanRobots
+    from vrg.hal.can.workshop.simulation import Simulation
 
-
-def emulated(setup: MatchSetup, name: str) -> CanSettings:
-    """The buses and the emulated drives of a match.
-
-    Args:
-        name: a player whose robot is to have such drives.
-
-    Raises:
-        ConfigError: it is a real one.
-    """
-    player = setup.player(name)
-    kind = BACKENDS.get(player.backend).settings
-    table = None if kind is None else kind.model_validate(setup.backends.get(player.backend, {}))
-    if isinstance(table, CanSettings) and table.emulate:
-        return table
-    raise ConfigError(
-        f"{setup.origin}: {name}: expected a virtual robot, or emulated drives (`emulate = true` in [backends.can]), "
-        "got a real robot, which no simulation may drive: take `backend` out of its table"
-    )
-
-
-def _nothing() -> None:
-    """Do nothing: a drive ends its faults by itself."""
+LINGERS: Final = 1.0
+"""The simulated real time in s for which a match goes on after its end, so that every node hears of it."""
 
 
 class SimulatedMatch:
     """See the module.
 
     Args:
-        setup: the match, whose robots are virtual, or have emulated drives. folder: for its journal.
+        setup: the match, whose robots are virtual or have emulated drives. folder: for its journal.
         seed: of all that is drawn. faults: in the order of time.
 
     Raises:
-        ConfigError: a robot is a real one.
+        ConfigError: the match has real robots.
 
     Attributes:
-        network: the bus, and the time. disk: that of the journal. processes: by name.
-        calls: what an observer has heard, in order.
-        state: the last state that it has heard, and heard_at: when, simulated real time in s.
-        acting: the process whose node was ticked last.
-        poses, clock: what it has just heard of these. time: the match time, s.
+        clock: the simulated real time. can: the CAN buses; None if there are none. network: the bus.
+        disk: that of the journal. processes: by name. observer: hears all. time: the match time, s.
+        heard: called whenever the observer has heard something.
     """
 
     def __init__(self, setup: MatchSetup, folder: RunFolder, seed: int, faults: Sequence[Fault]) -> None:
         self.setup, self.folder, self.faults = setup, folder, faults
-        self.network = Network(Streams(seed))
-        self.calls: list[Call] = []
-        self.state: RefereeState | None = None
-        self.heard_at = 0.0
+        simulation, streams = emulation(setup, strict=True), Streams(seed)
+        self.clock = SimulatedClock() if simulation is None else simulation.clock
+        self.can = None if simulation is None else _can_robots(setup, simulation, streams("can"))
+        self.network = Network(self.clock, streams)
+        self.disk = Disk(self.clock, streams("disk"))
         self.time = 0.0
-        self.acting: Process | None = None
-        self.poses: Received[Poses] | None = None
-        self.clock: Clock | None = None
-        self._agenda: list[tuple[float, int, Callable[[], None]]] = []
-        self._count = 0
-        self.disk = Disk(self.after, self.network.stream("disk"))
-        self._journal: FaultyJournal | None = None
+        self.heard: Callable[[], None] = lambda: None
+        self._journal: SimulatedJournal | None = None
         self.processes: dict[str, Process] = {WORLD: WorldProcess(self, WORLD, self._world)}
         self.processes[REFEREE] = Process(self, REFEREE, self._referee)
         for player in setup.players:
-            self.processes[player.name] = self._player(player.name)
-        self._buses = [process for process in self.processes.values() if isinstance(process, CanProcess)]
-        self._observe()
+            self.processes[player.name] = Process(self, player.name, partial(player_node, setup, player.name))
+        self.observer = Observer(self)
         for process in self.processes.values():
-            self.after(0.0, process.start)
+            self.network.after(0.0, process.start)
         for fault in faults:
-            self._plan(fault)
+            self.network.after(fault.begin, partial(self._begin, fault))
 
-    def run(self, seconds: float, look: Callable[[], None]) -> None:
-        """Play until the game is over, for so much simulated real time at most.
+    def run(self, seconds: float) -> None:
+        """Play until the game is over, for so much simulated real time at most."""
+        try:
+            with simulated_walls():
+                if self.clock.wait(lambda: self.observer.over, seconds):
+                    self.clock.sleep(min(LINGERS, max(0.0, seconds - self.clock.now())))
+        finally:
+            self.clock.close()
+            if self._journal is not None:
+                self._journal.close()
 
-        Args:
-            look: called after each message that the observer has heard.
+    def may_start(self, process: Process) -> bool:
+        """Return whether a process can be started now: the referee's waits for a disk that stalls."""
+        return process.name != REFEREE or not self.disk.stalled
+
+    def excuses(self, process: Process, error: Exception) -> bool:
+        """Return whether a process may end by an exception.
+
+        A referee may that cannot begin a journal on a full disk, and a player that cannot be linked with its drives.
         """
-        linger = seconds
-        with time_of_day(self._time_of_day):
-            while self.network.now < min(seconds, linger):
-                self._next()
-                if self._hear():
-                    look()
-                if self.over and linger == seconds:
-                    linger = self.network.now + 1.0
-        self.close()
+        if process.name == REFEREE:
+            return isinstance(error, JournalError) and self.disk.full
+        return self.emulated_by(process.name) is not None and isinstance(error, RobotError)
 
-    @property
-    def over(self) -> bool:
-        """True if the game is over, as the observer has heard."""
-        return self.state is not None and self.state.stage is Stage.GAME_OVER
+    def emulated_by(self, player: str) -> "Simulation | None":
+        """The CAN buses of a player whose robot has emulated drives; None for all others."""
+        return None if self.can is None or player not in self.can.drives else self.can.simulation
 
-    def after(self, delay: float, action: Callable[[], None]) -> None:
-        """Do something later.
-
-        Args:
-            delay: simulated real time, s.
-        """
-        self._count += 1
-        heapq.heappush(self._agenda, (self.network.now + delay, self._count, action))
-
-    def close(self) -> None:
-        """End what waits for drives, write what waits, and close the journal. Idempotent."""
-        for process in self._buses:
-            process.end()
-        self.disk.finish()
-        if self._journal is not None:
-            self._journal.close()
-
-    def _next(self) -> None:
-        """Let happen what comes next."""
-        arrival = self.network.next
-        if arrival is not None and arrival <= self._agenda[0][0]:
-            self.network.now = arrival
-            self._let_buses_catch_up()
-            session = self.network.arrive()
-            for process in self.processes.values():
-                if process.session is session and process.woken:
-                    process.look(quiet=False)
-            return
-        self.network.now, _, action = heapq.heappop(self._agenda)
-        self._let_buses_catch_up()
-        action()
-
-    def _let_buses_catch_up(self) -> None:
-        for process in self._buses:
-            process.catch_up()
-
-    def _time_of_day(self) -> float:
-        return EPOCH + self.network.now + (self.acting.ahead if self.acting else 0.0)
-
-    def _plan(self, fault: Fault) -> None:
-        process = self.processes[fault.process]
-        begin, end = self._acts(fault, process)
-        self.after(fault.begin, begin)
-        self.after(fault.begin + fault.length, end)
-
-    def _acts(self, fault: Fault, process: Process) -> tuple[Callable[[], None], Callable[[], None]]:
-        """What begins a fault, and what ends it."""
-        setting = partial(setattr, process.link)
-        again = partial(self.after, RESTART, process.start)
-        if isinstance(process, CanProcess) and fault.kind in OF_CAN:
-            on_bus: dict[FaultKind, tuple[Callable[[], None], Callable[[], None]]] = {
-                FaultKind.BUS: (partial(process.silence, True), partial(process.silence, False)),
-                FaultKind.MUTE: (partial(process.mute, fault.length), _nothing),
-                FaultKind.REBOOT: (process.reboot, _nothing),
-            }
-            return on_bus[fault.kind]
-        return {
-            FaultKind.CLOCK: (partial(setattr, process, "ahead", fault.size), partial(setattr, process, "ahead", 0.0)),
-            FaultKind.KILL: (partial(self._end, process), again),
-            FaultKind.TORN: (partial(self._end, process, torn=True), again),
-            FaultKind.FREEZE: (partial(process.freeze, True), partial(process.freeze, False)),
-            FaultKind.CUT: (partial(process.cut, True), partial(process.cut, False)),
-            FaultKind.SLOW: (partial(setting, "slow", fault.size), partial(setting, "slow", 0.0)),
-            FaultKind.LOSSY: (partial(setting, "loss", fault.size), partial(setting, "loss", 0.0)),
-            FaultKind.DOUBLE: (partial(setting, "twice", fault.size), partial(setting, "twice", 0.0)),
-            FaultKind.WRONG: (partial(setting, "wrong", True), partial(setting, "wrong", False)),
-            FaultKind.FULL: (partial(setattr, self.disk, "full", True), partial(setattr, self.disk, "full", False)),
-            FaultKind.STALLED: (partial(self.disk.stall, True), partial(self.disk.stall, False)),
-        }[fault.kind]
-
-    def _end(self, process: Process, *, torn: bool = False) -> None:
-        """End a process.
+    def end(self, process: Process, *, torn: bool = False) -> None:
+        """End a process at once.
 
         Args:
             torn: True ends the referee's in the middle of a line of the journal.
         """
+        if process.name == REFEREE and self._journal is not None:
+            if process.frozen:
+                self.disk.hold(False)
+            self.disk.abandon()
+            self._journal.close()
+            self._journal = None
+            if torn:
+                for file, half in ((self.folder.journal, b'{"n":7,"time":1.2'), (self.folder.evidence, b"\x00\x00")):
+                    with file.open("ab") as opened:
+                        opened.write(half)
         process.end()
-        if process.name != REFEREE or self._journal is None:
-            return
-        self._journal.close()
-        self._journal = None
-        if torn:
-            tear(self.folder.journal, self.folder.evidence)
 
-    def _world(self) -> Node:
+    def _begin(self, fault: Fault) -> None:
+        """Let a fault begin, and end when it is over."""
+        if fault.kind in (FaultKind.KILL, FaultKind.TORN, FaultKind.FREEZE):
+            process = self.processes[fault.process]
+            act = partial(self._freeze if fault.kind is FaultKind.FREEZE else self._kill, process, fault)
+            if fault.size and process.runs:
+                process.interrupt = act
+            else:
+                act()
+            return
+        begin, end = self._acts(fault)
+        begin()
+        self.network.after(fault.length, end)
+
+    def _kill(self, process: Process, fault: Fault) -> None:
+        self.end(process, torn=fault.kind is FaultKind.TORN)
+        self.network.after(fault.length + RESTART, process.start)
+
+    def _freeze(self, process: Process, fault: Fault) -> None:
+        session = process.session
+        if session is None or process.frozen:
+            return
+        process.freeze()
+        if process.name == REFEREE:
+            self.disk.hold(True)
+
+        def thaw() -> None:
+            if process.session is session:
+                if process.name == REFEREE:
+                    self.disk.hold(False)
+                process.thaw()
+
+        self.network.after(fault.length, thaw)
+
+    def _acts(self, fault: Fault) -> tuple[Callable[[], object], Callable[[], object]]:
+        """What begins a fault, and what ends it."""
+        kind, disk, observer = fault.kind, self.disk, self.observer
+        of_all: dict[FaultKind, tuple[Callable[[], object], Callable[[], object]]] = {
+            FaultKind.ROUTER: (partial(self._route, False), partial(self._route, True)),
+            FaultKind.ESTOP: (observer.press, observer.release),
+            FaultKind.FULL: (partial(setattr, disk, "full", True), partial(setattr, disk, "full", False)),
+            FaultKind.STALLED: (partial(disk.hold, True), partial(disk.hold, False)),
+        }
+        if kind in of_all:
+            return of_all[kind]
+        if kind in OF_CAN:
+            return self._break(fault)
+        process = self.processes[fault.process]
+        line = process.line
+        if kind is FaultKind.CLOCK:
+            return partial(process.machine.set_wall, fault.size), lambda: None
+        if kind in (FaultKind.CUT, FaultKind.RESET):
+            return partial(line.break_off, noticed=kind is FaultKind.RESET), line.mend
+        name = {FaultKind.SLOW: "slow", FaultKind.LOSSY: "loss", FaultKind.DOUBLE: "twice", FaultKind.WRONG: "wrong"}[
+            kind
+        ]
+        size = True if kind is FaultKind.WRONG else fault.size
+        return partial(setattr, line, name, size), partial(setattr, line, name, type(size)(0))
+
+    def _break(self, fault: Fault) -> tuple[Callable[[], object], Callable[[], object]]:
+        """What begins a fault of CAN, and what ends it."""
+        can, ends = self.can, list[Callable[[], None]]()
+        assert can is not None
+
+        def begin() -> None:
+            ends.append(can.break_(fault))
+
+        def end() -> None:
+            ends.pop()()
+
+        return begin, end
+
+    def _route(self, routes: bool) -> None:
+        """The router is there again, or has ended, which all notice at once."""
+        for line in self.network.lines.values():
+            if routes:
+                line.mend()
+            else:
+                line.break_off(noticed=True)
+
+    def _world(self, _medium: object) -> Node:
         process = self.processes[WORLD]
         assert isinstance(process, WorldProcess)
         node = world_node(self.setup)
         assert isinstance(node, WorldNode)
         return process.restored(node)
 
-    def _referee(self) -> Node:
+    def _referee(self, _medium: object) -> Node:
         setup = self.setup
         header = JournalHeader(match=setup.name, game=setup.game, seed=setup.seed)
-        if self._journal is not None:
-            self._journal.close()
-        self._journal = FaultyJournal(self.folder.journal, header, self.disk)
+        self._journal = SimulatedJournal(self.folder.journal, header, self.disk)
         return coordinator_node(setup, self._journal)
 
-    def _player(self, name: str) -> Process:
-        if name in self.setup.physical:
-            return CanProcess(self, name, emulated(self.setup, name))
-        return Process(self, name, lambda: player_node(self.setup, name))
 
-    def _observe(self) -> None:
-        """Link an observer whose link is always good, and an official who resumes play."""
-        keys = self.setup.keys
-        self._watch, self._official = Mailbox("spectator/observer"), Mailbox("official/ann")
-        self._events = self._watch.subscribe(keys.referee_event)
-        self._states = self._watch.subscribe(keys.referee_state)
-        self._bodies = self._watch.subscribe(keys.poses)
-        self._clocks = self._watch.subscribe(keys.clock)
-        self._session = SimulatedSession(self.network, "observer")
-        self._session.attach(self._watch)
-        self._halted: float | None = None
-        self._recovered = False
+def _can_robots(setup: MatchSetup, simulation: "Simulation", random: Random) -> "CanRobots":
+    from vrg.faults.can import CanRobots  # noqa: PLC0415 - most matches have no CAN buses
 
-        def decide() -> None:
-            now, halted = self.network.now, self.state is not None and self.state.halted is not None
-            self._halted = None if not halted else now if self._halted is None else self._halted
-            if self._halted is not None and now - self._halted >= PATIENCE:
-                # Robots with drives are recovered first, which takes a while.
-                recovers = self._buses and not self._recovered
-                action = OfficialAction.RECOVER if recovers else OfficialAction.RESUME
-                self._halted, self._recovered = None, bool(recovers)
-                self._official.publish(keys.official, Official(action=action, by="ann"))
-                self._session.send(self._official.collect())
-            self.after(0.5, decide)
-
-        self.after(0.5, decide)
-
-    def _hear(self) -> bool:
-        """Take in what the observer has heard; return whether that was anything."""
-        self._session.receive()
-        self._watch.handover(0.0)
-        self.calls += [received.body for received in self._events.take()]
-        states, poses, clocks = self._states.take(), self._bodies.take(), self._clocks.take()
-        if states:
-            self.state, self.heard_at = states[-1].body, self.network.now
-        self.poses = poses[-1] if poses else None
-        self.clock = clocks[-1].body if clocks else None
-        return bool(states or poses or clocks)
+    return CanRobots(setup, simulation, random)

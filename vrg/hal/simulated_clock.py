@@ -20,16 +20,16 @@ class SimulatedClock(Clock):
 
     def __init__(self) -> None:
         self._now = 0.0
-        self._events: list[tuple[float, int, Callable[[], None]]] = []
+        self._events: list[tuple[float, int, Callable[[], object]]] = []
         self._numbers = itertools.count()
-        self._running: _Work | None = None
-        self._parked: dict[_Work, None] = {}
+        self._running: SimulatedTask | None = None
+        self._parked: dict[SimulatedTask, None] = {}
 
     def now(self) -> float:
         """Simulated time, s."""
         return self._now
 
-    def at(self, time: float, action: Callable[[], None]) -> None:
+    def at(self, time: float, action: Callable[[], object]) -> None:
         """Let something happen at a time, in s, or at once where that has passed; of two at a time, in their order."""
         heapq.heappush(self._events, (time, next(self._numbers), action))
 
@@ -62,9 +62,9 @@ class SimulatedClock(Clock):
             self._step()
         return True
 
-    def spawn(self, work: Callable[[], None], name: str) -> "_Work":
+    def spawn(self, work: Callable[[], None], name: str) -> "SimulatedTask":
         """Let work go on beside the caller: it begins when the caller next waits."""
-        task = _Work(self, work, name)
+        task = SimulatedTask(self, work, name)
         self.at(self._now, task.resume)
         return task
 
@@ -93,7 +93,7 @@ class _Ended(BaseException):
     """The simulation has ended while work was waiting."""
 
 
-class _Work:
+class SimulatedTask:
     """Work on a thread of its own, which runs only while the thread of the simulation waits for it.
 
     Args:

@@ -134,7 +134,7 @@ def play(
         GivenUpError: a player has failed too often, and the match file wants no disqualification.
         LaunchError: a second was not the same when it was played twice.
     """
-    simulation = _simulation(setup)
+    simulation = emulation(setup)
     executor: Lockstep | None = None
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
     folder = None if logs is None else RunFolder(logs.parent)
@@ -216,8 +216,11 @@ def _go_on_by(assembly: Assembly[ContainedPlayer], setup: MatchSetup, drawn: int
         player.radio.link = link_of(setup.radio.settings, setup.draw(radio_seed(name)))
 
 
-def _simulation(setup: MatchSetup) -> "Simulation | None":
+def emulation(setup: MatchSetup, *, strict: bool = False) -> "Simulation | None":
     """The emulated motor controllers of the match; None if it has none.
+
+    Args:
+        strict: as for `vrg.hal.can.workshop.simulation.Simulation`.
 
     Raises:
         ConfigError: a robot is a real one.
@@ -226,7 +229,7 @@ def _simulation(setup: MatchSetup) -> "Simulation | None":
         return None
     from vrg.hal.can.workshop.simulation import Simulation  # noqa: PLC0415 - no other match needs it
 
-    simulation, real = Simulation(), []
+    simulation, real = Simulation(strict=strict), []
     for backend in sorted({player.backend for player in setup.players if player.physical}):
         robots = [player.name for player in setup.players if player.backend == backend]
         settings = BACKENDS.get(backend).settings

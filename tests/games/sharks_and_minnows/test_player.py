@@ -126,6 +126,12 @@ def test_minnows_cross_to_berths_of_their_own_in_their_order_across_the_field(mi
     assert all(SAFE.shrunk(1.0).contains(*berth) for berth in berths.values()), "deep inside"
 
 
+def test_a_state_without_poses_has_no_berths() -> None:
+    state = view_of((5.0, 10.0), [], {}).referee
+    unseen = structs.replace(state, players=(status("shark", "shark", None), status("m", "minnow", None)))
+    assert scene(unseen, {}).berths == {}
+
+
 def test_a_minnow_that_is_home_makes_room_behind_it() -> None:
     here = (2.0, 3.3)
     me, shark = status("shark", "minnow", here), status("s", "shark", (5.0, 19.0))

@@ -96,7 +96,8 @@ def _time(shark: CrowdBody, minnow: CrowdBody) -> float:
 
 def _berths(minnows: Mapping[str, Pose], field: Region | None, safe: Region | None, width: float) -> dict[str, Vector]:
     """Places side by side in the safe zone, so that minnows cross on different lanes and leave room for one another."""
-    if not (isinstance(field, Rectangle) and isinstance(safe, Rectangle)):
+    # After a restart of the referee its state may have no poses yet.
+    if not (minnows and isinstance(field, Rectangle) and isinstance(safe, Rectangle)):
         return {}
     marks = in_order(minnows, safe, field, LargestBody(width, width))
     return {name: (mark.x, mark.y) for name, mark in marks.items()}

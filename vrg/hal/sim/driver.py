@@ -21,7 +21,7 @@ class SimDriver(Driver):
     world was set back to a snapshot, so the reading is old.
 
     An emergency stop may come and go without this driver seeing it. If the world has disarmed the robot, the driver
-    disarms itself at the next `drive` or `arm` and sends a disarmed command, because after an emergency stop
+    disarms itself at the next `drive`, `arm` or `stop` and sends a disarmed command, because after an emergency stop
     the world arms a robot only after it has heard such a command. The world hears only the last of several commands in
     one tick. So a robot that is disarmed and armed in the same tick is armed by its first command of a later tick.
 
@@ -98,8 +98,9 @@ class SimDriver(Driver):
         )
 
     def stop(self) -> None:
-        """Command zero speed; the robot stays armed."""
+        """Command zero speed; the robot stays armed, unless the world has disarmed it."""
         if self._connected:
+            self._stopped()
             self._send(STILL)
 
     def disarm(self) -> None:

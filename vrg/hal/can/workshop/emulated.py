@@ -128,11 +128,6 @@ class EmulatedDrive(ABC):
             return []
         return self._shown(self._cyclic(now))
 
-    @property
-    def driven(self) -> bool:
-        """True if its motor is under control, so that nothing has switched it off."""
-        return self._energised and not self._has(FaultKind.FREEZE)
-
     @abstractmethod
     def _boot(self, now: float) -> None:
         """Begin from the start: idle and without errors. The constructor calls it too."""

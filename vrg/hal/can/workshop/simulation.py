@@ -76,7 +76,7 @@ class Wire:
         clock: its time. link: how it is named.
 
     Attributes:
-        drives: those on it.
+        drives: those that are on it.
         tamper: None, or what becomes of each frame.
         trouble: what is wrong with the adapters of the ports, in words, while nothing passes them; None while nothing
             is.
@@ -110,16 +110,6 @@ class Wire:
             self.drives.remove(drive)
             self._due.pop(drive, None)
             self._stepped.pop(drive, None)
-
-    def freeze(self, frozen: bool) -> None:
-        """Freeze the process of all adapters, or let it run again."""
-        for port in tuple(self._ports):
-            (port.freeze if frozen else port.thaw)()
-
-    def abandon(self) -> None:
-        """Close all adapters, because their process has ended."""
-        for port in tuple(self._ports):
-            port.stop()
 
     def fault(self, drive: EmulatedDrive, request: FaultRequest) -> None:
         """Let something go wrong in a drive, whatever becomes of frames on the bus."""
