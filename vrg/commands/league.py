@@ -167,6 +167,10 @@ def timer(
         if units is None:
             typer.echo(f"# {name}\n{text}")
         else:
+            try:
+                units.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise ConfigError([f"{units}: expected a folder, or room for one: {error.strerror}"]) from None
             write_text(units / name, text)
     enable = f"systemctl --user daemon-reload && systemctl --user enable --now {list(found)[-1]}"
     typer.echo(f"# put both into ~/.config/systemd/user, then: {enable}")

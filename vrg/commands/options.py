@@ -286,13 +286,12 @@ def listening_address(typed: str | None, usual: int, what: str) -> str:
 
 
 def write_text(file: Path, text: str | bytes) -> None:
-    """Write a file that a person has named, and make its folder.
+    """Write a file that a person has named.
 
     Raises:
         ConfigError: it cannot be written.
     """
     try:
-        file.parent.mkdir(parents=True, exist_ok=True)
         file.write_bytes(text.encode() if isinstance(text, str) else text)
     except OSError as error:
         raise ConfigError(f"{file}: cannot be written: {error.strerror}: choose another place") from None
