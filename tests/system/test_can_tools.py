@@ -139,8 +139,9 @@ def test_a_drive_is_turned_stopped_and_given_another_id(node: Callable[..., obje
     assert "moteus 5, moteus 6" in " ".join(stopped.stdout.split())
     said, _ = going.communicate(timeout=PATIENCE)
     assert going.returncode == 1
-    # On a slow machine what it hears of the stop, or what it sends, may come too late, which ends it, too.
-    assert re.search(f"another program commands it too|{LATE}", " ".join(said.split())), said
+    # On a slow machine what it hears of the stop, or what it sends, may come too late, which ends it, too; and an
+    # emulated drive that was held up goes on from where it would be by then.
+    assert re.search(f"another program commands it too|{LATE}|its position jumped by", " ".join(said.split())), said
     vrg("can", "fault", "error", *ON, "--id", "6")
     assert "motor driver fault" in vrg("can", "scan", *ON).stdout
     assert vrg("can", "clear", *ON, "--id", "6").returncode == 0
