@@ -33,7 +33,7 @@ _HEAD = struct.Struct("<I8s")
 """The head of each tick: the number of its bytes, and its digest."""
 _START = bytes(8)
 """The digest before the first tick."""
-_TINY = 1e-6
+TINY = 1e-6
 """The match time in s below which two instants are the same."""
 
 Books = Sequence[tuple[float, RuleBook[Any]]]
@@ -262,7 +262,7 @@ def read_evidence(path: Path) -> Iterator[Exhibit]:
 
 def book_at(time: float, book: RuleBook[Any], later: Books) -> RuleBook[Any]:
     """The rule book that counts at a match time, s."""
-    return next((other for since, other in reversed(later) if since <= time + _TINY), book)
+    return next((other for since, other in reversed(later) if since <= time + TINY), book)
 
 
 def replayed(

@@ -20,7 +20,7 @@ from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Pairing, ScheduledGame
 from vrg.games import STRATEGIES, file_of
 from vrg.launch.branch import check_instant
-from vrg.launch.change import Branch, Change, branch_of
+from vrg.launch.change import Branch, Change, changes_in
 from vrg.launch.keeping import files_of
 from vrg.launch.run_folder import RunFolder
 from vrg.toml_text import with_value
@@ -48,8 +48,7 @@ class Origin(Struct, frozen=True, kw_only=True):
         Raises:
             LaunchError: the run folder is damaged.
         """
-        before = branch_of(RunFolder(Path(self.run)))
-        earlier = [] if before is None else before.changes
+        earlier = changes_in(RunFolder(Path(self.run)))
         return Branch(self.run, [*earlier, Change(self.time, settings={"seed": seed}), *changes])
 
 

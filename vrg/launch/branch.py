@@ -20,10 +20,10 @@ from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import MatchSetup, read_setup, write_setup
-from vrg.coordinator.evidence import Exhibit, read_evidence
+from vrg.coordinator.evidence import TINY, Exhibit, read_evidence
 from vrg.errors import ConfigError, GivenUpError, LaunchError
 from vrg.launch import in_process, nodes
-from vrg.launch.change import TINY, Branch, Change, amended, branch_of, kept, write_branch
+from vrg.launch.change import Branch, Change, amended, branch_of, changes_in, kept, write_branch
 from vrg.launch.in_process import Ending
 from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import ended_of, plot, write_result
@@ -177,8 +177,7 @@ def play_on(
     Raises:
         ConfigError, LaunchError, JournalError: as `play_branch`.
     """
-    branch, past = branch_of(folder), read_steps(of.steps)
-    changes = [] if branch is None else branch.changes
+    changes, past = changes_in(folder), read_steps(of.steps)
     instant = math.inf if whole or not changes else changes[-1].time
     ended = next((line.time for line in reversed(past) if whole and isinstance(line, Ended)), math.inf)
     known, repeated = "" if instant == math.inf else _digest_before(of, instant), False

@@ -1,6 +1,6 @@
 """The changes by which a match that was taken up from an instant of another one differs from that."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,8 +17,6 @@ from vrg.launch.keeping import copy_into, files_of_strategy
 from vrg.launch.run_folder import RunFolder, write_whole
 from vrg.toml_text import with_value
 
-TINY: Final = 1e-6
-"""The match time in s below which two instants are the same."""
 _TABLES: Final = ("rules", "radio")
 """The tables of a match file of which fields can be changed."""
 
@@ -76,6 +74,16 @@ def branch_of(folder: RunFolder) -> Branch | None:
         raise LaunchError(f"{folder.branch}: cannot be read: {error}") from error
 
 
+def changes_in(folder: RunFolder) -> list[Change]:
+    """The changes to the match of a run folder, in the order of time.
+
+    Raises:
+        LaunchError: the file that tells them is damaged.
+    """
+    branch = branch_of(folder)
+    return [] if branch is None else branch.changes
+
+
 def write_branch(folder: RunFolder, branch: Branch) -> None:
     """Write into a run folder from which match, and with which changes, its match is taken up.
 
@@ -122,15 +130,18 @@ def amended(setup: MatchSetup, change: Change) -> MatchSetup:
     return setup.substituted(change.player, change.strategy) if change.player else setup
 
 
-def books_of(setup: MatchSetup, changes: Sequence[Change]) -> list[tuple[float, RuleBook[Any]]]:
-    """The rule books of a match, each with the match time in s from which it counts, the first from 0.
+def books_of(setup: MatchSetup, folder: RunFolder) -> tuple[RuleBook[Any], list[tuple[float, RuleBook[Any]]]]:
+    """The rule book of a match, and those that took its place, each with the match time in s from which it counts.
+
+    Args:
+        setup: the match as its file has it. folder: its run folder, with the changes.
 
     Raises:
-        ConfigError: the rules cannot be played with this set-up.
+        ConfigError: the rules cannot be played with this set-up. LaunchError: the changes cannot be read.
     """
-    books, now = [(0.0, rulebook_of(setup))], setup
-    for change in changes:
-        now = amended(now, change)
-        if change.settings:
-            books.append((change.time, rulebook_of(structs.replace(now, seed=setup.seed))))
-    return books
+    later, now = list[tuple[float, RuleBook[Any]]](), setup
+    for change in changes_in(folder):
+        before, now = now, amended(now, change)
+        if now.rules != before.rules:
+            later.append((change.time, rulebook_of(structs.replace(now, seed=setup.seed))))
+    return rulebook_of(setup), later

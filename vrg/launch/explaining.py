@@ -12,7 +12,7 @@ from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError
 from vrg.games import game_of
-from vrg.launch.change import books_of, branch_of
+from vrg.launch.change import books_of
 from vrg.launch.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.proof import SECONDS, STRIP, Proof, box_around
@@ -49,8 +49,7 @@ def explain(run: Path, number: int) -> Proof:
     lines = [] if text is None else [f"Rule{f' ({text.source})' if text.source else ''}: {text.words}"]
     places = [f"{name} at ({pose.x:.2f}, {pose.y:.2f})" for name, pose in zip(call.players, call.poses, strict=False)]
     lines += [f"Where it was: {', '.join(places)}."] if places else []
-    branch = branch_of(folder)
-    (_, book), *later = books_of(setup, [] if branch is None else branch.changes)
+    book, later = books_of(setup, folder)
     cases = cases_of(book, read_evidence(folder.evidence), records, later)
     case = next((c for c in cases if c.call == call), None)
     if case is None:

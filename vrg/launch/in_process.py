@@ -16,12 +16,13 @@ from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, radio_seed
+from vrg.coordinator.evidence import TINY
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
 from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
-from vrg.launch.change import TINY, Change, amended
+from vrg.launch.change import Change, amended
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, world_node
 from vrg.launch.repeating import Strategies

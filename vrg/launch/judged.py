@@ -8,7 +8,7 @@ from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Disagreement, Judgement, judge_again, unproved
 from vrg.games import game_of
-from vrg.launch.change import books_of, branch_of
+from vrg.launch.change import books_of
 from vrg.launch.run_folder import RunFolder
 
 
@@ -26,8 +26,7 @@ def judge_run(
     Raises:
         JournalError: the journal or the evidence cannot be read.
     """
-    branch = branch_of(folder)
-    (_, book), *later = books_of(setup, [] if branch is None else branch.changes)
+    book, later = books_of(setup, folder)
     records = read_journal(folder.journal)[1] if records is None else records
     judgement = judge_again(book, read_evidence(folder.evidence), records, later)
     cases = cases_of(book, read_evidence(folder.evidence), records, later)
