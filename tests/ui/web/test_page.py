@@ -301,6 +301,29 @@ class TestDriving:
         driver.page.click("#give-back")
         driver.wait_text("#seat-state", "plays by itself")
 
+    def test_after_all_was_let_go_a_new_key_counts_at_once_and_a_switch_only_after_it_was_free(self, driver, server):
+        found = driver.page.evaluate(
+            """() => {
+                const controls = window.vrg.controls, hands = [], look = () => hands.push(controls.hands !== null);
+                const pressed = { pressed: true, value: 1 }, free = { pressed: false, value: 0 };
+                const pad = { id: "pad", index: 0, connected: true, axes: [0, -1], buttons: Array(17).fill(free) };
+                navigator.getGamepads = () => [pad];
+                controls.letGo();
+                controls.press("ArrowUp", true);
+                look();
+                pad.buttons = Array(17).fill(free).with(controls.rules.deadman, pressed);
+                controls.letGo();
+                look();
+                pad.buttons = Array(17).fill(free);
+                look();
+                pad.buttons = Array(17).fill(free).with(controls.rules.deadman, pressed);
+                look();
+                controls.letGo();
+                return hands;
+            }"""
+        )
+        assert found == [True, False, False, True]
+
     def test_the_stick_drives_as_long_as_it_is_held(self, driver, server):
         box = driver.page.locator("#stick").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

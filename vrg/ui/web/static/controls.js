@@ -33,7 +33,7 @@ export class Controls {
     this.stopping = false;
     this.rules = { zone: 0, slow: 0, deadman: -1, turbo: -1 };
     this.held = new Set();
-    /** The hands must be free once before they count again. */
+    /** The gamepad's switch must be free once before it counts again. */
     this.mustFree = false;
     this.fast = false;
     this.shift = false;
@@ -119,20 +119,19 @@ export class Controls {
 
   /** What the hands hold now: {forward, turn} from -1 to 1, or null if they hold nothing. */
   get hands() {
-    const pad = this.pad, keys = [...this.held];
+    const pad = this.pad, keys = [...this.held], switched = !!pad?.buttons[this.rules.deadman]?.pressed;
     let found = null, turbo = this.fast;
+    this.mustFree &&= switched;
     if (this.touch) found = this.touch;
     else if (keys.length) {
       found = keysSum(keys);
       turbo ||= this.shift;
-    } else if (pad?.buttons[this.rules.deadman]?.pressed) {
+    } else if (switched && !this.mustFree) {
       found = deflection(pad.axes[0] ?? 0, pad.axes[1] ?? 0, this.rules.zone);
       found[0] += !!pad.buttons[AHEAD]?.pressed - !!pad.buttons[BACKWARD]?.pressed;
       found[0] = Math.max(-1, Math.min(1, found[0]));
       turbo ||= pad.buttons[this.rules.turbo]?.pressed;
     }
-    this.mustFree &&= found !== null;
-    if (this.mustFree) return null;
     const share = turbo ? 1 : this.rules.slow;
     return found && { forward: found[0] * share, turn: found[1] * share };
   }
