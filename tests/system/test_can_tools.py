@@ -5,6 +5,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -96,15 +97,24 @@ def test_scan_of_an_empty_bus_says_so() -> None:
 
 def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) -> None:
     node("--id", "2")
-    command = [sys.executable, "-m", "vrg", "can", "monitor", *ON, "--for", "8", "--ask"]
-    asked: list[Frame] = []
-    bus = CanBus(VCAN, asked.append)
+    command = [sys.executable, "-m", "vrg", "can", "monitor", *ON, "--ask"]
+    version, heartbeat = (codec.request(2, what).id for what in (messages.Command.VERSION, messages.Command.HEARTBEAT))
+    heard, last = [], time.monotonic()
+
+    def hear(frame: Frame) -> None:
+        nonlocal last
+        heard.append(frame)
+        if frame.id == heartbeat and not frame.remote:
+            last = time.monotonic()
+
+    bus = CanBus(VCAN, hear)
     bus.start()
     monitor = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
-    version = codec.request(2, messages.Command.VERSION)
-    wait_until(lambda: any(f.id == version.id and f.remote for f in asked), "the monitor to have found the drive")
-    bus.stop()
+    wait_until(lambda: any(f.id == version and f.remote for f in heard), "the monitor to have found the drive")
     vrg("can", "fault", "silence", *ON, "--id", "2", "--for", "60")
+    wait_until(lambda: time.monotonic() - last > 5.0, "the drive to be silent", patience=PATIENCE)
+    bus.stop()
+    monitor.send_signal(signal.SIGINT)
     out, _ = monitor.communicate(timeout=PATIENCE)
     assert "no heartbeat for" in out
 
