@@ -13,7 +13,7 @@ import pytest
 from tests.evaluation.conftest import OWN, Done
 from tests.evaluation.test_matchmaking import game
 from vrg.evaluation import league_folder
-from vrg.evaluation.contenders import OVERDUE
+from vrg.evaluation.contenders import Unable
 from vrg.evaluation.folder import read_records
 from vrg.evaluation.games import GameRecord
 from vrg.evaluation.league import _half
@@ -251,7 +251,7 @@ def test_a_version_whose_trial_took_too_long_is_tried_again(
     folder = files(tmp_path / "class", ann=LAZY)
     command = ("league", "play", "class", "--match", "tiny.toml", "--games", "1")
     with monkeypatch.context() as patched:
-        slow = f"the first 30 s {OVERDUE} 60 s"
+        slow = Unable("it took too long", overdue=True)
         patched.setattr("vrg.evaluation.league.unable", lambda _setup, found, *_, **__: dict.fromkeys(found, slow))
         assert "does not pass the check" in vrg(*command).out
     assert "ann: version 1 plays from now on" in vrg(*command).out

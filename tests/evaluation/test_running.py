@@ -155,7 +155,7 @@ def test_strategies_that_cannot_play_are_named_with_the_reason(match: Path) -> N
     own = [f"{match.parent / name}.py:Mine" for name in ("broken", "loops")]
     found = contenders([*own, *(target(match, name) for name in ("Lazy", "Raises", "Dies", "Ahead"))])
     problems = unable(load_match(match), found, 2, match_time=3.0, patience=10.0)
-    words = {contender.label: why for contender, why in problems.items()}
+    words = {contender.label: why.problem for contender, why in problems.items()}
     assert list(words) == ["Mine-1", "Mine-2", "Raises", "Dies"]
     assert words["Mine-1"].count("no_such_module") == 1
     assert "loops.py:Mine: the first 3 s of a game were not over after 10 s" in words["Mine-2"]

@@ -141,7 +141,7 @@ def experiment(
         console.print(f"{len(found)} strategies play {contenders.TRIAL:g} s alone, to see whether they can")
     lasting = contenders.TRIAL if leave_out else 0.0
     unable = contenders.unable(setup, found, options.jobs or cores(), match_time=lasting, teams=teams)
-    left_out += [(contender.label, _line(why)) for contender, why in unable.items()]
+    left_out += [(contender.label, _line(why.problem)) for contender, why in unable.items()]
     found = [contender for contender in found if contender not in unable]
     _check_number(found, left_out, targets, leave_out=leave_out)
     for own, why in left_out:

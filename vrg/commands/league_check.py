@@ -133,7 +133,7 @@ def _checked(
         return [str(error).replace(f"{copy}/", "")]
     console.print(f"it plays {TRIAL:g} s alone")
     if why := unable(setup, [own], jobs, match_time=TRIAL).get(own):
-        return [f"it fails alone: {why}".replace(f"{copy}/", "")]
+        return [f"it fails alone: {why.problem}".replace(f"{copy}/", "")]
     both = [own, *_opponents(setup, league)]
     own, *others = found = contenders([one.target for one in both], [one.label for one in both])
     series = {Pairing(own.label, other.label): Series(1, 0.95, play_all=True) for other in others}

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
+from typing import NamedTuple
 
 from msgspec import Struct, structs
 
@@ -37,8 +38,11 @@ class Contender(Struct, frozen=True, kw_only=True):
     target: str
 
 
-OVERDUE = "were not over after"
-"""Words of the problem of a strategy whose trial has taken too much real time, as on a busy computer."""
+class Unable(NamedTuple):
+    """Why a strategy cannot take part; `overdue` if its trial took too long, which a busy computer may cause."""
+
+    problem: str
+    overdue: bool = False
 
 
 def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Contender]:
@@ -113,7 +117,7 @@ def unable(
     match_time: float,
     patience: float = 60.0,
     teams: Sequence[str] | None = None,
-) -> dict[Contender, str]:
+) -> dict[Contender, Unable]:
     """Let each strategy play the beginning of a game alone, and return why some of them cannot play.
 
     Args:
@@ -129,7 +133,7 @@ def unable(
     """
     # A match in which nobody is disqualified ends as soon as a strategy has failed for good.
     setup = structs.replace(setup, on_fault="halt")
-    problems: dict[Contender, str] = {}
+    problems: dict[Contender, Unable] = {}
     waiting, running = list(found), dict[GameProcess, tuple[Contender, float]]()
     with scratch_folder() as place, ExitStack() as stack:
         server = server_for(setup.game, setup.engine)
@@ -144,11 +148,12 @@ def unable(
             for game, played in ended(list(running), _LOOK):
                 contender, _ = running.pop(game)
                 if played.ended == FAILED:
-                    problems[contender] = played.problem
+                    problems[contender] = Unable(played.problem)
             for game, (contender, began) in list(running.items()):
                 if time.monotonic() - began > patience:
                     game.kill()
                     del running[game]
-                    what = f"the first {match_time:g} s of a game {OVERDUE} {patience:g} s"
-                    problems[contender] = f"{contender.target}: {what}: look for a loop that does not end"
+                    what = f"the first {match_time:g} s of a game were not over after {patience:g} s"
+                    words = f"{contender.target}: {what}: look for a loop that does not end"
+                    problems[contender] = Unable(words, overdue=True)
     return {contender: problems[contender] for contender in found if contender in problems}

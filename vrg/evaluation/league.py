@@ -12,7 +12,7 @@ from msgspec import structs
 
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.evaluation.contenders import OVERDUE, TRIAL, Contender, teams_of, unable, with_strategies
+from vrg.evaluation.contenders import TRIAL, Contender, Unable, teams_of, unable, with_strategies
 from vrg.evaluation.entries import Source
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
@@ -57,7 +57,7 @@ def admit(
         known = [version for version in of_entry if version.digest == source.digest]
         if known and not known[-1].problem and known[-1] != playing(of_entry).get(source.entry):
             folder.add(structs.replace(known[-1], since=now))  # its author has gone back to this one
-        overdue = bool(known) and OVERDUE in known[-1].problem
+        overdue = bool(known) and known[-1].overdue
         if (known and not overdue) or source.problem:
             continue
         number = known[-1].number if overdue else max((version.number for version in of_entry), default=0) + 1
@@ -71,8 +71,10 @@ def admit(
             folder.add(structs.replace(new, problem=_own(str(error), copy)))
     problems = unable(setup, list(waiting), jobs, match_time=TRIAL) if waiting else {}
     for contender, new in waiting.items():
-        why = _own(problems.get(contender, ""), Path(contender.target))
-        folder.add(structs.replace(new, target=folder.in_store(contender.target), problem=why))
+        found = problems.get(contender, Unable(""))
+        why = _own(found.problem, Path(contender.target))
+        target = folder.in_store(contender.target)
+        folder.add(structs.replace(new, target=target, problem=why, overdue=found.overdue))
     return folder.versions[before:]
 
 

@@ -39,6 +39,7 @@ class Version(Struct, frozen=True, kw_only=True):
         file: the name of the file or folder from which it came.
         since: the wall time, as `2026-11-26 02:00`. target: its strategy, in the folder of the versions.
         problem: why it cannot play, in words; empty if it can.
+        overdue: True if it cannot because its check took too long, as on a busy computer: it is checked again.
     """
 
     entry: str
@@ -48,6 +49,7 @@ class Version(Struct, frozen=True, kw_only=True):
     since: str
     target: str = ""
     problem: str = ""
+    overdue: bool = False
 
     @property
     def label(self) -> str:
