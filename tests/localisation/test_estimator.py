@@ -1,0 +1,185 @@
+"""The estimator of a robot's pose: late fixes, wrong ones, robots that are carried, and how well it knows itself."""
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.localisation.driving import Drive
+from vrg.geometry import along_arc, wrap
+from vrg.hal.models import robot_model
+from vrg.localisation.estimator import AGREEING, LOST, WINDOW, Estimator, Fix, Verdict
+from vrg.localisation.motion import motion_noise
+from vrg.types import Pose, Twist
+
+NOISE = motion_noise(robot_model("P2AT"))
+ORIGIN = Pose(0.0, 0.0, 0.0)
+STEP = 0.1
+
+
+def estimator(start: Pose = ORIGIN) -> Estimator:
+    return Estimator(start, NOISE, position=0.05, heading=0.05)
+
+
+def fix(time: float, pose: Pose) -> Fix:
+    return Fix(time, pose, 0.01, 0.02)
+
+
+def driven(twists: list[tuple[float, float]]) -> list[tuple[float, Pose]]:
+    """The times and poses of a robot that drives with each twist for STEP."""
+    poses = [ORIGIN]
+    for v, w in twists:
+        poses.append(along_arc(poses[-1], Twist(v, w), STEP))
+    return [(STEP * number, pose) for number, pose in enumerate(poses)]
+
+
+TWISTS = st.lists(st.tuples(st.floats(-0.7, 0.7), st.floats(-1.5, 1.5)), min_size=3, max_size=9)
+
+
+@settings(max_examples=50, deadline=None)
+@given(TWISTS, st.data())
+def test_late_fixes_count_as_if_they_had_come_in_time(twists: list[tuple[float, float]], data: st.DataObject) -> None:
+    """Whatever the order in which odometry and fixes come, the estimate is the same."""
+    way = driven(twists)
+    off = st.tuples(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), st.floats(-0.02, 0.02))
+    fixes = []
+    for (one, a), (_, b) in pairwise(way):
+        share = data.draw(st.floats(0.05, 0.95))
+        dx, dy, turn = data.draw(off)
+        x, y = a.x + share * (b.x - a.x) + dx, a.y + share * (b.y - a.y) + dy
+        fixes.append(fix(one + share * STEP, Pose(x, y, wrap(a.theta + share * (b.theta - a.theta) + turn))))
+    in_time, late = estimator(), estimator()
+    coming = sorted(fixes)
+    for time, pose in way:
+        in_time.move(time, pose)
+        while coming and coming[0].time <= time:
+            assert in_time.correct(coming.pop(0)) is Verdict.USED
+    for time, pose in way:
+        late.move(time, pose)
+    for one in data.draw(st.permutations(fixes)):
+        assert late.correct(one) is Verdict.USED
+    a, b = in_time.estimate, late.estimate
+    assert a is not None
+    assert b is not None
+    assert (a.pose.x, a.pose.y, a.pose.theta) == pytest.approx((b.pose.x, b.pose.y, b.pose.theta), abs=1e-9)
+    assert a.covariance == pytest.approx(b.covariance, abs=1e-12)
+    assert a.age == b.age
+    assert np.linalg.eigvalsh(a.covariance).min() > 0.0
+
+
+def test_a_fix_of_a_time_that_odometry_has_not_reached_waits_for_it() -> None:
+    found = estimator()
+    assert found.correct(fix(0.05, Pose(0.03, 0.0, 0.0))) is None
+    assert found.move(0.0, ORIGIN) == []
+    assert found.correct(fix(0.15, Pose(0.03, 0.0, 0.0))) is None
+    assert found.correct(fix(0.25, Pose(0.03, 0.0, 0.0))) is Verdict.EARLY
+    assert found.move(0.2, ORIGIN) == [Verdict.USED, Verdict.USED]
+    assert found.estimate is not None
+    assert found.estimate.age == pytest.approx(0.05)
+    assert 0.02 < found.estimate.pose.x < 0.03
+
+
+def test_fixes_that_come_too_late_are_refused() -> None:
+    found = estimator()
+    for number in range(30):
+        found.move(number * STEP, ORIGIN)
+    assert found.correct(fix(2.9 - WINDOW - STEP, ORIGIN)) is Verdict.LATE
+    assert found.correct(fix(2.9 - WINDOW + 0.05, ORIGIN)) is Verdict.USED
+    assert found.estimate is not None
+    assert found.estimate.age == pytest.approx(WINDOW - 0.05)
+    assert found.estimate.lost
+
+
+def test_a_fix_without_a_heading_moves_the_position() -> None:
+    found = estimator()
+    found.move(0.0, ORIGIN)
+    found.move(0.1, ORIGIN)
+    assert found.correct(Fix(0.1, Pose(0.05, -0.05, 3.0), 0.001, None)) is Verdict.USED
+    assert found.correct(Fix(0.1, Pose(5.0, 0.0, 0.0), 0.01, None)) is Verdict.FAR
+    assert found.estimate is not None
+    pose = found.estimate.pose
+    assert (pose.x, pose.y, pose.theta) == pytest.approx((0.05, -0.05, 0.0), abs=1e-3)
+
+
+def test_a_robot_seen_under_another_name_for_a_moment_stays_where_it_is() -> None:
+    found = estimator()
+    verdicts = []
+    for number in range(20):
+        time, x = number * STEP, 0.05 * number
+        found.move(time, Pose(x, 0.0, 0.0))
+        elsewhere = number in (8, 9, 14)
+        verdicts.append(found.correct(fix(time, Pose(3.0 if elsewhere else x, 2.0 if elsewhere else 0.0, 0.0))))
+    assert [number for number, verdict in enumerate(verdicts) if verdict is Verdict.FAR] == [8, 9, 14]
+    assert found.estimate is not None
+    assert found.estimate.pose.x == pytest.approx(0.95, abs=0.02)
+
+
+def test_a_robot_that_is_carried_is_lost_until_it_was_seen_to_stay_for_a_while() -> None:
+    found = estimator()
+    there, lost = Pose(2.0, 1.0, 1.5), []
+    for number in range(40):
+        time = number * STEP
+        found.move(time, ORIGIN)  # its wheels do not turn
+        on_the_way = Pose(0.2 * (number - 10), 0.1 * (number - 10), 0.0)
+        found.correct(fix(time, ORIGIN if number < 10 else there if number >= 20 else on_the_way))
+        assert found.estimate is not None
+        if found.estimate.lost:
+            lost.append(number)
+    # Last seen where it was after 1.0 s; from 2 s on, the place must be seen five times, and LOST longer.
+    assert lost == list(range(16, 20 + AGREEING - 1 + round(LOST / STEP)))
+    pose = found.estimate.pose if found.estimate else ORIGIN
+    assert (pose.x, pose.y, pose.theta) == pytest.approx((2.0, 1.0, 1.5), abs=0.02)
+
+
+def test_a_robot_that_is_pushed_a_little_is_found_before_it_is_lost() -> None:
+    found, verdicts = estimator(), []
+    for number in range(60):
+        time = number / 15.0
+        found.move(time, ORIGIN)
+        verdicts.append(found.correct(fix(time, Pose(0.0, 0.2 if number >= 30 else 0.0, 0.0))))
+        assert found.estimate is not None
+        assert not found.estimate.lost
+    assert verdicts.index(Verdict.MOVED) == 30 + AGREEING - 1
+    assert found.estimate is not None
+    assert found.estimate.pose.y == pytest.approx(0.2, abs=0.01)
+
+
+def test_what_the_odometry_is_off_by_is_learned() -> None:
+    """The wheels of this robot are 2 % larger than it knows, and it drives a curve where it is to drive straight on."""
+    found, odometry, truth = estimator(), ORIGIN, ORIGIN
+    rng = np.random.default_rng(1)
+    for number in range(1500):
+        time, v, w = number * STEP, 0.5, (0.5, -0.5, 0.0)[number // 50 % 3]
+        found.move(time, odometry)
+        noise = rng.normal(scale=(0.01, 0.01, 0.02))
+        found.correct(fix(time, Pose(truth.x + noise[0], truth.y + noise[1], wrap(truth.theta + noise[2]))))
+        odometry = along_arc(odometry, Twist(v, w), STEP)
+        truth = along_arc(truth, Twist(1.02 * v, 0.99 * w + 0.04 * v), STEP)
+    errors, covariance = found.errors
+    deviations = np.sqrt(np.diag(covariance))
+    assert np.abs(errors - (0.02, -0.01, 0.04)).max() < 0.004
+    assert (np.abs(errors - (0.02, -0.01, 0.04)) < 4 * deviations).all()
+    assert (deviations < 0.1 * np.array([NOISE.longer, NOISE.wider, NOISE.bend])).any()
+
+
+@pytest.mark.parametrize(
+    ("camera", "far"), [({"rate": 15.0, "loss": 0.2, "delay": 0.15}, 0.02), ({"rate": 5.0, "swaps": 0.1}, 0.03)]
+)
+def test_driven_robots_are_located_and_the_covariance_is_true(camera: dict[str, float], far: float) -> None:
+    drive = Drive(1, camera, 20.0, 6)
+    distance, turned = np.hypot(drive.errors[..., 0], drive.errors[..., 1]), np.abs(drive.errors[..., 2])
+    assert np.quantile(distance, 0.95) < far
+    assert np.quantile(turned, 0.95) < math.radians(1.5)
+    # Of six robots for 18 s, with few independent instants: 3 is true, and a filter that is too sure has more.
+    assert 1.5 < drive.nees.mean() < 4.5
+
+
+def test_without_fixes_the_error_grows_and_the_covariance_with_it() -> None:
+    drive = Drive(2, None, 30.0, 6)
+    found = [one.estimate for one in drive.estimators.values()]
+    assert all(one is not None and one.lost and one.age == math.inf for one in found)
+    assert 0.05 < np.hypot(drive.errors[:, -1, 0], drive.errors[:, -1, 1]).mean() < 2.0
+    assert 0.5 < drive.nees[:, -1].mean() < 12.0

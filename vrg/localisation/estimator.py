@@ -1,0 +1,274 @@
+"""The estimate of one robot's pose: its odometry, corrected by fixes that may come late.
+
+An extended Kalman filter (S. Thrun, W. Burgard, D. Fox, Probabilistic Robotics, 2005, section 3.3) over six numbers:
+the pose, and three errors of odometry that stay the same (J. Borenstein, L. Feng, Measurement and Correction of
+Systematic Odometry Errors in Mobile Robots, IEEE Trans. Robotics and Automation 12(6), 1996): of the way, of the turn,
+and the turn of a robot that is to drive straight ahead.
+
+A camera is late. A fix counts at the time at which it was captured: the filter goes back to that time, and comes
+forward again over all that it has heard since. This module uses no bus and no clock.
+"""
+
+import enum
+import math
+from bisect import bisect_right, insort
+from collections import deque
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.geometry import compose, interpolate, inverse, wrap
+from vrg.localisation.motion import SLIP_TIME, MotionNoise
+from vrg.types import Pose
+
+Floats = npt.NDArray[np.float64]
+
+WINDOW = 1.0
+"""The time in s that the filter can go back. A fix that comes later than that is refused."""
+LOST = 0.5
+"""The time in s without a fix after which a robot is lost."""
+AHEAD = 0.2
+"""The time in s by which a fix may be ahead of the newest odometry; one further ahead is of another clock."""
+AGREEING = 5
+"""The number of refused fixes in a row, all of one place, after which the robot is taken to be there."""
+JUMP = 0.3
+"""The way in m by which an estimate may jump to such a place, as after a push; a robot that jumps further is lost."""
+_GATES = {2: 13.82, 3: 16.27}
+"""The squared Mahalanobis distance above which a fix is of something else, by the number of coordinates that are
+measured: the 0.999 quantile of the chi-squared distribution."""
+
+
+class Fix(NamedTuple):
+    """The pose of a robot as something outside the robot has measured it.
+
+    Args:
+        time: when it was captured, s. pose: in the map's frame.
+        position: the standard deviation of x and of y, m. heading: that of the heading, rad; None if the fix has none.
+    """
+
+    time: float
+    pose: Pose
+    position: float
+    heading: float | None
+
+
+class Verdict(enum.StrEnum):
+    """What became of a fix, in words."""
+
+    USED = "used"
+    MOVED = "used: the robot is elsewhere than its odometry has it"
+    FAR = "too far from where the robot is taken to be"
+    LATE = "captured too long ago"
+    EARLY = "captured in the future: the clocks differ"
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """Where a robot is.
+
+    Args:
+        time: s. pose: in the map's frame. covariance: of x, y and heading: shape (3, 3), m and rad.
+        age: the time since the robot was last seen from outside, s; infinite if it never was.
+    """
+
+    time: float
+    pose: Pose
+    covariance: Floats
+    age: float
+
+    @property
+    def lost(self) -> bool:
+        """True if the robot has not been seen from outside for LOST."""
+        return self.age > LOST
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    """What is known of a time: the odometry, the six numbers, their covariance, and the fix that they include."""
+
+    time: float
+    odometry: Pose
+    mean: Floats
+    covariance: Floats
+    fix: Fix | None = None
+
+    @property
+    def pose(self) -> Pose:
+        return Pose(*self.mean[:3].tolist())
+
+
+class Estimator:
+    """The estimator of one robot.
+
+    Args:
+        start: where the robot is taken to be at first. noise: how far its odometry errs.
+        position, heading: standard deviations of `start`, m and rad.
+    """
+
+    def __init__(self, start: Pose, noise: MotionNoise, *, position: float = 0.5, heading: float = 0.3) -> None:
+        self._noise = noise
+        self._mean = np.array([start.x, start.y, start.theta, 0.0, 0.0, 0.0])
+        self._prior = np.diag(np.square([position, position, heading, noise.longer, noise.wider, noise.bend]))
+        self._states: list[_State] = []
+        self._waiting: list[Fix] = []
+        self._refused: deque[tuple[Fix, Pose]] = deque(maxlen=AGREEING)
+        """The last fixes in a row that were refused, with the odometry of their times."""
+        self._seen = -math.inf
+        self._lost_until = -math.inf
+
+    @property
+    def estimate(self) -> Estimate | None:
+        """Where the robot is at the time of its newest odometry; None before the first one."""
+        if not self._states:
+            return None
+        last = self._states[-1]
+        x, y, theta = last.mean[:3].tolist()
+        age = math.inf if last.time < self._lost_until else max(0.0, last.time - self._seen)
+        return Estimate(last.time, Pose(x, y, wrap(theta)), last.covariance[:3, :3].copy(), age)
+
+    @property
+    def errors(self) -> tuple[Floats, Floats]:
+        """The errors of the odometry, and their covariance of shape (3, 3).
+
+        They are the shares by which the way and the turn are longer than measured, and the turn to the left on a metre
+        straight ahead, rad/m.
+        """
+        mean, covariance = (self._states[-1].mean, self._states[-1].covariance) if self._states else (
+            self._mean, self._prior,
+        )  # fmt: skip
+        return mean[3:].copy(), covariance[3:, 3:].copy()
+
+    def move(self, time: float, odometry: Pose) -> list[Verdict]:
+        """Take in the pose that odometry has at a time, s; one that is not newer than the last changes nothing.
+
+        Returns:
+            what became of the fixes that have waited for it.
+        """
+        if not self._states:
+            self._states.append(_State(time, odometry, self._mean, self._prior))
+        elif time > self._states[-1].time:
+            self._states.append(self._moved(self._states[-1], time, odometry))
+            del self._states[: max(0, bisect_right(self._states, time - WINDOW, key=_time_of) - 1)]
+        ready, self._waiting = _split(self._waiting, self._states[-1].time)
+        return [self._correct(fix) for fix in ready]
+
+    def correct(self, fix: Fix) -> Verdict | None:
+        """Take in a fix. Returns what became of it, or None if it waits for the odometry of its time."""
+        if self._states and fix.time <= self._states[-1].time:
+            return self._correct(fix)
+        if self._states and fix.time > self._states[-1].time + AHEAD:
+            return Verdict.EARLY
+        insort(self._waiting, fix, key=_time_of)
+        return None
+
+    def _correct(self, fix: Fix) -> Verdict:
+        index = bisect_right(self._states, fix.time, key=_time_of)
+        if index == 0:
+            return Verdict.LATE
+        before = self._states[index - 1]
+        odometry = before.odometry
+        if index < len(self._states):
+            after = self._states[index]
+            odometry = interpolate(odometry, after.odometry, (fix.time - before.time) / (after.time - before.time))
+        state = self._moved(before, fix.time, odometry)
+        found, distance = _updated(state, fix)
+        if distance > _GATES[2 if fix.heading is None else 3]:
+            return self._refuse(fix, state, index)
+        self._refused.clear()
+        self._take(found, index)
+        return Verdict.USED
+
+    def _take(self, state: _State, index: int) -> None:
+        """Put in the state of a fix, and come forward again over all that was heard since."""
+        self._seen = max(self._seen, state.time)
+        self._states.insert(index, state)
+        for i in range(index + 1, len(self._states)):
+            old = self._states[i]
+            new = self._moved(self._states[i - 1], old.time, old.odometry)
+            self._states[i] = new if old.fix is None else _updated(new, old.fix)[0]
+
+    def _refuse(self, fix: Fix, state: _State, index: int) -> Verdict:
+        """Refuse a fix, unless several in a row agree on where the robot is: then it has been pushed or carried."""
+        if fix.heading is None:
+            return Verdict.FAR
+        self._refused.append((fix, state.odometry))
+        if len(self._refused) < AGREEING or not all(_agree(*other, fix, state.odometry) for other in self._refused):
+            return Verdict.FAR
+        self._refused.clear()
+        if math.dist((fix.pose.x, fix.pose.y), state.mean[:2]) > JUMP:
+            self._lost_until = fix.time + LOST
+        mean, covariance = state.mean.copy(), np.zeros((6, 6))
+        mean[:3] = fix.pose.x, fix.pose.y, fix.pose.theta
+        covariance[:3, :3] = _covariance(fix)
+        covariance[3:, 3:] = state.covariance[3:, 3:]
+        del self._states[:index]
+        self._take(_State(fix.time, state.odometry, mean, covariance), 0)
+        return Verdict.MOVED
+
+    def _moved(self, state: _State, time: float, odometry: Pose) -> _State:
+        """The state at a later time, by the odometry then."""
+        noise, dt, by = self._noise, time - state.time, compose(inverse(state.odometry), odometry)
+        (longer, wider, bend), theta = state.mean[3:].tolist(), float(state.mean[2])
+        dx, dy = by.x * (1.0 + longer), by.y * (1.0 + longer)
+        # The bend curves the way itself, too: half of it counts for the direction.
+        middle = theta + bend * by.x / 2.0
+        cos, sin = math.cos(middle), math.sin(middle)
+        moved = cos * dx - sin * dy, sin * dx + cos * dy
+        mean = state.mean.copy()
+        mean[:3] += *moved, by.theta * (1.0 + wider) + bend * by.x
+        F = np.eye(6)
+        F[0, 2], F[1, 2] = -moved[1], moved[0]
+        F[0, 3], F[1, 3] = cos * by.x - sin * by.y, sin * by.x + cos * by.y
+        F[0, 5], F[1, 5] = -moved[1] * by.x / 2.0, moved[0] * by.x / 2.0
+        F[2, 4], F[2, 5] = by.theta, by.x
+        # The slip of one moment and that of the next are independent, so much of it cancels out over a longer time.
+        way, kept = math.hypot(by.x, by.y), min(1.0, SLIP_TIME / dt) if dt else 0.0
+        along, aside, rest = kept * (noise.along * way) ** 2, kept * (noise.aside * way) ** 2, noise.rest**2 * dt
+        covariance = F @ state.covariance @ F.T
+        covariance[0, 0] += cos * cos * along + sin * sin * aside + rest
+        covariance[1, 1] += sin * sin * along + cos * cos * aside + rest
+        covariance[0, 1] += cos * sin * (along - aside)
+        covariance[1, 0] = covariance[0, 1]
+        covariance[2, 2] += kept * ((noise.turn * way) ** 2 + (noise.spin * by.theta) ** 2) + noise.rest_turn**2 * dt
+        return _State(time, odometry, mean, covariance)
+
+
+def _time_of(thing: _State | Fix) -> float:
+    return thing.time
+
+
+def _split(fixes: list[Fix], time: float) -> tuple[list[Fix], list[Fix]]:
+    """The fixes up to a time, and those after it."""
+    index = bisect_right(fixes, time, key=_time_of)
+    return fixes[:index], fixes[index:]
+
+
+def _covariance(fix: Fix) -> Floats:
+    """The covariance of x, y and the heading, if it has one: shape (3, 3) or (2, 2), m and rad."""
+    return np.diag([fix.position**2] * 2 + ([] if fix.heading is None else [fix.heading**2]))
+
+
+def _updated(state: _State, fix: Fix) -> tuple[_State, float]:
+    """The state with what a fix of the same time tells, and the squared Mahalanobis distance of the fix."""
+    R = _covariance(fix)
+    n, P = len(R), state.covariance
+    way = np.array([fix.pose.x, fix.pose.y, fix.pose.theta])[:n] - state.mean[:n]
+    if n == 3:
+        way[2] = wrap(float(way[2]))
+    S = P[:n, :n] + R
+    K = np.linalg.solve(S, P[:n]).T
+    # The form that stays positive definite (Joseph): (I - K H) P (I - K H)' + K R K'.
+    A = np.eye(6)
+    A[:, :n] -= K
+    found = _State(state.time, state.odometry, state.mean + K @ way, A @ P @ A.T + K @ R @ K.T, fix)
+    return found, float(way @ np.linalg.solve(S, way))
+
+
+def _agree(one: Fix, its_odometry: Pose, other: Fix, odometry: Pose) -> bool:
+    """True if two fixes are of one robot that has moved from one to the other as its odometry has."""
+    there = compose(one.pose, compose(inverse(its_odometry), odometry))
+    far = math.hypot(there.x - other.pose.x, there.y - other.pose.y) / math.hypot(one.position, other.position)
+    turned = wrap(there.theta - other.pose.theta) / math.hypot(one.heading or 0.0, other.heading or 0.0)
+    return far**2 + turned**2 < _GATES[3]

@@ -1,0 +1,58 @@
+"""How far the odometry of a robot errs, for the estimator of its pose."""
+
+import math
+from dataclasses import dataclass
+
+from vrg.hal.models import RobotModel
+from vrg.hal.sensors.odometry import OdometrySpec
+
+SLIP_TIME = 0.02
+"""The time in s within which slip stays the same: a tick of the world, for which `OdometrySpec.slip_noise` is given."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionNoise:
+    """Standard deviations of what odometry errs by.
+
+    Args:
+        along, aside: of the way ahead and of that to the left, as a share of a way, by the slip within SLIP_TIME.
+        turn: of the turn by the slip on such a way, rad/m. spin: of a turn by the slip within SLIP_TIME, as a share.
+        longer, wider: of the shares by which all ways and all turns of this robot are longer than measured.
+        bend: of the turn of this robot on a metre straight ahead, rad/m.
+        rest: of x and of y after a second, whatever the wheels do, because a robot may be pushed, m.
+        rest_turn: the same of the heading, rad.
+    """
+
+    along: float
+    aside: float
+    turn: float
+    spin: float
+    longer: float
+    wider: float
+    bend: float
+    rest: float = 0.001
+    rest_turn: float = 0.001
+
+
+def motion_noise(model: RobotModel) -> MotionNoise:
+    """The noise of a robot's odometry, by the numbers of its spec and the geometry of its drivetrain.
+
+    Each axis has an error of its own. What that does to the body is the root of the sum of the squares.
+    """
+    spec = model.sensor(OdometrySpec) or OdometrySpec()
+    ahead, turning, aside = model.drivetrain.motions
+    rates = model.drivetrain.rates
+
+    def spread(shares: tuple[float, ...], unit: int) -> float:
+        """What an error of 1 of each axis is of the body's motion, for a unit of the twist."""
+        return math.sqrt(sum((share * rate[unit]) ** 2 for share, rate in zip(shares, rates, strict=True)))
+
+    return MotionNoise(
+        along=spec.slip_noise * spread(ahead, 0),
+        aside=spec.slip_noise * spread(aside, 0),
+        turn=spec.slip_noise * spread(turning, 0),
+        spin=spec.slip_noise * spread(turning, 1),
+        longer=spec.scale_noise * spread(ahead, 0),
+        wider=spec.scale_noise * spread(turning, 1),
+        bend=spec.scale_noise * spread(turning, 0),
+    )
