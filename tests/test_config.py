@@ -375,7 +375,7 @@ def test_a_strategy_file_that_is_not_there_is_told_at_once(tmp_path: Path) -> No
 
 def test_only_a_physical_robot_is_localised(load: Load) -> None:
     found = problems(load, GOOD.replace('role = "shark"', 'role = "shark"\nlocalisation = "feed"'))
-    assert found == ["20: players.1.localisation: a virtual robot has none: leave it out"]
+    assert found == ["20: players.1.localisation: a virtual robot has fusion or none"]
 
 
 def test_only_the_robots_that_have_a_feed_are_located_by_a_tracker(load: Load) -> None:

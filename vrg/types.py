@@ -75,6 +75,26 @@ class Pose(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     theta: Radians
 
 
+class Uncertainty(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
+    """How well a pose is known: variances and a covariance of its errors.
+
+    Args:
+        xx, xy, yy: the covariance of x and y, m^2. heading: the variance of the heading, rad^2.
+    """
+
+    xx: Annotated[float, Meta(ge=0.0, le=1e10)]
+    xy: Annotated[float, Meta(ge=-1e10, le=1e10)]
+    yy: Annotated[float, Meta(ge=0.0, le=1e10)]
+    heading: Annotated[float, Meta(ge=0.0, le=1e10)]
+
+    @property
+    def ellipse(self) -> tuple[float, float, float]:
+        """The ellipse of one standard deviation: its half axes, m, the longer first, and the direction of that, rad."""
+        middle, spread = (self.xx + self.yy) / 2, math.hypot((self.xx - self.yy) / 2, self.xy)
+        direction = math.atan2(2 * self.xy, self.xx - self.yy) / 2
+        return math.sqrt(max(0.0, middle + spread)), math.sqrt(max(0.0, middle - spread)), direction
+
+
 class Twist(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, repr_omit_defaults=True, gc=False):
     """A body's velocity in its own frame.
 

@@ -32,13 +32,15 @@ EVERYBODY = {W, R, REC, L, OFF, WIN, T, ANN, BOB, CID, LUK, RED, BLUE, *DISPLAYS
 
 WHO: dict[str, tuple[set[str], set[str]]] = {
     "clock": ({W}, EVERYBODY),
-    "poses": ({W}, {R, REC, WIN, OFF}),
+    "poses": ({W}, {R, REC, WIN, OFF, T}),
     "world/request": ({R}, {W, OFF}),
     "world/answer": ({W}, {R, OFF}),
     "robot/ann/drive": ({ANN}, {W, OFF}),
     "robot/ann/state": ({W}, {ANN, WIN, OFF}),
     "robot/ann/pose": ({ANN}, {W, ANN, REC, L, WIN, OFF, DIS}),
     "robot/bob/pose": ({T}, {W, BOB, REC, L, WIN, OFF, DIB}),
+    "robot/ann/motion": ({ANN}, {T, REC, OFF}),
+    "fix/overhead": ({T}, {T, REC, WIN, OFF}),
     "robot/ann/seen": ({W}, {ANN, OFF}),
     "robot/ann/limit": ({R}, {ANN, W, OFF}),
     "robot/ann/recover": ({R}, {ANN, OFF}),

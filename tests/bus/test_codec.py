@@ -32,7 +32,7 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.sonar import Sonar
 from vrg.hal.sensors.touch import Touch
 from vrg.regions import Circle, Polygon, Rectangle, Sector
-from vrg.types import FrozenDict, Pose, Twist, printable
+from vrg.types import FrozenDict, Pose, Twist, Uncertainty, printable
 
 
 def texts(max_size: int) -> st.SearchStrategy[str]:
@@ -42,6 +42,9 @@ def texts(max_size: int) -> st.SearchStrategy[str]:
 coordinates = st.floats(-1e5, 1e5)
 angles = st.floats(-1e4, 1e4)
 poses = st.builds(Pose, coordinates, coordinates, angles)
+uncertainties = st.builds(
+    Uncertainty, st.floats(0, 1e10), st.floats(-1e10, 1e10), st.floats(0, 1e10), st.floats(0, 1e10)
+)
 names = st.text("abcdefghijklmnopqrstuvwxyz0123456789_-", min_size=1, max_size=20)
 seconds = st.floats(0, 1e8)
 counts = st.integers(0, 2**53)
@@ -104,7 +107,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.RobotState: st.builds(
         m.RobotState, armed=st.booleans(), estop=st.booleans(), fault=st.none() | texts(max_size=50),
     ),
-    Ins: st.builds(Ins, pose=poses),
+    Ins: st.builds(Ins, pose=poses, uncertainty=st.none() | uncertainties),
     Odometry: st.builds(Odometry, pose=poses, twist=twists),
     Encoders: st.builds(Encoders, counts=tuples(st.integers(-(2**60), 2**60), max_size=4)),
     Touch: st.builds(Touch, pressed=tuples(st.booleans(), max_size=8)),
@@ -145,7 +148,16 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
         latched=st.booleans(), estop=st.booleans(),
         command=st.none() | twists, battery=st.none() | st.floats(0, 1),
     ),
-    m.MeasuredPose: st.builds(m.MeasuredPose, pose=poses, twist=twists),
+    m.MeasuredPose: st.builds(
+        m.MeasuredPose, pose=poses, twist=twists, uncertainty=st.none() | uncertainties, unseen=seconds
+    ),
+    m.Motion: st.builds(m.Motion, odometry=poses, twist=twists),
+    m.Fixes: st.builds(
+        m.Fixes,
+        fixes=st.lists(
+            st.builds(m.Fix, names, poses, st.floats(1e-6, 1e3), st.none() | st.floats(1e-6, 10.0)), max_size=4
+        ).map(tuple),
+    ),
     m.Recover: st.builds(m.Recover, by=names),
     m.Manual: st.builds(m.Manual, forward=st.floats(-1, 1), turn=st.floats(-1, 1), lease=st.floats(0, 1)),
     m.RefereeState: st.builds(

@@ -398,7 +398,7 @@ def test_nobody_asks_the_world_to_carry_a_physical_robot(table: Table) -> None:
 
 def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_for(table: Table) -> None:
     table.ages = {"m1": 0.6}
-    said = "m1: its pose is older than 0.5 s"
+    said = "m1: it has not been located for 0.5 s"
     assert table.ticks(3).waiting == (said,)
     table.ages = {"m1": 0.5}
     assert table.ticks(3).stage is m.Stage.PLAY_ROUND

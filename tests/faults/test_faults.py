@@ -212,7 +212,7 @@ def test_a_silent_bus_halts_the_match_which_goes_on_when_it_is_heard_again(
     silent = [Fault(FaultKind.BUS_SILENT, "ann", 4.0, 2.0)]
     problems, journal = checked(can_setup, tmp_path, 0, silent, SECONDS)
     assert problems == []
-    halted, resumed = journal.find(b"ann: its pose is older"), journal.find(b"resumed by ann")
+    halted, resumed = journal.find(b"ann: it has not been located"), journal.find(b"resumed by ann")
     assert 0 < halted < resumed
 
 

@@ -67,9 +67,9 @@ class Drive:
                     continue
                 for name, pose in odometry.items():
                     self._count(self.estimators[name].move(world.time, pose))
-                for name, fix in [] if seen is None else seen.arrived(world.time):
-                    verdict = self.estimators[name].correct(fix)
-                    self._count([] if verdict is None else [verdict])
+                for time, fixes in [] if seen is None else seen.arrived(world.time):
+                    verdicts = [self.estimators[fix.robot].correct(time, fix) for fix in fixes]
+                    self._count([verdict for verdict in verdicts if verdict is not None])
                 if world.time >= FIRST:
                     self._compare(world)
         finally:

@@ -2,6 +2,7 @@
 
 import math
 from itertools import pairwise
+from operator import itemgetter
 
 import numpy as np
 import pytest
@@ -9,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.localisation.driving import Drive
+from vrg.bus.messages import LOST, Fix
 from vrg.geometry import along_arc, wrap
 from vrg.hal.models import robot_model
-from vrg.localisation.estimator import AGREEING, LOST, WINDOW, Estimator, Fix, Verdict
+from vrg.localisation.estimator import AGREEING, WINDOW, Estimator, Verdict
 from vrg.localisation.motion import motion_noise
 from vrg.types import Pose, Twist
 
@@ -24,8 +26,8 @@ def estimator(start: Pose = ORIGIN) -> Estimator:
     return Estimator(start, NOISE, position=0.05, heading=0.05)
 
 
-def fix(time: float, pose: Pose) -> Fix:
-    return Fix(time, pose, 0.01, 0.02)
+def fix(time: float, pose: Pose) -> tuple[float, Fix]:
+    return time, Fix("ann", pose, 0.01, 0.02)
 
 
 def driven(twists: list[tuple[float, float]]) -> list[tuple[float, Pose]]:
@@ -52,15 +54,15 @@ def test_late_fixes_count_as_if_they_had_come_in_time(twists: list[tuple[float, 
         x, y = a.x + share * (b.x - a.x) + dx, a.y + share * (b.y - a.y) + dy
         fixes.append(fix(one + share * STEP, Pose(x, y, wrap(a.theta + share * (b.theta - a.theta) + turn))))
     in_time, late = estimator(), estimator()
-    coming = sorted(fixes)
+    coming = sorted(fixes, key=itemgetter(0))
     for time, pose in way:
         in_time.move(time, pose)
-        while coming and coming[0].time <= time:
-            assert in_time.correct(coming.pop(0)) is Verdict.USED
+        while coming and coming[0][0] <= time:
+            assert in_time.correct(*coming.pop(0)) is Verdict.USED
     for time, pose in way:
         late.move(time, pose)
     for one in data.draw(st.permutations(fixes)):
-        assert late.correct(one) is Verdict.USED
+        assert late.correct(*one) is Verdict.USED
     a, b = in_time.estimate, late.estimate
     assert a is not None
     assert b is not None
@@ -72,10 +74,10 @@ def test_late_fixes_count_as_if_they_had_come_in_time(twists: list[tuple[float, 
 
 def test_a_fix_of_a_time_that_odometry_has_not_reached_waits_for_it() -> None:
     found = estimator()
-    assert found.correct(fix(0.05, Pose(0.03, 0.0, 0.0))) is None
+    assert found.correct(*fix(0.05, Pose(0.03, 0.0, 0.0))) is None
     assert found.move(0.0, ORIGIN) == []
-    assert found.correct(fix(0.15, Pose(0.03, 0.0, 0.0))) is None
-    assert found.correct(fix(0.25, Pose(0.03, 0.0, 0.0))) is Verdict.EARLY
+    assert found.correct(*fix(0.15, Pose(0.03, 0.0, 0.0))) is None
+    assert found.correct(*fix(0.25, Pose(0.03, 0.0, 0.0))) is Verdict.EARLY
     assert found.move(0.2, ORIGIN) == [Verdict.USED, Verdict.USED]
     assert found.estimate is not None
     assert found.estimate.age == pytest.approx(0.05)
@@ -86,19 +88,19 @@ def test_fixes_that_come_too_late_are_refused() -> None:
     found = estimator()
     for number in range(30):
         found.move(number * STEP, ORIGIN)
-    assert found.correct(fix(2.9 - WINDOW - STEP, ORIGIN)) is Verdict.LATE
-    assert found.correct(fix(2.9 - WINDOW + 0.05, ORIGIN)) is Verdict.USED
+    assert found.correct(*fix(2.9 - WINDOW - STEP, ORIGIN)) is Verdict.LATE
+    assert found.correct(*fix(2.9 - WINDOW + 0.05, ORIGIN)) is Verdict.USED
     assert found.estimate is not None
     assert found.estimate.age == pytest.approx(WINDOW - 0.05)
-    assert found.estimate.lost
+    assert found.estimate.age > LOST
 
 
 def test_a_fix_without_a_heading_moves_the_position() -> None:
     found = estimator()
     found.move(0.0, ORIGIN)
     found.move(0.1, ORIGIN)
-    assert found.correct(Fix(0.1, Pose(0.05, -0.05, 3.0), 0.001, None)) is Verdict.USED
-    assert found.correct(Fix(0.1, Pose(5.0, 0.0, 0.0), 0.01, None)) is Verdict.FAR
+    assert found.correct(0.1, Fix("ann", Pose(0.05, -0.05, 3.0), 0.001)) is Verdict.USED
+    assert found.correct(0.1, Fix("ann", Pose(5.0, 0.0, 0.0), 0.01)) is Verdict.FAR
     assert found.estimate is not None
     pose = found.estimate.pose
     assert (pose.x, pose.y, pose.theta) == pytest.approx((0.05, -0.05, 0.0), abs=1e-3)
@@ -111,7 +113,7 @@ def test_a_robot_seen_under_another_name_for_a_moment_stays_where_it_is() -> Non
         time, x = number * STEP, 0.05 * number
         found.move(time, Pose(x, 0.0, 0.0))
         elsewhere = number in (8, 9, 14)
-        verdicts.append(found.correct(fix(time, Pose(3.0 if elsewhere else x, 2.0 if elsewhere else 0.0, 0.0))))
+        verdicts.append(found.correct(*fix(time, Pose(3.0 if elsewhere else x, 2.0 if elsewhere else 0.0, 0.0))))
     assert [number for number, verdict in enumerate(verdicts) if verdict is Verdict.FAR] == [8, 9, 14]
     assert found.estimate is not None
     assert found.estimate.pose.x == pytest.approx(0.95, abs=0.02)
@@ -124,9 +126,9 @@ def test_a_robot_that_is_carried_is_lost_until_it_was_seen_to_stay_for_a_while()
         time = number * STEP
         found.move(time, ORIGIN)  # its wheels do not turn
         on_the_way = Pose(0.2 * (number - 10), 0.1 * (number - 10), 0.0)
-        found.correct(fix(time, ORIGIN if number < 10 else there if number >= 20 else on_the_way))
+        found.correct(*fix(time, ORIGIN if number < 10 else there if number >= 20 else on_the_way))
         assert found.estimate is not None
-        if found.estimate.lost:
+        if found.estimate.age > LOST:
             lost.append(number)
     # Last seen where it was after 1.0 s; from 2 s on, the place must be seen five times, and LOST longer.
     assert lost == list(range(16, 20 + AGREEING - 1 + round(LOST / STEP)))
@@ -139,9 +141,9 @@ def test_a_robot_that_is_pushed_a_little_is_found_before_it_is_lost() -> None:
     for number in range(60):
         time = number / 15.0
         found.move(time, ORIGIN)
-        verdicts.append(found.correct(fix(time, Pose(0.0, 0.2 if number >= 30 else 0.0, 0.0))))
+        verdicts.append(found.correct(*fix(time, Pose(0.0, 0.2 if number >= 30 else 0.0, 0.0))))
         assert found.estimate is not None
-        assert not found.estimate.lost
+        assert found.estimate.age <= LOST
     assert verdicts.index(Verdict.MOVED) == 30 + AGREEING - 1
     assert found.estimate is not None
     assert found.estimate.pose.y == pytest.approx(0.2, abs=0.01)
@@ -155,7 +157,7 @@ def test_what_the_odometry_is_off_by_is_learned() -> None:
         time, v, w = number * STEP, 0.5, (0.5, -0.5, 0.0)[number // 50 % 3]
         found.move(time, odometry)
         noise = rng.normal(scale=(0.01, 0.01, 0.02))
-        found.correct(fix(time, Pose(truth.x + noise[0], truth.y + noise[1], wrap(truth.theta + noise[2]))))
+        found.correct(*fix(time, Pose(truth.x + noise[0], truth.y + noise[1], wrap(truth.theta + noise[2]))))
         odometry = along_arc(odometry, Twist(v, w), STEP)
         truth = along_arc(truth, Twist(1.02 * v, 0.99 * w + 0.04 * v), STEP)
     errors, covariance = found.errors
@@ -180,6 +182,6 @@ def test_driven_robots_are_located_and_the_covariance_is_true(camera: dict[str, 
 def test_without_fixes_the_error_grows_and_the_covariance_with_it() -> None:
     drive = Drive(2, None, 30.0, 6)
     found = [one.estimate for one in drive.estimators.values()]
-    assert all(one is not None and one.lost and one.age == math.inf for one in found)
+    assert all(one is not None and one.age == math.inf for one in found)
     assert 0.05 < np.hypot(drive.errors[:, -1, 0], drive.errors[:, -1, 1]).mean() < 2.0
     assert 0.5 < drive.nees[:, -1].mean() < 12.0

@@ -246,6 +246,7 @@ class Player(Node):
             priority=self._team.priority(tick.time, self._strategy.priorities),
             heard=self._telling.heard((ins.value.pose.x, ins.value.pose.y)),
             obstacles=self._obstacles,
+            uncertainty=ins.value.uncertainty,
         )
 
     def _decision(self, view: View) -> Action:

@@ -13,7 +13,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
 from vrg.regions import Region
-from vrg.types import STILL, Pose, Twist, Vector
+from vrg.types import STILL, Pose, Twist, Uncertainty, Vector
 
 if TYPE_CHECKING:
     from vrg.agents.planner import Planner
@@ -52,6 +52,7 @@ class View:
             frame. It is estimated from those poses.
         robot: the description of its own robot.
         pose: where this player is according to its robot's own measurement, in the map's frame.
+        uncertainty: how well that is known; None if the robot is not located by fusion.
         heard: the messages of its team mates since the last tick.
         priority: what the person who commands the team wants, one of the strategy's `priorities`; None if no one
             commands it.
@@ -68,6 +69,7 @@ class View:
     heard: Sequence[TeamMessage] = ()
     priority: str | None = None
     obstacles: Sequence[Region] = ()
+    uncertainty: Uncertainty | None = None
 
     @property
     def position(self) -> Vector:

@@ -22,8 +22,8 @@ class SeatKind(enum.StrEnum):
 
     ROUTER serves the bus. WORLD, REFEREE and RECORDER are the processes of that name. LAUNCHER is the supervisor of the
     match, and HOST a supervisor on a further machine. OFFICIAL decides, and hears everything. WINDOW watches. TRACKER
-    is a motion-capture system. PLAYER is one player with its robot. COMMANDER commands one team. HUD is the
-    head-up display of one player.
+    locates robots, as a motion-capture system and the fusion centre do. PLAYER is one player with its robot. COMMANDER
+    commands one team. HUD is the head-up display of one player.
     """
 
     ROUTER = "router"
@@ -135,7 +135,7 @@ def seats_of_node(kind: str, name: str) -> Sequence[Seat]:
         case "three":
             # Nobody decides anything there, so it prefers the seat that may not.
             return (Seat(SeatKind.WINDOW), Seat(SeatKind.OFFICIAL))
-        case "router" | "world" | "recorder":
+        case "router" | "world" | "recorder" | "tracker":
             return (Seat(SeatKind(kind)),)
         case _:
             raise ValueError(f"no seat is for a node of the kind {kind!r}")

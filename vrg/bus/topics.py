@@ -26,6 +26,7 @@ from vrg.bus.parties import (
     PLAYING,
     RECORDER,
     REFEREE,
+    TRACKER,
     TRACKING,
     WINDOW,
     WORLD,
@@ -144,7 +145,7 @@ class Keys:
 
     clock = TopicLine("clock", m.Clock, LATEST, (WORLD,), PLAYING, "match time")
     poses = TopicLine(
-        "poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL), "where every body truly is"
+        "poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL, TRACKER), "where every body truly is"
     )
     world_request = TopicLine(
         "world/request", m.WorldRequest, EVENT, (REFEREE,), (WORLD,), "spawn, remove, reset, place"
@@ -160,7 +161,15 @@ class Keys:
     robot_pose = NamedLine(
         "robot/{robot}/pose", m.MeasuredPose, LATEST, (LOCATING, TRACKING),
         (WORLD, DEVICE, RECORDER, LAUNCHER, WINDOW, HUD),
-        "where a physical robot was measured to be",
+        "where a robot was measured to be",
+    )  # fmt: skip
+    motion = NamedLine(
+        "robot/{robot}/motion", m.Motion, LATEST, (DEVICE,), (TRACKER, RECORDER),
+        "the odometry of a robot that is located by fusion",
+    )  # fmt: skip
+    fixes = NamedLine(
+        "fix/{source}", m.Fixes, EVENT, (TRACKER,), (TRACKER, RECORDER, WINDOW),
+        "where a source has seen robots", perishable=True,
     )  # fmt: skip
     robot_seen = NamedLine(
         "robot/{robot}/seen", m.MeasuredPose, LATEST, (WORLD,), (DEVICE,),

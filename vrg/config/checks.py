@@ -5,18 +5,24 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from msgspec import structs
+from pydantic import ValidationError
 
 from vrg.bus.messages import LARGE_ZONES
+from vrg.bus.names import is_name
 from vrg.config.files import HERE, PLACED, Machine, MatchFile, PlayerEntry, RadioTable
 from vrg.coordinator.rulebook import RuleBook
 from vrg.errors import ConfigError, Path, Problem
+from vrg.hal.backends import BACKENDS
+from vrg.hal.location import FUSION
 from vrg.hal.models import robot_model
 from vrg.hal.models.settings import merged, setting_problems, with_settings
 from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.map import Map, load_map
+from vrg.localisation.source import SOURCES, read_source
 from vrg.regions import Polygon, touch
 from vrg.registry import did_you_mean, expected_one_of
+from vrg.tables import problems_of
 
 
 def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Problem]:
@@ -27,9 +33,10 @@ def machine_problems(file: MatchFile, companions: Collection[str]) -> list[Probl
     """
     known = list(dict.fromkeys([HERE, *file.machines]))
     found = [problem for name in file.machines for problem in _table_problems(file, name)]
+    others = [*PLACED, *companions, *([FUSION, *file.localisation] if file.localisation else [])]
     for process, machine in file.place.items():
-        if process not in (*PLACED, *companions):
-            text = expected_one_of([*PLACED, *companions], process)
+        if process not in others:
+            text = expected_one_of(others, process)
             if process in [player.name for player in file.players]:
                 text = f"write `machine = {machine!r}` into the table of the player {process} in place of this"
             found.append(Problem(text, ("place", process)))
@@ -82,6 +89,34 @@ def machines_of(file: MatchFile, companions: Mapping[str, str]) -> tuple[dict[st
         if name in used
     }
     return machines, place
+
+
+def localisation_problems(file: MatchFile) -> list[Problem]:
+    """The problems with the sources of fixes, and with the players that need them."""
+    found, kinds = [], []
+    taken = {*PLACED, FUSION, *(player.name for player in file.players)}
+    for name, table in file.localisation.items():
+        where: Path = ("localisation", name)
+        if name in taken or not is_name(name):
+            found.append(Problem(f"expected a name that no other process of this match has, got {name!r}", where))
+        try:
+            kinds.append(read_source(table)[0])
+        except ConfigError as error:
+            found += [Problem(problem.text, (*where, "source")) for problem in error.problems]
+        except ValidationError as error:
+            found += problems_of(error, where, SOURCES.get(table["source"]).settings.model_fields)
+    fused = [(number, player) for number, player in enumerate(file.players) if player.localisation == FUSION]
+    if file.localisation and not fused:
+        text = 'it locates no player: write `localisation = "fusion"` into the table of one'
+        found.append(Problem(text, ("localisation", next(iter(file.localisation)))))
+    for number, player in fused:
+        where = ("players", number, "localisation")
+        if not file.localisation:
+            text = 'expected a source of fixes: write a table such as [localisation.overhead], with `source = "sim"`'
+            found.append(Problem(text, where))
+        elif kinds and BACKENDS.get(player.backend).physical and not any(kind.sees_physical for kind in kinds):
+            found.append(Problem("expected a source that sees physical robots: none of [localisation.*] does", where))
+    return found
 
 
 def radio_problems(radio: RadioTable, names: Collection[str] | None) -> list[Problem]:

@@ -118,8 +118,10 @@ class PlayerEntry(FileTable, frozen=True, kw_only=True):
         x, y: its place at the start, m. heading: its heading there, degrees counter-clockwise from +x.
         strategy: `module:Class` or `file.py:Class` of a strategy, or the name of one that a package has registered. The
             default is the game's own.
-        localisation: how a physical robot is located: `odometry` if it measures its pose itself; `feed` if another
-            program publishes it, for example a motion-capture system.
+        localisation: how the robot is located: `odometry` if a physical robot measures its pose itself; `feed` if
+            another program publishes it, for example a motion-capture system; `fusion` if the fusion centre estimates
+            it from odometry and fixes, as of a camera. A virtual robot may have `fusion`; without it, it measures its
+            pose well.
         sensors: the numbers of its robot's own sensors, in place of those of the match; see `MatchFile`.
         camera: True lets the world take pictures of the robot's camera, for `readings.latest(Camera)`. They cost much
             time.
@@ -134,7 +136,7 @@ class PlayerEntry(FileTable, frozen=True, kw_only=True):
     y: Annotated[float, Constraint(ge=-1e5, le=1e5)]
     heading: Annotated[float, Constraint(ge=-1e4, le=1e4)] = 0.0
     strategy: str | None = None
-    localisation: Literal["odometry", "feed"] = "odometry"
+    localisation: Literal["odometry", "feed", "fusion"] = "odometry"
     sensors: dict[str, dict[str, Any]] = {}
     camera: bool = False
     machine: str = HERE
@@ -267,6 +269,8 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
             every robot that has such a sensor. `[players.sensors.laser]` below a player holds for that player's robot
             alone. Of a physical robot, only the sensors that the world simulates change.
         backends: the settings of the backends that have any, by name.
+        localisation: the sources of fixes, by names of their own, each with its kind and settings:
+            `[localisation.overhead]`, `source = "sim"`, `rate = 15.0`.
         machines: the further machines on which processes of the match run, by names of their own.
         place: the machines of the processes that are no players, by the process' name: `world = "lab2"`. What is
             missing runs `here`, where the match is launched; the companions of a robot run where its player runs.
@@ -293,6 +297,7 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     rules: dict[str, Any]
     sensors: dict[str, dict[str, Any]] = {}
     backends: dict[str, dict[str, Any]] = {}
+    localisation: dict[str, dict[str, Any]] = {}
     machines: Annotated[dict[str, Machine], Constraint(_machine_names)] = {}
     place: dict[str, str] = {}
     players: Sequence[PlayerEntry]

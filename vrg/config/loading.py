@@ -20,6 +20,7 @@ from vrg.games import GAMES, STRATEGIES, file_of, has_name
 from vrg.games.game import Game
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
+from vrg.hal.location import FEED
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
 from vrg.modules import classes_in, no_method
@@ -186,6 +187,7 @@ class _Checker:
         companions = self._check_backends(file)
         self.problems += checks.radio_problems(file.radio, names)
         self.problems += checks.sensor_problems(file.sensors)
+        self.problems += checks.localisation_problems(file)
         self._check_teams(game, file.teams)
         self.problems += checks.machine_problems(file, self._companions_at)
         machines, place = checks.machines_of(file, self._companions_at)
@@ -275,8 +277,8 @@ class _Checker:
             known = ", ".join(game.start_roles)
             self.problems.append(Problem(f"expected one of {known}, got {entry.role!r}", (*where, "role")))
             return None
-        if entry.localisation != "odometry" and not backend.physical:
-            self.problems.append(Problem("a virtual robot has none: leave it out", (*where, "localisation")))
+        if entry.localisation == FEED and not backend.physical:
+            self.problems.append(Problem("a virtual robot has fusion or none", (*where, "localisation")))
         team = file.teams.get(role.team)
         strategy = entry.strategy or (team.strategy if team else None) or game.strategy_of(entry.role)
         self._check_strategy(entry.strategy, where)

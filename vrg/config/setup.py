@@ -19,6 +19,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.games import file_of
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
+from vrg.hal.location import FUSION, ODOMETRY
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.settings import with_settings
 from vrg.hal.sim.config import RobotSetup, WorldConfig
@@ -36,6 +37,11 @@ RULES, NOISE = "rules", "noise"
 def team_seed(team: str) -> str:
     """The purpose of what the players of a team draw."""
     return f"team {team}"
+
+
+def source_seed(source: str) -> str:
+    """The purpose of what is drawn for a source of fixes."""
+    return f"localisation {source}"
 
 
 def radio_seed(player: str) -> str:
@@ -137,7 +143,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     @property
     def roster(self) -> Roster:
         """The members of this match, for the keys of its seats and the router's rules."""
-        fed = tuple(player.name for player in self.players if player.physical and player.localisation == "feed")
+        fed = tuple(player.name for player in self.players if player.localisation != ODOMETRY)
         teams = {player.name: player.team for player in self.players}
         linked = any(machine.router for machine in self.machines.values())
         return Roster(self.name, teams, fed=fed, hosts=tuple(self.hosts), linked=linked)
@@ -182,6 +188,16 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
             return not file.is_relative_to(Path(self.base).resolve()) or file.stat().st_uid != os.geteuid()
         except OSError:
             return True
+
+    @property
+    def trackers(self) -> list[str]:
+        """The names of the processes that locate robots: the sources of fixes and the fusion centre."""
+        return [*self.localisation, FUSION] if self.fused else []
+
+    @property
+    def fused(self) -> "list[PlayerSetup]":
+        """The players whose robots the fusion centre locates."""
+        return [player for player in self.players if player.localisation == FUSION]
 
     @property
     def physical(self) -> list[str]:

@@ -161,7 +161,7 @@ class Attendance:
 
 
 def _lost(name: str) -> str:
-    return f"{name}: its pose is older than {POSE_TIMEOUT:g} s"
+    return f"{name}: it has not been located for {POSE_TIMEOUT:g} s"
 
 
 def _fault(name: str, report: Report) -> str | None:

@@ -10,7 +10,7 @@ import threading
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, SensorMessage
+from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, Motion, SensorMessage
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
@@ -18,7 +18,7 @@ from vrg.hal.clock import REAL_CLOCK, Clock, Task
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, EstopOrders
 from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
-from vrg.hal.location import Location
+from vrg.hal.location import FUSION, ODOMETRY, Location
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings, samples_of
 from vrg.hal.sensors.ins import Ins
@@ -30,8 +30,6 @@ log = logging.getLogger(__name__)
 
 RECOVERY_TIMEOUT = 2.0
 """The time in s that `close` waits for a running recovery to end; the motors are off meanwhile."""
-FEED = "feed"
-"""The localisation of a robot whose pose is measured from outside, for example by a motion-capture system."""
 
 
 class Device:
@@ -42,8 +40,8 @@ class Device:
         keys: the keys of the match. mailbox: the mailbox of the player's node.
         start: the pose of the robot when the match begins, in the map's frame.
         clock: the time by which a recovery is waited for, and its threads.
-        localisation: `odometry` if the robot measures its pose itself; `feed` if another program publishes
-            its pose on the bus.
+        localisation: ODOMETRY, FEED or FUSION of `vrg.hal.location`. A virtual robot may have fusion; without it, its
+            own inertial navigation system measures its pose.
     """
 
     def __init__(
@@ -53,7 +51,7 @@ class Device:
         mailbox: Mailbox,
         *,
         start: Pose = Pose(0.0, 0.0, 0.0),  # noqa: B008 - it cannot change
-        localisation: str = "odometry",
+        localisation: str = ODOMETRY,
         clock: Clock = REAL_CLOCK,
     ) -> None:
         self.name = driver.name
@@ -72,10 +70,14 @@ class Device:
         self._recovers = mailbox.subscribe(keys.recover(self.name))
         self._manual = mailbox.subscribe(keys.manual(self.name))
         self._location = (
-            Location(keys, mailbox, self.name, start, fed=localisation == FEED) if driver.physical else None
+            Location(keys, mailbox, self.name, start, localisation)
+            if driver.physical or localisation == FUSION
+            else None
         )
         self._measured: tuple[MeasuredPose, float] | None = None
         """The pose of the last `read` that is to be published to the world, and its stamp, s."""
+        self._odometry: Sample[Odometry] | None = None
+        """The odometry of the last `read` that is to be published to the fusion centre."""
         self._synthesised: list[tuple[str, Inlet[SensorMessage]]] = []
         if driver.physical:
             self._synthesised = [
@@ -141,9 +143,13 @@ class Device:
             return readings
         samples = [*readings.samples, *samples_of(self._synthesised, self._mailbox.now)]
         own, odometry = readings.latest(Ins), readings.latest(Odometry)
+        if self._location.fused:
+            # What players get must not depend on whether the robot has another way to know where it is.
+            samples = [sample for sample in samples if not isinstance(sample.value, Ins)]
+            own, self._odometry = None, odometry
         if own is None:
             place = self._location.locate(odometry)
-            own = Sample(place.stamp, place.age, Ins(pose=place.pose))
+            own = Sample(place.stamp, place.age, Ins(pose=place.pose, uncertainty=place.uncertainty))
             samples.append(own)
             age = max(readings.age, own.age)
         else:
@@ -162,10 +168,16 @@ class Device:
         )
 
     def report(self) -> None:
-        """Publish to the world where a physical robot was at the last `read`."""
+        """Publish what the last `read` has found: a physical robot's pose, or the odometry for the fusion centre."""
         measured, self._measured = self._measured, None
-        if self._location is not None and measured is not None:
+        odometry, self._odometry = self._odometry, None
+        if self._location is None:
+            return
+        if measured is not None:
             self._mailbox.publish(self._location.topic, measured[0], stamp=measured[1])
+        if odometry is not None:
+            motion = Motion(odometry=odometry.value.pose, twist=odometry.value.twist)
+            self._mailbox.publish(self._location.motion_topic, motion, stamp=odometry.stamp)
 
     def manual_twist(self, now: float) -> Twist | None:
         """The motion of the person who holds the lease at match time `now`; None if no person does."""

@@ -1,18 +1,28 @@
-"""The pose of a physical robot on the map, and the time since when it is known."""
+"""The pose of a robot on the map, and the time since when it is known."""
 
+from bisect import bisect_left
+from collections import deque
 from dataclasses import dataclass
+from operator import itemgetter
 
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import LOST
 from vrg.bus.topics import Keys
 from vrg.errors import StaleDataError
 from vrg.geometry import compose, inverse
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
-from vrg.types import Pose
+from vrg.types import Pose, Uncertainty
 
 TOO_OLD = 0.5
 """The age in s above which a measurement is no longer sent to the world, so that everybody sees that it is old."""
+
+ODOMETRY, FEED, FUSION = "odometry", "feed", "fusion"
+"""The ways to locate a robot: by what it measures itself; by what another program publishes, such as a motion-capture
+system; and by the fusion centre, which has both odometry and fixes. FUSION is the name of its node and of its process, too."""
+_WAYS = 50
+"""The number of poses by odometry that are kept, 5 s of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,31 +31,39 @@ class StampedPose:
 
     Args:
         publish: True if the device must publish this pose to the world.
+        uncertainty: how well it is known; None if that is not known.
     """
 
     pose: Pose
     stamp: float
     age: float
     publish: bool
+    uncertainty: Uncertainty | None = None
 
 
 class Location:
-    """Finds where one physical robot is on the map.
+    """Finds where one robot is on the map.
 
     With odometry it begins at the pose in the match file. A player that was restarted does not know how far its robot
     has come, so it goes on from the pose where the world last saw the robot. If a person has put the robot somewhere
     else, and an official has reported it, it goes on from there.
 
+    With fusion the centre publishes where the robot was a moment ago, and the odometry since then brings it up to now.
+
     Args:
         start: the pose of the robot when the match begins, in the map's frame.
-        fed: True if another program publishes the robot's pose.
+        localisation: ODOMETRY, FEED or FUSION.
     """
 
-    def __init__(self, keys: Keys, mailbox: Mailbox, name: str, start: Pose, *, fed: bool) -> None:
+    def __init__(self, keys: Keys, mailbox: Mailbox, name: str, start: Pose, localisation: str) -> None:
         self._name = name
         self._mailbox = mailbox
         self.topic = keys.robot_pose(name)
-        self._feed = mailbox.subscribe(self.topic) if fed else None
+        self.motion_topic = keys.motion(name)
+        self.fused = localisation == FUSION
+        self._ways: deque[tuple[float, Pose]] = deque(maxlen=_WAYS)
+        """The last poses by odometry alone, with their stamps, s."""
+        self._feed = None if localisation == ODOMETRY else mailbox.subscribe(self.topic)
         self._world = mailbox.subscribe(keys.robot_seen(name))
         self._placed = mailbox.subscribe(keys.placed(name))
         self._known = start
@@ -64,24 +82,41 @@ class Location:
             self._known, self._begin_anew, self._located = placed.body.pose, True, True
 
     def locate(self, odometry: Sample[Odometry] | None) -> StampedPose:
-        """The pose of the robot according to the feed, or to its odometry if there is no feed.
+        """The pose of the robot according to the fusion centre, to the feed, or to its odometry.
 
         Raises:
-            StaleDataError: the one that is used has not reported yet.
+            StaleDataError: the one that is used has not reported yet, or the robot is lost.
         """
         now = self._mailbox.now
-        if self._feed is not None:
+        if self._feed is not None and not self.fused:
             fed = self._feed.latest
             if fed is None:
                 raise StaleDataError(f"{self._name}: expected its pose on {self.topic.key}, but none has come yet")
             return StampedPose(fed.body.pose, fed.stamp, abs(now - fed.stamp), publish=False)
         if odometry is None:
             raise StaleDataError(f"{self._name}: expected its odometry, but none has come yet")
+        if self._feed is not None:
+            return self._fused(odometry)
         if self._begin_anew:
             self._begin_anew = False
             self._origin = compose(self._known, inverse(odometry.value.pose))
         pose = compose(self._origin, odometry.value.pose)
         return self._place(pose, odometry.stamp, odometry.age)
+
+    def _fused(self, odometry: Sample[Odometry]) -> StampedPose:
+        pose, stamp = odometry.value.pose, odometry.stamp
+        if not self._ways or stamp > self._ways[-1][0]:
+            self._ways.append((stamp, pose))
+        found = None if self._feed is None else self._feed.latest
+        if found is None:
+            raise StaleDataError(f"{self._name}: expected where it is from the fusion centre, but nothing has come yet")
+        unseen = found.body.unseen + max(0.0, stamp - found.stamp)
+        if unseen > LOST:
+            since = "yet" if unseen > stamp else f"for {unseen:.1f} s"
+            raise StaleDataError(f"{self._name}: it is lost: no source has seen it {since}")
+        then = self._ways[min(bisect_left(self._ways, found.stamp, key=itemgetter(0)), len(self._ways) - 1)][1]
+        there = compose(found.body.pose, compose(inverse(then), pose))
+        return StampedPose(there, stamp, odometry.age, publish=False, uncertainty=found.body.uncertainty)
 
     def measured(self, ins: Sample[Ins]) -> StampedPose:
         """The pose of the robot according to its own inertial navigation system, which measures its pose on the map."""

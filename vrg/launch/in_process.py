@@ -24,7 +24,7 @@ from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.change import Change, amended
 from vrg.launch.contained import ContainedPlayer
-from vrg.launch.nodes import coordinator_node, player_node, world_node
+from vrg.launch.nodes import coordinator_node, player_node, tracker_node, world_node
 from vrg.launch.repeating import Strategies
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.step_log import Ended, Line, StepLog
@@ -92,7 +92,9 @@ def assemble(
     coordinator = coordinator_node(setup, journal)
     players = {entry.name: player(entry.name) for entry in setup.players}
     world = world_node(setup)
-    executor = Lockstep(world, [coordinator, *players.values(), *watchers], strict=strict, digested=digested)
+    trackers = [tracker_node(setup, name) for name in setup.trackers]
+    nodes: list[Node] = [coordinator, *trackers, *players.values(), *watchers]
+    executor = Lockstep(world, nodes, strict=strict, digested=digested)
     return Assembly(executor, world, coordinator, players)
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from vrg.blame import failure_of
 from vrg.bus.mailbox import Mailbox
-from vrg.config.setup import MatchSetup, radio_seed, team_seed
+from vrg.config.setup import MatchSetup, radio_seed, source_seed, team_seed
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
 from vrg.modules import no_method
@@ -20,6 +20,7 @@ from vrg.modules import no_method
 if TYPE_CHECKING:
     from vrg.agents.player import Player
     from vrg.agents.strategy import Strategy
+    from vrg.bus.node import Node
     from vrg.coordinator.coordinator import Coordinator
     from vrg.coordinator.journal import Journal, NoJournal
     from vrg.hal.can.link import Medium
@@ -189,6 +190,32 @@ def player_node(
     device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation, clock=clock)
     radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio.settings, setup.draw(radio_seed(name))))
     return Player(mailbox, keys, device, strategy, team=player.team, radio=radio, obstacles=setup.obstacles)
+
+
+def tracker_node(setup: MatchSetup, name: str) -> "Node":
+    """Make a node that locates robots: the fusion centre, or a source of fixes.
+
+    Args:
+        name: FUSION, or the name of a source in the match file.
+
+    Raises:
+        ConfigError: a robot's model is not installed.
+    """
+    from vrg.hal.location import FUSION
+    from vrg.localisation.centre import FusionCentre
+    from vrg.localisation.source import SourceContext, read_source
+
+    if name == FUSION:
+        return FusionCentre(Mailbox(), setup.keys, {p.name: (p.robot, p.pose) for p in setup.fused})
+    kind, settings = read_source(setup.localisation[name])
+    context = SourceContext(
+        name=name,
+        settings=settings,
+        robots={player.name: player.robot for player in setup.fused},
+        seed=setup.draw(source_seed(name)),
+        base=Path(setup.base),
+    )
+    return kind(context, Mailbox(), setup.keys)
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":

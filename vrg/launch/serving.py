@@ -42,7 +42,7 @@ STUCK = 30.0
 is ended. This does not need a supervisor."""
 DISPLAY_KINDS = ("spectator", "developer", "hud", "web", "foxglove", "three")
 """The kinds of nodes that show the match to people."""
-KINDS = ("world", "coordinator", "recorder", *DISPLAY_KINDS, "player")
+KINDS = ("world", "coordinator", "recorder", "tracker", *DISPLAY_KINDS, "player")
 """The kinds of nodes that `serve` can run."""
 
 
@@ -110,8 +110,8 @@ def serve(
                 write_setup(setup, folder.setup)
             journal = stack.enter_context(nodes.open_journal(setup, folder, aside=True))
             node = nodes.coordinator_node(setup, journal)
-        elif kind == "recorder":
-            node = nodes.recorder_node(setup, folder)
+        elif kind in ("recorder", "tracker"):
+            node = nodes.recorder_node(setup, folder) if kind == "recorder" else nodes.tracker_node(setup, name)
         elif kind == "player":
             stack.enter_context(_students_code(setup.memory))
             node = nodes.player_node(setup, name)

@@ -23,7 +23,7 @@ def placed(
         window: True opens the spectator. record: True runs the recorder. web: True serves the page. live: True lets
             Foxglove connect. three: True serves the view in three dimensions.
     """
-    names = ["world", "referee", *(companion.name for companion in setup.companions)]
+    names = ["world", "referee", *setup.trackers, *(companion.name for companion in setup.companions)]
     names += ["recorder"] if record else []
     names += [WINDOW] if window else []
     names += [WEB] if web else []
@@ -43,6 +43,8 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
     """
     if process in [player.name for player in setup.players]:
         return "player"
+    if process in setup.trackers:
+        return "tracker"
     if process in [companion.name for companion in setup.companions]:
         return None
     kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder"}

@@ -14,21 +14,20 @@ import math
 from bisect import bisect_right, insort
 from collections import deque
 from dataclasses import dataclass
-from typing import NamedTuple
+from operator import itemgetter
 
 import numpy as np
 import numpy.typing as npt
 
+from vrg.bus.messages import LOST, Fix
 from vrg.geometry import compose, interpolate, inverse, wrap
 from vrg.localisation.motion import SLIP_TIME, MotionNoise
-from vrg.types import Pose
+from vrg.types import Pose, Uncertainty
 
 Floats = npt.NDArray[np.float64]
 
 WINDOW = 1.0
 """The time in s that the filter can go back. A fix that comes later than that is refused."""
-LOST = 0.5
-"""The time in s without a fix after which a robot is lost."""
 AHEAD = 0.2
 """The time in s by which a fix may be ahead of the newest odometry; one further ahead is of another clock."""
 AGREEING = 5
@@ -38,20 +37,6 @@ JUMP = 0.3
 _GATES = {2: 13.82, 3: 16.27}
 """The squared Mahalanobis distance above which a fix is of something else, by the number of coordinates that are
 measured: the 0.999 quantile of the chi-squared distribution."""
-
-
-class Fix(NamedTuple):
-    """The pose of a robot as something outside the robot has measured it.
-
-    Args:
-        time: when it was captured, s. pose: in the map's frame.
-        position: the standard deviation of x and of y, m. heading: that of the heading, rad; None if the fix has none.
-    """
-
-    time: float
-    pose: Pose
-    position: float
-    heading: float | None
 
 
 class Verdict(enum.StrEnum):
@@ -79,9 +64,10 @@ class Estimate:
     age: float
 
     @property
-    def lost(self) -> bool:
-        """True if the robot has not been seen from outside for LOST."""
-        return self.age > LOST
+    def uncertainty(self) -> Uncertainty:
+        """The covariance as it travels on the bus."""
+        xx, xy, yy, heading = self.covariance[(0, 0, 1, 2), (0, 1, 1, 2)].tolist()
+        return Uncertainty(xx, xy, yy, heading)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +98,7 @@ class Estimator:
         self._mean = np.array([start.x, start.y, start.theta, 0.0, 0.0, 0.0])
         self._prior = np.diag(np.square([position, position, heading, noise.longer, noise.wider, noise.bend]))
         self._states: list[_State] = []
-        self._waiting: list[Fix] = []
+        self._waiting: list[tuple[float, Fix]] = []
         self._refused: deque[tuple[Fix, Pose]] = deque(maxlen=AGREEING)
         """The last fixes in a row that were refused, with the odometry of their times."""
         self._seen = -math.inf
@@ -151,28 +137,36 @@ class Estimator:
         elif time > self._states[-1].time:
             self._states.append(self._moved(self._states[-1], time, odometry))
             del self._states[: max(0, bisect_right(self._states, time - WINDOW, key=_time_of) - 1)]
-        ready, self._waiting = _split(self._waiting, self._states[-1].time)
-        return [self._correct(fix) for fix in ready]
+        ready = bisect_right(self._waiting, self._states[-1].time, key=itemgetter(0))
+        fixes, self._waiting = self._waiting[:ready], self._waiting[ready:]
+        return [self._correct(*fix) for fix in fixes]
 
-    def correct(self, fix: Fix) -> Verdict | None:
-        """Take in a fix. Returns what became of it, or None if it waits for the odometry of its time."""
-        if self._states and fix.time <= self._states[-1].time:
-            return self._correct(fix)
-        if self._states and fix.time > self._states[-1].time + AHEAD:
+    def correct(self, time: float, fix: Fix) -> Verdict | None:
+        """Take in a fix.
+
+        Args:
+            time: when it was captured, s.
+
+        Returns:
+            what became of it, or None if it waits for the odometry of its time.
+        """
+        if self._states and time <= self._states[-1].time:
+            return self._correct(time, fix)
+        if self._states and time > self._states[-1].time + AHEAD:
             return Verdict.EARLY
-        insort(self._waiting, fix, key=_time_of)
+        insort(self._waiting, (time, fix), key=itemgetter(0))
         return None
 
-    def _correct(self, fix: Fix) -> Verdict:
-        index = bisect_right(self._states, fix.time, key=_time_of)
+    def _correct(self, time: float, fix: Fix) -> Verdict:
+        index = bisect_right(self._states, time, key=_time_of)
         if index == 0:
             return Verdict.LATE
         before = self._states[index - 1]
         odometry = before.odometry
         if index < len(self._states):
             after = self._states[index]
-            odometry = interpolate(odometry, after.odometry, (fix.time - before.time) / (after.time - before.time))
-        state = self._moved(before, fix.time, odometry)
+            odometry = interpolate(odometry, after.odometry, (time - before.time) / (after.time - before.time))
+        state = self._moved(before, time, odometry)
         found, distance = _updated(state, fix)
         if distance > _GATES[2 if fix.heading is None else 3]:
             return self._refuse(fix, state, index)
@@ -198,13 +192,13 @@ class Estimator:
             return Verdict.FAR
         self._refused.clear()
         if math.dist((fix.pose.x, fix.pose.y), state.mean[:2]) > JUMP:
-            self._lost_until = fix.time + LOST
+            self._lost_until = state.time + LOST
         mean, covariance = state.mean.copy(), np.zeros((6, 6))
         mean[:3] = fix.pose.x, fix.pose.y, fix.pose.theta
         covariance[:3, :3] = _covariance(fix)
         covariance[3:, 3:] = state.covariance[3:, 3:]
         del self._states[:index]
-        self._take(_State(fix.time, state.odometry, mean, covariance), 0)
+        self._take(_State(state.time, state.odometry, mean, covariance), 0)
         return Verdict.MOVED
 
     def _moved(self, state: _State, time: float, odometry: Pose) -> _State:
@@ -235,14 +229,8 @@ class Estimator:
         return _State(time, odometry, mean, covariance)
 
 
-def _time_of(thing: _State | Fix) -> float:
-    return thing.time
-
-
-def _split(fixes: list[Fix], time: float) -> tuple[list[Fix], list[Fix]]:
-    """The fixes up to a time, and those after it."""
-    index = bisect_right(fixes, time, key=_time_of)
-    return fixes[:index], fixes[index:]
+def _time_of(state: _State) -> float:
+    return state.time
 
 
 def _covariance(fix: Fix) -> Floats:

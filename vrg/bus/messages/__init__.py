@@ -44,7 +44,19 @@ from vrg.bus.messages.player import (
     Variance,
 )
 from vrg.bus.messages.process import Processes, ProcessState, ProcessStatus
-from vrg.bus.messages.robot import CameraRequest, Drive, MeasuredPose, Placed, Recover, RobotState, SpeedLimit
+from vrg.bus.messages.robot import (
+    LOST,
+    CameraRequest,
+    Drive,
+    Fix,
+    Fixes,
+    MeasuredPose,
+    Motion,
+    Placed,
+    Recover,
+    RobotState,
+    SpeedLimit,
+)
 from vrg.bus.messages.seat import SeatAnswer, SeatRequest
 from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest, at_rest
 
@@ -53,6 +65,7 @@ __all__ = [
     "DISQUALIFIED",
     "FAILED",
     "LARGE_ZONES",
+    "LOST",
     "REASON_LENGTH",
     "SAY_LIMIT",
     "SIGHTINGS_LIMIT",
@@ -71,11 +84,14 @@ __all__ = [
     "Estop",
     "EstopRelease",
     "FieldObject",
+    "Fix",
+    "Fixes",
     "LinkCount",
     "Links",
     "Manual",
     "MeasuredPose",
     "Message",
+    "Motion",
     "Official",
     "OfficialAction",
     "Placed",

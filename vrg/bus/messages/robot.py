@@ -2,10 +2,15 @@
 
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text
-from vrg.types import STILL, Name, Pose, Twist
+from vrg.types import STILL, Name, Pose, Seconds, Twist, Uncertainty
+
+LOST = 0.5
+"""The time in s after which a robot that nothing outside it has seen is lost."""
+FIXES_LIMIT = 256
+"""The number of robots that a source sees at an instant."""
 
 
 class Drive(Message, frozen=True, kw_only=True):
@@ -39,17 +44,57 @@ class RobotState(Message, frozen=True, kw_only=True):
 
 
 class MeasuredPose(Message, frozen=True, kw_only=True):
-    """The measured pose of a physical robot, by its own odometry or by a motion-capture system.
+    """The measured pose of a robot: by its own odometry, a motion-capture system, or the fusion centre.
 
     Args:
         pose: in the map's frame.
         twist: the velocity of its body at that instant.
+        uncertainty: how well the pose is known; None if whatever measures it does not tell.
+        unseen: the time since the robot was last seen from outside, s, if it must be: it is lost after LOST.
     """
 
-    version = 2
+    version = 3
 
     pose: Pose
     twist: Twist = STILL
+    uncertainty: Uncertainty | None = None
+    unseen: Seconds = 0.0
+
+    @property
+    def lost(self) -> bool:
+        """True if nothing has seen the robot for so long that it is not known where it is."""
+        return self.unseen > LOST
+
+
+class Motion(Message, frozen=True, kw_only=True):
+    """What a robot itself has measured of its motion, for the fusion centre.
+
+    Args:
+        odometry: its pose by its wheels, relative to where its odometry began. twist: the velocity of its body then.
+    """
+
+    odometry: Pose
+    twist: Twist
+
+
+class Fix(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
+    """The pose of a robot as something outside it has measured it.
+
+    Args:
+        robot: its name. pose: in the map's frame.
+        position: the standard deviation of x and of y, m. heading: that of the heading, rad; None if there is none.
+    """
+
+    robot: Name
+    pose: Pose
+    position: Annotated[float, Meta(gt=0.0, le=1e3)]
+    heading: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
+
+
+class Fixes(Message, frozen=True, kw_only=True):
+    """The robots that a source has seen at one instant, at most one fix of each. The stamp is the time of capture."""
+
+    fixes: Annotated[tuple[Fix, ...], Meta(max_length=FIXES_LIMIT)]
 
 
 class SpeedLimit(Message, frozen=True, kw_only=True):

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import Recorded, SensorSpec
-from vrg.types import Deviation, Pose
+from vrg.types import Deviation, Pose, Uncertainty
 
 
 class Ins(SensorMessage, frozen=True, kw_only=True):
@@ -12,11 +12,14 @@ class Ins(SensorMessage, frozen=True, kw_only=True):
 
     Args:
         pose: the robot's pose in the map's frame.
+        uncertainty: how well it is known; None if that is not known.
     """
 
     kind = "ins"
+    version = 2
 
     pose: Pose
+    uncertainty: Uncertainty | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

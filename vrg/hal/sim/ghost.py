@@ -25,14 +25,15 @@ class Ghost:
 
     def __init__(self, pose: Pose, stamp: float) -> None:
         self._pose = pose
-        self._stamp = stamp
+        self._stamp = self._seen = stamp
         self._twist = STILL
 
-    def measure(self, pose: Pose, twist: Twist, stamp: float, now: float) -> None:
+    def measure(self, pose: Pose, twist: Twist, stamp: float, now: float, seen: float | None = None) -> None:
         """Take in a measurement; one that is older than the newest changes nothing.
 
         Args:
             twist: the velocity of its body. stamp: the match time of the measurement, s. now: the match time, s.
+            seen: the match time from which its age counts, if that is another one, s.
 
         Raises:
             WorldError: the stamp is in the future by more than CLOCK_SKEW.
@@ -41,14 +42,15 @@ class Ghost:
             raise WorldError(f"expected a pose of now ({now:.2f} s) or before, got one of {stamp:.2f} s")
         if stamp >= self._stamp:
             self._pose, self._twist, self._stamp = pose, twist, stamp
+            self._seen = stamp if seen is None else min(stamp, seen)
 
     def age(self, now: float) -> float:
-        """The match time since the newest measurement, s."""
-        return max(0.0, now - self._stamp)
+        """The match time since the robot was measured, or since it was last seen if it is lost, s."""
+        return max(0.0, now - self._seen)
 
     def at(self, now: float) -> tuple[Pose, Twist]:
         """Its pose at match time `now` and the velocity of its body, which is 0 once it stands still."""
-        age = self.age(now)
+        age = max(0.0, now - self._stamp)
         pose = along_arc(self._pose, self._twist, min(age, EXTRAPOLATE))
         pose = Pose(max(-_FAR, min(pose.x, _FAR)), max(-_FAR, min(pose.y, _FAR)), pose.theta)
         return pose, self._twist if age <= EXTRAPOLATE else STILL

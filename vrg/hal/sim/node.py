@@ -119,8 +119,11 @@ class WorldNode(Node):
 
     def _measure(self, measured: Received[MeasuredPose]) -> None:
         name, body = name_in(measured.key), measured.body
+        if body.uncertainty is not None and name in self.world.virtual:
+            return  # the fusion centre has located it for its player; the world knows better
         try:
-            self.world.measure(name, body.pose, body.twist, measured.stamp)
+            seen = measured.stamp - body.unseen if body.lost else None
+            self.world.measure(name, body.pose, body.twist, measured.stamp, seen)
         except WorldError as error:
             # Such poses come many times a second: only the first is logged, and the first after a good one.
             if name not in self._refused and len(self._refused) < LOUD_NAMES:

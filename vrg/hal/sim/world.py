@@ -111,11 +111,12 @@ class World:
         """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
         self._fleet.drive(self.time, name, twist, armed, self.estop)
 
-    def measure(self, name: str, pose: Pose, twist: Twist, stamp: float) -> None:
+    def measure(self, name: str, pose: Pose, twist: Twist, stamp: float, seen: float | None = None) -> None:
         """Take in a measured pose of a physical robot. One that is older than the newest changes nothing.
 
         Args:
             twist: the velocity of its body then. stamp: the match time of the measurement, s.
+            seen: the match time from which its age counts, if that is another one, s.
 
         Raises:
             WorldError: there is no physical robot of that name, or it was measured in the future.
@@ -125,7 +126,7 @@ class World:
             known = ", ".join(self._ghosts) or "none"
             raise WorldError(f"pose of {name}: expected one of the physical robots ({known})")
         try:
-            ghost.measure(pose, twist, stamp, self.time)
+            ghost.measure(pose, twist, stamp, self.time, seen)
         except WorldError as error:
             raise WorldError(f"pose of {name}: {error}") from None
 

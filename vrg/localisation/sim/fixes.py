@@ -7,9 +7,9 @@ from itertools import count
 
 from numpy.random import Generator
 
-from vrg.bus.node import due_index
+from vrg.bus.messages import Fix
+from vrg.bus.node import TIME_TOLERANCE, due_index
 from vrg.geometry import wrap
-from vrg.localisation.estimator import Fix
 from vrg.localisation.sim.settings import SimSettings
 from vrg.types import Pose
 
@@ -25,8 +25,8 @@ class SimulatedFixes:
         self._settings = settings
         self._rng = rng
         self._due = -1
-        self._coming: list[tuple[float, int, str, Fix]] = []
-        """Those that have not arrived: a heap of arrival time, number, robot and fix."""
+        self._coming: list[tuple[float, int, float, tuple[Fix, ...]]] = []
+        """The pictures whose fixes have not arrived: a heap of arrival time, number, time and fixes."""
         self._number = count()
 
     def capture(self, time: float, poses: Mapping[str, Pose]) -> None:
@@ -44,19 +44,20 @@ class SimulatedFixes:
         if len(names) > 1 and rng.random() < s.swaps:
             one, other = rng.choice(len(names), 2, replace=False).tolist()
             shown |= {names[one]: names[other], names[other]: names[one]}
+        fixes, heading = [], math.radians(s.heading)
         for name in names:
-            dx, dy, turn = rng.standard_normal(3).tolist()
-            arrival = time + s.delay + s.jitter * rng.random()
-            if rng.random() < s.loss:
-                continue
-            pose, heading = poses[shown[name]], math.radians(s.heading)
+            (dx, dy, turn), lost = rng.standard_normal(3).tolist(), rng.random() < s.loss
+            pose = poses[shown[name]]
             seen = Pose(pose.x + s.position * dx, pose.y + s.position * dy, wrap(pose.theta + heading * turn))
-            heappush(self._coming, (arrival, next(self._number), name, Fix(time, seen, s.position, heading)))
+            if not lost:
+                fixes.append(Fix(name, seen, s.position, heading))
+        arrival = time + s.delay + s.jitter * rng.random()
+        heappush(self._coming, (arrival, next(self._number), time, tuple(fixes)))
 
-    def arrived(self, now: float) -> list[tuple[str, Fix]]:
-        """The fixes that have arrived by now, each with the name of its robot; each is returned once."""
+    def arrived(self, now: float) -> list[tuple[float, tuple[Fix, ...]]]:
+        """The fixes of each picture that have arrived by now, with the time of the picture, s; each comes once."""
         found = []
-        while self._coming and self._coming[0][0] <= now:
-            *_, name, fix = heappop(self._coming)
-            found.append((name, fix))
+        while self._coming and self._coming[0][0] <= now + TIME_TOLERANCE:
+            *_, time, fixes = heappop(self._coming)
+            found.append((time, fixes))
         return found

@@ -1,0 +1,86 @@
+"""The fusion centre: one node that estimates where robots are, from their odometry and from what sources have seen."""
+
+import logging
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import MeasuredPose, Motion
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys, name_in
+from vrg.hal.location import FUSION
+from vrg.hal.models import RobotModel
+from vrg.localisation.estimator import Estimator, Verdict
+from vrg.localisation.motion import motion_noise
+from vrg.localisation.source import TRACKER
+from vrg.types import Pose, Twist
+
+log = logging.getLogger(__name__)
+
+NEVER = 1e8
+"""The age in s of a robot that no source has seen."""
+PERIOD = 0.05
+"""The match time in s between two ticks."""
+
+
+class FusionCentre(Node):
+    """The node of the fusion centre.
+
+    Args:
+        mailbox: its mailbox. keys: the keys of the match.
+        robots: the model and the start of each robot that it locates, by name.
+    """
+
+    kind = TRACKER
+
+    def __init__(self, mailbox: Mailbox, keys: Keys, robots: Mapping[str, tuple[RobotModel, Pose]]) -> None:
+        super().__init__(FUSION, mailbox, PERIOD)
+        self._estimators = {
+            name: Estimator(start, motion_noise(model)) for name, (model, start) in robots.items()
+        }  # fmt: skip
+        self._twists: dict[str, Twist] = {}
+        self._topics = {name: keys.robot_pose(name) for name in robots}
+        self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in robots])
+        self._fixes = mailbox.subscribe(keys.fixes())
+        self._counts: dict[str, Counter[Verdict]] = {name: Counter() for name in robots}
+        self._unknown: Counter[str] = Counter()
+
+    def tick(self, tick: Tick) -> None:
+        """Take in what robots and sources have measured, and publish where each robot is that has moved on in time."""
+        moved = set()
+        for motion in self._motions.take():
+            name = name_in(motion.key)
+            moved.add(name)
+            self._move(name, motion.stamp, motion.body)
+        for seen in self._fixes.take():
+            for fix in seen.body.fixes:
+                estimator = self._estimators.get(fix.robot)
+                if estimator is None:
+                    self._unknown[fix.robot] += 1
+                elif (verdict := estimator.correct(seen.stamp, fix)) is not None:
+                    self._count(fix.robot, verdict)
+        for name in sorted(moved):
+            if (estimate := self._estimators[name].estimate) is not None:
+                pose = MeasuredPose(
+                    pose=estimate.pose,
+                    twist=self._twists[name],
+                    uncertainty=estimate.uncertainty,
+                    unseen=min(estimate.age, NEVER),
+                )
+                self.mailbox.publish(self._topics[name], pose, stamp=estimate.time)
+
+    def _move(self, name: str, time: float, motion: Motion) -> None:
+        self._twists[name] = motion.twist
+        for verdict in self._estimators[name].move(time, motion.odometry):
+            self._count(name, verdict)
+
+    def _count(self, name: str, verdict: Verdict) -> None:
+        self._counts[name][verdict] += 1
+        if verdict is Verdict.MOVED:
+            log.warning("%s is elsewhere than its odometry has it: it was pushed or carried", name)
+
+    def counted(self) -> dict[str, Any]:
+        """What became of the fixes of each robot, and the fixes of robots that are not located here."""
+        fates = {name: {v.name.lower(): n for v, n in counts.items()} for name, counts in self._counts.items()}
+        return {"fixes": fates, "unknown": dict(self._unknown)}

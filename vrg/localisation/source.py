@@ -1,0 +1,89 @@
+"""The contract of the sources of fixes, and their registry.
+
+A source is a process of the match: `[localisation.NAME]` in the match file names its kind and its settings. Other
+packages add a kind by an entry point of the group `vrg.localisation`.
+"""
+
+from abc import abstractmethod
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, ClassVar
+
+from msgspec import Struct
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Fix, Fixes
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys
+from vrg.hal.models import RobotModel
+from vrg.registry import Registry
+from vrg.tables import Table
+
+TRACKER = "tracker"
+"""The kind of nodes that locate robots; in a match with seats they have the tracker's."""
+
+
+class SourceContext(Struct, frozen=True, kw_only=True):
+    """What a source is made from in a match.
+
+    Args:
+        name: of the source. settings: its table, of its own class.
+        robots: the models of the robots that it is to see, by name.
+        seed: of all that is random in it. base: the folder that its relative paths start from.
+    """
+
+    name: str
+    settings: Table
+    robots: Mapping[str, RobotModel]
+    seed: int
+    base: Path
+
+
+class Source(Node):
+    """The node of a source of fixes.
+
+    Args:
+        context: what it is made from. mailbox: its mailbox. keys: the keys of the match. period: between two ticks, s.
+
+    Attributes:
+        settings: the class of its table in a match file.
+        sees_physical: True if it can see physical robots.
+    """
+
+    kind = TRACKER
+    settings: ClassVar[type[Table]]
+    sees_physical: ClassVar[bool] = True
+
+    def __init__(self, context: SourceContext, mailbox: Mailbox, keys: Keys, period: float = 0.02) -> None:
+        super().__init__(context.name, mailbox, period)
+        self._topic = keys.fixes(self.name)
+
+    def tick(self, tick: Tick) -> None:
+        """Publish what has been seen since the last tick."""
+        for time, fixes in self.seen(tick) if tick.live else ():
+            self.mailbox.publish(self._topic, Fixes(fixes=fixes), stamp=time)
+
+    @abstractmethod
+    def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
+        """The match times of what has been captured, s, and the robots that were seen then."""
+
+
+def _check(found: object) -> str | None:
+    good = isinstance(found, type) and issubclass(found, Source)
+    return None if good else "expected a subclass of vrg.localisation.source.Source"
+
+
+SOURCES: Registry[type[Source]] = Registry(
+    "source of fixes", "vrg.localisation", {"sim": "vrg.localisation.sim.source:SimSource"}, _check
+)
+"""The class of every kind of source, by its name."""
+
+
+def read_source(table: Mapping[str, Any]) -> tuple[type[Source], Table]:
+    """The class of a source and its settings, of a table `[localisation.NAME]`.
+
+    Raises:
+        ConfigError: there is no such kind of source. ValidationError: its settings are wrong.
+    """
+    kind = SOURCES.get(table.get("source", ""))
+    return kind, kind.settings.model_validate({key: value for key, value in table.items() if key != "source"})
