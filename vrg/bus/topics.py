@@ -160,7 +160,7 @@ class Keys:
     )  # fmt: skip
     robot_pose = NamedLine(
         "robot/{robot}/pose", m.MeasuredPose, LATEST, (LOCATING, TRACKING),
-        (WORLD, DEVICE, RECORDER, LAUNCHER, WINDOW, HUD),
+        (WORLD, REFEREE, DEVICE, RECORDER, LAUNCHER, WINDOW, HUD),
         "where a robot was measured to be",
     )  # fmt: skip
     motion = NamedLine(

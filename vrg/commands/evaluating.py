@@ -17,6 +17,7 @@ from vrg.commands.matches import ended_run
 from vrg.commands.options import (
     TIME,
     EngineOption,
+    LasersOption,
     OutputOption,
     SandboxOption,
     class_in,
@@ -65,9 +66,7 @@ class EvaluationOptions:
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")] = 0
     jobs: Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")] = None
     engine: EngineOption = None
-    lasers: Annotated[
-        bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
-    ] = None
+    lasers: LasersOption = None
     output: OutputOption = None
     confidence: Annotated[float, typer.Option(min=0.5, max=0.9999, help="Confidence of the intervals.")] = 0.95
     play_all: Annotated[bool, typer.Option("--all", help="Play all games, even if a difference was found before.")] = (

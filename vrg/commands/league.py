@@ -20,6 +20,7 @@ from vrg.commands.league_check import LIMIT, JobsOption, check, match_of
 from vrg.commands.options import (
     TIME,
     EngineOption,
+    LasersOption,
     duration,
     exit_if_interrupted,
     lasting,
@@ -58,9 +59,7 @@ class SettingOptions:
         str | None, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
     ] = None
     engine: EngineOption = None
-    lasers: Annotated[
-        bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
-    ] = None
+    lasers: LasersOption = None
     limit: Annotated[
         float | None,
         typer.Option(metavar=TIME, parser=duration(1), help="Match time after which a game is broken off; an hour."),

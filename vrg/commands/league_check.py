@@ -7,7 +7,7 @@ import typer
 from rich.markup import escape
 
 from vrg.bus.stopping import stop_on_signals
-from vrg.commands.options import EngineOption, exit_if_interrupted, make_console, whole_target
+from vrg.commands.options import EngineOption, LasersOption, exit_if_interrupted, make_console, whole_target
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
 
@@ -31,6 +31,7 @@ def check(
         Path | None, typer.Option("--league", help="Folder of a league whose match it plays, against its leader.")
     ] = None,
     engine: EngineOption = None,
+    lasers: LasersOption = None,
     jobs: JobsOption = None,
 ) -> None:
     """Do with a strategy what a league does: read it, let it play alone, and let it play both sides of a game, sealed.
@@ -44,8 +45,10 @@ def check(
     console = make_console()
     if bool(match) == (league is not None):
         raise ConfigError(["expected either --match, such as `--match roboflag`, or --league"])
+    if league is not None and (engine is not None or lasers is not None):
+        raise ConfigError(["expected neither --engine nor --lasers: a league has its own"])
     kept = None if league is None else match_of(_folder_of(league))
-    setup = kept or load_match(match_path(match), engine=engine or "planar")
+    setup = kept or load_match(match_path(match), engine=engine or "planar", lasers=lasers)
     if (lacking := missing()) is not None:
         console.print(f"[yellow]it is not sealed as in a league: {escape(lacking)}[/yellow]", soft_wrap=True)
     with scratch_folder() as place:

@@ -3,7 +3,7 @@
 import logging
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -74,6 +74,7 @@ class Coordinator(Node):
         leader: works out how robots are driven that the rules want to be driven.
         sight: how far a team sees from each of its robots, m; None if everybody sees everybody.
         disqualify: True disqualifies a player that falls silent in play; False halts the match.
+        fused: the players whose robots the fusion centre locates.
         period: the match time between ticks, s.
     """
 
@@ -89,6 +90,7 @@ class Coordinator(Node):
         leader: Leader | None = None,
         sight: float | None = None,
         disqualify: bool = True,
+        fused: Collection[str] = (),
         period: float = PERIOD,
     ) -> None:
         super().__init__("referee", mailbox, period)
@@ -103,6 +105,7 @@ class Coordinator(Node):
         self._limits = _limits(book)
         self._names = self.match.names
         self._poses = mailbox.subscribe(keys.poses)
+        self._located = mailbox.subscribe(keys.robot_pose(), only=[keys.robot_pose(name).key for name in fused])
         self._clock = mailbox.subscribe(keys.clock)
         self._disqualify = disqualify
         self._bids = mailbox.subscribe(keys.bid(), only=[keys.bid(name).key for name in self._names])
@@ -137,7 +140,7 @@ class Coordinator(Node):
     def tick(self, tick: Tick) -> None:
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
         idle = self.match.halted is not None or self.match.over
-        self._look()
+        self._look(tick.time)
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
         present, halts = self._call_the_roll(tick)
         alarms += halts
@@ -182,7 +185,7 @@ class Coordinator(Node):
                 self.mailbox.publish(self._keys.sight(team), sight)
         self.mailbox.publish(self._keys.referee_state, state)
 
-    def _look(self) -> None:
+    def _look(self, now: float) -> None:
         for received in self._poses.take():
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
             self._bodies = bodies
@@ -191,12 +194,18 @@ class Coordinator(Node):
             poses = {name: body.pose for name, body in bodies.items()}
             pushed = self._pushed(bodies, self._field) if self.match.stage is Stage.PLAY_ROUND else frozenset()
             self._field = Observation(poses, moving, physical, received.stamp, pushed)
-            self._attendance.lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
+            lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
+            self._attendance.lost = lost + [name for name in self._unseen(now) if name not in physical]
         self._field = replace(
             self._field,
             offers=_at_most(OFFERS_LIMIT, [Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()]),
             sightings=[(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen],
         )
+
+    def _unseen(self, now: float) -> list[str]:
+        """The players whose robots the fusion centre has lost, or of which it has published nothing for a while."""
+        poses = self._located.by_key.values()
+        return [name_in(r.key) for r in poses if r.body.lost or now - r.stamp > POSE_TIMEOUT]
 
     def _pushed(self, bodies: Mapping[str, Body], before: Observation) -> frozenset[str]:
         """The players that an opponent pushes. The wheels of all of them have stood since the look before."""

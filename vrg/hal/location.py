@@ -20,7 +20,7 @@ TOO_OLD = 0.5
 
 ODOMETRY, FEED, FUSION = "odometry", "feed", "fusion"
 """The ways to locate a robot: by what it measures itself; by what another program publishes, such as a motion-capture
-system; and by the fusion centre, which has both odometry and fixes. FUSION is the name of its node and of its process, too."""
+system; and by the fusion centre, which has odometry and fixes. Its node and its process have the name FUSION, too."""
 _WAYS = 50
 """The number of poses by odometry that are kept, 5 s of them."""
 

@@ -83,6 +83,7 @@ def coordinator_node(setup: MatchSetup, journal: "Journal | NoJournal") -> "Coor
         leader=leader,
         sight=setup.sight,
         disqualify=disqualify,
+        fused=[player.name for player in setup.fused],
     )
 
 

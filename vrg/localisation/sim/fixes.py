@@ -39,6 +39,8 @@ class SimulatedFixes:
         if due == self._due or not poses:
             return
         self._due = due
+        if any(begin <= time < end for begin, end in self._settings.dark):
+            return
         s, rng, names = self._settings, self._rng, sorted(poses)
         shown = dict(zip(names, names, strict=True))
         if len(names) > 1 and rng.random() < s.swaps:

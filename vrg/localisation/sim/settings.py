@@ -12,6 +12,7 @@ class SimSettings(Table):
         rate: the pictures in a second.
         position: the standard deviation of x and of y, m. heading: that of the heading, degrees.
         delay: the time from a picture to its fixes, s. jitter: the longest additional time, s.
+        dark: the match times from and to which nothing is seen, as when the light is off, s.
         loss: the share of fixes that are lost. swaps: the share of pictures in which two robots have each other's name.
     """
 
@@ -20,5 +21,6 @@ class SimSettings(Table):
     heading: float = Field(1.0, gt=0.0, le=90.0)
     delay: float = Field(0.1, ge=0.0, le=10.0)
     jitter: float = Field(0.02, ge=0.0, le=10.0)
+    dark: tuple[tuple[float, float], ...] = ()
     loss: float = Field(0.0, ge=0.0, le=1.0)
     swaps: float = Field(0.0, ge=0.0, le=1.0)
