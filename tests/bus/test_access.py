@@ -44,7 +44,7 @@ WHO: dict[str, tuple[set[str], set[str]]] = {
     "robot/ann/seen": ({W}, {ANN, OFF}),
     "robot/ann/limit": ({R}, {ANN, W, OFF}),
     "robot/ann/recover": ({R}, {ANN, OFF}),
-    "robot/ann/placed": ({R}, {ANN, OFF}),
+    "robot/ann/placed": ({R}, {ANN, OFF, T}),
     "robot/ann/camera/request": ({OFF, WIN, DIS}, {W, OFF}),
     "robot/ann/sensor/laser/front": ({W}, {ANN, REC, WIN, OFF, DIS}),
     "player/ann/report": ({ANN}, {R, REC, L, WIN, OFF, RED, DIS}),

@@ -1,5 +1,6 @@
 """The match's side of a robot: whatever driver it has, the match is obeyed."""
 
+import math
 import threading
 from collections.abc import Iterator
 from threading import Event
@@ -18,9 +19,10 @@ from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
 from vrg.hal.sensors.touch import Touch
-from vrg.types import Pose, Twist
+from vrg.types import Pose, Twist, Uncertainty
 
 KEYS = Keys("m")
 AHEAD = Twist(0.5, 0.0)
@@ -354,6 +356,37 @@ class TestPhysicalRobots:
         assert self.at(bench, Pose(9.0, 9.0, 0.0)) == Pose(4.0, 4.0, 0.0)
         assert bench.device.read().age == pytest.approx(0.2)
         assert bench.published() == []
+
+    @pytest.mark.parametrize("physical", [True, False])
+    def test_fusion_tells_where_it_was_and_odometry_how_far_it_has_come_since(self, physical: bool) -> None:
+        bench = Bench(PhysicalFake() if physical else FakeDriver(), localisation="fusion")
+        bench.device.start()
+        bench.tick()
+
+        def drives(x: float) -> None:
+            bench.driver.samples = [s for s in bench.driver.samples if not isinstance(s.value, Odometry)]
+            odometry = Odometry(pose=Pose(x, 0.0, 0.0), twist=Twist(0.5, 0.0))
+            bench.driver.samples.append(Sample(bench.time, 0.0, odometry))
+
+        drives(0.0)
+        with pytest.raises(StaleDataError, match="a: expected where it is from the fusion centre"):
+            bench.device.read()
+        then, known = bench.time, Uncertainty(1e-4, 0.0, 1e-4, 1e-4)
+        bench.device.report()
+        ((stamp, motion),) = [(o.message.stamp, o.message.body) for o in bench.mailbox.collect()]
+        assert (stamp, motion) == (then, m.Motion(odometry=Pose(0.0, 0.0, 0.0), twist=Twist(0.5, 0.0)))
+        there = m.MeasuredPose(pose=Pose(4.0, 4.0, math.pi / 2), uncertainty=known, unseen=0.1)
+        bench.say(KEYS.robot_pose("a"), there, stamp=then)
+        bench.tick(0.1)
+        drives(0.05)
+        ins = bench.device.read().latest(Ins)
+        assert ins is not None
+        assert astuple(ins.value.pose) == pytest.approx((4.0, 4.05, math.pi / 2))
+        assert (ins.value.uncertainty, ins.age) == (known, 0.0)
+        bench.tick(0.5)
+        drives(0.05)
+        with pytest.raises(StaleDataError, match=r"a: it is lost: no source has seen it for 0\.7 s"):
+            bench.device.read()
 
     def test_a_robot_with_a_feed_does_not_tell_the_world_what_it_measures_itself(self) -> None:
         bench = Bench(PhysicalFake(), localisation="feed")

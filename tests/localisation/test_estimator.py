@@ -149,6 +149,20 @@ def test_a_robot_that_is_pushed_a_little_is_found_before_it_is_lost() -> None:
     assert found.estimate.pose.y == pytest.approx(0.2, abs=0.01)
 
 
+def test_odometry_that_begins_anew_moves_nothing() -> None:
+    """The player was restarted: its robot's odometry is at zero again, and may have missed a little of the way."""
+    found = estimator()
+    for number in range(20):
+        time, x = number * STEP, 0.05 * number
+        odometry = Pose(x if number < 10 else x - 0.5, 0.0, 0.0)
+        found.move(time, odometry)
+        assert found.correct(*fix(time - 0.05, Pose(x - 0.025, 0.0, 0.0))) in (Verdict.USED, Verdict.LATE)
+        assert found.estimate is not None
+        assert found.estimate.pose.x == pytest.approx(x, abs=0.06)
+    assert found.estimate is not None
+    assert found.estimate.pose.x == pytest.approx(0.95, abs=0.02)
+
+
 def test_what_the_odometry_is_off_by_is_learned() -> None:
     """The wheels of this robot are 2 % larger than it knows, and it drives a curve where it is to drive straight on."""
     found, odometry, truth = estimator(), ORIGIN, ORIGIN

@@ -179,7 +179,9 @@ class Keys:
         "robot/{robot}/limit", m.SpeedLimit, STATE, (REFEREE,), (DEVICE, WORLD), "its top speed now"
     )
     recover = NamedLine("robot/{robot}/recover", m.Recover, EVENT, (REFEREE,), (DEVICE,), "clear the latched fault")
-    placed = NamedLine("robot/{robot}/placed", m.Placed, EVENT, (REFEREE,), (DEVICE,), "where a person has put it")
+    placed = NamedLine(
+        "robot/{robot}/placed", m.Placed, EVENT, (REFEREE,), (DEVICE, TRACKER), "where a person has put it"
+    )
     camera_request = NamedLine(
         "robot/{robot}/camera/request", m.CameraRequest, LATEST, (OFFICIAL, WINDOW, HUD), (WORLD,),
         "it wants pictures of the robot's camera for a while",

@@ -114,9 +114,21 @@ def localisation_problems(file: MatchFile) -> list[Problem]:
         if not file.localisation:
             text = 'expected a source of fixes: write a table such as [localisation.overhead], with `source = "sim"`'
             found.append(Problem(text, where))
-        elif kinds and BACKENDS.get(player.backend).physical and not any(kind.sees_physical for kind in kinds):
-            found.append(Problem("expected a source that sees physical robots: none of [localisation.*] does", where))
+        elif kinds and not any(kind.sees_physical for kind in kinds) and _is_real(file, player.backend):
+            text = "expected a source that sees real robots: those of [localisation.*] see virtual and emulated ones"
+            found.append(Problem(text, where))
     return found
+
+
+def _is_real(file: MatchFile, backend: str) -> bool:
+    """True if robots of a backend are physical ones that nothing emulates."""
+    kind = BACKENDS.get(backend)
+    if not kind.physical or kind.settings is None:
+        return kind.physical
+    try:
+        return not kind.settings.model_validate(file.backends.get(backend, {})).emulated
+    except ValidationError:
+        return False  # the table of the backend has mistakes, which are reported
 
 
 def radio_problems(radio: RadioTable, names: Collection[str] | None) -> list[Problem]:

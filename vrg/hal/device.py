@@ -177,7 +177,7 @@ class Device:
             self._mailbox.publish(self._location.topic, measured[0], stamp=measured[1])
         if odometry is not None:
             motion = Motion(odometry=odometry.value.pose, twist=odometry.value.twist)
-            self._mailbox.publish(self._location.motion_topic, motion, stamp=odometry.stamp)
+            self._mailbox.publish(self._location.motion_topic, motion, stamp=max(0.0, odometry.stamp))
 
     def manual_twist(self, now: float) -> Twist | None:
         """The motion of the person who holds the lease at match time `now`; None if no person does."""

@@ -14,6 +14,11 @@ if TYPE_CHECKING:
 class BackendSettings(Table):
     """The base class of the tables of all backends. The subclass of a backend adds the fields."""
 
+    @property
+    def emulated(self) -> bool:
+        """True if the motor controllers of these robots are emulated, not real."""
+        return False
+
     def problems(self, robots: Sequence[str], base: Path) -> list[str]:
         """The reasons, in words, why these robots cannot be used. Relative paths in the table start from `base`."""
         return []

@@ -213,6 +213,8 @@ def tracker_node(setup: MatchSetup, name: str) -> "Node":
         name=name,
         settings=settings,
         robots={player.name: player.robot for player in setup.fused},
+        starts={player.name: player.pose for player in setup.fused},
+        emulated=[player.name for player in setup.fused if player.physical],
         seed=setup.draw(source_seed(name)),
         base=Path(setup.base),
     )

@@ -21,7 +21,7 @@ import numpy.typing as npt
 
 from vrg.bus.messages import LOST, Fix
 from vrg.geometry import compose, interpolate, inverse, wrap
-from vrg.localisation.motion import SLIP_TIME, MotionNoise
+from vrg.localisation.motion import SLIP_TIME, MotionNoise, corrected, driven
 from vrg.types import Pose, Uncertainty
 
 Floats = npt.NDArray[np.float64]
@@ -32,6 +32,8 @@ AHEAD = 0.2
 """The time in s by which a fix may be ahead of the newest odometry; one further ahead is of another clock."""
 AGREEING = 5
 """The number of refused fixes in a row, all of one place, after which the robot is taken to be there."""
+RESTART = 0.2
+"""The standard deviation of a robot's pose, m and rad, where its odometry has begun anew: it may have rolled on."""
 JUMP = 0.3
 """The way in m by which an estimate may jump to such a place, as after a push; a robot that jumps further is lost."""
 _GATES = {2: 13.82, 3: 16.27}
@@ -163,8 +165,8 @@ class Estimator:
             return Verdict.LATE
         before = self._states[index - 1]
         odometry = before.odometry
-        if index < len(self._states):
-            after = self._states[index]
+        after = self._states[index] if index < len(self._states) else None
+        if after is not None and self._driven(before, after.time, after.odometry) is not None:
             odometry = interpolate(odometry, after.odometry, (time - before.time) / (after.time - before.time))
         state = self._moved(before, time, odometry)
         found, distance = _updated(state, fix)
@@ -201,31 +203,35 @@ class Estimator:
         self._take(_State(state.time, state.odometry, mean, covariance), 0)
         return Verdict.MOVED
 
+    def _driven(self, state: _State, time: float, odometry: Pose) -> Pose | None:
+        """The way since a state by the odometry, in the frame of the robot then; None if the odometry began anew."""
+        return driven(state.odometry, odometry, time - state.time, self._noise.fastest)
+
     def _moved(self, state: _State, time: float, odometry: Pose) -> _State:
         """The state at a later time, by the odometry then."""
-        noise, dt, by = self._noise, time - state.time, compose(inverse(state.odometry), odometry)
+        noise, dt, by = self._noise, time - state.time, self._driven(state, time, odometry)
+        if by is None:
+            covariance = state.covariance + np.diag([RESTART**2, RESTART**2, RESTART**2, 0.0, 0.0, 0.0])
+            return _State(time, odometry, state.mean, covariance)
         (longer, wider, bend), theta = state.mean[3:].tolist(), float(state.mean[2])
-        dx, dy = by.x * (1.0 + longer), by.y * (1.0 + longer)
-        # The bend curves the way itself, too: half of it counts for the direction.
-        middle = theta + bend * by.x / 2.0
-        cos, sin = math.cos(middle), math.sin(middle)
-        moved = cos * dx - sin * dy, sin * dx + cos * dy
+        cos, sin, way = math.cos(theta), math.sin(theta), corrected(by, longer, wider, bend)
+        moved = cos * way.x - sin * way.y, sin * way.x + cos * way.y
         mean = state.mean.copy()
-        mean[:3] += *moved, by.theta * (1.0 + wider) + bend * by.x
+        mean[:3] += *moved, way.theta
         F = np.eye(6)
         F[0, 2], F[1, 2] = -moved[1], moved[0]
-        F[0, 3], F[1, 3] = cos * by.x - sin * by.y, sin * by.x + cos * by.y
+        F[0, 3], F[1, 3] = moved[0] / (1.0 + longer), moved[1] / (1.0 + longer)
         F[0, 5], F[1, 5] = -moved[1] * by.x / 2.0, moved[0] * by.x / 2.0
         F[2, 4], F[2, 5] = by.theta, by.x
         # The slip of one moment and that of the next are independent, so much of it cancels out over a longer time.
-        way, kept = math.hypot(by.x, by.y), min(1.0, SLIP_TIME / dt) if dt else 0.0
-        along, aside, rest = kept * (noise.along * way) ** 2, kept * (noise.aside * way) ** 2, noise.rest**2 * dt
+        length, kept = math.hypot(by.x, by.y), min(1.0, SLIP_TIME / dt) if dt else 0.0
+        along, aside, rest = kept * (noise.along * length) ** 2, kept * (noise.aside * length) ** 2, noise.rest**2 * dt
         covariance = F @ state.covariance @ F.T
         covariance[0, 0] += cos * cos * along + sin * sin * aside + rest
         covariance[1, 1] += sin * sin * along + cos * cos * aside + rest
         covariance[0, 1] += cos * sin * (along - aside)
         covariance[1, 0] = covariance[0, 1]
-        covariance[2, 2] += kept * ((noise.turn * way) ** 2 + (noise.spin * by.theta) ** 2) + noise.rest_turn**2 * dt
+        covariance[2, 2] += kept * ((noise.turn * length) ** 2 + (noise.spin * by.theta) ** 2) + noise.rest_turn**2 * dt
         return _State(time, odometry, mean, covariance)
 
 

@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass
 
+from vrg.geometry import compose, inverse
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.odometry import OdometrySpec
+from vrg.types import Pose
 
 SLIP_TIME = 0.02
 """The time in s within which slip stays the same: a tick of the world, for which `OdometrySpec.slip_noise` is given."""
@@ -19,6 +21,7 @@ class MotionNoise:
         turn: of the turn by the slip on such a way, rad/m. spin: of a turn by the slip within SLIP_TIME, as a share.
         longer, wider: of the shares by which all ways and all turns of this robot are longer than measured.
         bend: of the turn of this robot on a metre straight ahead, rad/m.
+        fastest: no deviation, but the speed above which the robot cannot have driven, m/s: its odometry has begun anew.
         rest: of x and of y after a second, whatever the wheels do, because a robot may be pushed, m.
         rest_turn: the same of the heading, rad.
     """
@@ -30,6 +33,7 @@ class MotionNoise:
     longer: float
     wider: float
     bend: float
+    fastest: float
     rest: float = 0.001
     rest_turn: float = 0.001
 
@@ -55,4 +59,26 @@ def motion_noise(model: RobotModel) -> MotionNoise:
         longer=spec.scale_noise * spread(ahead, 0),
         wider=spec.scale_noise * spread(turning, 1),
         bend=spec.scale_noise * spread(turning, 0),
+        fastest=2.0 * model.v_max,
     )
+
+
+SLACK = 0.1
+"""The way in m that odometry may be ahead of the robot's speed."""
+
+
+def driven(before: Pose, after: Pose, seconds: float, fastest: float) -> Pose | None:
+    """The way from one pose by odometry to a later one, in the robot's frame then; None if the odometry began anew.
+
+    Args:
+        seconds: the time between them. fastest: see `MotionNoise`.
+    """
+    way = compose(inverse(before), after)
+    return way if math.hypot(way.x, way.y) <= fastest * seconds + SLACK else None
+
+
+def corrected(way: Pose, longer: float, wider: float, bend: float) -> Pose:
+    """A short way as it truly is, if odometry measures `way` and errs by these; see `MotionNoise`."""
+    turn = bend * way.x  # it curves the way, too: half of it counts for the direction
+    cos, sin = math.cos(turn / 2) * (1.0 + longer), math.sin(turn / 2) * (1.0 + longer)
+    return Pose(cos * way.x - sin * way.y, sin * way.x + cos * way.y, (1.0 + wider) * way.theta + turn)

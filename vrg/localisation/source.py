@@ -5,7 +5,7 @@ packages add a kind by an entry point of the group `vrg.localisation`.
 """
 
 from abc import abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -18,6 +18,7 @@ from vrg.bus.topics import Keys
 from vrg.hal.models import RobotModel
 from vrg.registry import Registry
 from vrg.tables import Table
+from vrg.types import Pose
 
 TRACKER = "tracker"
 """The kind of nodes that locate robots; in a match with seats they have the tracker's."""
@@ -28,13 +29,16 @@ class SourceContext(Struct, frozen=True, kw_only=True):
 
     Args:
         name: of the source. settings: its table, of its own class.
-        robots: the models of the robots that it is to see, by name.
+        robots: the models of the robots that it is to see, by name. starts: their poses when the match begins.
+        emulated: those of them that are physical robots with emulated drives.
         seed: of all that is random in it. base: the folder that its relative paths start from.
     """
 
     name: str
     settings: Table
     robots: Mapping[str, RobotModel]
+    starts: Mapping[str, Pose]
+    emulated: Collection[str] = ()
     seed: int
     base: Path
 
@@ -47,7 +51,7 @@ class Source(Node):
 
     Attributes:
         settings: the class of its table in a match file.
-        sees_physical: True if it can see physical robots.
+        sees_physical: True if it can see physical robots whose drives are real.
     """
 
     kind = TRACKER

@@ -187,6 +187,11 @@ class CanSettings(BackendSettings):
                     raise ValueError(f"robots.{name}: node {node} on {bus} is {other}'s already")
         return self
 
+    @property
+    def emulated(self) -> bool:
+        """True if the drives are emulated."""
+        return self.emulate
+
     def link(self, robot: str) -> Link:
         """The bus of a robot."""
         own = self.robots[robot]

@@ -5,6 +5,19 @@ from pydantic import Field
 from vrg.tables import Table
 
 
+class Errors(Table):
+    """What the odometry of an emulated robot is off by, as of a real one whose wheels nobody has measured.
+
+    Args:
+        way, turn: the shares by which its ways and its turns are longer than it measures.
+        bend: its turn on a metre straight ahead, degrees.
+    """
+
+    way: float = Field(0.0, ge=-0.5, le=0.5)
+    turn: float = Field(0.0, ge=-0.5, le=0.5)
+    bend: float = Field(0.0, ge=-45.0, le=45.0)
+
+
 class SimSettings(Table):
     """The table of a source of the kind `sim`. The defaults are those of a webcam above a small field.
 
@@ -14,6 +27,7 @@ class SimSettings(Table):
         delay: the time from a picture to its fixes, s. jitter: the longest additional time, s.
         dark: the match times from and to which nothing is seen, as when the light is off, s.
         loss: the share of fixes that are lost. swaps: the share of pictures in which two robots have each other's name.
+        errors: what the odometry of emulated robots is off by, by the robot's name.
     """
 
     rate: float = Field(15.0, gt=0.0, le=100.0)
@@ -24,3 +38,4 @@ class SimSettings(Table):
     dark: tuple[tuple[float, float], ...] = ()
     loss: float = Field(0.0, ge=0.0, le=1.0)
     swaps: float = Field(0.0, ge=0.0, le=1.0)
+    errors: dict[str, Errors] = Field(default_factory=dict)

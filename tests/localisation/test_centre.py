@@ -1,0 +1,98 @@
+"""The fusion centre as a node: what it hears and publishes, and what becomes of fixes that are of nobody or wrong."""
+
+import pytest
+
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Motion
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys
+from vrg.hal.models import robot_model
+from vrg.localisation.centre import PERIOD, FusionCentre
+from vrg.types import STILL, Pose, Twist
+
+KEYS = Keys("m")
+
+
+class Bench:
+    """A centre that locates ann and bob, and what is said to it."""
+
+    def __init__(self) -> None:
+        self.mailbox = Mailbox()
+        model = robot_model("P2AT")
+        starts = {"ann": Pose(0.0, 0.0, 0.0), "bob": Pose(5.0, 0.0, 0.0)}
+        self.centre = FusionCentre(self.mailbox, KEYS, {name: (model, start) for name, start in starts.items()})
+        self.time = 0.0
+        self._number = 0
+
+    def say(self, topic, body, stamp: float) -> None:
+        self._number += 1
+        for inlet in self.mailbox.inlets:
+            if inlet.topic.type is type(body):
+                inlet.offer(Received(topic.key, stamp, self._number, body, "x/y"))
+
+    def moves(self, name: str, pose: Pose) -> None:
+        self.say(KEYS.motion(name), Motion(odometry=pose, twist=Twist(0.5, 0.0)), self.time)
+
+    def sees(self, stamp: float, **poses: Pose) -> None:
+        fixes = tuple(Fix(name, pose, 0.01, 0.02) for name, pose in poses.items())
+        self.say(KEYS.fixes("overhead"), Fixes(fixes=fixes), stamp)
+
+    def tick(self) -> dict[str, tuple[float, MeasuredPose]]:
+        """Tick, and return what is published, by the robot's name, with its stamp."""
+        self.mailbox.handover(self.time)
+        self.centre.tick(Tick(self.time))
+        found = {}
+        for out in self.mailbox.collect():
+            body = out.message.body
+            assert isinstance(body, MeasuredPose)
+            found[out.topic.key.split("/")[3]] = out.message.stamp, body
+        self.time += PERIOD
+        return found
+
+
+def test_where_a_robot_is_comes_with_how_well_that_is_known() -> None:
+    bench = Bench()
+    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    ((stamp, first),) = bench.tick().values()
+    assert (stamp, first.pose, first.twist) == (0.0, Pose(0.0, 0.0, 0.0), Twist(0.5, 0.0))
+    assert first.lost, "no source has seen it yet"
+    bench.sees(0.0, ann=Pose(0.1, 0.0, 0.0), bob=Pose(5.0, 0.1, 0.0))
+    bench.moves("ann", Pose(0.05, 0.0, 0.0))
+    published = bench.tick()
+    assert list(published) == ["ann"], "bob has not reported a motion"
+    _, second = published["ann"]
+    assert second.pose.x == pytest.approx(0.15, abs=0.01)
+    assert second.unseen == pytest.approx(PERIOD)
+    assert not second.lost
+    assert first.uncertainty is not None
+    assert second.uncertainty is not None
+    assert second.uncertainty.xx < 0.01 * first.uncertainty.xx
+
+
+def test_a_robot_that_nothing_sees_is_lost() -> None:
+    bench = Bench()
+    for number in range(20):
+        bench.moves("ann", Pose(0.0, 0.0, 0.0))
+        if number < 5:
+            bench.sees(bench.time, ann=Pose(0.0, 0.0, 0.0))
+        ((_, pose),) = bench.tick().values()
+        assert pose.lost is (pose.unseen > LOST)
+    assert pose.unseen == pytest.approx(15 * PERIOD)
+
+
+def test_fixes_that_are_of_nobody_or_wrong_change_nothing_and_are_counted() -> None:
+    bench = Bench()
+    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    bench.sees(0.0, ann=Pose(0.0, 0.0, 0.0), ghost=Pose(1.0, 1.0, 0.0))
+    bench.tick()
+    bench.sees(3.0, ann=Pose(0.0, 0.0, 0.0))
+    bench.sees(0.0, ann=Pose(9.0, 0.0, 0.0))
+    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    _, pose = bench.tick()["ann"]
+    assert pose.pose.x == pytest.approx(0.0, abs=1e-6)
+    assert bench.centre.counted() == {
+        "fixes": {"ann": {"used": 1, "early": 1, "far": 1}, "bob": {}},
+        "unknown": {"ghost": 1},
+    }
+    assert pose.twist != STILL
