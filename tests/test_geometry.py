@@ -7,9 +7,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from vrg.geometry import corners, interpolate, outline_distance, wrap
+from vrg.geometry import SIGMAS, corners, ellipse, interpolate, outline_distance, wrap
 from vrg.regions import Rectangle
-from vrg.types import Pose
+from vrg.types import Pose, Uncertainty
 
 coordinates = st.floats(-5, 5)
 poses = st.builds(Pose, coordinates, coordinates, st.floats(-10, 10))
@@ -92,3 +92,16 @@ def test_the_nearest_point_is_inside(x: float, y: float) -> None:
     assert BOX.contains(*nearest)
     if BOX.contains(x, y):
         assert nearest == (x, y)
+
+
+@given(st.floats(0.01, 2.0), st.floats(0.01, 2.0), st.floats(-math.pi, math.pi))
+def test_each_corner_of_an_ellipse_is_as_unlikely_as_the_others(a: float, b: float, turn: float) -> None:
+    """The covariance is that of a long axis `a` and a short one `b`, turned."""
+    c, s = math.cos(turn), math.sin(turn)
+    covariance = np.array([[c, -s], [s, c]]) @ np.diag([a * a, b * b]) @ np.array([[c, s], [-s, c]])
+    known = Uncertainty(covariance[0, 0], covariance[0, 1], covariance[1, 1], 0.0)
+    longer, shorter, _ = known.ellipse
+    assert (longer, shorter) == pytest.approx((max(a, b), min(a, b)), abs=1e-5)
+    for x, y in ellipse(3.0, -1.0, known):
+        away = np.array([x - 3.0, y + 1.0])
+        assert away @ np.linalg.solve(covariance, away) == pytest.approx(SIGMAS**2, rel=1e-3)

@@ -2,7 +2,10 @@
 
 import math
 
-from vrg.types import Pose, Twist, Vector
+from vrg.types import Pose, Twist, Uncertainty, Vector
+
+SIGMAS = 2.0
+"""The number of standard deviations within which a value is taken to be: about 95 % of the time."""
 
 
 def wrap(angle: float) -> float:
@@ -45,6 +48,17 @@ def corners(pose: Pose, length: float, width: float) -> list[Vector]:
     c, s = math.cos(pose.theta), math.sin(pose.theta)
     a, b = length / 2, width / 2
     return [(pose.x + c * u - s * v, pose.y + s * u + c * v) for u, v in ((a, b), (-a, b), (-a, -b), (a, -b))]
+
+
+def ellipse(x: float, y: float, known: Uncertainty, corners: int = 24) -> list[Vector]:
+    """Return the corners of a polygon for the ellipse within SIGMAS standard deviations about a place, m."""
+    a, b, direction = known.ellipse
+    cos, sin = math.cos(direction) * SIGMAS, math.sin(direction) * SIGMAS
+    turns = [math.tau * number / corners for number in range(corners)]
+    return [
+        (x + cos * a * math.cos(t) - sin * b * math.sin(t), y + sin * a * math.cos(t) + cos * b * math.sin(t))
+        for t in turns
+    ]
 
 
 def separation(first: Pose, second: Pose, first_size: Vector, second_size: Vector) -> tuple[float, float, float]:

@@ -22,14 +22,14 @@ from vrg.coordinator.cases import cases_of
 from vrg.coordinator.evidence import Exhibit, TickEvidence, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again, unproved
-from vrg.coordinator.proof import Case, Measure, Relation
+from vrg.coordinator.proof import Case, Measure, Relation, with_deviation
 from vrg.coordinator.rulebook import Observation
 from vrg.games import game_of
 from vrg.launch.explaining import explain
 from vrg.launch.in_process import play
 from vrg.launch.nodes import open_journal, recorder_node
 from vrg.launch.run_folder import RunFolder
-from vrg.types import Pose
+from vrg.types import Pose, Uncertainty
 from vrg.ui import palette
 from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Explainer
@@ -233,6 +233,26 @@ def test_calls_are_listed_and_one_that_was_not_made_is_told(
 )
 def test_a_number_holds_as_its_relation_says(relation: Relation, value: float, holds: bool) -> None:
     assert Measure("distance", value, relation, 0.3).holds is holds
+
+
+def test_a_number_nearer_to_its_limit_than_it_is_known_is_doubtful() -> None:
+    """Two bodies 0.28 m apart along x, of which one is known to 2 cm along x and to 20 cm across."""
+    measure = Measure("distance", 0.28, Relation.AT_MOST, 0.3, ends=((0.2, 0.0), (0.48, 0.0)))
+    known, far = Uncertainty(4e-4, 0.0, 4e-2, 0.0), (Pose(9.0, 9.0, 0.0), 0.3, Uncertainty(1.0, 0.0, 1.0, 0.0))
+    found = with_deviation(measure, [(Pose(0.0, 0.0, 0.0), 0.3, known), far])
+    assert found.deviation == pytest.approx(0.02)
+    assert found.doubtful
+    assert str(found) == (
+        "distance: 0.28 m (at most 0.30 m), known to 0.040 m, so that it may be on the other side of the limit"
+    )
+    both = with_deviation(measure, [(Pose(0.0, 0.0, 0.0), 0.3, known), (Pose(0.7, 0.0, 0.0), 0.3, known)])
+    assert both.deviation == pytest.approx(math.hypot(0.02, 0.02))
+    clear = with_deviation(replace(measure, value=0.2), [(Pose(0.0, 0.0, 0.0), 0.3, known)])
+    assert str(clear) == "distance: 0.20 m (at most 0.30 m), known to 0.040 m"
+    touching = with_deviation(replace(measure, value=0.0, ends=((0.2, 0.0), (0.2, 0.0))), [(Pose(0, 0, 0), 0.3, known)])
+    assert touching.deviation == pytest.approx(0.2)
+    assert with_deviation(measure, [far]) == measure
+    assert not measure.doubtful
 
 
 def test_a_call_whose_number_is_wrong_is_told() -> None:

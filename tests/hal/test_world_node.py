@@ -614,7 +614,7 @@ class TestPhysicalRobots:
         world.tick(10)
         measure(world, 5.0)
         world.tick()
-        world.node.world.measure("g", Pose(4.0, 0.0, 0.0), STILL, world.node.world.time - 0.1)
+        world.node.world.measure("g", MeasuredPose(pose=Pose(4.0, 0.0, 0.0)), world.node.world.time - 0.1)
         world.tick()
         assert body(world).pose.x == 5.0
 
@@ -627,7 +627,7 @@ class TestPhysicalRobots:
                 world.tick()
             assert caplog.text.count(why) == 1
         with pytest.raises(WorldError, match="pose of g: expected a pose of now"):
-            world.node.world.measure("g", Pose(9.0, 0.0, 0.0), STILL, world.node.world.time + 0.3)
+            world.node.world.measure("g", MeasuredPose(pose=Pose(9.0, 0.0, 0.0)), world.node.world.time + 0.3)
         world.tick(10)
         assert body(world).pose.x == 3.0
         assert body(world, "a").pose.x == 0.0

@@ -193,7 +193,8 @@ class Coordinator(Node):
             physical = frozenset(name for name, body in bodies.items() if body.physical)
             poses = {name: body.pose for name, body in bodies.items()}
             pushed = self._pushed(bodies, self._field) if self.match.stage is Stage.PLAY_ROUND else frozenset()
-            self._field = Observation(poses, moving, physical, received.stamp, pushed)
+            known = {name: body.uncertainty for name, body in bodies.items() if body.uncertainty is not None}
+            self._field = Observation(poses, moving, physical, received.stamp, pushed, uncertainty=known)
             lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
             self._attendance.lost = lost + [name for name in self._unseen(now) if name not in physical]
         self._field = replace(
@@ -351,7 +352,7 @@ class Coordinator(Node):
 
     def _append(self, time: float, standing: Checkpoint) -> None:
         """Begin to write the outcomes that are not saved."""
-        self._calls = numbered(self._unsaved, self.match.calls, standing.clock)
+        self._calls = numbered(self._unsaved, self.match.calls, standing.clock, self._field.uncertainty)
         self.match.calls += len(self._calls)
         stages = [stage for outcome in self._unsaved for stage in outcome.stages]
         self._writing, self._unsaved = self._unsaved, []

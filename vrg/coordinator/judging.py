@@ -121,7 +121,7 @@ def unproved(
 def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list[str]:
     """The differences between the rules' effects and a record, in words."""
     standing = match.standing()
-    calls = numbered(outcomes, match.calls, standing.clock)
+    calls = numbered(outcomes, match.calls, standing.clock, {})
     stages = [stage for outcome in outcomes for stage in outcome.stages]
     wrong = [_differing(number, calls, record.calls) for number in range(max(len(calls), len(record.calls)))]
     wrong = [what for what in wrong if what]
@@ -141,7 +141,9 @@ def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
         return f"{made}: by the rules there is no such call"
     if ours[at].text != theirs[at].text or ours[at].rule != theirs[at].rule:
         return f"{made}: by the rules it is {ours[at].rule}: {ours[at].text}"
-    names = [name for name in Call.__struct_fields__ if getattr(ours[at], name) != getattr(theirs[at], name)]
+    # How well poses were known decides nothing.
+    judged = [name for name in Call.__struct_fields__ if name != "uncertainty"]
+    names = [name for name in judged if getattr(ours[at], name) != getattr(theirs[at], name)]
     if names:
         name = names[0]
         return f"{made}: its {name} are {getattr(theirs[at], name)!r}, by the rules {getattr(ours[at], name)!r}"

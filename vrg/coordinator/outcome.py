@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from vrg.bus import messages
 from vrg.bus.messages import Stage, shortened
 from vrg.coordinator.rulebook import Call
-from vrg.types import Pose
+from vrg.types import Pose, Uncertainty
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,14 @@ def announce(rule: str, text: str, answers: str | None = None) -> Effects:
     return Effects([Call(rule=rule, text=text, answers=answers)])
 
 
-def numbered(outcomes: Sequence[Effects], before: int, clock: float) -> list[messages.Call]:
+def numbered(
+    outcomes: Sequence[Effects], before: int, clock: float, known: Mapping[str, Uncertainty]
+) -> list[messages.Call]:
     """The calls of some outcomes as they are announced and written to the journal.
 
     Args:
         before: the number of the last call before them. clock: the time of play in the round, s.
+        known: how well the poses of players are known, of those for which that is known.
     """
     calls = [call for outcome in outcomes for call in outcome.calls]
     return [
@@ -58,6 +61,7 @@ def numbered(outcomes: Sequence[Effects], before: int, clock: float) -> list[mes
             poses=tuple(call.poses),
             clock=clock,
             answers=call.answers,
+            uncertainty={name: known[name] for name in call.players[: len(call.poses)] if name in known},
         )
         for number, call in enumerate(calls, before + 1)
     ]

@@ -1,14 +1,16 @@
 """Why a call was made: the numbers that decided it, as a rule book computes them after the match. Pure."""
 
 import enum
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 from vrg.bus.messages import Call
 from vrg.coordinator.rulebook import Observation
+from vrg.geometry import SIGMAS
 from vrg.regions import Region
-from vrg.types import Pose, Vector
+from vrg.types import Pose, Uncertainty, Vector
 
 ROUNDING = 1e-6
 """The difference up to which a number and a limit count as equal: an instant between looks is found only so well."""
@@ -32,6 +34,7 @@ class Measure:
             call that is wrong must be on the other side of the limit: a distance from a region that is at least 0
             proves nothing, and `Region.signed_distance` does.
         ends: where it was measured, from and to, m; None for what is no distance on the field.
+        deviation: the standard deviation of the value, in `unit`, by that of the poses; None where that is not known.
     """
 
     what: str
@@ -40,9 +43,19 @@ class Measure:
     limit: float
     unit: str = "m"
     ends: tuple[Vector, Vector] | None = None
+    deviation: float | None = None
 
     def __str__(self) -> str:
-        return f"{self.what}: {self.short} ({self.relation} {_number(self.limit)}{self._unit})"
+        words = f"{self.what}: {self.short} ({self.relation} {_number(self.limit)}{self._unit})"
+        if self.deviation is None:
+            return words
+        known = f"known to {_number(SIGMAS * self.deviation)}{self._unit}"
+        return f"{words}, {known}{', so that it may be on the other side of the limit' if self.doubtful else ''}"
+
+    @property
+    def doubtful(self) -> bool:
+        """True if the value is nearer to its limit than it is known."""
+        return self.deviation is not None and abs(self.value - self.limit) < SIGMAS * self.deviation
 
     @property
     def holds(self) -> bool:
@@ -59,6 +72,29 @@ class Measure:
     @property
     def _unit(self) -> str:
         return f" {self.unit}" if self.unit else ""
+
+
+def with_deviation(measure: Measure, bodies: Iterable[tuple[Pose, float, Uncertainty]]) -> Measure:
+    """The measure with the deviation of its value, if one of its ends is on a body whose pose is uncertain.
+
+    Args:
+        bodies: the poses of the players of the call, the radius of the circle around each robot, m, and how well its
+            pose is known.
+    """
+    if measure.ends is None:
+        return measure
+    (x, y), (to_x, to_y) = measure.ends
+    length, variance, found = math.hypot(to_x - x, to_y - y), 0.0, False
+    for pose, radius, known in bodies:
+        if min(math.dist((pose.x, pose.y), end) for end in measure.ends) > radius:
+            continue
+        found = True
+        if length > ROUNDING:
+            u, v = (to_x - x) / length, (to_y - y) / length
+            variance += u * u * known.xx + 2 * u * v * known.xy + v * v * known.yy
+        else:  # they touch: whichever direction is the least known
+            variance += known.ellipse[0] ** 2
+    return replace(measure, deviation=math.sqrt(max(0.0, variance))) if found else measure
 
 
 def outside(what: str, region: Region, pose: Pose) -> Measure:

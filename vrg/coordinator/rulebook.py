@@ -17,7 +17,7 @@ from vrg.geometry import circumradius
 from vrg.hal.sensors.spec import Sweep
 from vrg.regions import Region
 from vrg.registry import expected_one_of
-from vrg.types import Pose
+from vrg.types import Pose, Uncertainty
 
 MARK_TOLERANCE = 0.4
 """The distance in m from its mark within which a player is lined up."""
@@ -126,6 +126,7 @@ class Observation:
         physical: the players whose robots are physical ones, which only people can put somewhere.
         time: the match time of the poses, s.
         pushed: the players that an opponent pushes: their robots move although their wheels do not.
+        uncertainty: how well the poses of those players are known for which that is known.
         offers: the bids since the tick before, in order.
         sightings: the sightings with the players that reported them, since the tick before, in order.
     """
@@ -137,6 +138,7 @@ class Observation:
     pushed: frozenset[str] = frozenset()
     offers: Sequence[Offer] = ()
     sightings: Sequence[tuple[str, Sighting]] = ()
+    uncertainty: Mapping[str, Uncertainty] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,10 +8,11 @@ from vrg.config.setup import MatchSetup, read_setup
 from vrg.coordinator.cases import cases_of, seconds_before
 from vrg.coordinator.evidence import book_at, read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.coordinator.proof import Case
+from vrg.coordinator.proof import Case, with_deviation
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError
 from vrg.games import game_of
+from vrg.geometry import circumradius
 from vrg.launch.change import books_of
 from vrg.launch.run_folder import RunFolder
 from vrg.types import Pose
@@ -56,7 +57,12 @@ def explain(run: Path, number: int) -> Proof:
         return Proof(heading, (*lines, f"There is no more to show: {folder.evidence.name} does not reach this call."))
     book = book_at(case.now.time, book, later)
     prover = game.load_prover()
-    measures = () if prover is None else tuple(prover(book, case))
+    bodies = [
+        (pose, circumradius(setup.player(name).robot.size), call.uncertainty[name])
+        for name, pose in zip(call.players, call.poses, strict=False)
+        if name in call.uncertainty
+    ]
+    measures = () if prover is None else tuple(with_deviation(measure, bodies) for measure in prover(book, case))
     lines += [f"{measure}." for measure in measures]
     if not call.poses:
         return Proof(heading, tuple(lines))

@@ -195,6 +195,7 @@ class SceneBuilder:
             physical=body.physical,
             trail=tuple(point for _, point in self._trails.get(body.name, ())),
             out_of_play=self._game.is_out(state),
+            uncertainty=body.uncertainty,
         )
 
     def _player(self, status: m.PlayerStatus) -> ScenePlayer:

@@ -11,6 +11,7 @@ from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.games import UNKNOWN_GAME, game_of
 from vrg.games.game import Marker, Style
+from vrg.geometry import ellipse
 from vrg.regions import Bounds
 from vrg.types import Pose
 from vrg.ui import palette, shapes
@@ -77,6 +78,10 @@ class FieldPainter:
         for index, stroke in enumerate(scene.strokes):
             self._stroke(surface, stroke, view, ui, stroke.player if named[stroke.player] == index else "")
         below(view)
+        for body in scene.bodies:
+            if body.uncertainty is not None:
+                known = ellipse(body.pose.x, body.pose.y, body.uncertainty)
+                shapes.outline(surface, [view.point(*corner) for corner in known], palette.CAUTION, 1.5 * ui)
         # What is out of play lies under what plays.
         for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
             self._body(surface, body, view)

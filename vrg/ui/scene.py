@@ -5,7 +5,7 @@ from typing import Final
 
 from vrg.bus.messages import Call, Stage, Zone
 from vrg.regions import Region
-from vrg.types import Pose, Vector
+from vrg.types import Pose, Uncertainty, Vector
 
 JUMP: Final = 1.0
 """m; a body that moved further between two messages was placed there, it did not drive."""
@@ -20,6 +20,7 @@ class SceneBody:
         role, state: the referee's words, empty for a body that plays no part.
         out_of_play: it is only an obstacle.
         trail: where it was, oldest first, m.
+        uncertainty: how well its pose is known; None if that is not known.
     """
 
     name: str
@@ -31,6 +32,7 @@ class SceneBody:
     physical: bool
     trail: tuple[Vector, ...]
     out_of_play: bool = False
+    uncertainty: Uncertainty | None = None
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from msgspec import Meta, Struct
 from vrg.bus.messages.base import Message, Reason, Text, freeze
 from vrg.bus.messages.player import SIGHTINGS_LIMIT, Cost, Sighting
 from vrg.regions import Region
-from vrg.types import Count, FrozenDict, Metres, Name, Pose, Seconds, Twist
+from vrg.types import Count, FrozenDict, Metres, Name, Pose, Seconds, Twist, Uncertainty
 
 
 class Stage(enum.StrEnum):
@@ -209,7 +209,10 @@ class Call(Message, frozen=True, kw_only=True):
             those that not everybody may know are left out.
         clock: the time of play in the round, s.
         answers: the id of the official's decision that this call answers; None if it answers none.
+        uncertainty: how well the poses are known, by player, of those for which that is known.
     """
+
+    version = 2
 
     number: Count
     rule: Name
@@ -218,6 +221,10 @@ class Call(Message, frozen=True, kw_only=True):
     poses: tuple[Pose, ...]
     clock: Seconds
     answers: Name | None = None
+    uncertainty: Mapping[Name, Uncertainty] = FrozenDict()
+
+    def __post_init__(self) -> None:
+        freeze(self, "uncertainty")
 
 
 class OfficialAction(enum.StrEnum):

@@ -7,7 +7,7 @@ from typing import Annotated
 from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text, freeze
-from vrg.types import Count, FrozenDict, Name, Pose, Seconds, Twist
+from vrg.types import Count, FrozenDict, Name, Pose, Seconds, Twist, Uncertainty
 
 
 class Clock(Message, frozen=True, kw_only=True):
@@ -49,6 +49,7 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, 
             to a tick when the body came to rest.
         stands: the match time of the tick since which the wheels of a virtual robot are held or commanded to stand, s;
             None while they are commanded to turn, and of a physical robot. A robot that moves nevertheless is pushed.
+        uncertainty: how well the pose of a physical robot is known; None if that is not known.
     """
 
     name: Name
@@ -58,12 +59,13 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, 
     age: Seconds = 0.0
     rest: Seconds | None = None
     stands: Seconds | None = None
+    uncertainty: Uncertainty | None = None
 
 
 class Poses(Message, frozen=True, kw_only=True):
     """The poses and velocities of all bodies at one instant."""
 
-    version = 5
+    version = 6
 
     bodies: tuple[Body, ...]
 

@@ -4,10 +4,11 @@ Measurements come at about 10 Hz, and the world ticks at 50 Hz. Between two meas
 but not for long. This module uses no bus and no clock.
 """
 
+from vrg.bus.messages import MeasuredPose
 from vrg.bus.node import CLOCK_SKEW
 from vrg.errors import WorldError
 from vrg.geometry import along_arc
-from vrg.types import STILL, Pose, Twist
+from vrg.types import STILL, Pose, Twist, Uncertainty
 
 EXTRAPOLATE = 0.2
 """The match time in s after a measurement for which the body goes on at the measured velocity; then it stands still."""
@@ -21,19 +22,22 @@ class Ghost:
     Args:
         pose: where the robot is taken to stand until it is measured.
         stamp: the match time from which the age of that pose is counted, s.
+
+    Attributes:
+        uncertainty: how well its pose is known; None if that is not known.
     """
 
     def __init__(self, pose: Pose, stamp: float) -> None:
         self._pose = pose
         self._stamp = self._seen = stamp
         self._twist = STILL
+        self.uncertainty: Uncertainty | None = None
 
-    def measure(self, pose: Pose, twist: Twist, stamp: float, now: float, seen: float | None = None) -> None:
+    def measure(self, measured: MeasuredPose, stamp: float, now: float) -> None:
         """Take in a measurement; one that is older than the newest changes nothing.
 
         Args:
-            twist: the velocity of its body. stamp: the match time of the measurement, s. now: the match time, s.
-            seen: the match time from which its age counts, if that is another one, s.
+            stamp: the match time of the measurement, s. now: the match time, s.
 
         Raises:
             WorldError: the stamp is in the future by more than CLOCK_SKEW.
@@ -41,8 +45,9 @@ class Ghost:
         if stamp > now + CLOCK_SKEW:
             raise WorldError(f"expected a pose of now ({now:.2f} s) or before, got one of {stamp:.2f} s")
         if stamp >= self._stamp:
-            self._pose, self._twist, self._stamp = pose, twist, stamp
-            self._seen = stamp if seen is None else min(stamp, seen)
+            self._pose, self._twist, self._stamp = measured.pose, measured.twist, stamp
+            self._seen = max(0.0, stamp - measured.unseen) if measured.lost else stamp
+            self.uncertainty = measured.uncertainty
 
     def age(self, now: float) -> float:
         """The match time since the robot was measured, or since it was last seen if it is lost, s."""

@@ -122,8 +122,7 @@ class WorldNode(Node):
         if body.uncertainty is not None and name in self.world.virtual:
             return  # the fusion centre has located it for its player; the world knows better
         try:
-            seen = max(0.0, measured.stamp - body.unseen) if body.lost else None
-            self.world.measure(name, body.pose, body.twist, measured.stamp, seen)
+            self.world.measure(name, body, measured.stamp)
         except WorldError as error:
             # Such poses come many times a second: only the first is logged, and the first after a good one.
             if name not in self._refused and len(self._refused) < LOUD_NAMES:

@@ -7,7 +7,7 @@ the robot lacks.
 
 import numpy as np
 
-from vrg.bus.messages import Body, Poses, RefereeState, RobotState
+from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.gate import RefereeGate
 from vrg.hal.models import RobotModel
@@ -111,12 +111,11 @@ class World:
         """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
         self._fleet.drive(self.time, name, twist, armed, self.estop)
 
-    def measure(self, name: str, pose: Pose, twist: Twist, stamp: float, seen: float | None = None) -> None:
+    def measure(self, name: str, measured: MeasuredPose, stamp: float) -> None:
         """Take in a measured pose of a physical robot. One that is older than the newest changes nothing.
 
         Args:
-            twist: the velocity of its body then. stamp: the match time of the measurement, s.
-            seen: the match time from which its age counts, if that is another one, s.
+            stamp: the match time of the measurement, s.
 
         Raises:
             WorldError: there is no physical robot of that name, or it was measured in the future.
@@ -126,7 +125,7 @@ class World:
             known = ", ".join(self._ghosts) or "none"
             raise WorldError(f"pose of {name}: expected one of the physical robots ({known})")
         try:
-            ghost.measure(pose, twist, stamp, self.time, seen)
+            ghost.measure(measured, stamp, self.time)
         except WorldError as error:
             raise WorldError(f"pose of {name}: {error}") from None
 
@@ -222,7 +221,8 @@ class World:
             rest = rests.since(name, twist, now, known=age <= EXTRAPOLATE)
             robot = self._fleet.find(name)
             stands = None if robot is None else robot.stands
-            bodies.append(Body(name, Pose(x, y, theta), twist, ghost is not None, age, rest, stands))
+            known = None if ghost is None else ghost.uncertainty
+            bodies.append(Body(name, Pose(x, y, theta), twist, ghost is not None, age, rest, stands, known))
         return Poses(bodies=tuple(bodies))
 
     def snapshot(self) -> WorldSnapshot:

@@ -10,19 +10,17 @@ import pygame
 
 from vrg.colours import Rgb
 from vrg.games import game_of
-from vrg.geometry import circumradius, compose
+from vrg.geometry import circumradius, compose, ellipse
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Cones, Depiction, Rays, Ticks
-from vrg.types import Pose
+from vrg.types import Pose, Uncertainty
 from vrg.ui import palette, shapes
 from vrg.ui.developer.choices import Layer
 from vrg.ui.developer.insight import SEEN, Insight, Reading, Seen
 from vrg.ui.view import Pixel, Projection
 
-SIGMAS: Final = 2.0
-"""The number of standard deviations of a sighting that its ellipse shows."""
 _ARC: Final = 5
-"""The number of points on the arc of a sonar's cone, and four times as many on an ellipse."""
+"""The number of points on the arc of a sonar's cone."""
 
 Points = npt.NDArray[np.float64]
 """Shape (n, 2): x and y in the map's frame, m."""
@@ -42,15 +40,6 @@ def beam_ends(rays: Rays, pose: Pose) -> tuple[Points, npt.NDArray[np.bool_]]:
     angles = rays.bearings + pose.theta
     x, y = eye.x + ranges * np.cos(angles), eye.y + ranges * np.sin(angles)
     return np.stack((x, y), axis=1), ranges < rays.range_max
-
-
-def ellipse(seen: Seen) -> list[tuple[float, float]]:
-    """The corners of the ellipse about a sighting within SIGMAS standard deviations, m."""
-    s = seen.sighting
-    values, axes = np.linalg.eigh(np.array([[s.xx, s.xy], [s.xy, s.yy]]))
-    turns = np.linspace(0.0, math.tau, 4 * _ARC, endpoint=False)
-    circle = np.stack((np.cos(turns), np.sin(turns))) * SIGMAS * np.sqrt(values)[:, None]
-    return [(s.x + float(dx), s.y + float(dy)) for dx, dy in (axes @ circle).T]
 
 
 class SensingPainter:
@@ -146,12 +135,14 @@ class SensingPainter:
     def _sighting(surface: pygame.Surface, view: Projection, seen: Seen, colour: Rgb, now: float, ui: float) -> None:
         share = min(1.0, max(0.0, (now - seen.sighting.time) / SEEN))
         faded = palette.mix(colour, palette.FIELD, 0.85 * share)
-        shapes.outline(surface, [view.point(*corner) for corner in ellipse(seen)], faded, 1.0)
+        s = seen.sighting
+        corners = ellipse(s.x, s.y, Uncertainty(s.xx, s.xy, s.yy, 0.0))
+        shapes.outline(surface, [view.point(*corner) for corner in corners], faded, 1.0)
         shapes.disc(surface, view.point(seen.sighting.x, seen.sighting.y), 2.0 * ui, faded)
 
     @staticmethod
     def _measured(surface: pygame.Surface, view: Projection, insight: Insight, ui: float) -> None:
-        """Outline each physical robot where it was measured, with a line to where it is."""
+        """Outline robots where they were measured, with lines to where they are and ellipses where they may be."""
         for body in insight.scene.bodies:
             measured = insight.measured.get(body.name)
             if measured is None:
@@ -163,6 +154,9 @@ class SensingPainter:
             corners = shapes.rectangle(centre, view.angle(pose.theta), -half, half, aside)
             shapes.outline(surface, corners, palette.CAUTION, max(2.0, 2 * ui))
             shapes.line(surface, centre, view.point(body.pose.x, body.pose.y), palette.CAUTION, 2 * ui)
+            if measured.body.uncertainty is not None:
+                known = ellipse(pose.x, pose.y, measured.body.uncertainty)
+                shapes.outline(surface, [view.point(*corner) for corner in known], palette.CAUTION, 1.5 * ui)
 
 
 def pixels(view: Projection, points: Points) -> Points:

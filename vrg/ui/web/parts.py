@@ -12,6 +12,7 @@ from vrg.bus.messages import Call, Stage
 from vrg.colours import Rgb, hexadecimal
 from vrg.games import game_of
 from vrg.games.game import Game, title
+from vrg.geometry import SIGMAS
 from vrg.regions import Region
 from vrg.ui import palette
 from vrg.ui.banner import Banner, Help, banners
@@ -189,8 +190,9 @@ def frame(scene: Scene) -> dict[str, Any]:
 
     Returns:
         `time` (match time, s), `clock` (as it is written), `left` (the time that is left, in words), `rate`, `bodies`
-        (x, y in m, heading in rad each), `speeds` (of the players, m/s, or None), `objects` (x, y in m each), and
-        `flashes` (x, y in m, word, share of the moment that is over).
+        (x, y in m, heading in rad each), `speeds` (of the players, m/s, or None), `objects` (x, y in m each),
+        `flashes` (x, y in m, word, share of the moment that is over), and `ellipses` within which bodies may be, of
+        those that are not known well (number of the body, half axes in m, direction of the longer one in rad).
     """
     return {
         "t": "frame",
@@ -202,6 +204,12 @@ def frame(scene: Scene) -> dict[str, Any]:
         "speeds": [None if p.speed is None or p.out_of_play else round(p.speed, 1) + 0.0 for p in scene.players],
         "objects": [_point(*thing.at) for thing in scene.objects],
         "flashes": [(*_point(*flash.at), flash.word, round(flash.share, 2)) for flash in scene.flashes],
+        "ellipses": [
+            (number, round(SIGMAS * a, 3), round(SIGMAS * b, 3), round(direction, 3))
+            for number, body in enumerate(scene.bodies)
+            if body.uncertainty is not None
+            for a, b, direction in [body.uncertainty.ellipse]
+        ],
     }
 
 

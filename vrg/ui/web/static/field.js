@@ -98,6 +98,7 @@ export class Field {
     for (const mark of state.marks) drawMark(c, view, mark);
     motion.trails.forEach((trail, index) => drawTrail(c, view, trail.points, bodies[index], state.bodies[index].colour));
     for (const stroke of match.showsPlans ? match.strokes : []) drawStroke(c, view, stroke, colours, ui);
+    for (const [index, a, b, direction] of latest.ellipses ?? []) drawEllipse(c, view, bodies[index], [a, b, direction], colours, ui);
     const order = state.bodies.map((_, index) => index).sort((a, b) => state.bodies[b].out - state.bodies[a].out);
     for (const index of order) drawBody(c, view, bodies[index], state.bodies[index], colours);
     const robots = state.bodies.map((body, index) => ({ name: body.name, remark: body.remark, circle: circleOf(view, bodies[index], body) }));
@@ -331,6 +332,15 @@ function sizeOf(view, body) {
 function circleOf(view, [x, y], body) {
   const [px, py] = point(view, x, y), [length, width] = sizeOf(view, body);
   return { x: px, y: py, radius: Math.max(Math.hypot(length, width) / 2, length * (0.5 + NOSE)) };
+}
+
+/** The ellipse within which a body may be. */
+function drawEllipse(c, view, [x, y], [a, b, direction], colours, ui) {
+  c.beginPath();
+  c.ellipse(...point(view, x, y), a * view.scale, b * view.scale, -angle(view, direction), 0, 2 * Math.PI);
+  c.strokeStyle = colours.caution;
+  c.lineWidth = 1.5 * ui;
+  c.stroke();
 }
 
 function drawBody(c, view, [x, y, theta], body, colours) {
