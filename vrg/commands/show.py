@@ -1,7 +1,11 @@
 """The windows and tables of `vrg show`. Each loads what it shows only when it is asked for."""
 
+import contextlib
+import ipaddress
 import os
+import time
 from functools import partial
+from typing import Annotated, Final
 
 import typer
 from rich.console import Console
@@ -24,9 +28,10 @@ from vrg.commands.options import (
     make_console,
     need_display,
 )
-from vrg.errors import DuplicateNodeError, LaunchError
+from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
 from vrg.registry import expected_one_of
 
+AT: Final = "ADDRESS:PORT"
 POLL = 0.05
 """The real time in s between two looks at whether the referee has spoken."""
 
@@ -95,6 +100,44 @@ def commander(team: TeamArgument, on: MatchOptions) -> None:
             run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
         except DuplicateNodeError:
             raise LaunchError(f"the team {team} has a commander already, and a team has only one") from None
+
+
+def ssl(
+    on: MatchOptions,
+    vision: Annotated[str, typer.Option(metavar=AT, help="Where packets of vision are sent.")] = "224.5.23.2:10006",
+    tracker: Annotated[str, typer.Option(metavar=AT, help="Where a tracker's are sent.")] = "224.5.23.2:10010",
+    referee: Annotated[str, typer.Option(metavar=AT, help="Where a game controller's are sent.")] = "224.5.23.1:10003",
+    interface: Annotated[str, typer.Option(help="Address of this computer's network interface to send by.")] = "",
+) -> None:
+    """Let the tools of the RoboCup Small Size League see a match: vision, tracker and referee, until Ctrl-C."""
+    from vrg.localisation.ssl.network import Sender
+    from vrg.localisation.ssl.publisher import SslPublisher
+
+    addresses = {"vision": _address(vision), "tracker": _address(tracker), "referee": _address(referee)}
+    name, endpoint = which_match(on)
+    with (
+        connected(endpoint, on.keys, Seat(SeatKind.WINDOW), Seat(SeatKind.OFFICIAL)) as (stop, session),
+        contextlib.closing(Sender(addresses, interface)) as sender,
+    ):
+        node = SslPublisher(f"ssl-{os.getpid()}", Mailbox(), Keys(name), sender.send, time.time)
+        make_console().print(f"{name}: vision at {vision}, tracker at {tracker}, referee at {referee}", soft_wrap=True)
+        run_node(node, session, Keys(name), stop)
+
+
+def _address(text: str) -> tuple[str, int]:
+    """An address and a port of a text such as `224.5.23.2:10006`.
+
+    Raises:
+        ConfigError: it is none.
+    """
+    host, _, port = text.rpartition(":")
+    try:
+        ipaddress.IPv4Address(host)
+        if not 0 < int(port) < 65536:
+            raise ValueError
+    except ValueError:
+        raise ConfigError(f"expected an address and a port, such as 224.5.23.2:10006, got {text!r}") from None
+    return host, int(port)
 
 
 def processes(on: MatchOptions) -> None:

@@ -86,7 +86,7 @@ def with_deviation(measure: Measure, bodies: Iterable[tuple[Pose, float, Uncerta
     (x, y), (to_x, to_y) = measure.ends
     length, variance, found = math.hypot(to_x - x, to_y - y), 0.0, False
     for pose, radius, known in bodies:
-        if min(math.dist((pose.x, pose.y), end) for end in measure.ends) > radius:
+        if min(math.dist((pose.x, pose.y), end) for end in measure.ends) > radius + ROUNDING:
             continue
         found = True
         if length > ROUNDING:

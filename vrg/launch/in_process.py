@@ -60,12 +60,14 @@ class Assembly(Generic[P]):
 
     Args:
         executor: ticks all nodes. world, coordinator: their nodes. players: the nodes of the players, by name.
+        trackers: the nodes that locate robots.
     """
 
     executor: Lockstep
     world: "WorldNode"
     coordinator: "Coordinator"
     players: dict[str, P]
+    trackers: Sequence[Node] = ()
 
 
 def assemble(
@@ -95,7 +97,7 @@ def assemble(
     trackers = [tracker_node(setup, name) for name in setup.trackers]
     nodes: list[Node] = [coordinator, *trackers, *players.values(), *watchers]
     executor = Lockstep(world, nodes, strict=strict, digested=digested)
-    return Assembly(executor, world, coordinator, players)
+    return Assembly(executor, world, coordinator, players, trackers)
 
 
 def play(
@@ -193,18 +195,18 @@ def play(
                 linger += world.period
         if verification is not None:
             verification.compare(executor.time, {"coordinator/referee": repr(coordinator.match.standing())})
-    _write_end(steps, logs, players.values(), executor.time)
+    _write_end(steps, logs, [*players.values(), *assembly.trackers], executor.time)
     failures = tuple(failure for player in players.values() for failure in player.failures)
     return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures)
 
 
-def _write_end(steps: StepLog | None, logs: Path | None, players: Iterable[ContainedPlayer], time: float) -> None:
-    """Write when the match has ended, s of match time, and what players have counted."""
+def _write_end(steps: StepLog | None, logs: Path | None, nodes: Iterable[Node], time: float) -> None:
+    """Write when the match has ended, s of match time, and what nodes have counted."""
     if steps is not None:
         steps.write(Ended(time=round(time, 6)))
     if logs is not None:
-        for player in players:
-            write_json(logs / f"{player.name}.json", player.counted())
+        for node in nodes:
+            write_json(logs / f"{node.name}.json", node.counted())
 
 
 def _go_on_by(assembly: Assembly[ContainedPlayer], setup: MatchSetup, drawn: int) -> None:

@@ -78,7 +78,10 @@ def _check(found: object) -> str | None:
 
 
 SOURCES: Registry[type[Source]] = Registry(
-    "source of fixes", "vrg.localisation", {"sim": "vrg.localisation.sim.source:SimSource"}, _check
+    "source of fixes",
+    "vrg.localisation",
+    {"sim": "vrg.localisation.sim.source:SimSource", "ssl": "vrg.localisation.ssl.source:SslSource"},
+    _check,
 )
 """The class of every kind of source, by its name."""
 

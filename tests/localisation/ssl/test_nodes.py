@@ -1,0 +1,242 @@
+"""The nodes of the league's packets: what comes in as fixes, and what goes out of a match."""
+
+import logging
+import math
+import socket
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import wait_until
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys
+from vrg.errors import LaunchError
+from vrg.hal.models import robot_model
+from vrg.localisation.source import SourceContext
+from vrg.localisation.ssl.layouts import REFEREE
+from vrg.localisation.ssl.network import Sender
+from vrg.localisation.ssl.packets import Seen, SeenRobot, read_tracker, read_vision, tracker_packet, vision_packet
+from vrg.localisation.ssl.publisher import SslPublisher, league_command, league_stage
+from vrg.localisation.ssl.settings import SslSettings
+from vrg.localisation.ssl.source import SslSource
+from vrg.localisation.ssl.wire import decode
+from vrg.regions import Rectangle
+from vrg.types import STILL, Pose, Twist
+
+KEYS = Keys("m")
+AHEAD = 1e6
+"""The clock of vision is so many seconds ahead of this process's."""
+
+
+def free_port() -> int:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
+        opened.bind(("127.0.0.1", 0))
+        return int(opened.getsockname()[1])
+
+
+class Bench:
+    """A source that has begun to receive, and what sends to it. The match began 10 s before."""
+
+    def __init__(self, **settings: object) -> None:
+        self.port = free_port()
+        table = {"robots": {"ann": "yellow 3", "bob": "blue 0"}, "address": "127.0.0.1", "port": self.port, **settings}
+        model, here = robot_model("P2AT"), Pose(0.0, 0.0, 0.0)
+        context = SourceContext(
+            name="league", settings=SslSettings.model_validate(table), robots={"ann": model, "bob": model},
+            starts={"ann": here, "bob": here}, seed=1, base=Path(),
+        )  # fmt: skip
+        self.vision = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.mailbox = Mailbox()
+        self.node = SslSource(context, self.mailbox, KEYS)
+        self.began = time.monotonic() - 10.0
+        self.ticks = 0
+        self.fixes: list[tuple[float, tuple[m.Fix, ...]]] = []
+        self.node.start()
+
+    @property
+    def now(self) -> float:
+        """Match time, s."""
+        return time.monotonic() - self.began
+
+    def send(self, data: bytes, sender: socket.socket | None = None) -> None:
+        (sender or self.vision).sendto(data, ("127.0.0.1", self.port))
+
+    def tick(self) -> None:
+        self.ticks += 1
+        clock = m.Clock(time=self.now, tick=self.ticks, epoch=0, rate=1.0, estop=False)
+        for inlet in self.mailbox.inlets:
+            if inlet.topic.type is m.Clock:
+                inlet.offer(Received(KEYS.clock.key, self.now, self.ticks, clock, "world/world"))
+        self.mailbox.handover(self.now)
+        self.node.tick(Tick(self.now))
+        self.fixes += [(out.message.stamp, out.message.body.fixes) for out in self.mailbox.collect()]  # type: ignore[attr-defined]
+
+    def tick_until(self, what: str, count: int) -> None:
+        """Tick until the source has counted so many packets of a kind."""
+        wait_until(lambda: self.tick() or self.node.counted()["packets"].get(what, 0) >= count, what)
+
+
+@pytest.fixture
+def make() -> Iterator[type[Bench]]:
+    made: list[Bench] = []
+
+    class Kept(Bench):
+        def __init__(self, **settings: object) -> None:
+            super().__init__(**settings)
+            made.append(self)
+
+    yield Kept
+    for bench in made:
+        bench.node.stop()
+        bench.vision.close()
+
+
+def seen(*robots: SeenRobot, late: float = 0.1) -> Seen:
+    sent = time.monotonic() + AHEAD
+    return Seen(sent - late, sent, robots)
+
+
+def test_a_packet_becomes_fixes_of_the_time_of_its_picture(make: type[Bench]) -> None:
+    bench = make(field={"x": 10.0, "y": 5.0, "heading": 90.0}, heading=2.0)
+    bench.tick()
+    for number in range(20):
+        picture, now = seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25), SeenRobot("blue", 7, 0.0, 0.0, 0.0)), bench.now
+        bench.send(vision_packet(number, picture))
+        bench.tick_until("used", number + 1)
+    stamp, fixes = bench.fixes[-1]
+    # What the least delayed packet was on its way is not known.
+    assert now - 0.1 - 0.05 < stamp < now - 0.1 + 0.05
+    (fix,) = fixes
+    assert fix.robot == "ann"
+    assert (fix.pose.x, fix.pose.y, fix.pose.theta) == pytest.approx((9.5, 6.0, 0.25 + math.pi / 2))
+    assert (fix.position, fix.heading) == (0.01, pytest.approx(math.radians(2.0)))
+    assert bench.node.counted()["unknown"] == {"blue 7": 20}
+
+
+def test_robots_of_which_vision_is_not_sure_and_headings_that_it_has_not_seen_are_no_fixes(make: type[Bench]) -> None:
+    bench = make()
+    bench.tick()
+    bench.send(
+        vision_packet(1, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25, 0.4), SeenRobot("blue", 0, 2.0, 1.0, None)))
+    )
+    bench.tick_until("used", 1)
+    ((_, fixes),) = bench.fixes
+    assert fixes == (m.Fix("bob", Pose(2.0, 1.0, 0.0), 0.01, None),)
+
+
+def test_the_packets_of_a_tracker_are_understood_where_they_are_wanted(make: type[Bench]) -> None:
+    bench = make(packets="tracker")
+    bench.tick()
+    bench.send(tracker_packet(1, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25)), "a-b", "tigers"))
+    bench.tick_until("used", 1)
+    assert bench.fixes[0][1][0].pose == Pose(1.0, 0.5, 0.25)
+    bench.send(vision_packet(1, seen()))
+    bench.tick_until("malformed", 1)
+
+
+def test_malformed_packets_and_those_of_another_field_are_told_once(
+    make: type[Bench], caplog: pytest.LogCaptureFixture
+) -> None:
+    bench = make()
+    bench.tick()
+    caplog.set_level(logging.WARNING)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        for number in range(3):
+            bench.send(vision_packet(number, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25))))
+            bench.tick_until("used", number + 1)
+            bench.send(b"\x0a\xff not a packet")
+            bench.tick_until("malformed", number + 1)
+            bench.send(vision_packet(number, seen(SeenRobot("yellow", 3, -1.0, 0.5, 0.25))), other)
+            bench.tick_until("other sender", number + 1)
+    assert {fix.pose.x for _, fixes in bench.fixes for fix in fixes} == {1.0}
+    assert caplog.text.count("is ignored: ") == 1
+    assert caplog.text.count("Is there another field?") == 1
+
+
+def test_an_address_that_this_machine_has_not_is_told() -> None:
+    context = SourceContext(
+        name="league", settings=SslSettings.model_validate({"robots": {}, "address": "203.0.113.7"}), robots={},
+        starts={}, seed=1, base=Path(),
+    )  # fmt: skip
+    with pytest.raises(LaunchError, match=r"203\.0\.113\.7:10006: expected to receive packets there"):
+        SslSource(context, Mailbox(), KEYS).start()
+    with pytest.raises(LaunchError, match="expected a network interface of this machine"):
+        Sender({}, "203.0.113.7")
+
+
+def state(**changes: object) -> m.RefereeState:
+    players = tuple(
+        m.PlayerStatus(name=name, team=team, role="r", state="s", may_move=True, radius=0.3)
+        for name, team in (("ann", "red"), ("bob", "blue"), ("cid", "red"))
+    )
+    field = m.Zone(name="FIELD", kind="field", region=Rectangle(16.0, -32.0, 26.0, -13.0))
+    found = m.RefereeState(
+        game="g", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=12.5, total=12.5, round=1,
+        rounds=2, score={"red": 2, "blue": 1}, players=players, zones=(field,), numbers={"time limit": 60.0},
+    )  # fmt: skip
+    return found.__class__(**{**{name: getattr(found, name) for name in found.__struct_fields__}, **changes})
+
+
+def test_a_match_is_told_as_the_league_tells_one() -> None:
+    sent: list[tuple[str, bytes]] = []
+    mailbox = Mailbox()
+    node = SslPublisher("ssl", mailbox, KEYS, lambda kind, data: sent.append((kind, data)), lambda: 1000.0)
+
+    def say(body: m.Message, number: int) -> None:
+        for inlet in mailbox.inlets:
+            if inlet.topic.type is type(body):
+                inlet.offer(Received(inlet.topic.key, 5.0, number, body, "x/y"))
+
+    # The field is longer along y, so that the league's x is VRG's y.
+    bodies = (
+        m.Body("ann", Pose(21.0, -13.0, math.pi / 2), Twist(0.5, 0.1), False),
+        m.Body("bob", Pose(16.0, -22.5, 0.0), STILL, False),
+        m.Body("ghost", Pose(0.0, 0.0, 0.0), STILL, False),
+    )
+    say(state(), 1)
+    say(m.Poses(bodies=bodies), 1)
+    mailbox.handover(5.0)
+    node.tick(Tick(5.0))
+    packets = dict(sent)
+    vision, tracker = read_vision(packets["vision"]), read_tracker(packets["tracker"])
+    assert vision is not None
+    assert [(r.colour, r.number) for r in vision.robots] == [("yellow", 0), ("blue", 0)]
+    assert (vision.robots[0].x, vision.robots[0].y, vision.robots[0].heading) == pytest.approx(
+        (9.5, 0.0, 0.0), abs=1e-6
+    )
+    assert (vision.robots[1].x, vision.robots[1].y) == pytest.approx((0.0, 5.0), abs=1e-6)
+    assert replace(tracker.robots[0], confidence=1.0) == tracker.robots[0]
+    told = decode(packets["referee"], REFEREE)
+    assert (told["stage"], told["command"], told["stage_time_left"]) == (1, 2, 47_500_000)
+    assert [(told[c]["name"], told[c]["score"]) for c in ("yellow", "blue")] == [("red", 2), ("blue", 1)]
+    sent.clear()
+    for number in range(2, 12):  # without news, the referee is heard again after a while
+        mailbox.handover(5.0 + 0.1 * number)
+        node.tick(Tick(5.0 + 0.1 * number))
+    assert [kind for kind, _ in sent] == ["referee", "referee"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "stage", "command"),
+    [
+        ({"stage": m.Stage.INITIALIZE}, 0, 1),
+        ({}, 1, 2),
+        ({"halted": "by ann"}, 1, 0),
+        ({"estop": True}, 1, 0),
+        ({"stage": m.Stage.ROUND_OVER}, 2, 1),
+        ({"stage": m.Stage.INITIALIZE, "round": 2}, 3, 1),
+        ({"round": 2}, 4, 2),
+        ({"round": 5}, 4, 2),
+        ({"stage": m.Stage.GAME_OVER}, 13, 0),
+    ],
+)
+def test_stages_and_commands_have_the_numbers_of_the_league(
+    changes: dict[str, object], stage: int, command: int
+) -> None:
+    assert (league_stage(state(**changes)), league_command(state(**changes))) == (stage, command)

@@ -1,0 +1,128 @@
+"""The node that receives the vision of the Small Size League."""
+
+import logging
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any, Final
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Fix
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys
+from vrg.errors import MessageError
+from vrg.geometry import compose
+from vrg.localisation.clock import ClockOffset
+from vrg.localisation.source import Source, SourceContext
+from vrg.localisation.ssl.network import Packet, Receiver
+from vrg.localisation.ssl.packets import Seen, read_tracker, read_vision
+from vrg.localisation.ssl.settings import SslSettings
+from vrg.types import Pose
+
+log = logging.getLogger(__name__)
+
+_OTHER: Final = 2.0
+"""The time in s for which a sender must be silent before another one is listened to."""
+
+
+class SslSource(Source):
+    """Sees what SSL-Vision, or a tracker, publishes.
+
+    Args:
+        context: what it is made from. mailbox: its mailbox. keys: the keys of the match.
+        monotonic: the clock by which packets are stamped, s. Nodes read no clock, so it is given from outside.
+    """
+
+    settings = SslSettings
+
+    def __init__(
+        self, context: SourceContext, mailbox: Mailbox, keys: Keys, monotonic: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(context, mailbox, keys)
+        assert isinstance(context.settings, SslSettings)
+        self._settings = settings = context.settings
+        self._receiver = Receiver(settings.address, settings.port, settings.interface, monotonic)
+        self._monotonic = monotonic
+        self._robots = {robot: name for name, robot in settings.robots.items() if name in context.robots}
+        self._without = sorted(set(context.robots) - set(settings.robots))
+        self._field = Pose(settings.field.x, settings.field.y, math.radians(settings.field.heading))
+        self._clock = mailbox.subscribe(keys.clock)
+        self._match = ClockOffset()
+        self._sender: tuple[str, float] | None = None
+        """Whom it listens to, and when that was heard last, monotonic, s."""
+        self._senders: ClockOffset = ClockOffset()
+        """The sender's clock by this process's."""
+        self._counts: Counter[str] = Counter()
+        self._unknown: Counter[str] = Counter()
+
+    def start(self) -> None:
+        """Begin to receive."""
+        if self._without:
+            log.warning("%s: no robot of the league is named for %s", self.name, ", ".join(self._without))
+        self._receiver.start()
+
+    def stop(self) -> None:
+        """Receive no more."""
+        self._receiver.close()
+
+    def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
+        """The robots in the packets since the last tick."""
+        now = self._monotonic()
+        for clock in self._clock.take():
+            self._match.heard(clock.body.time, now)
+        found = []
+        for packet in self._receiver.take():
+            seen = self._read(packet)
+            if seen is not None and (time := self._time(seen)) is not None and (fixes := self._fixes(seen)):
+                found.append((time, fixes))
+        return found
+
+    def counted(self) -> dict[str, Any]:
+        """The packets that were used and refused, and the robots that no player has."""
+        return {"packets": dict(self._counts), "unknown": dict(self._unknown)}
+
+    def _read(self, packet: Packet) -> Seen | None:
+        if self._sender is not None and self._sender[0] != packet.sender:
+            if packet.arrived - self._sender[1] < _OTHER:
+                text = "%s sends packets, too, and is ignored, as %s does. Is there another field?"
+                self._refuse("other sender", text, packet.sender, self._sender[0])
+                return None
+            self._senders = ClockOffset()
+        read = read_vision if self._settings.packets == "vision" else read_tracker
+        try:
+            seen = read(packet.data)
+        except MessageError as error:
+            self._refuse("malformed", "a packet of %s is ignored: %s", packet.sender, error)
+            return None
+        self._sender = packet.sender, packet.arrived
+        if seen is not None:
+            self._senders.heard(seen.sent, packet.arrived)
+            self._counts["used"] += 1
+        return seen
+
+    def _time(self, seen: Seen) -> float | None:
+        """The match time at which a picture was taken, s; None before the match clock was heard."""
+        ahead = self._senders.match_time(0.0)
+        if ahead is None:
+            return None
+        stamp = self._match.match_time(seen.captured - ahead)
+        return stamp if stamp is not None and stamp >= 0.0 else None
+
+    def _fixes(self, seen: Seen) -> tuple[Fix, ...]:
+        settings, fixes = self._settings, dict[str, Fix]()
+        for robot in seen.robots:
+            name = self._robots.get(f"{robot.colour} {robot.number}")
+            if name is None:
+                self._unknown[f"{robot.colour} {robot.number}"] += 1
+            elif robot.confidence >= settings.confidence:
+                pose = compose(self._field, Pose(robot.x, robot.y, robot.heading or 0.0))
+                heading = None if robot.heading is None else math.radians(settings.heading)
+                fixes[name] = Fix(name, pose, settings.position, heading)
+        return tuple(fixes.values())
+
+    def _refuse(self, what: str, text: str, *values: object) -> None:
+        """Count what is refused, and log it the first time."""
+        if not self._counts[what]:
+            log.warning(f"%s: {text}", self.name, *values)
+        self._counts[what] += 1
