@@ -268,7 +268,7 @@ class Match:
         return (self.run.logs / f"{name}.log").read_text(encoding="utf-8", errors="replace")
 
     def child(self, name: str) -> psutil.Process:
-        """A player's process by its name, or `router`, `world`, `coordinator`, `recorder`, `spectator`, `drives`."""
+        """The process of a player or tracker by its name, or `router`, `world`, `coordinator`, `recorder`, `drives`..."""
         for process in psutil.Process(self.launcher.pid).children(recursive=True):
             with contextlib.suppress(psutil.NoSuchProcess):
                 if _node(process.cmdline()) == name:
@@ -436,7 +436,7 @@ def _node(command: list[str]) -> str | None:
     words = " ".join(command).split()  # vrg player NAME in RUN
     if words[:1] != ["vrg"] or len(words) < 2:
         return None
-    return words[2] if words[1] == "player" else words[1]
+    return words[2] if words[1] in ("player", "tracker") else words[1]
 
 
 def _lives_in(process: psutil.Process, state_home: str, runs: str) -> bool:
