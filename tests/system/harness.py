@@ -268,7 +268,7 @@ class Match:
         return (self.run.logs / f"{name}.log").read_text(encoding="utf-8", errors="replace")
 
     def child(self, name: str) -> psutil.Process:
-        """The process of a player or tracker by its name, or `router`, `world`, `coordinator`, `recorder`, `drives`..."""
+        """The process of a player or tracker by its name, or `router`, `world`, `coordinator`, `recorder`, `drives`."""
         for process in psutil.Process(self.launcher.pid).children(recursive=True):
             with contextlib.suppress(psutil.NoSuchProcess):
                 if _node(process.cmdline()) == name:
