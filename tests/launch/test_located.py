@@ -1,20 +1,25 @@
 """Whole matches in which the fusion centre locates robots, virtual ones and such with emulated drives."""
 
+import json
 import math
 from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from click.testing import Result
+from typer.testing import CliRunner
 
 from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node, Tick
+from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
 from vrg.errors import ConfigError
 from vrg.geometry import compose, inverse
+from vrg.hal.can.calibration import load_calibration
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
@@ -152,3 +157,30 @@ def test_mistakes_in_the_match_file_are_told(tmp_path: Path, change: tuple[str, 
     with pytest.raises(ConfigError) as caught:
         load_match(tmp_path / "wrong.toml")
     assert words in str(caught.value)
+
+
+def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_path: Path) -> None:
+    more = "[localisation.overhead.errors.ann]\nway = 0.03\nbend = 3.0\n"
+    (tmp_path / "tiny.toml").write_text(located(TINY_CAN, "ann", more=more))
+
+    def vrg(*arguments: str) -> Result:
+        return CliRunner().invoke(make_app(), list(arguments))
+
+    command = ("play", str(tmp_path / "tiny.toml"), "--in-process", "--headless", "--no-record")
+    assert vrg(*command, "--runs", str(tmp_path / "runs")).exit_code == 0
+    run = str(next((tmp_path / "runs").iterdir()))
+    learned = json.loads(vrg("run", "report", run, "--json").output)["learned"]["ann"]
+    for what, true in (("way", 0.03), ("turn", 0.0), ("bend", math.radians(3.0))):
+        mean, deviation = learned[what]
+        assert abs(mean - true) < 4 * deviation
+    assert learned["way"][1] < 0.002, "it has driven far enough to know"
+    done = vrg("run", "report", run, "--calibrate", "ann", "--output", str(tmp_path / "ann.cal.toml"))
+    assert done.exit_code == 0, done.output
+    assert f"{100 * learned['way'][0]:+.2f} +- " in done.output
+    found = load_calibration(tmp_path / "ann.cal.toml", [0, 1])
+    assert found.axes[0].ratio > found.axes[1].ratio, "its right wheel is larger"
+    assert (found.axes[0].ratio + found.axes[1].ratio) / 2 == pytest.approx(50.0 / 1.03, abs=0.2)
+    for player, words in (("bob", "expected a robot that was located (ann)"), ("nemo", "got 'nemo'")):
+        refused = vrg("run", "report", run, "--calibrate", player)
+        assert isinstance(refused.exception, ConfigError)
+        assert words in str(refused.exception)

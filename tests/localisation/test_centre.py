@@ -9,6 +9,7 @@ from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import robot_model
 from vrg.localisation.centre import PERIOD, FusionCentre
+from vrg.localisation.motion import motion_noise
 from vrg.types import STILL, Pose, Twist
 
 KEYS = Keys("m")
@@ -91,8 +92,10 @@ def test_fixes_that_are_of_nobody_or_wrong_change_nothing_and_are_counted() -> N
     bench.moves("ann", Pose(0.0, 0.0, 0.0))
     _, pose = bench.tick()["ann"]
     assert pose.pose.x == pytest.approx(0.0, abs=1e-6)
-    assert bench.centre.counted() == {
-        "fixes": {"ann": {"used": 1, "early": 1, "far": 1}, "bob": {}},
-        "unknown": {"ghost": 1},
-    }
+    counted = bench.centre.counted()
+    assert counted["fixes"] == {"ann": {"used": 1, "early": 1, "far": 1}, "bob": {}}
+    assert counted["unknown"] == {"ghost": 1}
+    noise = motion_noise(robot_model("P2AT"))
+    wanted = {"way": (0.0, noise.longer), "turn": (0.0, noise.wider), "bend": (0.0, noise.bend)}
+    assert counted["learned"]["bob"] == wanted
     assert pose.twist != STILL

@@ -5,6 +5,8 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import MeasuredPose, Motion
 from vrg.bus.node import Node, Tick
@@ -18,6 +20,8 @@ from vrg.types import Pose, Twist
 
 log = logging.getLogger(__name__)
 
+LEARNED = ("way", "turn", "bend")
+"""The words for what an estimator learns of a robot's odometry."""
 NEVER = 1e8
 """The age in s of a robot that no source has seen."""
 PERIOD = 0.05
@@ -81,6 +85,15 @@ class FusionCentre(Node):
             log.warning("%s is elsewhere than its odometry has it: it was pushed or carried", name)
 
     def counted(self) -> dict[str, Any]:
-        """What became of the fixes of each robot, and the fixes of robots that are not located here."""
+        """What became of the fixes of each robot, the fixes of robots that are not located here, and what was learned.
+
+        That is by how much the ways, the turns and the turn on a metre straight ahead (rad) of each robot are greater
+        than its odometry measures, each with its standard deviation.
+        """
         fates = {name: {v.name.lower(): n for v, n in counts.items()} for name, counts in self._counts.items()}
-        return {"fixes": fates, "unknown": dict(self._unknown)}
+        learned = {}
+        for name, estimator in self._estimators.items():
+            errors, covariance = estimator.errors
+            deviations = np.sqrt(np.diag(covariance)).tolist()
+            learned[name] = dict(zip(LEARNED, zip(errors.tolist(), deviations, strict=True), strict=True))
+        return {"fixes": fates, "unknown": dict(self._unknown), "learned": learned}
