@@ -132,7 +132,7 @@ def test_a_match_of_several_processes_cannot_be_repeated(run: RunFolder, tmp_pat
     other = RunFolder(tmp_path / "other")
     shutil.copytree(run.path, other.path)
     other.events.write_text("")
-    with pytest.raises(LaunchError, match="expected a match that was played in one process"):
+    with pytest.raises(LaunchError, match="expected a match that was played in steps"):
         last_instant(other)
 
 
@@ -217,6 +217,19 @@ def test_another_seed_changes_the_noise_from_the_instant_on_and_nothing_before(r
     there, here = (readings_of(folder) for folder in (run, new))
     differing = min(time for time in there if there[time] != here.get(time))
     assert INSTANT <= differing <= INSTANT + 1.0, "the next reading of a sensor that measures once a second"
+
+
+@pytest.mark.parametrize("settings", [{"rules.passes": 1}, {"seed": 3}, {"radio.delay": 0.3}])
+def test_only_what_is_changed_differs_from_the_instant_on(
+    run: RunFolder, tmp_path: Path, settings: dict[str, float]
+) -> None:
+    """The noise of sensors stays, unless the seed is another one."""
+    new = taken_up(run, tmp_path / "runs", Change(INSTANT, settings=settings))
+    before, after = readings_of(run), readings_of(new)
+    assert list(before) == list(after) or set(before) <= set(after)
+    assert all(before[time] == after[time] for time in before)
+    if "radio.delay" not in settings:
+        assert new.journal.read_bytes() == run.journal.read_bytes()
 
 
 def readings_of(folder: RunFolder) -> dict[float, bytes]:

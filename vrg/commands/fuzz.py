@@ -2,18 +2,28 @@
 
 import gc
 import logging
+import multiprocessing
+import os
+import signal
+import threading
+import time
+from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vrg.commands.options import GameArgument
+from vrg.bus.stopping import stop_on_signals
+from vrg.commands.options import GameArgument, exit_if_interrupted
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
     from vrg.faults.plan import Fault
+
+_LOOK: Final = 0.1
+"""The real time in s between two looks at whether a match has been played."""
 
 
 def fuzz(
@@ -38,10 +48,24 @@ def fuzz(
     setup = load_match(match_path(match)).all_here().at_rate(1.0)
     console = Console(highlight=False, emoji=False)
     wrong = 0
-    with ProcessPoolExecutor(cores(), initializer=gc.freeze) as pool, Progress(console=console, transient=True) as bar:
+    done = 0
+    with (
+        stop_on_signals() as stop,
+        ProcessPoolExecutor(cores(), initializer=_begin, initargs=(os.getpid(),)) as pool,
+        Progress(console=console, transient=True) as bar,
+    ):
         task = bar.add_task("matches", total=games)
         play = partial(played, setup, count=faults, seconds=seconds)
-        for number, (found, fewest) in enumerate(pool.map(play, range(seed, seed + games)), seed):
+        waiting = deque(pool.submit(play, number) for number in range(seed, seed + games))
+        for number in range(seed, seed + games):
+            future = waiting.popleft()
+            while not stop.is_set() and not future.done():
+                stop.wait(_LOOK)
+            if stop.is_set():
+                _end(pool)
+                break
+            found, fewest = future.result()
+            done += 1
             bar.advance(task)
             if not found:
                 continue
@@ -49,10 +73,35 @@ def fuzz(
             console.print(f"seed {number}: {'; '.join(map(str, fewest)) or 'no fault'}", markup=False, soft_wrap=True)
             for problem in found:
                 console.print(f"    {problem}", markup=False, soft_wrap=True)
-    typer.echo(f"{games} matches, {games * faults} faults: in {wrong} something did not hold")
+    seeds = f"seed {seed}" if done == 1 else f"seeds {seed} to {seed + done - 1}"
+    matches = "1 match" if done == 1 else f"{done} matches"
+    typer.echo(f"{matches}{f' ({seeds})' if done else ''}, {faults} faults each: in {wrong} something did not hold")
     if wrong:
         typer.echo(f"To repeat one: vrg fuzz {match} --seed SEED --games 1 --faults {faults} --for {seconds:g}")
+    exit_if_interrupted(stop)
+    if wrong:
         raise typer.Exit(1)
+
+
+def _begin(parent: int) -> None:
+    """Prepare a process that plays matches: it leaves Ctrl-C to its parent, and ends when that is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    gc.freeze()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(1.0)
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _end(pool: ProcessPoolExecutor) -> None:
+    """End matches that are being played, and begin no more."""
+    processes = list(multiprocessing.active_children())
+    pool.shutdown(wait=False, cancel_futures=True)
+    for process in processes:
+        process.kill()
 
 
 def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> "tuple[list[str], list[Fault]]":

@@ -114,6 +114,10 @@ def play(
         league = League(league_folder, setup, {source.entry for source in sources}, more)
         site = LeaguePages(where, league, f"League {folder.resolve().name}, {league_folder.definition.game}")
         _write(league, site, sources, reloads=True)
+        if resting := league.resting:
+            console.print(f"withdrawn, so that they play no more: {escape(', '.join(resting))}", soft_wrap=True)
+        if len(league.active) < 2:
+            console.print(f"{len(league.active)} of the entries can play: it takes two for a game", soft_wrap=True)
         before, written = len(league.rows), time.monotonic()
         with stop_on_signals() as stop:
 

@@ -47,6 +47,8 @@ def check(
         raise ConfigError(["expected either --match, such as `--match roboflag`, or --league"])
     if league is not None and (engine is not None or lasers is not None):
         raise ConfigError(["expected neither --engine nor --lasers: a league has its own"])
+    if league is not None and not (_folder_of(league) / "versions.jsonl").is_file():
+        raise ConfigError([f"--league: expected the folder of a league, found none in {league}"])
     kept = None if league is None else match_of(_folder_of(league))
     setup = kept or load_match(match_path(match), engine=engine or "planar", lasers=lasers)
     if (lacking := missing()) is not None:
@@ -137,7 +139,11 @@ def _checked(
     console.print(f"it plays {TRIAL:g} s alone")
     if why := unable(setup, [own], jobs, match_time=TRIAL).get(own):
         return [f"it fails alone: {why.problem}".replace(f"{copy}/", "")]
-    both = [own, *_opponents(setup, league)]
+    opponents = _opponents(setup, league)
+    if not opponents:
+        console.print("nothing in the league plays yet: there is no opponent")
+        return []
+    both = [own, *opponents]
     own, *others = found = contenders([one.target for one in both], [one.label for one in both])
     series = {Pairing(own.label, other.label): Series(1, 0.95, play_all=True) for other in others}
     with (

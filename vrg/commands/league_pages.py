@@ -84,8 +84,7 @@ class LeaguePages:
         for line, rating in zip(board[1:], table, strict=True):
             line[1] = self._link(rating.label, short=True)
         notes = [f"{len(league.rows)} games by {now}; +- is two standard deviations of the rating"]
-        resting = sorted(v.entry for v in versions.values() if v.label not in league.active)
-        if resting:
+        if resting := league.resting:
             notes.append(f"withdrawn: {', '.join(resting)}")
         never = sorted(set(self._pages) - set(league.playing))
         if never:

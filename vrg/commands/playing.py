@@ -194,6 +194,8 @@ def _play_in_steps(
             )
         except LaunchError as failure:
             return None, failure
+    if verify and not stop.is_set():
+        show.console.print("Each second was played twice, and nothing differed.")
     return ending.state, None
 
 

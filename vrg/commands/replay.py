@@ -43,10 +43,11 @@ def replay(
 ) -> None:
     """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
 
-    In the window, ? lists the keys. A match of one process can also be played on from any instant with another strategy
-    for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F; or by another rule, another radio or other noise:
-    `--set rules.passes=3`, `--set radio.delay=0.2`, `--set seed=7`. With --json that prints lines of JSON, and no
-    window is opened; without --play and --set it prints what was recorded as one object.
+    In the window, ? lists the keys. A match that was played in steps (`--in-process`, `--lockstep`) can also be played
+    on from any instant with another strategy for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F; or by
+    another rule, another radio or other noise: `--set rules.passes=3`, `--set radio.delay=0.2`, `--set seed=7`. With
+    --json that prints lines of JSON, and no window is opened; without --play and --set it prints what was recorded as
+    one object.
     """
     folder, setup = ended_run(run, runs)
     if play or settings:

@@ -112,6 +112,11 @@ class League(Games):
         return self.folder.rows
 
     @property
+    def resting(self) -> list[str]:
+        """The entries whose author has taken their file away; their games stay, and their ratings."""
+        return sorted(entry for entry, version in self.playing.items() if version.label not in self.active)
+
+    @property
     def fit(self) -> Fit:
         """The ratings of all versions by all games."""
         if self._fit is None or self._fit[0] != len(self.rows):

@@ -189,7 +189,9 @@ def problems_of(setup: MatchSetup, seed: int, faults: Sequence[Fault], seconds: 
             shutil.rmtree(folder)
             others = [fault for fault in faults if fault.kind is not FaultKind.CLOCK]
             if checked(setup, folder, seed, others, seconds)[1] != journal:
-                problems.append(f"the match depends on wall clocks: {'; '.join(map(str, clocks))}")
+                problems.append(
+                    f"the match depends on wall clocks, or on chance without a seed: {'; '.join(map(str, clocks))}"
+                )
     return problems
 
 

@@ -274,8 +274,10 @@ class StrategyApart(RemoteStrategy):
         try:
             answer: _Ready | _Decided | _Failed = _answers.decode(self._pipe.recv_bytes(_LONGEST))
             return answer
-        except (EOFError, OSError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise self._ended(str(error) or "it has ended") from None
+        except (EOFError, OSError):
+            raise self._ended("it has ended") from None
+        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+            raise self._ended(str(error)) from None
         except BaseException:
             self.close()  # it still decides, and its answer would be taken for that to the next question
             raise

@@ -43,8 +43,8 @@ def last_instant(folder: RunFolder) -> float:
     """
     if folder.events.exists():
         raise LaunchError(
-            f"{folder.path}: expected a match that was played in one process, with `vrg play --in-process`: in one of "
-            "several processes it is not known at which instant each of them heard what, so it cannot be repeated"
+            f"{folder.path}: expected a match that was played in steps, with `vrg play --in-process` or `--lockstep`: "
+            "in one in real time it is not known at which instant each process heard what, so it cannot be repeated"
         )
     last = _last_before(folder, math.inf)
     if last is None:
@@ -99,7 +99,8 @@ def play_branch(
         BrokenPipeError: `progress` has raised it.
     """
     earlier = check_instant(of, changes[0].time)
-    setup = load_match(of.match_file).at_rate(0.0)
+    # The clock tells the rate, at which nothing is paced here.
+    setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
     check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
     with _written(folder):
@@ -135,7 +136,6 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
     """
     last_instant(of)
     before = branch_of(of)
-    # The clock tells the rate, at which nothing is paced here.
     setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
     with _written(folder):
@@ -189,7 +189,8 @@ def play_on(
             if _digest_before(folder, instant) != known:
                 raise LaunchError(
                     f"{of.path} cannot be repeated: up to {instant:.1f} s the referee saw something else this time. "
-                    "Was a strategy or VRG changed since, or did somebody halt it or drive by hand?"
+                    "Was a strategy or VRG changed since, or does a strategy read a clock, or draw without a seed? "
+                    "`vrg play --in-process --verify` finds that"
                 )
         progress(time)
         return (stop is None or not stop.is_set()) and time < ended - TINY

@@ -15,7 +15,7 @@ from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import MatchSetup, radio_seed
+from vrg.config.setup import NOISE, MatchSetup, radio_seed
 from vrg.coordinator.evidence import TINY
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.rulebook import Observation
@@ -179,9 +179,8 @@ def play(
         while linger < 1.0 and executor.time < limit:
             while waiting and executor.time >= waiting[0].time - TINY:
                 change = waiting.pop(0)
-                now = amended(now, change)
-                if change.settings:
-                    _go_on_by(assembly, now, setup.seed)
+                before, now = now, amended(now, change)
+                _go_on_by(assembly, before, now, setup.seed)
                 if name := change.player:
                     players[name].play_by(strategies.maker(now, name), apart=strategies.is_apart(now, name))
             if simulation is not None and executor.time > 0:
@@ -209,16 +208,19 @@ def _write_end(steps: StepLog | None, logs: Path | None, nodes: Iterable[Node], 
             write_json(logs / f"{node.name}.json", node.counted())
 
 
-def _go_on_by(assembly: Assembly[ContainedPlayer], setup: MatchSetup, drawn: int) -> None:
-    """Let a match go on by the rules, the radio and the seed of another match file.
+def _go_on_by(assembly: Assembly[ContainedPlayer], before: MatchSetup, now: MatchSetup, drawn: int) -> None:
+    """Let a match go on by the rules, the radio and the seed of another match file, where they are others than before.
 
     Args:
         drawn: the seed by which the rules have drawn.
     """
-    assembly.coordinator.judge_by(rulebook_of(structs.replace(setup, seed=drawn)))
-    assembly.world.world.reseed(setup.seed)
-    for name, player in assembly.players.items():
-        player.radio.link = link_of(setup.radio.settings, setup.draw(radio_seed(name)))
+    if now.rules != before.rules:
+        assembly.coordinator.judge_by(rulebook_of(structs.replace(now, seed=drawn)))
+    if now.seed != before.seed:
+        assembly.world.world.reseed(now.draw(NOISE))
+    if (now.radio, now.seed) != (before.radio, before.seed):
+        for name, player in assembly.players.items():
+            player.radio.link = link_of(now.radio.settings, now.draw(radio_seed(name)))
 
 
 def emulation(setup: MatchSetup, *, strict: bool = False) -> "Simulation | None":
