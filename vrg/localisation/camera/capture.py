@@ -31,7 +31,8 @@ class Frame(Struct, frozen=True):
     """A picture.
 
     Args:
-        picture: shape (rows, columns) or (rows, columns, 3), blue, green and red. time: when it was taken, monotonic, s.
+        picture: shape (rows, columns) or (rows, columns, 3), blue, green and red.
+        time: when it was taken, monotonic, s.
     """
 
     picture: npt.NDArray[np.uint8]
@@ -47,6 +48,9 @@ class Wanted(Struct, frozen=True):
 
     size: tuple[int, int] | None = None
     rate: float = 30.0
+
+
+_ANY: Final = Wanted()
 
 
 class Reader(Protocol):
@@ -98,9 +102,7 @@ class VideoReader:
         ConfigError: it cannot be opened.
     """
 
-    def __init__(
-        self, camera: int | str, wanted: Wanted = Wanted(), sleep: Callable[[float], object] = time.sleep
-    ) -> None:
+    def __init__(self, camera: int | str, wanted: Wanted = _ANY, sleep: Callable[[float], object] = time.sleep) -> None:
         self.live = isinstance(camera, int) or camera.startswith("/dev/")
         self._capture = cv2.VideoCapture(camera, cv2.CAP_V4L2 if self.live else cv2.CAP_ANY)
         if not self._capture.isOpened():
@@ -149,7 +151,7 @@ class _Pace:
         self._due: float | None = None
 
     def wait(self) -> float:
-        """Wait until the next picture is due, and return when that is, monotonic, s. What is late is not made up for."""
+        """Wait until the next picture is due, and return when that is, monotonic, s. Nothing late is made up for."""
         now = time.monotonic()
         due = now if self._due is None else max(self._due, now - self._period)
         self._due = due + self._period
@@ -179,7 +181,7 @@ def read_picture(file: Path) -> npt.NDArray[np.uint8]:
     return np.asarray(picture, dtype=np.uint8)
 
 
-def open_reader(camera: int | str, base: Path, wanted: Wanted = Wanted()) -> Reader:
+def open_reader(camera: int | str, base: Path, wanted: Wanted = _ANY) -> Reader:
     """Open a camera, a video file or a folder of pictures.
 
     Args:

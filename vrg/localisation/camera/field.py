@@ -170,8 +170,8 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
     best = None
     # Two poses see points of a plane alike; the right one is above the floor, and has the smaller error.
     count, turns, ways, _ = cv2.solvePnPGeneric(floor, rays, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
-    for turn, way in zip(turns[:count], ways[:count], strict=True):
-        turn, way = cv2.solvePnPRefineLM(floor, rays, np.eye(3), np.zeros(5), turn, way)
+    for rough in zip(turns[:count], ways[:count], strict=True):
+        turn, way = cv2.solvePnPRefineLM(floor, rays, np.eye(3), np.zeros(5), *rough)
         rotation = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
         place = Place(rotation, -rotation.T @ np.asarray(way, dtype=np.float64).ravel())
         found = FieldView(lens, place).project(floor)

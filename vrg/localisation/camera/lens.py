@@ -38,7 +38,7 @@ class Lens(Struct, frozen=True):
             return np.empty((0, 2))
         stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, _ROUNDS, _EXACT)
         points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
-        found = cv2.undistortPointsIter(points, self.matrix, self.distortion, np.eye(3), np.eye(3), stop)
+        found = cv2.undistortPoints(points, self.matrix, self.distortion, None, np.eye(3), np.eye(3), stop)
         return np.asarray(found, dtype=np.float64).reshape(-1, 2)
 
     def pixels(self, points: Floats) -> Floats:
