@@ -76,6 +76,7 @@ class Bench:
             name="overhead",
             settings=settings,
             robots=dict.fromkeys(robots, model),
+            starts=dict.fromkeys(robots, Pose(0.0, 0.0, 0.0)),
             seed=1,
             base=folder,
         )
@@ -105,7 +106,7 @@ class Bench:
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
     monkeypatch.setattr(module, "Watch", FakeWatch)
     made = Bench(tmp_path)
-    made.tick()
+    made.tick(0.2)
     return made
 
 
