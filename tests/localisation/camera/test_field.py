@@ -98,7 +98,7 @@ def test_the_place_of_a_camera_follows_from_points_on_the_floor(view: FieldView)
     assert found.rms < 0.01
     rough = fitted(LENS, points, exact + rng.normal(0.0, 0.5, exact.shape))
     assert rough.place.position == pytest.approx(view.place.position, abs=0.05)
-    assert 0.05 < rough.rms < 1.0
+    assert 0.05 < rough.rms < 1.5
 
 
 def test_a_point_that_is_typed_wrong_has_a_large_error() -> None:

@@ -24,7 +24,8 @@ _FOLDER_RATE: Final = 10.0
 """The pictures in a second that are taken from a folder."""
 _ENDING: Final = 15.0
 """How long a thread that reads may take to end, s: OpenCV gives up a silent camera after 10 s."""
-_SUFFIXES: Final = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+SUFFIXES: Final = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
+"""What the names of pictures end in."""
 
 
 class Frame(Struct, frozen=True):
@@ -75,9 +76,9 @@ class FolderReader:
     live = False
 
     def __init__(self, folder: Path, sleep: Callable[[float], object] = time.sleep) -> None:
-        self._files = sorted(file for file in folder.iterdir() if file.suffix.lower() in _SUFFIXES)
+        self._files = sorted(file for file in folder.iterdir() if file.suffix.lower() in SUFFIXES)
         if not self._files:
-            raise ConfigError(f"{folder}: expected pictures in this folder ({', '.join(_SUFFIXES)}), found none")
+            raise ConfigError(f"{folder}: expected pictures in this folder ({', '.join(SUFFIXES)}), found none")
         self._files.reverse()
         self._pace = _Pace(_FOLDER_RATE, sleep)
 

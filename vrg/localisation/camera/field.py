@@ -146,8 +146,9 @@ class Fitted(Struct, frozen=True):
 
     @property
     def rms(self) -> float:
-        """The root of the mean squared error, pixels."""
-        return float(np.sqrt((self.errors**2).mean()))
+        """The root of the mean squared error, pixels, as it would be if the place had not been fitted to these points."""
+        # Each point tells two numbers, and a place has six.
+        return float(np.sqrt((self.errors**2).sum() / (len(self.errors) - 3)))
 
 
 def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) -> Fitted:

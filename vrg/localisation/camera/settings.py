@@ -1,13 +1,16 @@
 """The settings of a camera above the field."""
 
 import math
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import Field, model_validator
 
 from vrg.localisation.camera.detection import NUMBERS
 from vrg.tables import Table
 from vrg.types import Pose
+
+NOISE: Final = 0.2
+"""The standard deviation of each coordinate of a corner of a tag, pixels, in a picture of a good webcam."""
 
 
 class RobotTag(Table):
@@ -50,7 +53,7 @@ class CameraSettings(Table):
     tags: Annotated[dict[str, RobotTag], Field(min_length=1)]
     size: Annotated[float, Field(gt=0.0, le=10.0)] = 0.15
     rate: Annotated[float, Field(gt=0.0, le=200.0)] = 15.0
-    noise: Annotated[float, Field(gt=0.0, le=10.0)] = 0.2
+    noise: Annotated[float, Field(gt=0.0, le=10.0)] = NOISE
 
     @model_validator(mode="after")
     def _distinct(self) -> "CameraSettings":
