@@ -131,6 +131,6 @@ def field(
     typer.echo(f"The camera is at x {x:.3f} m, y {y:.3f} m, {z:.3f} m above the floor.")
     typer.echo(f"The points are off by {found.rms:.2f} pixels.")
     typer.echo(
-        f"Written to {calibration}. "
+        f"Written to {calibration}."
         + (" Leave the tags there: they tell whether the camera is moved." if floor else "")
     )

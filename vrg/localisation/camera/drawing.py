@@ -88,15 +88,17 @@ def _write(canvas: Picture, lines: Sequence[str], middle: npt.NDArray[np.float64
     left = corners[:, 0].max() + 6.0
     if left + width > canvas.shape[1]:
         left = corners[:, 0].min() - 6.0 - width
-    upper = middle[1] - 11.0 * scale * (len(lines) - 1)
+    upper = middle[1] - 17.0 * scale * (len(lines) - 1)
     for number, line in enumerate(lines):
-        _text(canvas, line, np.array([left, upper + 26.0 * scale * number + 9.0 * scale]), scale)
+        _text(canvas, line, np.array([left, upper + 36.0 * scale * number + 9.0 * scale]), scale)
 
 
 def _text(canvas: Picture, text: str, place: npt.NDArray[np.float64], scale: float) -> None:
     u, v = np.round(place).astype(int).tolist()
-    for colour, weight in ((_DARK, max(3, round(5 * scale))), (_OUTLINE, max(1, round(1.5 * scale)))):
-        cv2.putText(canvas, text, (u, v), cv2.FONT_HERSHEY_SIMPLEX, scale, colour, weight, cv2.LINE_AA)
+    weight = max(1, round(1.5 * scale))
+    (width, height), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, scale, weight)
+    cv2.rectangle(canvas, (u - 2, v - height - 2), (u + width + 2, v + below), _DARK, cv2.FILLED)
+    cv2.putText(canvas, text, (u, v), cv2.FONT_HERSHEY_SIMPLEX, scale, _OUTLINE, weight, cv2.LINE_AA)
 
 
 def _whole(points: npt.NDArray[np.float64]) -> npt.NDArray[np.int32]:

@@ -146,7 +146,7 @@ class Fitted(Struct, frozen=True):
 
     @property
     def rms(self) -> float:
-        """The root of the mean squared error, pixels, as it would be if the place had not been fitted to these points."""
+        """The root of the mean squared error, pixels, as it would be of points that the place was not fitted to."""
         # Each point tells two numbers, and a place has six.
         return float(np.sqrt((self.errors**2).sum() / (len(self.errors) - 3)))
 
