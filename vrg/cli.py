@@ -163,7 +163,7 @@ class Commands(TyperGroup):
             for name, (_, about) in listed.items():
                 formatter.write(f"  {typer.style(name.ljust(width), fg='cyan')}  {about}\n")
         if ctx.parent is None:
-            formatter.write("\nAlone, vrg lets you choose a match. Also: --version, --install-completion.\n")
+            formatter.write("Alone, vrg lets you choose a match. Also: --version, --install-completion.\n")
 
 
 def _command(name: str, what: Any, about: str) -> Any:

@@ -2,6 +2,8 @@
 
 import logging
 import math
+import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -260,3 +262,15 @@ def test_pictures_of_a_folder_become_fixes(tmp_path: Path) -> None:
     assert np.diff([stamp for stamp, _ in found]) == pytest.approx(0.1, abs=0.1)
     for (_, (fix,)), truth in zip(found, truths, strict=True):
         assert (fix.pose.x, fix.pose.y, fix.pose.theta) == pytest.approx((truth.x, truth.y, truth.theta), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "use", ["SOURCES.get('camera')", "make_app()(['locate', 'show', 'x.png'], standalone_mode=False)"]
+)
+def test_without_opencv_it_is_told_what_to_install(use: str) -> None:
+    code = "import sys; sys.modules['cv2'] = None\nfrom vrg.localisation.source import SOURCES\n"
+    code += "from vrg.cli import make_app\nfrom vrg.errors import ConfigError\n"
+    code += f"try: {use}\nexcept ConfigError as error: print(error)"
+    out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    assert "expected the package opencv-python-headless" in out.stdout
+    assert "pip install -e '.[camera]'" in out.stdout
