@@ -10,4 +10,7 @@ except ImportError as error:
         "`.venv/bin/pip install -e '.[camera]'` in the folder of VRG"
     ) from error
 
+# It would print warnings of its own between the words that are told here.
+cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
+
 __all__ = ["cv2"]
