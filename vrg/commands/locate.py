@@ -134,7 +134,7 @@ def picture_of(what: str, size: tuple[int, int] | None) -> "Picture":
     Raises:
         ConfigError: there is none, or it is of another size.
     """
-    from vrg.localisation.camera.capture import SUFFIXES, Wanted, open_reader, read_picture
+    from vrg.localisation.camera.readers import SUFFIXES, Wanted, open_reader, read_picture
 
     if Path(what).suffix.lower() in SUFFIXES:
         return _of_size(read_picture(Path(what)), what, size)

@@ -34,8 +34,8 @@ def lens(
     """
     from vrg.localisation.camera.board import Board, calibrated, find_board
     from vrg.localisation.camera.calibration import CameraFile, LensTable, camera_text
-    from vrg.localisation.camera.capture import read_picture
     from vrg.localisation.camera.detection import grey_of
+    from vrg.localisation.camera.readers import read_picture
 
     wanted = Board() if chessboard is None else Board(*chessboard, marker=None)
     views, names = [], []

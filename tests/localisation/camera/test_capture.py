@@ -3,14 +3,17 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
 
 from vrg.errors import ConfigError
 from vrg.localisation.camera import capture
-from vrg.localisation.camera.capture import Capture, Frame, Reader, open_reader, read_picture
+from vrg.localisation.camera.capture import Capture
 from vrg.localisation.camera.opencv import cv2
+from vrg.localisation.camera.readers import Frame, Reader, VideoReader, Wanted, open_reader, read_picture
+from vrg.localisation.camera.watch import Watch
 
 
 def eventually(holds: Callable[[], object], seconds: float = 20.0) -> bool:
@@ -148,7 +151,7 @@ def test_a_film_is_played_at_its_own_rate(tmp_path: Path) -> None:
         film.write(np.full((48, 64, 3), 20 * number, np.uint8))
     film.release()
     slept: list[float] = []
-    reader = capture.VideoReader(str(tmp_path / "film.avi"), sleep=slept.append)
+    reader = VideoReader(str(tmp_path / "film.avi"), sleep=slept.append)
     taken = []
     while (frame := reader.read()) is not None:
         taken.append(frame)
@@ -157,3 +160,52 @@ def test_a_film_is_played_at_its_own_rate(tmp_path: Path) -> None:
     assert not reader.live
     assert np.diff([frame.time for frame in taken]) == pytest.approx(0.04, abs=1e-6)
     assert [int(frame.picture[0, 0, 0]) for frame in taken] == pytest.approx([20 * n for n in range(10)], abs=6)
+
+
+class FakeVideo:
+    """OpenCV's camera, whose pictures Linux stamps `age` s before they are read; None if it does not stamp them."""
+
+    age: float | None = 0.05
+    asked: ClassVar[dict[int, float]] = {}
+
+    def __init__(self, *_: object) -> None:
+        self.asked.clear()
+
+    def isOpened(self) -> bool:  # noqa: N802 - OpenCV's name
+        return True
+
+    def set(self, what: int, value: float) -> None:
+        self.asked[what] = value
+
+    def get(self, what: int) -> float:
+        assert what == cv2.CAP_PROP_POS_MSEC
+        return 0.0 if self.age is None else 1000.0 * (time.monotonic() - self.age)
+
+    def read(self) -> tuple[bool, np.ndarray]:
+        return True, np.zeros((4, 4, 3), np.uint8)
+
+    def release(self) -> None:
+        pass
+
+
+@pytest.mark.parametrize(("age", "expected"), [(0.05, 0.05), (5.0, 5.0), (None, 0.0), (1e9, 0.0), (-1e9, 0.0)])
+def test_a_picture_is_as_old_as_linux_says(monkeypatch: pytest.MonkeyPatch, age: float | None, expected: float) -> None:
+    """One that has waited in a queue is old, and must not count as new."""
+    monkeypatch.setattr(cv2, "VideoCapture", FakeVideo)
+    monkeypatch.setattr(FakeVideo, "age", age)
+    reader = open_reader(0, Path(), Wanted((1280, 720), 30.0))
+    frame = reader.read()
+    assert frame is not None
+    assert time.monotonic() - frame.time == pytest.approx(expected, abs=2.0)
+    assert frame.time <= time.monotonic() - expected + 0.01
+    assert FakeVideo.asked[cv2.CAP_PROP_FRAME_WIDTH] == 1280
+    assert FakeVideo.asked[cv2.CAP_PROP_AUTOFOCUS] == 0
+    reader.close()
+
+
+@pytest.mark.parametrize(("rate", "expected"), [(15.0, 15), (10.0, 10), (60.0, 30)])
+def test_no_more_pictures_are_looked_at_than_wanted(rate: float, expected: int) -> None:
+    watch = Watch(Fake, rate)
+    rng = np.random.default_rng(1)
+    due = [watch._is_due(Frame(np.zeros((2, 2), np.uint8), n / 30 + rng.uniform(0, 0.01))) for n in range(300)]
+    assert sum(due) == pytest.approx(10 * expected, abs=8)

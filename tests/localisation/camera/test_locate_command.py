@@ -15,9 +15,9 @@ from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.localisation.camera.board import Board
 from vrg.localisation.camera.calibration import CameraFile, LensTable, camera_text, load_camera
-from vrg.localisation.camera.capture import read_picture
 from vrg.localisation.camera.field import FieldView
 from vrg.localisation.camera.opencv import cv2
+from vrg.localisation.camera.readers import read_picture
 from vrg.types import Pose
 
 VIEW = FieldView(LENS, looking((0.3, -1.2, 2.8)))

@@ -274,3 +274,15 @@ def test_without_opencv_it_is_told_what_to_install(use: str) -> None:
     out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120, check=True)
     assert "expected the package opencv-python-headless" in out.stdout
     assert "pip install -e '.[camera]'" in out.stdout
+
+
+def test_a_match_without_a_camera_does_not_load_opencv() -> None:
+    code = "import sys, vrg.commands.play, vrg.config.checks\nfrom vrg.localisation.source import SOURCES\nSOURCES.get('sim')"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", f"{code}\nprint('cv2' in sys.modules)"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    assert done.stdout.strip() == "False"

@@ -180,5 +180,7 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
         if place.position[2] > 0.0 and np.isfinite(one.errors).all() and (best is None or one.rms < best.rms):
             best = one
     if best is None:
-        raise ValueError("no camera above the floor can see these points so: is one of them typed wrong?")
+        raise ValueError(
+            "no camera above the floor can see these points so: is one of them typed wrong, or are x and y swapped?"
+        )
     return best

@@ -14,9 +14,9 @@ from vrg.bus.messages import Fix
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.localisation.camera.calibration import load_camera
-from vrg.localisation.camera.capture import Reader, Wanted, open_reader
 from vrg.localisation.camera.detection import Tag
 from vrg.localisation.camera.field import robot_at
+from vrg.localisation.camera.readers import Reader, Wanted, open_reader
 from vrg.localisation.camera.settings import CameraSettings
 from vrg.localisation.camera.watch import Sighting, Watch
 from vrg.localisation.clock import ClockOffset

@@ -8,8 +8,9 @@ from typing import Final
 
 from msgspec import Struct
 
-from vrg.localisation.camera.capture import Capture, Frame, Reader
+from vrg.localisation.camera.capture import Capture
 from vrg.localisation.camera.detection import Tag, TagDetector, grey_of
+from vrg.localisation.camera.readers import Frame, Reader
 
 _KEPT: Final = 50
 """The pictures whose tags wait to be taken; older ones are of no use."""
