@@ -277,7 +277,7 @@ def test_without_opencv_it_is_told_what_to_install(use: str) -> None:
 
 
 def test_a_match_without_a_camera_does_not_load_opencv() -> None:
-    code = "import sys, vrg.commands.play, vrg.config.checks\nfrom vrg.localisation.source import SOURCES\nSOURCES.get('sim')"
+    code = "import sys, vrg.commands.play\nfrom vrg.localisation.source import SOURCES\nSOURCES.get('sim')"
     done = subprocess.run(
         [sys.executable, "-P", "-c", f"{code}\nprint('cv2' in sys.modules)"],
         capture_output=True,
