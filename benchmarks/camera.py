@@ -141,13 +141,19 @@ class Driving:
             (FIELD[0] * ((number % across + 0.5) / across - 0.5), FIELD[1] * (0.22 if number // across else -0.22))
             for number in range(robots)
         ]
+        self._radii = [0.2 + 0.02 * (number % 6) for number in range(robots)]
         setups = tuple(
-            RobotSetup(name=name, model="P2AT", pose=Pose(10 * x, 10 * y, self._rng.uniform(-3, 3)))
-            for name, (x, y) in zip(self.names, self._homes, strict=True)
+            RobotSetup(name=name, model="P2AT", pose=self._start(10 * x, 10 * y, radius))
+            for name, (x, y), radius in zip(self.names, self._homes, self._radii, strict=True)
         )
         self._twists: dict[str, Twist] = {}
         # They are ten times as far apart there, so that none meets another.
         self._world = World(WorldConfig(map="open", engine="planar", seed=seed, lasers=False, robots=setups))
+
+    def _start(self, x: float, y: float, radius: float) -> Pose:
+        """A pose from which a robot that turns to the left drives around a point, m."""
+        heading = self._rng.uniform(-3.0, 3.0)
+        return Pose(x + radius * math.sin(heading), y - radius * math.cos(heading), heading)
 
     def poses(self) -> list[Pose]:
         """Where they are on the field."""
@@ -158,9 +164,8 @@ class Driving:
         return found
 
     def go(self, ticks: int) -> None:
-        """Drive on in circles of 0.25 to 0.4 m, at 0.3 to 0.7 m/s."""
-        for index, name in enumerate(self.names):
-            radius = 0.25 + 0.03 * (index % 6)
+        """Drive on in circles, at 0.3 to 0.7 m/s."""
+        for name, radius in zip(self.names, self._radii, strict=True):
             speed = self._rng.uniform(0.3, 0.7)
             self._twists[name] = Twist(speed, speed / radius)
         for _ in range(ticks):
@@ -184,7 +189,7 @@ def trial(
     place = Place(np.array([right, np.cross(ahead, right), ahead]), EYE)
     detector, driving = TagDetector(), Driving(robots, seed)
     view: FieldView | None = None
-    errors, turns, told, times, wide, found = [], [], [], [], [], 0
+    errors, turns, told, times, wide, there, found = [], [], [], [], [], 0, 0
     with tempfile.TemporaryDirectory() as folder:
         studio = Studio(Path(folder), robots, side)
         try:
@@ -204,8 +209,9 @@ def trial(
                 seen = {tag.number: tag for tag in detector.detect(grey)}
                 located = {n: view.locate(tag.corners, HEIGHT, NOISE) for n, tag in seen.items() if n < robots}
                 times.append(1000 * watch.read().wall)
+                there += sum(_is_seen(FieldView(lens, place), truth, side) for truth in truths)
                 for number, one in located.items():
-                    if one is None:
+                    if one is None or not _is_seen(FieldView(lens, place), truths[number], side):
                         continue
                     found += 1
                     truth = truths[number]
@@ -221,7 +227,7 @@ def trial(
         "tag, cm": 100 * side,
         "pixels": round(median(wide)),
         "shutter, ms": 1000 * shutter,
-        "found, %": round(100 * found / (pictures * robots), 1),
+        "found, %": round(100 * found / there, 1),
         "rms, mm": round(math.sqrt(float(np.mean(np.square(errors)))), 2),
         "95 %, mm": round(quantile(errors, 0.95), 2),
         "told, mm": round(median(told), 2),
@@ -229,6 +235,14 @@ def trial(
         "95 %, degrees": round(quantile(turns, 0.95), 2),
         "ms": round(median(times), 1),
     }
+
+
+def _is_seen(view: FieldView, pose: Pose, side: float) -> bool:
+    """True if a robot's tag is in the picture with all of its white border."""
+    reach = side * (CELLS + 2) / CELLS / math.sqrt(2.0)
+    points = [(pose.x + dx, pose.y + dy, HEIGHT) for dx in (-reach, reach) for dy in (-reach, reach)]
+    pixels = view.project(np.array(points))
+    return bool((pixels >= 0.0).all() and (pixels < view.lens.size).all())
 
 
 def _calibrated(lens: Lens, grey: Pixels, robots: int) -> FieldView:
