@@ -26,6 +26,7 @@ ONLY_IN = {
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/edit/server.py"),
     "segno": ("ui/sheet.py",),
     "viser": ("ui/three/theatre.py",),
+    "cv2": ("localisation/camera/opencv.py",),
     "numba": ("learning/compiled.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
     "pettingzoo": ("learning/environment.py",),

@@ -57,6 +57,20 @@ RUN: Table = {
         "export": ("vrg.commands.export:export", "What players saw and did, as a table to learn from"),
     }
 }
+CALIBRATE: Table = {
+    "Measure a camera": {
+        "lens": ("vrg.commands.locate_calibrate:lens", "How its lens draws, from pictures of a printed board"),
+        "field": ("vrg.commands.locate_calibrate:field", "Where it is, by tags or points on the floor"),
+    }
+}
+LOCATE: Table = {
+    "Locate robots by a camera above the field": {
+        "tags": ("vrg.commands.locate:tags", "Print the tags of a match's robots, and some for the floor"),
+        "board": ("vrg.commands.locate:board", "Print the board that a lens is calibrated with"),
+        "calibrate": (CALIBRATE, "Measure a camera: lens, field"),
+        "show": ("vrg.commands.locate:show", "Find the tags in a picture, and draw them"),
+    }
+}
 NODE: Table = {
     "Run a single process of a match": {
         "router": ("vrg.commands.node:router", "The router that all processes of a match connect to"),
@@ -94,6 +108,7 @@ COMMANDS: Table = {
         "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
         "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
+        "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
         "deploy": ("vrg.commands.deploy:app", "Prepare machines on which matches run for a long time"),
@@ -148,7 +163,7 @@ class Commands(TyperGroup):
             for name, (_, about) in listed.items():
                 formatter.write(f"  {typer.style(name.ljust(width), fg='cyan')}  {about}\n")
         if ctx.parent is None:
-            formatter.write("\nAlone, vrg lets you choose a match. Also: --version, --install-completion.\n")
+            formatter.write("Alone, vrg lets you choose a match. Also: --version, --install-completion.\n")
 
 
 def _command(name: str, what: Any, about: str) -> Any:

@@ -80,7 +80,11 @@ def _check(found: object) -> str | None:
 SOURCES: Registry[type[Source]] = Registry(
     "source of fixes",
     "vrg.localisation",
-    {"sim": "vrg.localisation.sim.source:SimSource", "ssl": "vrg.localisation.ssl.source:SslSource"},
+    {
+        "sim": "vrg.localisation.sim.source:SimSource",
+        "ssl": "vrg.localisation.ssl.source:SslSource",
+        "camera": "vrg.localisation.camera.source:CameraSource",
+    },
     _check,
 )
 """The class of every kind of source, by its name."""

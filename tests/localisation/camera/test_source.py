@@ -1,0 +1,288 @@
+"""The node of a camera: from tags in pictures to fixes with the match time of each picture."""
+
+import logging
+import math
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from tests.localisation.camera.scenes import LENS, looking, sheet_at, tags_on_field
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Clock, Fix
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys
+from vrg.errors import ConfigError
+from vrg.geometry import compose
+from vrg.hal.models import robot_model
+from vrg.localisation.camera import source as module
+from vrg.localisation.camera.calibration import CameraFile, FloorTag, LensTable, PlaceTable, camera_text
+from vrg.localisation.camera.detection import Tag
+from vrg.localisation.camera.field import FieldView
+from vrg.localisation.camera.opencv import cv2
+from vrg.localisation.camera.source import CameraSource
+from vrg.localisation.camera.watch import Sighting
+from vrg.localisation.source import SOURCES, SourceContext, read_source
+from vrg.types import Pose
+
+KEYS = Keys("m")
+VIEW = FieldView(LENS, looking((0.2, -1.0, 2.6)), 0.5)
+FLOOR = (FloorTag(number=20, x=-0.8, y=-0.4), FloorTag(number=21, x=0.8, y=-0.4), FloorTag(number=22, x=0.8, y=0.6))
+TABLE = {
+    "source": "camera",
+    "camera": "pictures",
+    "calibration": "cam.toml",
+    "tags": {"ann": {"number": 3, "height": 0.25, "x": 0.1, "heading": 90.0}, "bob": {"number": 4, "height": 0.2}},
+}
+OFFSET = Pose(0.1, 0.0, math.pi / 2)
+
+
+class FakeWatch:
+    """Shows what a test has put into it."""
+
+    def __init__(self, *_: object) -> None:
+        self.sightings: list[Sighting] = []
+        self.trouble: str | None = None
+        self.running = False
+
+    def start(self) -> None:
+        self.running = True
+
+    def close(self) -> None:
+        self.running = False
+
+    def take(self) -> list[Sighting]:
+        found, self.sightings = self.sightings, []
+        return found
+
+    def problem(self) -> str | None:
+        return self.trouble
+
+
+class Bench:
+    """A camera's node, a match clock that began 1000 s after the process' own, and what is said to it."""
+
+    def __init__(self, folder: Path, table: dict | None = None, robots: tuple[str, ...] = ("ann", "bob")) -> None:
+        camera = CameraFile(lens=LensTable.of(LENS, 0.2), place=PlaceTable.of(VIEW.place, VIEW.shift), tags=FLOOR)
+        (folder / "cam.toml").write_text(camera_text(camera), encoding="utf-8")
+        kind, settings = read_source(table or TABLE)
+        assert kind is CameraSource
+        self.mailbox, self.now, self._number = Mailbox(), 1000.0, 0
+        model = robot_model("P2AT")
+        context = SourceContext(
+            name="overhead",
+            settings=settings,
+            robots=dict.fromkeys(robots, model),
+            starts=dict.fromkeys(robots, Pose(0.0, 0.0, 0.0)),
+            seed=1,
+            base=folder,
+        )
+        self.node = CameraSource(context, self.mailbox, KEYS, lambda: self.now)
+
+    @property
+    def watch(self) -> FakeWatch:
+        watch = self.node._watch
+        assert isinstance(watch, FakeWatch)
+        return watch
+
+    def tick(self, seconds: float = 0.02, rate: float = 1.0) -> list[tuple[float, tuple[Fix, ...]]]:
+        self.now += seconds
+        self._number += 1
+        clock = Clock(time=self.now - 1000.0, tick=self._number, epoch=0, rate=rate, estop=False)
+        for inlet in self.mailbox.inlets:
+            inlet.offer(Received(KEYS.clock.key, clock.time, self._number, clock, "world/w"))
+        self.mailbox.handover(clock.time)
+        self.node.tick(Tick(clock.time))
+        return [(out.message.stamp, out.message.body.fixes) for out in self.mailbox.collect()]
+
+    def shows(self, *tags: Tag, ago: float = 0.05, size: tuple[int, int] = LENS.size) -> None:
+        self.watch.sightings.append(Sighting(self.now - ago, sorted(tags, key=lambda tag: tag.number), size))
+
+
+@pytest.fixture
+def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
+    monkeypatch.setattr(module, "Watch", FakeWatch)
+    made = Bench(tmp_path)
+    made.tick(0.2)
+    return made
+
+
+def seen(number: int, pose: Pose, height: float, size: float = 0.15) -> Tag:
+    """A tag at a pose, as a detector without any error would see it."""
+    return Tag(number, VIEW.project(sheet_at(pose, height, (size, size))))
+
+
+def test_a_robot_is_located_at_the_time_of_the_picture(bench: Bench) -> None:
+    truth = Pose(0.4, 0.1, 0.6)
+    bench.tick(5.0)
+    bench.shows(seen(3, compose(truth, OFFSET), 0.25))
+    ((stamp, (fix,)),) = bench.tick()
+    assert stamp == pytest.approx(5.2 - 0.05)
+    assert fix.robot == "ann"
+    assert (fix.pose.x, fix.pose.y, fix.pose.theta) == pytest.approx((0.4, 0.1, 0.6), abs=1e-6)
+    assert 1e-4 < fix.position < 0.01
+    assert fix.heading is not None
+    assert 1e-3 < fix.heading < 0.02
+    assert bench.tick() == [], "nothing is published twice"
+    assert bench.node.counted() == {"pictures": 1, "fixes": {"ann": 1}, "unknown": {}, "ignored": {}}
+
+
+def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    here = Pose(0.0, 0.0, 0.0)
+    for _ in range(3):
+        bench.shows(seen(3, here, 0.25), seen(3, Pose(0.5, 0.0, 0.0), 0.25), seen(4, here, 0.2), seen(99, here, 0.0))
+        ((_, fixes),) = bench.tick()
+        assert [fix.robot for fix in fixes] == ["bob"]
+    bench.shows(seen(4, here, 0.2, size=0.1))
+    assert bench.tick() == []
+    counted = bench.node.counted()
+    assert counted["unknown"] == {"99": 3}
+    assert counted["ignored"] == {"twice": 6, "size": 1}
+    told = [record.getMessage() for record in caplog.records]
+    assert told == [
+        "overhead: tag 3 of ann is seen twice: is one of them another's?",
+        "overhead: tag 99 is seen, which no robot has",
+        "overhead: tag 4 of bob seems to be 0.100 m wide, expected 0.150 m: are its height and its size right?",
+    ]
+
+
+def test_tags_on_the_floor_tell_whether_the_camera_has_been_moved(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    robot, right = seen(4, Pose(0.0, 0.0, 0.0), 0.2), [seen(t.number, Pose(t.x, t.y, 0.5), 0.0) for t in FLOOR]
+    bench.shows(robot, *right)
+    assert len(bench.tick()) == 1
+    bench.shows(robot, right[0], right[1], seen(22, Pose(0.2, 0.2, 0.0), 0.0))
+    assert len(bench.tick()) == 1, "one of them was pushed away"
+    assert not caplog.records
+    bench.shows(robot, *(seen(t.number, Pose(t.x + 0.1, t.y, 0.5), 0.0) for t in FLOOR))
+    assert bench.tick() == []
+    assert "the camera has been moved" in caplog.text
+    assert bench.node.counted()["unknown"] == {}
+
+
+def test_pictures_that_are_old_or_of_another_size_or_from_before_the_match_give_no_fix(bench: Bench) -> None:
+    robot = seen(4, Pose(0.0, 0.0, 0.0), 0.2)
+    bench.shows(robot, ago=0.5)
+    assert bench.tick() == [], "the match had not begun"
+    bench.tick(10.0)
+    bench.shows(robot, ago=3.0)
+    bench.shows(robot, size=(640, 480))
+    assert bench.tick() == []
+    assert bench.node.counted()["ignored"] == {"size of pictures": 1}
+    bench.shows(robot)
+    assert len(bench.tick()) == 1
+
+
+def test_a_match_that_is_faster_than_robots_gets_no_fixes(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    bench.tick(5.0)
+    bench.shows(seen(4, Pose(0.0, 0.0, 0.0), 0.2))
+    assert bench.tick(rate=0.0) == []
+    assert "the match needs `rate = 1`" in caplog.text
+
+
+def test_a_camera_that_stops_and_comes_back_is_told_once_each(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+    with caplog.at_level(logging.WARNING):
+        for trouble in ("it has sent no picture for 1 s", "it has sent no picture for 2 s", None, None):
+            bench.watch.trouble = trouble
+            bench.tick()
+    told = [record.getMessage() for record in caplog.records]
+    assert told == ["camera overhead: it has sent no picture for 1 s", "camera overhead sees again"]
+
+
+def test_names_that_do_not_fit_together_are_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(module, "Watch", FakeWatch)
+    bench = Bench(tmp_path, robots=("ann", "zoe"))
+    bench.node.start()
+    assert bench.watch.running
+    assert "no tag is named of zoe" in caplog.text
+    assert "no robot that is located here has the name bob" in caplog.text
+    bench.tick(5.0)
+    bench.shows(seen(4, Pose(0.0, 0.0, 0.0), 0.2))
+    assert bench.tick() == []
+    assert bench.node.counted()["unknown"] == {}
+    bench.node.stop()
+    assert not bench.watch.running
+
+
+def test_a_camera_without_a_calibration_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="expected the file that `vrg locate calibrate lens` writes"):
+        Bench(tmp_path, TABLE | {"calibration": "other.toml"})
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"tags": {}}, "at least 1"),
+        ({"tags": {"ann": {"number": 600, "height": 0.1}}}, "less than 587"),
+        ({"tags": {"ann": {"number": 3, "height": 0.1}, "bob": {"number": 3, "height": 0.1}}}, "got number 3 for ann"),
+        ({"rate": 0.0}, "greater than 0"),
+        ({"kamera": 1}, "kamera"),
+    ],
+)
+def test_wrong_settings_are_refused(wrong: dict, words: str) -> None:
+    with pytest.raises(ValidationError, match=words):
+        read_source(TABLE | wrong)
+
+
+def test_it_is_found_by_its_name() -> None:
+    assert SOURCES.get("camera") is CameraSource
+    assert CameraSource.sees_physical
+
+
+def test_pictures_of_a_folder_become_fixes(tmp_path: Path) -> None:
+    """All of it, with threads and the real detector."""
+    rng = np.random.default_rng(2)
+    (tmp_path / "pictures").mkdir()
+    truths = [Pose(0.1 * number, 0.2, 0.5) for number in range(3)]
+    for number, truth in enumerate(truths):
+        tags = [(3, compose(truth, OFFSET), 0.25)] + [(t.number, Pose(t.x, t.y, 0.0), 0.0) for t in FLOOR]
+        cv2.imwrite(str(tmp_path / "pictures" / f"{number}.png"), tags_on_field(VIEW, tags, 0.15, rng))
+
+    bench = Bench(tmp_path)
+    began = time.monotonic()
+    bench.now = began + 1000.0
+    bench.node._monotonic = time.monotonic
+    bench.node._offset.heard(100.0, began)
+    bench.node.start()
+    found = []
+    while len(found) < 3 and time.monotonic() < began + 60.0:
+        time.sleep(0.02)
+        bench.node.tick(Tick(100.0))
+        found += [(out.message.stamp, out.message.body.fixes) for out in bench.mailbox.collect()]
+    bench.node.stop()
+    assert [fixes[0].robot for _, fixes in found] == ["ann"] * len(found)
+    assert np.diff([stamp for stamp, _ in found]) == pytest.approx(0.1, abs=0.1)
+    for (_, (fix,)), truth in zip(found, truths, strict=True):
+        assert (fix.pose.x, fix.pose.y, fix.pose.theta) == pytest.approx((truth.x, truth.y, truth.theta), abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "use", ["SOURCES.get('camera')", "make_app()(['locate', 'show', 'x.png'], standalone_mode=False)"]
+)
+def test_without_opencv_it_is_told_what_to_install(use: str) -> None:
+    code = "import sys; sys.modules['cv2'] = None\nfrom vrg.localisation.source import SOURCES\n"
+    code += "from vrg.cli import make_app\nfrom vrg.errors import ConfigError\n"
+    code += f"try: {use}\nexcept ConfigError as error: print(error)"
+    out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120, check=True)
+    assert "expected the package opencv-python-headless" in out.stdout
+    assert "pip install -e '.[camera]'" in out.stdout
+
+
+def test_a_match_without_a_camera_does_not_load_opencv() -> None:
+    code = "import sys, vrg.commands.play\nfrom vrg.localisation.source import SOURCES\nSOURCES.get('sim')"
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", f"{code}\nprint('cv2' in sys.modules)"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    assert done.stdout.strip() == "False"

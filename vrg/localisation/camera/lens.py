@@ -1,0 +1,59 @@
+"""The lens of a camera: where a point in front of it is seen, and how that is measured with a printed board.
+
+A point (x, y, z) in the camera's frame has x to the right, y down and z ahead. The model is OpenCV's: a pinhole, two
+or three terms of radial distortion and two of tangential distortion.
+"""
+
+from typing import Final
+
+import numpy as np
+import numpy.typing as npt
+from msgspec import Struct
+
+from vrg.localisation.camera.opencv import cv2
+
+Floats = npt.NDArray[np.float64]
+
+_ROUNDS: Final = 60
+"""The most rounds of the search for what a distorted point was."""
+_EXACT: Final = 1e-10
+"""The change in the last of them, of the tangent of the angle to the axis."""
+
+
+class Lens(Struct, frozen=True):
+    """What a camera's pictures have to do with directions.
+
+    Args:
+        matrix: of the pinhole, pixels, shape (3, 3). distortion: k1, k2, p1, p2, k3, shape (5,).
+        size: of the pictures that it holds for: columns, rows.
+    """
+
+    matrix: Floats
+    distortion: Floats
+    size: tuple[int, int]
+
+    def rays(self, pixels: Floats) -> Floats:
+        """The directions in which pixels look, as x and y at z = 1 in the camera's frame, shape (n, 2)."""
+        if not len(pixels):
+            return np.empty((0, 2))
+        stop = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, _ROUNDS, _EXACT)
+        points = np.ascontiguousarray(pixels, dtype=np.float64).reshape(-1, 1, 2)
+        found = cv2.undistortPoints(points, self.matrix, self.distortion, None, np.eye(3), np.eye(3), stop)
+        return np.asarray(found, dtype=np.float64).reshape(-1, 2)
+
+    def pixels(self, points: Floats) -> Floats:
+        """The pixels where points in front of the camera are seen, shape (n, 2).
+
+        Args:
+            points: in the camera's frame, m, shape (n, 3).
+        """
+        if not len(points):
+            return np.empty((0, 2))
+        ahead = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
+        found, _ = cv2.projectPoints(ahead, np.zeros(3), np.zeros(3), self.matrix, self.distortion)
+        return np.asarray(found, dtype=np.float64).reshape(-1, 2)
+
+    def undistorted(self, pixels: Floats) -> Floats:
+        """The pixels where a lens without distortion would show the same points, shape (n, 2)."""
+        rays = self.rays(pixels)
+        return rays @ self.matrix[:2, :2].T + self.matrix[:2, 2]

@@ -1,0 +1,190 @@
+"""The node of a camera above the field."""
+
+import logging
+import math
+import time
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any, Final
+
+import numpy as np
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Fix
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys
+from vrg.localisation.camera.calibration import load_camera
+from vrg.localisation.camera.detection import Tag
+from vrg.localisation.camera.field import robot_at
+from vrg.localisation.camera.readers import Reader, Wanted, open_reader
+from vrg.localisation.camera.settings import CameraSettings
+from vrg.localisation.camera.watch import Sighting, Watch
+from vrg.localisation.clock import ClockOffset
+from vrg.localisation.source import Source, SourceContext
+
+log = logging.getLogger(__name__)
+
+_OLD: Final = 1.0
+"""The age in s from which on a picture says nothing any more, as when the match clock has stood still."""
+_SIZE: Final = 0.2
+"""The share by which a tag may appear larger or smaller than it was printed."""
+_MOVED: Final = 0.05
+"""How far from its place a tag on the floor is seen, m, if it or the camera has been moved."""
+_LEAST: Final = 1e-4
+"""The smallest standard deviations that are told, m and rad: no calibration is better."""
+
+
+class CameraSource(Source):
+    """Sees the tags that lie on robots, through a camera that has been calibrated to the field.
+
+    Args:
+        context: what it is made from. mailbox: its mailbox. keys: the keys of the match.
+        monotonic: the clock by which pictures are stamped, s. Nodes read no clock, so it is given from outside.
+
+    Raises:
+        ConfigError: the calibration cannot be used.
+    """
+
+    settings = CameraSettings
+
+    def __init__(
+        self,
+        context: SourceContext,
+        mailbox: Mailbox,
+        keys: Keys,
+        monotonic: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(context, mailbox, keys)
+        assert isinstance(context.settings, CameraSettings)
+        self._settings, self._base, self._monotonic = context.settings, context.base, monotonic
+        file = context.base / self._settings.calibration
+        camera = load_camera(file)
+        self._view = camera.view(file)
+        self._floor = {tag.number: (tag.x, tag.y) for tag in camera.tags}
+        self._robots = {tag.number: name for name, tag in self._settings.tags.items() if name in context.robots}
+        self._absent = {tag.number for name, tag in self._settings.tags.items() if name not in context.robots}
+        self._without = sorted(set(context.robots) - set(self._settings.tags))
+        self._strangers = sorted(set(self._settings.tags) - set(context.robots))
+        self._clock = mailbox.subscribe(keys.clock)
+        self._offset = ClockOffset()
+        self._watch = Watch(self._open, self._settings.rate, monotonic)
+        self._fixes: Counter[str] = Counter()
+        self._unknown: Counter[int] = Counter()
+        self._ignored: Counter[str] = Counter()
+        self._pictures = 0
+        self._warned: set[object] = set()
+        self._problem: str | None = None
+
+    def start(self) -> None:
+        """Begin to read pictures."""
+        if self._without:
+            self._warn("without", "no tag is named of %s: nothing locates it here", ", ".join(self._without))
+        if self._strangers:
+            self._warn("strangers", "no robot that is located here has the name %s", ", ".join(self._strangers))
+        self._watch.start()
+
+    def stop(self) -> None:
+        """Let the camera go."""
+        self._watch.close()
+
+    def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
+        """The robots in the pictures that were looked at since the last tick."""
+        now, paced = self._monotonic(), True
+        for clock in self._clock.take():
+            paced = clock.body.rate == 1.0
+            self._offset.heard(clock.body.time, now)
+        if not paced:
+            self._warn("rate", "a camera sees robots as fast as they are: the match needs `rate = 1`")
+        self._tell(self._watch.problem())
+        found = []
+        for sighting in self._watch.take():
+            stamp = self._offset.match_time(sighting.time)
+            if paced and stamp is not None and stamp >= 0.0 and now - sighting.time <= _OLD:
+                self._pictures += 1
+                if fixes := self._fixes_of(sighting):
+                    found.append((stamp, fixes))
+        return found
+
+    def counted(self) -> dict[str, Any]:
+        """The pictures that were looked at, the fixes of each robot, and the tags that were of no use."""
+        unknown = {str(number): count for number, count in sorted(self._unknown.items())}
+        return {
+            "pictures": self._pictures,
+            "fixes": dict(self._fixes),
+            "unknown": unknown,
+            "ignored": dict(self._ignored),
+        }
+
+    def _open(self) -> Reader:
+        wanted = Wanted(self._view.lens.size, max(30.0, self._settings.rate))
+        return open_reader(self._settings.camera, self._base, wanted)
+
+    def _fixes_of(self, sighting: Sighting) -> tuple[Fix, ...]:
+        if sighting.size != self._view.lens.size:
+            text = "its pictures have %d x %d pixels, but those of its calibration %d x %d: calibrate it again"
+            return self._refuse("size of pictures", text, *sighting.size, *self._view.lens.size)
+        if self._is_moved(sighting.tags):
+            text = "tags on the floor are not where they were: the camera has been moved: calibrate it to the field"
+            return self._refuse("moved", text)
+        counts = Counter(tag.number for tag in sighting.tags)
+        fixes = []
+        for tag in sighting.tags:
+            name = self._robots.get(tag.number)
+            if name is None:
+                self._count_unknown(tag.number)
+            elif counts[tag.number] > 1:
+                self._refuse("twice", "tag %d of %s is seen twice: is one of them another's?", tag.number, name)
+            elif (fix := self._fix(name, tag)) is not None:
+                self._fixes[name] += 1
+                fixes.append(fix)
+        return tuple(fixes)
+
+    def _fix(self, name: str, tag: Tag) -> Fix | None:
+        own = self._settings.tags[name]
+        located = self._view.locate(tag.corners, own.height, self._settings.noise)
+        if located is None:
+            self._refuse("nowhere", "tag %d of %s is where there is no field", tag.number, name)
+            return None
+        size = own.size or self._settings.size
+        if not 1.0 - _SIZE <= located.side / size <= 1.0 + _SIZE:
+            text = "tag %d of %s seems to be %.3f m wide, expected %.3f m: are its height and its size right?"
+            self._refuse("size", text, tag.number, name, located.side, size)
+            return None
+        robot = robot_at(located, own.offset)
+        return Fix(name, robot.pose, max(robot.position, _LEAST), max(robot.heading, _LEAST))
+
+    def _is_moved(self, tags: list[Tag]) -> bool:
+        """True if of the tags on the floor that are seen two or more, and at least half, are not at their places."""
+        seen = [tag for tag in tags if tag.number in self._floor]
+        if len(seen) < 2:
+            return False
+        off = 0
+        for tag in seen:
+            ((x, y),) = self._view.unproject(np.array([tag.centre]), 0.0).tolist()
+            off += not math.dist((x, y), self._floor[tag.number]) <= _MOVED
+        return off >= 2 and 2 * off >= len(seen)
+
+    def _count_unknown(self, number: int) -> None:
+        if number not in self._floor and number not in self._absent:
+            self._unknown[number] += 1
+            self._warn(("unknown", number), "tag %d is seen, which no robot has", number)
+
+    def _refuse(self, what: str, text: str, *values: object) -> tuple[Fix, ...]:
+        self._ignored[what] += 1
+        self._warn((what, values[:2]), text, *values)
+        return ()
+
+    def _warn(self, what: object, text: str, *values: object) -> None:
+        """Log a warning once."""
+        if what not in self._warned:
+            self._warned.add(what)
+            log.warning(f"%s: {text}", self.name, *values)
+
+    def _tell(self, problem: str | None) -> None:
+        """Log what is wrong with the camera when it begins and when it is over."""
+        # It may hold a number of seconds, which goes on.
+        if problem is not None and self._problem is None:
+            log.error("camera %s: %s", self.name, problem)
+        elif problem is None and self._problem is not None:
+            log.warning("camera %s sees again", self.name)
+        self._problem = problem

@@ -1,0 +1,88 @@
+"""The thread that looks for tags in pictures, so that the node which publishes them waits for nothing."""
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from typing import Final
+
+from msgspec import Struct
+
+from vrg.localisation.camera.capture import Capture
+from vrg.localisation.camera.detection import Tag, TagDetector, grey_of
+from vrg.localisation.camera.readers import Frame, Reader
+
+_KEPT: Final = 50
+"""The pictures whose tags wait to be taken; older ones are of no use."""
+_PATIENCE: Final = 0.1
+_ENDING: Final = 2.0
+
+
+class Sighting(Struct, frozen=True):
+    """What a picture has shown.
+
+    Args:
+        time: when it was taken, monotonic, s. tags: those in it. size: of the picture: columns, rows.
+    """
+
+    time: float
+    tags: list[Tag]
+    size: tuple[int, int]
+
+
+class Watch:
+    """A camera and a thread that looks for tags in its newest picture.
+
+    Args:
+        open_: opens where pictures come from; it may raise a ConfigError.
+        rate: the most pictures in a second that are looked at. monotonic: the clock of the pictures' times, s.
+    """
+
+    def __init__(
+        self, open_: Callable[[], Reader], rate: float, monotonic: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._capture = Capture(open_, monotonic)
+        self._period = 1.0 / rate
+        self._found: deque[Sighting] = deque(maxlen=_KEPT)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="tags", daemon=True)
+        self._due = -1e9
+
+    def start(self) -> None:
+        """Begin to read and to look."""
+        self._capture.start()
+        self._thread.start()
+
+    def close(self) -> None:
+        """End both threads."""
+        self._stop.set()
+        self._capture.close()
+        if self._thread.is_alive():
+            self._thread.join(_ENDING)
+
+    def take(self) -> list[Sighting]:
+        """What was seen since the last call, the oldest first."""
+        found = []
+        while self._found:
+            found.append(self._found.popleft())
+        return found
+
+    def problem(self) -> str | None:
+        """Why there are no pictures, in words; None if there are."""
+        return self._capture.problem()
+
+    def _run(self) -> None:
+        detector = TagDetector()
+        while not self._stop.is_set():
+            frame = self._capture.newest(_PATIENCE)
+            if frame is not None and self._is_due(frame):
+                picture = grey_of(frame.picture)
+                size = (picture.shape[1], picture.shape[0])
+                self._found.append(Sighting(frame.time, detector.detect(picture), size))
+
+    def _is_due(self, frame: Frame) -> bool:
+        # Pictures do not come quite evenly, so that the time between two is measured over many.
+        if frame.time < self._due:
+            return False
+        self._due = max(self._due, frame.time - self._period) + self._period
+        return True
