@@ -42,7 +42,7 @@ class Match:
                 self.time = stamp
             case "referee/state", 6:
                 self.referee = body
-            case "poses", 5:
+            case "poses", 6:
                 self.places = {seen["name"]: seen["pose"] for seen in body["bodies"]}
 
     def line(self, player: str) -> str:

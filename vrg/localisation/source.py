@@ -4,8 +4,10 @@ A source is a process of the match: `[localisation.NAME]` in the match file name
 packages add a kind by an entry point of the group `vrg.localisation`.
 """
 
+import logging
+import time
 from abc import abstractmethod
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -16,9 +18,12 @@ from vrg.bus.messages import Fix, Fixes
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import RobotModel
+from vrg.localisation.clock import ClockOffset
 from vrg.registry import Registry
 from vrg.tables import Table
 from vrg.types import Pose
+
+log = logging.getLogger(__name__)
 
 TRACKER = "tracker"
 """The kind of nodes that locate robots; in a match with seats they have the tracker's."""
@@ -64,12 +69,45 @@ class Source(Node):
 
     def tick(self, tick: Tick) -> None:
         """Publish what has been seen since the last tick."""
-        for time, fixes in self.seen(tick) if tick.live else ():
-            self.mailbox.publish(self._topic, Fixes(fixes=fixes), stamp=time)
+        for stamp, fixes in self.seen(tick) if tick.live else ():
+            self.mailbox.publish(self._topic, Fixes(fixes=fixes), stamp=stamp)
 
     @abstractmethod
     def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
         """The match times of what has been captured, s, and the robots that were seen then."""
+
+
+class RealSource(Source):
+    """A source that sees the real world: what it captures is stamped by this process's monotonic clock.
+
+    Args:
+        context, mailbox, keys: as for `Source`.
+        monotonic: that clock, s. Nodes read no clock, so it is given from outside.
+    """
+
+    def __init__(
+        self, context: SourceContext, mailbox: Mailbox, keys: Keys, monotonic: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(context, mailbox, keys)
+        self._monotonic = monotonic
+        self._clock = mailbox.subscribe(keys.clock)
+        self._offset = ClockOffset()
+        self._rate = 1.0
+
+    def tick(self, tick: Tick) -> None:
+        """Hear the match clock, and publish what has been seen since the last tick."""
+        now = self._monotonic()
+        for clock in self._clock.take():
+            if clock.body.rate != 1.0 and self._rate == 1.0:
+                log.warning("%s: it sees robots as fast as they are: the match needs `rate = 1`", self.name)
+            self._rate = clock.body.rate
+            self._offset.heard(clock.body.time, now)
+        super().tick(tick)
+
+    def match_time(self, monotonic: float) -> float | None:
+        """The match time at a time of the monotonic clock, s; None where it is not known, or before the match."""
+        stamp = self._offset.match_time(monotonic) if self._rate == 1.0 else None
+        return stamp if stamp is not None and stamp >= 0.0 else None
 
 
 def _check(found: object) -> str | None:

@@ -168,10 +168,12 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
         if across <= _FLAT * along:
             raise ValueError("expected points that are not all on one line, nor in one place")
     rays = lens.rays(pixels)
+    # Seen from above, what goes round to the left on the floor goes round to the right where y is down.
+    linear, *_ = np.linalg.lstsq(np.column_stack((floor[:, :2], np.ones(len(floor)))), rays, rcond=None)
     best = None
     # Two poses see points of a plane alike; the right one is above the floor, and has the smaller error.
     count, turns, ways, _ = cv2.solvePnPGeneric(floor, rays, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
-    for rough in zip(turns[:count], ways[:count], strict=True):
+    for rough in zip(turns[:count], ways[:count], strict=True) if np.linalg.det(linear[:2]) < 0.0 else ():
         turn, way = cv2.solvePnPRefineLM(floor, rays, np.eye(3), np.zeros(5), *rough)
         rotation = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
         place = Place(rotation, -rotation.T @ np.asarray(way, dtype=np.float64).ravel())

@@ -19,8 +19,7 @@ from vrg.localisation.camera.field import robot_at
 from vrg.localisation.camera.readers import Reader, Wanted, open_reader
 from vrg.localisation.camera.settings import CameraSettings
 from vrg.localisation.camera.watch import Sighting, Watch
-from vrg.localisation.clock import ClockOffset
-from vrg.localisation.source import Source, SourceContext
+from vrg.localisation.source import RealSource, SourceContext
 
 log = logging.getLogger(__name__)
 
@@ -34,7 +33,7 @@ _LEAST: Final = 1e-4
 """The smallest standard deviations that are told, m and rad: no calibration is better."""
 
 
-class CameraSource(Source):
+class CameraSource(RealSource):
     """Sees the tags that lie on robots, through a camera that has been calibrated to the field.
 
     Args:
@@ -54,9 +53,9 @@ class CameraSource(Source):
         keys: Keys,
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(context, mailbox, keys)
+        super().__init__(context, mailbox, keys, monotonic)
         assert isinstance(context.settings, CameraSettings)
-        self._settings, self._base, self._monotonic = context.settings, context.base, monotonic
+        self._settings, self._base = context.settings, context.base
         file = context.base / self._settings.calibration
         camera = load_camera(file)
         self._view = camera.view(file)
@@ -65,8 +64,6 @@ class CameraSource(Source):
         self._absent = {tag.number for name, tag in self._settings.tags.items() if name not in context.robots}
         self._without = sorted(set(context.robots) - set(self._settings.tags))
         self._strangers = sorted(set(self._settings.tags) - set(context.robots))
-        self._clock = mailbox.subscribe(keys.clock)
-        self._offset = ClockOffset()
         self._watch = Watch(self._open, self._settings.rate, monotonic)
         self._fixes: Counter[str] = Counter()
         self._unknown: Counter[int] = Counter()
@@ -89,17 +86,11 @@ class CameraSource(Source):
 
     def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
         """The robots in the pictures that were looked at since the last tick."""
-        now, paced = self._monotonic(), True
-        for clock in self._clock.take():
-            paced = clock.body.rate == 1.0
-            self._offset.heard(clock.body.time, now)
-        if not paced:
-            self._warn("rate", "a camera sees robots as fast as they are: the match needs `rate = 1`")
         self._tell(self._watch.problem())
-        found = []
+        found, now = [], self._monotonic()
         for sighting in self._watch.take():
-            stamp = self._offset.match_time(sighting.time)
-            if paced and stamp is not None and stamp >= 0.0 and now - sighting.time <= _OLD:
+            stamp = self.match_time(sighting.time)
+            if stamp is not None and now - sighting.time <= _OLD:
                 self._pictures += 1
                 if fixes := self._fixes_of(sighting):
                     found.append((stamp, fixes))

@@ -14,7 +14,7 @@ from vrg.bus.topics import Keys
 from vrg.errors import MessageError
 from vrg.geometry import compose
 from vrg.localisation.clock import ClockOffset
-from vrg.localisation.source import Source, SourceContext
+from vrg.localisation.source import RealSource, SourceContext
 from vrg.localisation.ssl.network import Packet, Receiver
 from vrg.localisation.ssl.packets import Seen, read_tracker, read_vision
 from vrg.localisation.ssl.settings import SslSettings
@@ -26,7 +26,7 @@ _OTHER: Final = 2.0
 """The time in s for which a sender must be silent before another one is listened to."""
 
 
-class SslSource(Source):
+class SslSource(RealSource):
     """Sees what SSL-Vision, or a tracker, publishes.
 
     Args:
@@ -39,16 +39,13 @@ class SslSource(Source):
     def __init__(
         self, context: SourceContext, mailbox: Mailbox, keys: Keys, monotonic: Callable[[], float] = time.monotonic
     ) -> None:
-        super().__init__(context, mailbox, keys)
+        super().__init__(context, mailbox, keys, monotonic)
         assert isinstance(context.settings, SslSettings)
         self._settings = settings = context.settings
         self._receiver = Receiver(settings.address, settings.port, settings.interface, monotonic)
-        self._monotonic = monotonic
         self._robots = {robot: name for name, robot in settings.robots.items() if name in context.robots}
         self._without = sorted(set(context.robots) - set(settings.robots))
         self._field = Pose(settings.field.x, settings.field.y, math.radians(settings.field.heading))
-        self._clock = mailbox.subscribe(keys.clock)
-        self._match = ClockOffset()
         self._sender: tuple[str, float] | None = None
         """Whom it listens to, and when that was heard last, monotonic, s."""
         self._senders: ClockOffset = ClockOffset()
@@ -68,9 +65,6 @@ class SslSource(Source):
 
     def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
         """The robots in the packets since the last tick."""
-        now = self._monotonic()
-        for clock in self._clock.take():
-            self._match.heard(clock.body.time, now)
         found = []
         for packet in self._receiver.take():
             seen = self._read(packet)
@@ -104,10 +98,7 @@ class SslSource(Source):
     def _time(self, seen: Seen) -> float | None:
         """The match time at which a picture was taken, s; None before the match clock was heard."""
         ahead = self._senders.match_time(0.0)
-        if ahead is None:
-            return None
-        stamp = self._match.match_time(seen.captured - ahead)
-        return stamp if stamp is not None and stamp >= 0.0 else None
+        return None if ahead is None else self.match_time(seen.captured - ahead)
 
     def _fixes(self, seen: Seen) -> tuple[Fix, ...]:
         settings, fixes = self._settings, dict[str, Fix]()
