@@ -2,6 +2,7 @@
 them."""
 
 from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path as FilePath
 from typing import Any
 
 from msgspec import structs
@@ -91,8 +92,12 @@ def machines_of(file: MatchFile, companions: Mapping[str, str]) -> tuple[dict[st
     return machines, place
 
 
-def localisation_problems(file: MatchFile) -> list[Problem]:
-    """The problems with the sources of fixes, and with the players that need them."""
+def localisation_problems(file: MatchFile, base: FilePath) -> list[Problem]:
+    """The problems with the sources of fixes, and with the players that need them.
+
+    Args:
+        base: the folder that relative paths in the file start from.
+    """
     found, kinds = [], []
     taken = {*PLACED, FUSION, *(player.name for player in file.players)}
     for name, table in file.localisation.items():
@@ -100,7 +105,9 @@ def localisation_problems(file: MatchFile) -> list[Problem]:
         if name in taken or not is_name(name):
             found.append(Problem(f"expected a name that no other process of this match has, got {name!r}", where))
         try:
-            kinds.append(read_source(table)[0])
+            kind, settings = read_source(table)
+            kinds.append(kind)
+            found += [Problem(text, where) for text in kind.problems(settings, base)]
         except ConfigError as error:
             found += [Problem(problem.text, (*where, "source")) for problem in error.problems]
         except ValidationError as error:

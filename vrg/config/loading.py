@@ -187,7 +187,7 @@ class _Checker:
         companions = self._check_backends(file)
         self.problems += checks.radio_problems(file.radio, names)
         self.problems += checks.sensor_problems(file.sensors)
-        self.problems += checks.localisation_problems(file)
+        self.problems += checks.localisation_problems(file, self._base)
         self._check_teams(game, file.teams)
         self.problems += checks.machine_problems(file, self._companions_at)
         machines, place = checks.machines_of(file, self._companions_at)

@@ -15,6 +15,7 @@ from vrg.games import file_of
 from vrg.hal.sensors.depiction import Rays
 from vrg.launch.code_files import imported
 from vrg.launch.run_folder import RunFolder
+from vrg.localisation.source import read_source
 from vrg.modules import module_in
 from vrg.recording.layout import foxglove_layout
 from vrg.regions import surrounding
@@ -26,7 +27,7 @@ FILES = "files"
 
 
 def files_of(setup: MatchSetup) -> "Kept":
-    """The files that a match names: strategies and the modules beside them, the map, and what its backends read."""
+    """The files that a match names: strategies and modules beside them, the map, and what backends and sources read."""
     base = Path(setup.base)
     kept = Kept(base, setup.text)
     for player in setup.players:
@@ -39,6 +40,9 @@ def files_of(setup: MatchSetup) -> "Kept":
         kept.keep(os.path.relpath(setup.map, base) if Path(setup.map).is_relative_to(base) else setup.map)
     for _, settings, robots in setup.backend_settings():
         for file in settings.files(robots):
+            kept.keep(file)
+    for kind, table in map(read_source, setup.localisation.values()):
+        for file in kind.files(table):
             kept.keep(file)
     return kept
 

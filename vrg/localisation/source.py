@@ -67,6 +67,16 @@ class Source(Node):
         super().__init__(context.name, mailbox, period)
         self._topic = keys.fixes(self.name)
 
+    @classmethod
+    def problems(cls, settings: Table, base: Path) -> list[str]:
+        """The reasons, in words, why these settings cannot be used. Relative paths in them start from `base`."""
+        return []
+
+    @classmethod
+    def files(cls, settings: Table) -> list[str]:
+        """The files that these settings name, as they name them; they are kept with a run."""
+        return []
+
     def tick(self, tick: Tick) -> None:
         """Publish what has been seen since the last tick."""
         for stamp, fixes in self.seen(tick) if tick.live else ():

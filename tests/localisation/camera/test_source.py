@@ -12,14 +12,18 @@ import pytest
 from pydantic import ValidationError
 
 from tests.localisation.camera.scenes import LENS, looking, sheet_at, tags_on_field
+from tests.tiny import TINY
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock, Fix
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
+from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.geometry import compose
 from vrg.hal.models import robot_model
+from vrg.launch.keeping import keep
+from vrg.launch.run_folder import RunFolder
 from vrg.localisation.camera import source as module
 from vrg.localisation.camera.calibration import CameraFile, FloorTag, LensTable, PlaceTable, camera_text
 from vrg.localisation.camera.detection import Tag
@@ -286,3 +290,21 @@ def test_a_match_without_a_camera_does_not_load_opencv() -> None:
         check=True,
     )
     assert done.stdout.strip() == "False"
+
+
+def test_a_match_needs_the_calibration_and_keeps_it_with_its_run(tmp_path: Path) -> None:
+    source = """[localisation.overhead]
+source = "camera"
+camera = "pictures"
+calibration = "cam.toml"
+tags = { ann = { number = 3, height = 0.25 } }
+"""
+    text = TINY.replace('name = "ann"\n', 'name = "ann"\nlocalisation = "fusion"\n')
+    (tmp_path / "tiny.toml").write_text(text.replace("[[players]]", f"{source}[[players]]", 1))
+    with pytest.raises(ConfigError, match=r"localisation\.overhead: .*cam\.toml"):
+        load_match(tmp_path / "tiny.toml")
+    Bench(tmp_path)
+    setup, folder = load_match(tmp_path / "tiny.toml"), RunFolder(tmp_path / "run")
+    folder.prepare()
+    keep(setup, folder)
+    assert (folder.path / "cam.toml").read_text() == (tmp_path / "cam.toml").read_text()
