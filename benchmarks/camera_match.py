@@ -10,7 +10,6 @@ number would be on the other side of the limit by the truth.
 import math
 import sys
 import tempfile
-from bisect import bisect_left
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -28,7 +27,7 @@ from vrg.bus.node import TIME_TOLERANCE, due_index
 from vrg.config.loading import load_match
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.geometry import interpolate, outline_distance
+from vrg.geometry import outline_distance
 from vrg.launch.in_process import play
 from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
@@ -135,10 +134,7 @@ class Pictures:
 
     def at(self, name: str, time: float) -> Pose:
         """Where a robot truly was."""
-        truth = self.truth[name]
-        after = min(max(1, bisect_left(truth, time, key=lambda known: known[0])), len(truth) - 1)
-        (t0, a), (t1, b) = truth[after - 1], truth[after]
-        return interpolate(a, b, min(1.0, max(0.0, (time - t0) / (t1 - t0))))
+        return sim.pose_at(self.truth[name], time)
 
 
 def match_text(seed: int) -> str:

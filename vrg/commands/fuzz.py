@@ -7,7 +7,6 @@ import os
 import signal
 import threading
 import time
-from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -47,8 +46,7 @@ def fuzz(
 
     setup = load_match(match_path(match)).all_here().at_rate(1.0)
     console = Console(highlight=False, emoji=False)
-    wrong = 0
-    done = 0
+    wrong = done = 0
     with (
         stop_on_signals() as stop,
         ProcessPoolExecutor(cores(), initializer=_begin, initargs=(os.getpid(),)) as pool,
@@ -56,9 +54,7 @@ def fuzz(
     ):
         task = bar.add_task("matches", total=games)
         play = partial(played, setup, count=faults, seconds=seconds)
-        waiting = deque(pool.submit(play, number) for number in range(seed, seed + games))
-        for number in range(seed, seed + games):
-            future = waiting.popleft()
+        for number, future in enumerate([pool.submit(play, number) for number in range(seed, seed + games)], seed):
             while not stop.is_set() and not future.done():
                 stop.wait(_LOOK)
             if stop.is_set():
@@ -98,7 +94,7 @@ def _begin(parent: int) -> None:
 
 def _end(pool: ProcessPoolExecutor) -> None:
     """End matches that are being played, and begin no more."""
-    processes = list(multiprocessing.active_children())
+    processes = multiprocessing.active_children()
     pool.shutdown(wait=False, cancel_futures=True)
     for process in processes:
         process.kill()

@@ -5,8 +5,9 @@ from collections import deque
 from dataclasses import dataclass
 from operator import itemgetter
 
+from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import LOST
+from vrg.bus.messages import LOST, MeasuredPose
 from vrg.bus.topics import Keys
 from vrg.errors import StaleDataError
 from vrg.geometry import compose, inverse
@@ -87,27 +88,25 @@ class Location:
         Raises:
             StaleDataError: the one that is used has not reported yet, or the robot is lost.
         """
-        now = self._mailbox.now
+        fed = None if self._feed is None else self._feed.latest
         if self._feed is not None and not self.fused:
-            fed = self._feed.latest
             if fed is None:
                 raise StaleDataError(f"{self._name}: expected its pose on {self.topic.key}, but none has come yet")
-            return StampedPose(fed.body.pose, fed.stamp, abs(now - fed.stamp), publish=False)
+            return StampedPose(fed.body.pose, fed.stamp, abs(self._mailbox.now - fed.stamp), publish=False)
         if odometry is None:
             raise StaleDataError(f"{self._name}: expected its odometry, but none has come yet")
-        if self._feed is not None:
-            return self._fused(odometry)
+        if self.fused:
+            return self._fused(odometry, fed)
         if self._begin_anew:
             self._begin_anew = False
             self._origin = compose(self._known, inverse(odometry.value.pose))
         pose = compose(self._origin, odometry.value.pose)
         return self._place(pose, odometry.stamp, odometry.age)
 
-    def _fused(self, odometry: Sample[Odometry]) -> StampedPose:
+    def _fused(self, odometry: Sample[Odometry], found: Received[MeasuredPose] | None) -> StampedPose:
         pose, stamp = odometry.value.pose, odometry.stamp
         if not self._ways or stamp > self._ways[-1][0]:
             self._ways.append((stamp, pose))
-        found = None if self._feed is None else self._feed.latest
         if found is None:
             raise StaleDataError(f"{self._name}: expected where it is from the fusion centre, but nothing has come yet")
         unseen = found.body.unseen + max(0.0, stamp - found.stamp)

@@ -40,9 +40,7 @@ class FusionCentre(Node):
 
     def __init__(self, mailbox: Mailbox, keys: Keys, robots: Mapping[str, tuple[RobotModel, Pose]]) -> None:
         super().__init__(FUSION, mailbox, PERIOD)
-        self._estimators = {
-            name: Estimator(start, motion_noise(model)) for name, (model, start) in robots.items()
-        }  # fmt: skip
+        self._estimators = {name: Estimator(start, motion_noise(model)) for name, (model, start) in robots.items()}
         self._twists: dict[str, Twist] = {}
         self._topics = {name: keys.robot_pose(name) for name in robots}
         self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in robots])
@@ -90,7 +88,7 @@ class FusionCentre(Node):
         That is by how much the ways, the turns and the turn on a metre straight ahead (rad) of each robot are greater
         than its odometry measures, each with its standard deviation.
         """
-        fates = {name: {v.name.lower(): n for v, n in counts.items()} for name, counts in self._counts.items()}
+        fates = {name: {verdict.value: n for verdict, n in counts.items()} for name, counts in self._counts.items()}
         learned = {}
         for name, estimator in self._estimators.items():
             errors, covariance = estimator.errors

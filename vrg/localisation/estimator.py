@@ -42,13 +42,17 @@ measured: the 0.999 quantile of the chi-squared distribution."""
 
 
 class Verdict(enum.StrEnum):
-    """What became of a fix, in words."""
+    """What became of a fix.
+
+    USED and MOVED were used; with MOVED the robot is elsewhere than its odometry has it. FAR is too far from where the
+    robot is taken to be, LATE was captured too long ago, and EARLY in the future, as the clocks differ.
+    """
 
     USED = "used"
-    MOVED = "used: the robot is elsewhere than its odometry has it"
-    FAR = "too far from where the robot is taken to be"
-    LATE = "captured too long ago"
-    EARLY = "captured in the future: the clocks differ"
+    MOVED = "moved"
+    FAR = "far"
+    LATE = "late"
+    EARLY = "early"
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,10 +85,6 @@ class _State:
     mean: Floats
     covariance: Floats
     fix: Fix | None = None
-
-    @property
-    def pose(self) -> Pose:
-        return Pose(*self.mean[:3].tolist())
 
 
 class Estimator:
@@ -123,10 +123,10 @@ class Estimator:
         They are the shares by which the way and the turn are longer than measured, and the turn to the left on a metre
         straight ahead, rad/m.
         """
-        mean, covariance = (self._states[-1].mean, self._states[-1].covariance) if self._states else (
-            self._mean, self._prior,
-        )  # fmt: skip
-        return mean[3:].copy(), covariance[3:, 3:].copy()
+        if not self._states:
+            return self._mean[3:].copy(), self._prior[3:, 3:].copy()
+        last = self._states[-1]
+        return last.mean[3:].copy(), last.covariance[3:, 3:].copy()
 
     def move(self, time: float, odometry: Pose) -> list[Verdict]:
         """Take in the pose that odometry has at a time, s; one that is not newer than the last changes nothing.

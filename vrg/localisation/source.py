@@ -103,14 +103,15 @@ class RealSource(Source):
         self._clock = mailbox.subscribe(keys.clock)
         self._offset = ClockOffset()
         self._rate = 1.0
+        self._warned: set[object] = set()
 
     def tick(self, tick: Tick) -> None:
         """Hear the match clock, and publish what has been seen since the last tick."""
         now = self._monotonic()
         for clock in self._clock.take():
-            if clock.body.rate != 1.0 and self._rate == 1.0:
-                log.warning("%s: it sees robots as fast as they are: the match needs `rate = 1`", self.name)
             self._rate = clock.body.rate
+            if self._rate != 1.0:
+                self.warn("rate", "it sees robots as fast as they are: the match needs `rate = 1`")
             self._offset.heard(clock.body.time, now)
         super().tick(tick)
 
@@ -118,6 +119,12 @@ class RealSource(Source):
         """The match time at a time of the monotonic clock, s; None where it is not known, or before the match."""
         stamp = self._offset.match_time(monotonic) if self._rate == 1.0 else None
         return stamp if stamp is not None and stamp >= 0.0 else None
+
+    def warn(self, what: object, text: str, *values: object) -> None:
+        """Log a warning, once for each `what`."""
+        if what not in self._warned:
+            self._warned.add(what)
+            log.warning(f"%s: {text}", self.name, *values)
 
 
 def _check(found: object) -> str | None:

@@ -168,12 +168,10 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
         if across <= _FLAT * along:
             raise ValueError("expected points that are not all on one line, nor in one place")
     rays = lens.rays(pixels)
-    # Seen from above, what goes round to the left on the floor goes round to the right where y is down.
-    linear, *_ = np.linalg.lstsq(np.column_stack((floor[:, :2], np.ones(len(floor)))), rays, rcond=None)
     best = None
     # Two poses see points of a plane alike; the right one is above the floor, and has the smaller error.
     count, turns, ways, _ = cv2.solvePnPGeneric(floor, rays, np.eye(3), np.zeros(5), flags=cv2.SOLVEPNP_IPPE)
-    for rough in zip(turns[:count], ways[:count], strict=True) if np.linalg.det(linear[:2]) < 0.0 else ():
+    for rough in zip(turns[:count], ways[:count], strict=True):
         turn, way = cv2.solvePnPRefineLM(floor, rays, np.eye(3), np.zeros(5), *rough)
         rotation = np.asarray(cv2.Rodrigues(turn)[0], dtype=np.float64)
         place = Place(rotation, -rotation.T @ np.asarray(way, dtype=np.float64).ravel())
@@ -181,8 +179,15 @@ def fitted(lens: Lens, points: Sequence[tuple[float, float]], pixels: Floats) ->
         one = Fitted(place, np.hypot(*(found - pixels).T))
         if place.position[2] > 0.0 and np.isfinite(one.errors).all() and (best is None or one.rms < best.rms):
             best = one
-    if best is None:
+    if best is None or not _is_from_above(floor, rays):
         raise ValueError(
             "no camera above the floor can see these points so: is one of them typed wrong, or are x and y swapped?"
         )
     return best
+
+
+def _is_from_above(floor: Floats, rays: Floats) -> bool:
+    """True if points of the floor are seen the right way round: what goes to the left there goes to the right where y
+    is down."""
+    linear, *_ = np.linalg.lstsq(np.column_stack((floor[:, :2], np.ones(len(floor)))), rays, rcond=None)
+    return bool(np.linalg.det(linear[:2]) < 0.0)

@@ -73,7 +73,6 @@ class CameraSource(RealSource):
         self._unknown: Counter[int] = Counter()
         self._ignored: Counter[str] = Counter()
         self._pictures = 0
-        self._warned: set[object] = set()
         self._problem: str | None = None
 
     @classmethod
@@ -96,9 +95,9 @@ class CameraSource(RealSource):
     def start(self) -> None:
         """Begin to read pictures."""
         if self._without:
-            self._warn("without", "no tag is named of %s: nothing locates it here", ", ".join(self._without))
+            self.warn("without", "no tag is named of %s: nothing locates it here", ", ".join(self._without))
         if self._strangers:
-            self._warn("strangers", "no robot that is located here has the name %s", ", ".join(self._strangers))
+            self.warn("strangers", "no robot that is located here has the name %s", ", ".join(self._strangers))
         self._watch.start()
 
     def stop(self) -> None:
@@ -179,18 +178,12 @@ class CameraSource(RealSource):
     def _count_unknown(self, number: int) -> None:
         if number not in self._floor and number not in self._absent:
             self._unknown[number] += 1
-            self._warn(("unknown", number), "tag %d is seen, which no robot has", number)
+            self.warn(("unknown", number), "tag %d is seen, which no robot has", number)
 
     def _refuse(self, what: str, text: str, *values: object) -> tuple[Fix, ...]:
         self._ignored[what] += 1
-        self._warn((what, values[:2]), text, *values)
+        self.warn((what, values[:2]), text, *values)
         return ()
-
-    def _warn(self, what: object, text: str, *values: object) -> None:
-        """Log a warning once."""
-        if what not in self._warned:
-            self._warned.add(what)
-            log.warning(f"%s: {text}", self.name, *values)
 
     def _tell(self, problem: str | None) -> None:
         """Log what is wrong with the camera when it begins and when it is over."""

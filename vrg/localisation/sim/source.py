@@ -60,7 +60,7 @@ class SimSource(Source):
             self._waiting.append((poses.stamp, {b.name: b.pose for b in poses.body.bodies if b.name in self._virtual}))
         while self._waiting and self._is_known(self._waiting[0][0], tick.time):
             time, virtual = self._waiting.popleft()
-            self._fixes.capture(time, virtual | {name: _at(truth, time) for name, truth in self._truths.items()})
+            self._fixes.capture(time, virtual | {name: pose_at(truth, time) for name, truth in self._truths.items()})
         return self._fixes.arrived(tick.time)
 
     def _is_known(self, time: float, now: float) -> bool:
@@ -78,7 +78,7 @@ class SimSource(Source):
         self._truths[name].append((time, compose(pose, way)))
 
 
-def _at(truth: Sequence[tuple[float, Pose]], time: float) -> Pose:
+def pose_at(truth: Sequence[tuple[float, Pose]], time: float) -> Pose:
     """The pose at a time, by those before and after it."""
     after = next((i for i, (then, _) in enumerate(truth) if then >= time), None)
     if after is None or after == 0:

@@ -67,8 +67,8 @@ def read_vision(data: bytes) -> Seen | None:
         SeenRobot(
             colour,
             _needed(one, "robot_id"),
-            _length(one, "x") / 1000.0,
-            _length(one, "y") / 1000.0,
+            _number(one, "x", 1000.0 * _FAR) / 1000.0,
+            _number(one, "y", 1000.0 * _FAR) / 1000.0,
             _angle(one),
             _share(one, "confidence"),
         )
@@ -93,7 +93,7 @@ def read_tracker(data: bytes) -> Seen:
         robot, at = one.get("robot_id", {}), one.get("pos", {})
         colour = _TEAMS.get(robot.get("team", 0))
         if colour is not None:
-            x, y = _length(at, "x", _FAR), _length(at, "y", _FAR)
+            x, y = _number(at, "x", _FAR), _number(at, "y", _FAR)
             robots.append(SeenRobot(colour, _needed(robot, "id"), x, y, _angle(one), _share(one, "visibility")))
     time = _time(frame, "timestamp")
     return Seen(time, time, robots)
@@ -110,10 +110,6 @@ def _number(table: Mapping[str, Any], name: str, most: float) -> float:
     if not abs(value) <= most:
         raise MessageError(f"{name}: expected a number of at most {most:g}, got {value}")
     return value
-
-
-def _length(table: Mapping[str, Any], name: str, most: float = 1000.0 * _FAR) -> float:
-    return _number(table, name, most)
 
 
 def _time(table: Mapping[str, Any], name: str) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Poses, RefereeState, Stage
+from vrg.bus.messages import TIME_LIMIT, Poses, RefereeState, Stage
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.geometry import compose, inverse
@@ -118,7 +118,7 @@ class SslPublisher(Node):
         stage, command = league_stage(state), league_command(state)
         if command != self._command[0]:
             self._command, self._counter = (command, now), self._counter + 1
-        limit = state.numbers.get("time limit")
+        limit = state.numbers.get(TIME_LIMIT)
         left = None if limit is None else limit - state.clock
         teams = [(name, state.score.get(name, 0), 0) for name in self._teams]
         news = RefereeNews(now, stage, command, self._counter, self._command[1], left, teams, self._words)

@@ -1,6 +1,5 @@
 """The node that receives the vision of the Small Size League."""
 
-import logging
 import math
 import time
 from collections import Counter
@@ -19,8 +18,6 @@ from vrg.localisation.ssl.network import Packet, Receiver
 from vrg.localisation.ssl.packets import Seen, read_tracker, read_vision
 from vrg.localisation.ssl.settings import SslSettings
 from vrg.types import Pose
-
-log = logging.getLogger(__name__)
 
 _OTHER: Final = 2.0
 """The time in s for which a sender must be silent before another one is listened to."""
@@ -56,7 +53,7 @@ class SslSource(RealSource):
     def start(self) -> None:
         """Begin to receive."""
         if self._without:
-            log.warning("%s: no robot of the league is named for %s", self.name, ", ".join(self._without))
+            self.warn("without", "no robot of the league is named for %s", ", ".join(self._without))
         self._receiver.start()
 
     def stop(self) -> None:
@@ -114,6 +111,5 @@ class SslSource(RealSource):
 
     def _refuse(self, what: str, text: str, *values: object) -> None:
         """Count what is refused, and log it the first time."""
-        if not self._counts[what]:
-            log.warning(f"%s: {text}", self.name, *values)
         self._counts[what] += 1
+        self.warn(what, text, *values)

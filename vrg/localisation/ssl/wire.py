@@ -17,7 +17,7 @@ _LONGEST_VARINT: Final = 10
 
 
 class Kind(enum.Enum):
-    """The kinds of numbers and texts; the value is their wire type."""
+    """The kinds of numbers and texts."""
 
     UINT = enum.auto()
     SINT = enum.auto()
