@@ -34,6 +34,19 @@ def along_arc(pose: Pose, twist: Twist, seconds: float) -> Pose:
     return Pose(pose.x + x, pose.y + y, pose.theta + 2 * half)
 
 
+def arc_between(before: Pose, after: Pose) -> Twist:
+    """Return the way, turn and way to the left of a body that has moved steadily from one pose to another, m and rad.
+
+    It is the twist with which `along_arc` gets there in 1 s, turning by less than pi.
+    """
+    turn = wrap(after.theta - before.theta)
+    half = turn / 2
+    scale = half / math.sin(half) if half else 1.0
+    cos, sin = math.cos(before.theta + half) * scale, math.sin(before.theta + half) * scale
+    x, y = after.x - before.x, after.y - before.y
+    return Twist(cos * x + sin * y, turn, cos * y - sin * x)
+
+
 def interpolate(a: Pose, b: Pose, fraction: float) -> Pose:
     """Return the pose between a (fraction 0) and b (fraction 1). The heading turns the short way."""
     return Pose(

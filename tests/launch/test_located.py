@@ -176,7 +176,9 @@ def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_p
     assert learned["way"][1] < 0.002, "it has driven far enough to know"
     done = vrg("run", "report", run, "--calibrate", "ann", "--output", str(tmp_path / "ann.cal.toml"))
     assert done.exit_code == 0, done.output
-    assert f"{100 * learned['way'][0]:+.2f} +- " in done.output
+    assert "ann: " in done.output
+    assert f"{100 * learned['way'][0]:.3f} +- " in done.output
+    assert "How it follows commands is not known: expected more than 10 s of recorded motion" in done.output
     found = load_calibration(tmp_path / "ann.cal.toml", [0, 1])
     assert found.axes[0].ratio > found.axes[1].ratio, "its right wheel is larger"
     assert (found.axes[0].ratio + found.axes[1].ratio) / 2 == pytest.approx(50.0 / 1.03, abs=0.2)
@@ -184,3 +186,42 @@ def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_p
         refused = vrg("run", "report", run, "--calibrate", player)
         assert isinstance(refused.exception, ConfigError)
         assert words in str(refused.exception)
+
+
+def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its motors are weaker, slower and later than the model's, and its wheels larger than VRG believes."""
+    motor = "motor = { friction = 0.1, delay = 0.06, current_limit = 10.0, velocity_limit = 44.0 }"
+    more = "[localisation.overhead.errors.ann]\nway = 0.03\n"
+    text = located(TINY_CAN, "ann", more=more).replace("ratio = 50.0", f"ratio = 50.0\n{motor}")
+    (tmp_path / "tiny.toml").write_text(text)
+    monkeypatch.chdir(tmp_path)
+
+    def vrg(*arguments: str) -> Result:
+        return CliRunner().invoke(make_app(), list(arguments))
+
+    command = ("can", "calibrate", "ann", "tiny.toml", "--fixes", "--in-process", "--speed", "0.7", "--for", "40")
+    done = vrg(*command)
+    assert done.exit_code == 0, done.output
+    found = load_calibration(tmp_path / "ann.cal.toml", [0, 1])
+    assert found.axes[0].ratio == pytest.approx(50.0 / 1.03, rel=0.02)
+    rim = math.tau * 0.11 / 50.0 * 1.03
+    torque, inertia = 10.0 * 0.04, 9e-4 * math.tau
+    assert found.motion["a_max"] == pytest.approx((torque - 0.1) / inertia * rim, rel=0.1)
+    assert found.motion["v_max"] == pytest.approx(44.0 * rim, rel=0.02)
+    assert found.motion["delay"] == pytest.approx(0.06 + 0.02, abs=0.015)
+    # With its file it plays as it is, and what is left to be found is little.
+    (tmp_path / "known.toml").write_text(text.replace(motor, f'{motor}\ncalibration = "ann.cal.toml"'))
+    assert load_match(tmp_path / "known.toml").base == str(tmp_path)
+    again = ("play", "known.toml", "--in-process", "--headless", "--runs", str(tmp_path / "again"))
+    assert vrg(*again).exit_code == 0
+    run = str(next((tmp_path / "again").iterdir()))
+    way, half = json.loads(vrg("run", "report", run, "--json").output)["robots"]["ann"]["numbers"]["way"]
+    assert abs(way) < 0.01 + half
+    fitted = vrg("run", "report", run, "--fitted", "fitted.toml")
+    assert fitted.exit_code == 0, fitted.output
+    assert load_match(tmp_path / "fitted.toml").player("ann").motion.keys() >= {"delay", "a_max"}
+    refused = vrg("run", "report", run, "--fitted", "fitted.toml")
+    assert "expected a file that is not there yet" in str(refused.exception)
+    (tmp_path / "alone.toml").write_text(TINY_CAN)
+    refused = vrg("can", "calibrate", "ann", "alone.toml", "--fixes")
+    assert 'expected `localisation = "fusion"` at ann' in str(refused.exception)

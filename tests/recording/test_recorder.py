@@ -35,6 +35,7 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.map import WALL_HEIGHT
+from vrg.recording.drives import read_drives
 from vrg.recording.reader import read_setting, read_tracks
 from vrg.recording.recorder import Recorder
 from vrg.types import STILL, Pose, Twist
@@ -484,3 +485,25 @@ def test_a_recording_ends_with_the_game_although_the_match_goes_on(tmp_path):
     with path.open("rb") as stream:
         assert make_reader(stream).get_summary() is not None, "it is finished while the match still runs"
     assert read_tracks(path)["nemo"].times[-1] == pytest.approx(2.0 + Recorder.linger)
+
+
+def test_motions_and_fixes_are_recorded_and_read_back(tmp_path):
+    """A robot's commands, its odometry and where it was, for who compares it with its simulation."""
+    path, twist, match = tmp_path / "match.mcap", Twist(0.3, -0.1), synthetic.Match(KEYS)
+    recorder = Recorder("recorder", Mailbox(), KEYS, path)
+    fix = m.Fix(robot="nemo", pose=Pose(4.0, 5.0, 0.1), position=0.01, heading=0.02)
+    for n in range(3):
+        time, odometry = 0.1 * n, Pose(0.03 * n, 2.0, 0.5)
+        match.say(recorder.mailbox, KEYS.motion("nemo"), m.Motion(odometry=odometry, twist=twist), time, n)
+        match.say(recorder.mailbox, KEYS.fixes("eye"), m.Fixes(fixes=(fix,)), time, n)
+        match.say(recorder.mailbox, KEYS.robot_pose("nemo"), m.MeasuredPose(pose=odometry, twist=twist), time, n)
+        match.say(recorder.mailbox, KEYS.report("nemo"), m.Report(mode="x", armed=True, command=twist), time, n)
+        recorder.mailbox.handover(time)
+        recorder.tick(Tick(time))
+    recorder.stop()
+    drive = read_drives(path)["nemo"]
+    assert drive.motions == [(pytest.approx(0.1 * n), Pose(0.03 * n, 2.0, 0.5), twist) for n in range(3)]
+    assert [command for _, command in drive.commands] == [twist] * 3
+    assert [round(pose.theta, 6) for _, pose in drive.poses] == [0.5] * 3
+    fixes = [json.loads(message.data) for _, _, message in messages_of(path, topics="/robot/nemo/fix/eye")]
+    assert [record["pose"]["position"]["x"] for record in fixes] == [4.0] * 3

@@ -48,6 +48,11 @@ def node(
     current_limit: Annotated[
         float, typer.Option(min=0.01, help="Highest current of the motor, A.")
     ] = _MOTOR.current_limit,
+    velocity_limit: Annotated[
+        float, typer.Option(min=0.01, help="Highest speed of the motor, turn/s.")
+    ] = _MOTOR.velocity_limit,
+    friction: Annotated[float, typer.Option(min=0, help="Friction at the shaft, Nm.")] = _MOTOR.friction,
+    delay: Annotated[float, typer.Option(min=0, max=0.5, help="s from a setpoint to its effect.")] = _MOTOR.delay,
     serial: Annotated[
         int | None, typer.Option(min=0, help="Serial number of the first drive; a random one if missing.")
     ] = None,
@@ -63,7 +68,9 @@ def node(
         raise ConfigError(problems)
     link = on.link()
     first = secrets.randbits(40) if serial is None else serial
-    motor = MotorModel(inertia=inertia, current_limit=current_limit)
+    motor = MotorModel(
+        inertia=inertia, current_limit=current_limit, velocity_limit=velocity_limit, friction=friction, delay=delay
+    )
     with child_process(leash) as stop:
         drives = [
             spoken.drive_type(

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from vrg.commands import can_options
-from vrg.commands.options import GameArgument, OutputOption, PlayerArgument
+from vrg.commands.options import GameArgument, OutputOption, PlayerArgument, lasting
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.settings import can_settings
@@ -18,13 +18,25 @@ def calibrate(
     player: PlayerArgument,
     match: GameArgument,
     output: OutputOption = None,
-    speed: Annotated[float, typer.Option(min=0.02, max=1, help="Speed while it is measured, m/s.")] = 0.2,
+    speed: Annotated[
+        float | None, typer.Option(min=0.02, max=2, help="Highest speed, m/s; 0.2, or 0.5 with --fixes.")
+    ] = None,
     way: Annotated[float, typer.Option(min=0.2, max=20, help="How far straight ahead, m.")] = 1.5,
-    turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot.")] = 2.0,
+    turns: Annotated[float, typer.Option(min=0.25, max=20, help="Turns on the spot, with a tape measure.")] = 2.0,
+    fixes: Annotated[
+        bool, typer.Option("--fixes", help="Measure by the match's sources of fixes, such as a camera: no tape.")
+    ] = False,
+    seconds: Annotated[float, lasting("How long it drives with --fixes.", 30)] = 90.0,
+    in_process: Annotated[
+        bool, typer.Option("--in-process", help="With --fixes and emulated drives: faster, on simulated time.")
+    ] = False,
 ) -> None:
     """Find a robot's directions, gear ratios and track, with a tape measure; writes its calibration file.
 
-    That is the one that the match file names, unless --output names another.
+    With --fixes the robot drives a figure, and its ratios, its track, its delay, acceleration, braking and top speed
+    follow from what the match's sources of fixes have seen; its directions must be right already.
+
+    The file is the one that the match file names, unless --output names another.
     """
     from vrg.config.loading import match_path, read_match  # the other tools need no match file
     from vrg.hal.can.train import DriveTrain
@@ -41,6 +53,13 @@ def calibrate(
     where = output or own
     if not os.access(where.parent, os.W_OK) or where.is_dir():
         raise ConfigError(f"{where}: expected a place to write the calibration to, this is none")
+    if fixes:
+        from vrg.commands.can_figure import calibrate_by_fixes
+
+        calibrate_by_fixes(
+            player, match_path(match), where, speed=speed or 0.5, way=way, seconds=seconds, in_process=in_process
+        )
+        return
     before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
     model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
     axes = wiring.wheel_axes(model.drivetrain.axes, before)
@@ -49,7 +68,7 @@ def calibrate(
     train = DriveTrain(
         player, can_options.medium(), link, spoken, axes, model, options=own_options, unwatched=unwatched
     )
-    plan = calibrating.Plan(speed=speed, way=way, turn=turns * 2 * math.pi)
+    plan = calibrating.Plan(speed=speed or 0.2, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
     if settings.emulate:
         (drives,) = settings.companions([player])

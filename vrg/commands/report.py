@@ -2,8 +2,9 @@
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 from rich.markup import escape
@@ -13,76 +14,194 @@ from vrg.commands.options import JsonOption, RunArgument, make_console, print_ta
 from vrg.errors import ConfigError, LaunchError
 
 if TYPE_CHECKING:
-    from vrg.config.setup import MatchSetup
+    from vrg.config.setup import MatchSetup, PlayerSetup
+    from vrg.fitting.report import Findings
+    from vrg.hal.can.base import WheelAxis
     from vrg.hal.can.calibration import Calibration
+    from vrg.hal.models import RobotModel
+    from vrg.launch.run_folder import RunFolder
+
+_ROWS: Final = {
+    "delay": ("delay, s", 1.0),
+    "acceleration": ("acceleration, m/s^2", 1.0),
+    "braking": ("braking, m/s^2", 1.0),
+    "friction": ("friction, m/s^2", 1.0),
+    "top": ("top speed, m/s", 1.0),
+    "way": ("ways longer by, %", 100.0),
+    "turn": ("turns longer by, %", 100.0),
+    "bend": ("bend, degrees/m", math.degrees(1.0)),
+}
+"""The name of each number in the report, and the factor to its unit there."""
 
 
 def report(
     run: RunArgument = None,
     player: Annotated[str, typer.Option("--calibrate", help="A player whose robot's calibration is written.")] = "",
     output: Annotated[Path | None, typer.Option(help="Its file; without it, NAME.cal.toml.")] = None,
+    fitted: Annotated[
+        Path | None, typer.Option(help="A match file to write: the match, with robots that move as these did.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Tell how far the odometry of robots was off in a match, and write a calibration that puts it right.
+    """Compare robots with their simulation, find the numbers that explain the difference, and write them to files.
 
-    The fusion centre learns that of each robot with `localisation = "fusion"`. The numbers have 95 % intervals.
+    Of each robot with `localisation = "fusion"` it prints how it follows commands, what its odometry is off by, and how
+    far from it the simulated robot ends up that is given the same commands.
     """
     folder, setup = ended_run(run)
+    told = read_learned(folder)
+    learned: dict[str, dict[str, tuple[float, float]]] = told["learned"]
+    if player and player not in learned:
+        raise ConfigError(f"--calibrate: expected a robot that was located ({', '.join(learned)}), got {player!r}")
+    found = findings_of(folder, setup, learned)
+    if as_json:
+        robots = {name: _plain(one) for name, one in found.items()}
+        typer.echo(json.dumps(told | {"robots": robots}, indent=2))
+    else:
+        for name, one in found.items():
+            print_findings(name, one, told["fixes"].get(name, {}), setup.player(name).robot)
+    if player:
+        write_calibration(calibration_of(setup, player, found[player]), output or Path(f"{player}.cal.toml"))
+    if fitted is not None:
+        _write_match(folder, setup, found, fitted)
+
+
+def read_learned(folder: "RunFolder") -> dict[str, Any]:
+    """What the fusion centre of a run has counted and learned; see `FusionCentre.counted`.
+
+    Raises:
+        LaunchError: the run had none.
+    """
     file = folder.logs / "fusion.json"
     if not file.is_file():
         raise LaunchError(f'{folder.path}: expected {file.name} in logs: no player has `localisation = "fusion"`')
-    told = json.loads(file.read_text(encoding="utf-8"))
-    if as_json:
-        typer.echo(json.dumps(told, indent=2))
-    else:
-        console = make_console()
-        heads = ("robot", "fixes used", "refused", "ways longer by, %", "turns longer by, %", "bend, degrees/m")
-        rows = [_row(name, told["fixes"].get(name, {}), learned) for name, learned in told["learned"].items()]
-        print_table(console, heads, rows, right=(1, 2, 3, 4, 5))
-    if not player:
-        return
-    if player not in told["learned"]:
-        known = ", ".join(told["learned"])
-        raise ConfigError(f"--calibrate: expected a robot that was located ({known}), got {player!r}")
-    found, where = _calibration(setup, player, told["learned"][player]), output or Path(f"{player}.cal.toml")
-    from vrg.hal.can.calibration import calibration_text
-
-    where.write_text(calibration_text(found), encoding="utf-8")
-    line = f'calibration = "{where.name}"'
-    make_console().print(
-        f"Written to {escape(str(where))}. To use it, write `{escape(line)}` below "
-        rf"\[backends.can.robots.{escape(player)}] of the match file.", soft_wrap=True,
-    )  # fmt: skip
+    told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    return told
 
 
-def _row(name: str, fates: dict[str, int], learned: dict[str, tuple[float, float]]) -> tuple[str, ...]:
-    used = fates.get("used", 0)
-    units = {"way": 100.0, "turn": 100.0, "bend": math.degrees(1.0)}
-    numbers = [
-        f"{unit * learned[what][0]:+.2f} +- {unit * 1.96 * learned[what][1]:.2f}" for what, unit in units.items()
-    ]
-    return name, str(used), str(sum(fates.values()) - used), *numbers
+def findings_of(
+    folder: "RunFolder", setup: "MatchSetup", learned: dict[str, dict[str, tuple[float, float]]]
+) -> dict[str, "Findings"]:
+    """What a run has shown of each robot, by name.
+
+    Args:
+        learned: what the fusion centre has learned of the odometry of each.
+    """
+    from vrg.fitting.report import findings
+    from vrg.recording.drives import Drive, read_drives
+
+    drives = read_drives(folder.recordings())
+    found: dict[str, Findings] = {}
+    for name, errors in learned.items():
+        drive = drives.get(name, Drive())
+        _, model = _as_driven(setup, setup.player(name))
+        found[name] = findings(model, drive.commands, drive.motions, drive.poses, errors)
+    return found
 
 
-def _calibration(setup: "MatchSetup", name: str, learned: dict[str, Any]) -> "Calibration":
-    """The calibration of a robot on a CAN bus, by what was learned of it.
+def calibration_of(setup: "MatchSetup", name: str, found: "Findings") -> "Calibration":
+    """The calibration of a robot on a CAN bus, by what was found of it.
 
     Raises:
         ConfigError: it has no such drives.
     """
-    from vrg.hal.can.calibration import load_calibration
-    from vrg.hal.can.settings import can_settings
-    from vrg.hal.can.workshop.fitting import fitted
+    from vrg.fitting.calibration import fitted
 
     entry = setup.player(name)
     if entry.backend != "can":
         raise ConfigError(
             f'--calibrate: expected a robot with `backend = "can"`, got {name}, which has {entry.backend!r}'
         )
-    wiring, drivetrain = can_settings(setup.backends.get("can", {})).robots[name], entry.robot.drivetrain
-    before = None
+    wheels, model = _as_driven(setup, entry)
+    errors = {what: mean for what, (mean, _) in found.errors.items()}
+    return fitted(name, wheels, model.drivetrain, **errors, motion=found.motion(model))
+
+
+def write_calibration(found: "Calibration", where: Path) -> None:
+    """Write a calibration to its file, and print how it is used."""
+    from vrg.hal.can.calibration import calibration_text
+
+    where.write_text(calibration_text(found), encoding="utf-8")
+    line = f'calibration = "{where.name}"'
+    make_console().print(
+        f"Written to {escape(str(where))}. To use it, write `{escape(line)}` below "
+        rf"\[backends.can.robots.{escape(found.robot)}] of the match file.", soft_wrap=True,
+    )  # fmt: skip
+
+
+def _as_driven(setup: "MatchSetup", entry: "PlayerSetup") -> tuple[list["WheelAxis"], "RobotModel"]:
+    """The motors of a robot, and its model with the track by which its odometry was worked out; no motors without CAN.
+
+    Raises:
+        ConfigError: its calibration cannot be read.
+    """
+    model = entry.robot
+    if entry.backend != "can":
+        return [], model
+    from vrg.hal.can.calibration import load_calibration
+    from vrg.hal.can.settings import can_settings
+
+    wiring, before = can_settings(setup.backends.get("can", {})).robots[entry.name], None
     if wiring.calibration:
         before = load_calibration(Path(setup.base) / wiring.calibration, wiring.nodes)
-        drivetrain = drivetrain.with_track(before.track)
-    errors = {what: mean for what, (mean, _) in learned.items()}
-    return fitted(name, wiring.wheel_axes(drivetrain.axes, before), drivetrain, **errors)
+        model = before.applied(model)
+    return wiring.wheel_axes(model.drivetrain.axes, before), model
+
+
+def print_findings(name: str, found: "Findings", fates: dict[str, int], model: "RobotModel") -> None:
+    """Print what was found of a robot.
+
+    Args:
+        found: that. fates: what became of its fixes. model: of the robot in the match.
+    """
+    from vrg.fitting.likeness import SPAN
+    from vrg.fitting.response import Response
+
+    console, used = make_console(), fates.get("used", 0) + fates.get("moved", 0)
+    console.print(f"{escape(name)}: {used} fixes used, {sum(fates.values()) - used} refused", soft_wrap=True)
+    if isinstance(found.fitted, str):
+        console.print(f"How it follows commands is not known: {escape(found.fitted)}", soft_wrap=True)
+    like = found.likeness
+    if like is not None:
+        console.print(
+            f"{like.spans} times, {SPAN:g} s after the same start with the same commands, its simulation is "
+            f"{100 * like.before:.1f} cm away from it (rms); with the numbers below, {100 * like.after:.1f} cm.",
+            soft_wrap=True,
+        )
+    plain = asdict(Response.of(model))
+    rows = []
+    for number, (mean, half) in found.numbers.items():
+        words, unit = _ROWS[number]
+        seen = math.isfinite(half)
+        without = None if like is None or not seen else like.without.get(number)
+        rows.append(
+            (
+                words,
+                f"{unit * plain.get(number, 0.0):.3g}",
+                f"{unit * mean:.3f} +- {unit * half:.3f}" if seen else "not seen",
+                "" if without is None else f"{100 * without:.1f} cm",
+            )
+        )
+    print_table(console, ("number", "simulation", "robot, 95 %", "apart if only this stays"), rows, right=(1, 2, 3))
+
+
+def _plain(found: "Findings") -> dict[str, Any]:
+    numbers = {name: [mean, half if math.isfinite(half) else None] for name, (mean, half) in found.numbers.items()}
+    return {"numbers": numbers, "likeness": None if found.likeness is None else asdict(found.likeness)}
+
+
+def _write_match(folder: "RunFolder", setup: "MatchSetup", found: dict[str, "Findings"], where: Path) -> None:
+    from vrg.toml_text import with_value
+
+    if where.exists():
+        raise ConfigError(f"--fitted: expected a file that is not there yet, got {where}")
+    text = setup.text
+    for player in setup.players:
+        if (one := found.get(player.name)) is not None and (new := one.motion(player.robot)):
+            motion = {**player.motion, **new}
+            text = with_value(text, ("players", player.number, "motion"), motion)
+    where.write_text(text, encoding="utf-8")
+    make_console().print(
+        f"Written to {escape(str(where))}: in it these robots move as they did, also where `backend` is sim.",
+        soft_wrap=True,
+    )

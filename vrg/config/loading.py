@@ -21,6 +21,7 @@ from vrg.games.game import Game
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.location import FEED
+from vrg.hal.models.settings import motion_problems
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
 from vrg.modules import classes_in, no_method
@@ -288,6 +289,8 @@ class _Checker:
             text = f"{entry.name!r} is the name of another process of this match"
             self.problems.append(Problem(text, (*where, "name")))
         sensors = self._attempt(lambda: checks.sensors_of(file, entry, where))
+        strange = [Problem(p.text, (*where, "motion", *p.path)) for p in motion_problems(entry.motion)]
+        self.problems += strange
         return PlayerSetup(
             **structs.asdict(entry)
             | {
@@ -296,6 +299,7 @@ class _Checker:
                 "strategy": strategy,
                 "number": number,
                 "sensors": sensors or {},
+                "motion": {} if strange else entry.motion,
             }
         )
 

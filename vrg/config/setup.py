@@ -21,7 +21,7 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
 from vrg.hal.location import FUSION, ODOMETRY
 from vrg.hal.models import RobotModel, robot_model
-from vrg.hal.models.settings import with_settings
+from vrg.hal.models.settings import with_motion, with_settings
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.modules import module_in
 from vrg.regions import Region
@@ -74,6 +74,7 @@ class PlayerSetup(PlayerEntry, frozen=True, kw_only=True):
         """
         model = robot_model(self.model)
         kinds = {spec.kind for spec in model.sensors if spec.synthesised or not self.physical}
+        model = with_motion(model, self.motion)
         return with_settings(model, {kind: own for kind, own in self.sensors.items() if kind in kinds})
 
 
@@ -216,7 +217,15 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     def world(self) -> WorldConfig:
         """The set-up of the world of this match."""
         robots = (
-            RobotSetup(name=p.name, model=p.model, pose=p.pose, physical=p.physical, sensors=p.sensors, camera=p.camera)
+            RobotSetup(
+                name=p.name,
+                model=p.model,
+                pose=p.pose,
+                physical=p.physical,
+                sensors=p.sensors,
+                motion=p.motion,
+                camera=p.camera,
+            )
             for p in self.players
         )
         return WorldConfig(

@@ -9,6 +9,7 @@ from vrg.tables import Table
 
 if TYPE_CHECKING:
     from vrg.hal.can.workshop.simulation import Simulation
+    from vrg.hal.models.drivetrain import Drivetrain
 
 
 class BackendSettings(Table):
@@ -42,6 +43,13 @@ class BackendSettings(Table):
             seed: of everything in them that is random.
         """
         return False
+
+    def as_wired(self, robot: str, drivetrain: "Drivetrain", base: Path) -> "Drivetrain":
+        """The drivetrain whose speeds, for what the odometry of a robot measures, are those of its axes as wired.
+
+        It differs from the model's, `drivetrain`, where a calibration stands above the wiring.
+        """
+        return drivetrain
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:
         """The processes that these robots need besides those of their players."""

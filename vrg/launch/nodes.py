@@ -214,7 +214,12 @@ def tracker_node(setup: MatchSetup, name: str) -> "Node":
         settings=settings,
         robots={player.name: player.robot for player in setup.fused},
         starts={player.name: player.pose for player in setup.fused},
-        emulated=[player.name for player in setup.fused if player.physical],
+        emulated={
+            robot: table.as_wired(robot, setup.player(robot).robot.drivetrain, Path(setup.base))
+            for _, table, robots in setup.backend_settings()
+            for robot in robots
+            if table.emulated and setup.player(robot) in setup.fused
+        },
         seed=setup.draw(source_seed(name)),
         base=Path(setup.base),
     )

@@ -7,7 +7,7 @@ packages add a kind by an entry point of the group `vrg.localisation`.
 import logging
 import time
 from abc import abstractmethod
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -18,6 +18,7 @@ from vrg.bus.messages import Fix, Fixes
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import RobotModel
+from vrg.hal.models.drivetrain import Drivetrain
 from vrg.localisation.clock import ClockOffset
 from vrg.registry import Registry
 from vrg.tables import Table
@@ -35,7 +36,8 @@ class SourceContext(Struct, frozen=True, kw_only=True):
     Args:
         name: of the source. settings: its table, of its own class.
         robots: the models of the robots that it is to see, by name. starts: their poses when the match begins.
-        emulated: those of them that are physical robots with emulated drives.
+        emulated: of those of them that are physical robots with emulated drives, the drivetrain whose speeds, for what
+            the odometry measures, are those of the axes as wired; see `BackendSettings.as_wired`.
         seed: of all that is random in it. base: the folder that its relative paths start from.
     """
 
@@ -43,7 +45,7 @@ class SourceContext(Struct, frozen=True, kw_only=True):
     settings: Table
     robots: Mapping[str, RobotModel]
     starts: Mapping[str, Pose]
-    emulated: Collection[str] = ()
+    emulated: Mapping[str, Drivetrain] = {}
     seed: int
     base: Path
 

@@ -5,6 +5,8 @@ Topics:
 - `/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/field`: the zones as outlines,
   when they change. `/map`: walls and obstacles, once.
 - `/robot/<robot>/pose`: where the world shows a robot. `/robot/<robot>/measured`: a physical robot's measured pose.
+- `/robot/<robot>/motion`: what a robot that the fusion centre locates has measured of its motion.
+  `/robot/<robot>/fix/<source>`: where a source of fixes has seen it.
 - `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: the motion that was last commanded, after all
   limits.
 - `/robot/<robot>/rest`: whether it is at rest, and since which tick of the world, when that changes.
@@ -45,6 +47,7 @@ from vrg.recording.records import (
     BatteryRecord,
     CallRecord,
     EstopRecord,
+    MotionRecord,
     PlayerRecord,
     ReportRecord,
     RestRecord,
@@ -114,6 +117,8 @@ class Recorder(Node):
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses)
         self._measured = mailbox.subscribe(keys.robot_pose())
+        self._motions = mailbox.subscribe(keys.motion())
+        self._fixes = mailbox.subscribe(keys.fixes())
         self._state = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
         self._reports = mailbox.subscribe(keys.report())
@@ -213,13 +218,26 @@ class Recorder(Node):
                 del self._waiting[player]
         for poses in self._poses.take():
             self._write_poses(poses)
-        for measured in self._measured.take():
-            pose = measured.body.pose
-            in_frame = fg.PoseInFrame(fg.time_of(measured.stamp), fg.FRAME_ID, fg.pose_of(pose.x, pose.y, pose.theta))
-            self._write(f"/robot/{name_in(measured.key)}/measured", in_frame, measured, physical=True)
+        self._write_located()
         for inlet in self._sensors:
             for reading in inlet.take():
                 self._write_reading(reading)
+
+    def _write_located(self) -> None:
+        """Write what locates robots: their motion, the fixes, and the poses that follow."""
+        for measured in self._measured.take():
+            self._write_pose(f"/robot/{name_in(measured.key)}/measured", measured.body.pose, measured)
+        for motion in self._motions.take():
+            told = MotionRecord(fg.time_of(motion.stamp), motion.body.odometry, motion.body.twist)
+            self._write(f"/robot/{name_in(motion.key)}/motion", told, motion)
+        for fixes in self._fixes.take():
+            for fix in fixes.body.fixes:
+                self._write_pose(f"/robot/{fix.robot}/fix/{name_in(fixes.key)}", fix.pose, fixes)
+
+    def _write_pose(self, topic: str, pose: Pose, of: Received[m.Message]) -> None:
+        """Write where a robot was measured to be."""
+        record = fg.PoseInFrame(fg.time_of(of.stamp), fg.FRAME_ID, fg.pose_of(pose.x, pose.y, pose.theta))
+        self._write(topic, record, of, physical=True)
 
     def _write_state(self, received: Received[m.RefereeState]) -> None:
         state = received.body

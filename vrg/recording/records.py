@@ -86,6 +86,17 @@ class TwistRecord(Struct, frozen=True, gc=False):
         return Twist(self.v, self.w, self.side)
 
 
+class MotionRecord(Struct, frozen=True, gc=False):
+    """vrg.Motion: what a robot has measured of its motion: its pose since its odometry began, and its velocity.
+
+    Lengths in m, angles in rad, in the frames of the odometry and of the robot.
+    """
+
+    timestamp: Time
+    odometry: Pose
+    twist: Twist
+
+
 class RestRecord(Struct, frozen=True, gc=False):
     """vrg.Rest: whether a robot is at rest, when that changes.
 

@@ -18,6 +18,7 @@ _NAMES: Final[dict[type[Struct], str]] = {
     records.ReportRecord: "vrg.Report",
     records.CallRecord: "vrg.Call",
     records.TwistRecord: "vrg.Twist",
+    records.MotionRecord: "vrg.Motion",
     records.RestRecord: "vrg.Rest",
     records.EstopRecord: "vrg.Estop",
     records.BatteryRecord: "vrg.Battery",

@@ -55,3 +55,20 @@ def test_a_cycle_that_was_late_does_not_make_up() -> None:
     assert not cycle.due(5.04)
     assert cycle.due(5.06)
     assert not Cycle(0.0, 0.0).due(1e9)
+
+
+def test_a_motor_with_a_delay_does_the_same_later() -> None:
+    """Whatever the steps are in which time passes, and switched off it forgets what it was asked for."""
+    early, late = Motor(MotorModel()), Motor(MotorModel(delay=0.05))
+    for motor, begin in ((early, 0.05), (late, 0.0)):
+        for n in range(100):
+            now = 0.004 * n
+            motor.turn(0.004, 20.0 if begin - 1e-9 <= now < begin + 0.2 - 1e-9 else 0.0)
+    assert late.position == pytest.approx(early.position, rel=0.02)
+    assert early.position > 1.0
+    late.turn(0.01, 20.0)
+    late.coast(0.5)
+    before = late.position
+    late.turn(0.04, 0.0)
+    late.turn(0.04, 0.0)
+    assert late.position == pytest.approx(before, abs=1e-6)

@@ -2,6 +2,7 @@
 
 robot = "sue"
 track = 0.575
+motion = { delay = 0.07, a_max = 0.8 }
 
 [axes.0]
 direction = 1
@@ -15,6 +16,8 @@ from pathlib import Path
 from pydantic import Field, ValidationError, field_validator
 
 from vrg.errors import ConfigError
+from vrg.hal.models import RobotModel
+from vrg.hal.models.settings import motion_problems, with_motion
 from vrg.tables import Table, problems_of
 
 
@@ -42,11 +45,24 @@ class Calibration(Table):
 
     Args:
         robot: the robot's name, for people. track: its effective track, m. axes: its motors by node id.
+        motion: the numbers of how it moves that are not those of its model; see `with_motion`.
     """
 
     robot: str
     track: float = Field(gt=0.01, le=10)
     axes: dict[int, AxisCalibration]
+    motion: dict[str, float] = Field(default_factory=dict)
+
+    @field_validator("motion")
+    @classmethod
+    def _motion(cls, value: dict[str, float]) -> dict[str, float]:
+        if problems := motion_problems(value):
+            raise ValueError("; ".join(map(str, problems)))
+        return value
+
+    def applied(self, model: RobotModel) -> RobotModel:
+        """The model with what is known of this robot."""
+        return with_motion(model, {"track": self.track, **self.motion})
 
 
 def load_calibration(path: Path, nodes: list[int]) -> Calibration:
@@ -71,6 +87,9 @@ def load_calibration(path: Path, nodes: list[int]) -> Calibration:
 def calibration_text(calibration: Calibration) -> str:
     """A calibration as it is written to its file."""
     lines = [f'robot = "{calibration.robot}"', f"track = {calibration.track:.6g}"]
+    if calibration.motion:
+        numbers = ", ".join(f"{name} = {value:.3g}" for name, value in calibration.motion.items())
+        lines.append(f"motion = {{ {numbers} }}")
     for node, axis in sorted(calibration.axes.items()):
         lines += ["", f"[axes.{node}]", f"direction = {axis.direction}", f"ratio = {axis.ratio:.8g}"]
     return "\n".join(lines) + "\n"

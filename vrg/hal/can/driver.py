@@ -1,7 +1,6 @@
 """The backend `can`: the driver of a robot whose motors are on a CAN bus."""
 
 import math
-from dataclasses import replace
 
 from vrg.bus.messages import SensorMessage
 from vrg.errors import ConfigError, Problem, StaleDataError
@@ -45,7 +44,7 @@ class CanDriver(Driver):
         model, calibration = context.model, None
         if wiring.calibration:
             calibration = load_calibration(context.base / wiring.calibration, wiring.nodes)
-            model = replace(model, drivetrain=model.drivetrain.with_track(calibration.track))
+            model = calibration.applied(model)
         super().__init__(name, model)
         self._now = context.now
         self._supply = wiring.supply

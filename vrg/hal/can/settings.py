@@ -2,6 +2,7 @@
 
 import random
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -14,6 +15,7 @@ from vrg.hal.can.calibration import Calibration, load_calibration
 from vrg.hal.can.link import SERIAL_INTERFACES, AdapterValue, Link, known_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.companions import Companion
+from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.settings import BackendSettings
 from vrg.tables import Table, problems_of
 
@@ -33,6 +35,21 @@ _UP = 1
 """The kernel's flag IFF_UP of an interface."""
 
 
+class MotorSettings(Table):
+    """The motors of emulated drives, in the words of `MotorModel`; what is missing is as usual there.
+
+    Args:
+        inertia: of rotor and load, kg m^2. friction: at the shaft, Nm. current_limit: A.
+        velocity_limit: turn/s. delay: from a setpoint to when the drive acts on it, s.
+    """
+
+    inertia: float | None = Field(None, gt=0)
+    friction: float | None = Field(None, ge=0)
+    current_limit: float | None = Field(None, gt=0)
+    velocity_limit: float | None = Field(None, gt=0)
+    delay: float | None = Field(None, ge=0, le=0.5)
+
+
 class RobotWiring(Table):
     """One robot: [backends.can.robots.<name>].
 
@@ -49,6 +66,7 @@ class RobotWiring(Table):
         interface, channel, bitrate, adapter, protocol: for a robot on a bus of its own, in place of those of
             [backends.can].
         options: the protocol's options of the drives; see `Axis.options_type` of the protocol.
+        motor: what emulated drives and their load are like, where that is not as usual; real drives are as they are.
     """
 
     left: list[int] = Field(default_factory=list, max_length=2)
@@ -65,6 +83,7 @@ class RobotWiring(Table):
     adapter: dict[str, AdapterValue] | None = None
     protocol: str | None = None
     options: dict[str, Any] = Field(default_factory=dict)
+    motor: MotorSettings = Field(default_factory=lambda: MotorSettings.model_validate({}))
 
     @field_validator("protocol")
     @classmethod
@@ -300,16 +319,36 @@ class CanSettings(BackendSettings):
         if not self.emulate:
             return False
         from vrg.hal.can.workshop.emulated import DriveOptions  # noqa: PLC0415 - real drives need no workshop
+        from vrg.hal.can.workshop.motor import MotorModel  # noqa: PLC0415
 
         for name in robots:
             link, kind, told = self.link(name), self.protocol_of(name).drive_type, self.options_of(name)
             drives = []
             for node in self.robots[name].nodes:
                 rng = random.Random(f"{seed} {link} {node}")
-                options = DriveOptions(serial=rng.getrandbits(40), protocol=told)
+                motor = MotorModel(**self.robots[name].motor.model_dump(exclude_none=True))
+                options = DriveOptions(serial=rng.getrandbits(40), motor=motor, protocol=told)
                 drives.append(kind(node, options, simulation.clock.now(), rng))
             simulation.wire(link).attach(drives)
         return True
+
+    def as_wired(self, robot: str, drivetrain: Drivetrain, base: Path) -> Drivetrain:
+        """See `BackendSettings.as_wired`."""
+        wiring = self.robots[robot]
+        if not wiring.calibration:
+            return drivetrain
+        found = load_calibration(base / wiring.calibration, wiring.nodes)
+        axes = wiring.wheel_axes(drivetrain.axes, found)
+        ratios = [[axis.ratio for axis in axes if axis.axis == number] for number in range(len(drivetrain.axes))]
+        rates = zip(drivetrain.with_track(found.track).rates, ratios, strict=True)
+        return replace(
+            drivetrain,
+            rates=tuple(
+                (ahead * scale, turn * scale, side * scale)
+                for (ahead, turn, side), own in rates
+                for scale in [sum(own) / len(own) / wiring.ratio]
+            ),
+        )
 
     def companions(self, robots: Sequence[str]) -> list[Companion]:
         """The emulated drives of these robots, one process for each bus."""
@@ -318,13 +357,16 @@ class CanSettings(BackendSettings):
         buses: dict[tuple[str, str], list[str]] = {}
         for name in robots:
             # Drives with different options are processes of their own.
-            buses.setdefault((str(self.link(name)), str(self.robots[name].options)), []).append(name)
+            own = self.robots[name]
+            buses.setdefault((str(self.link(name)), f"{own.options} {own.motor}"), []).append(name)
         companions = []
         for number, members in enumerate(buses.values(), 1):
             link, protocol = self.link(members[0]), self.protocol_name(members[0])
             ids = [node for name in members for node in self.robots[name].nodes]
             arguments = ["can", "node", *link.arguments, "--protocol", protocol]
             arguments += [f"--option={name}={value}" for name, value in self.robots[members[0]].options.items()]
+            told = self.robots[members[0]].motor.model_dump(exclude_none=True)
+            arguments += [f"--{name.replace('_', '-')}={value}" for name, value in told.items()]
             for node in ids:
                 arguments += ["--id", str(node)]
             companions.append(Companion("drives" if number == 1 else f"drives-{number}", tuple(arguments), EMULATING))

@@ -21,6 +21,7 @@ class RobotModel:
         drivetrain: how its motors move it.
         v_max: top speed ahead, m/s. w_max: top turn rate, rad/s.
         a_max: acceleration, m/s^2. brake: deceleration with locked wheels, used by watchdogs and stops, m/s^2.
+        delay: from a command to when its motors act on it, s.
         battery_wh: energy of a full battery, Wh. idle_w: power of the electronics, W. rolling: rolling resistance, as a
             fraction of the weight. drive_efficiency: mechanical power divided by electrical power.
         sensors: the specs of its sensors.
@@ -45,6 +46,7 @@ class RobotModel:
     sensors: tuple[SensorSpec, ...]
     source: str
     colour: tuple[int, int, int] = (175, 30, 30)
+    delay: float = 0.0
 
     @property
     def size(self) -> Vector:

@@ -1,7 +1,7 @@
-"""Settings of sensors: a robot model whose sensors have other numbers than its data sheet gives.
+"""Settings of robots: a robot model that moves otherwise, or whose sensors have other numbers, than its data sheet has.
 
-A match file gives such settings by the kind of the sensor and the field of its spec. Every field that is a number can
-be set; the field's annotation gives its bounds.
+A match file gives the settings of sensors by the kind of the sensor and the field of its spec. Every field that is a
+number can be set; the field's annotation gives its bounds.
 """
 
 import dataclasses
@@ -20,6 +20,15 @@ from vrg.registry import expected_one_of
 SensorSettings = Mapping[str, Mapping[str, float]]
 """The numbers of sensors: by the kind of the sensor, then by the name of the field."""
 
+MOTION: Final = {
+    "v_max": (0.01, 20.0),
+    "w_max": (0.01, 50.0),
+    "a_max": (0.01, 100.0),
+    "brake": (0.01, 100.0),
+    "delay": (0.0, 0.5),
+    "track": (0.01, 10.0),
+}
+"""How a robot moves: the fields of its model that can be set, and the effective track, with their bounds."""
 _BOUNDS: Final = (("gt", "above"), ("ge", "of at least"), ("lt", "below"), ("le", "at most"))
 
 
@@ -64,6 +73,31 @@ def with_settings(model: RobotModel, settings: SensorSettings) -> RobotModel:
     if problems:
         raise ConfigError(problems)
     return dataclasses.replace(model, sensors=tuple(specs))
+
+
+def motion_problems(motion: Mapping[str, Any]) -> list[Problem]:
+    """The problems of the numbers by which a robot moves. The path of a problem is (name,)."""
+    problems = []
+    for name, value in motion.items():
+        if name not in MOTION:
+            problems.append(Problem(expected_one_of(list(MOTION), name), (name,)))
+        elif wrong := _wrong(value, Annotated[float, Meta(ge=MOTION[name][0], le=MOTION[name][1])]):
+            problems.append(Problem(wrong, (name,)))
+    return problems
+
+
+def with_motion(model: RobotModel, motion: Mapping[str, float]) -> RobotModel:
+    """Return the model with other numbers of how it moves, by the names of MOTION.
+
+    Raises:
+        ConfigError: a name is unknown, or a number out of its bounds.
+    """
+    if problems := motion_problems(motion):
+        raise ConfigError(problems)
+    own: dict[str, Any] = {name: float(value) for name, value in motion.items()}
+    track = own.pop("track", None)
+    drivetrain = model.drivetrain if track is None else model.drivetrain.with_track(track)
+    return dataclasses.replace(model, drivetrain=drivetrain, **own) if motion else model
 
 
 def merged(settings: SensorSettings, over: SensorSettings) -> dict[str, dict[str, float]]:

@@ -1,6 +1,7 @@
 """The set-up of a world, and the checks that tell whether a world can be built from it."""
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -8,7 +9,7 @@ from typing import TYPE_CHECKING
 from vrg.bus.names import check_name
 from vrg.errors import ConfigError, Path, Problem
 from vrg.hal.models import RobotModel, robot_model
-from vrg.hal.models.settings import SensorSettings, with_settings
+from vrg.hal.models.settings import SensorSettings, with_motion, with_settings
 from vrg.types import Pose
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ class RobotSetup:
         model: the name of a robot model.
         pose: the robot's pose at the start, in the map's frame.
         physical: True for a physical robot. The world shows it where it is measured, and never moves it.
-        sensors: the numbers of its sensors that are not those of the model.
+        sensors, motion: the numbers of its sensors, and of how it moves, that are not those of the model.
         camera: True takes pictures of its camera all the time, not only while a program asks for them.
     """
 
@@ -32,6 +33,7 @@ class RobotSetup:
     pose: Pose
     physical: bool = False
     sensors: SensorSettings = field(default_factory=dict)
+    motion: Mapping[str, float] = field(default_factory=dict)
     camera: bool = False
 
     @property
@@ -41,7 +43,7 @@ class RobotSetup:
         Raises:
             ConfigError: there is no such model, or the settings are wrong.
         """
-        return with_settings(robot_model(self.model), self.sensors)
+        return with_motion(with_settings(robot_model(self.model), self.sensors), self.motion)
 
 
 @dataclass(frozen=True, kw_only=True)

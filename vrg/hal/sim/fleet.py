@@ -3,6 +3,7 @@
 This module uses no bus and no clock.
 """
 
+from collections import deque
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,6 +21,8 @@ from vrg.types import STILL, Pose, Twist
 _EMPTY = "battery empty: motors are off"
 _SILENT = "no drive command in time: braked"
 _LOCKED = "stopped by the emergency stop: disarm it, then arm it"
+
+_EPS = 1e-9
 
 
 @dataclass(slots=True)
@@ -42,8 +45,22 @@ class Member:
     command: Twist | None = None
     empty: bool = False
     stands: float | None = None
+    _later: deque[tuple[float, Twist]] = field(default_factory=deque)
+    """The motions that it has not acted on yet, and when it will, s."""
+    _wanted: Twist = STILL
     _planned: tuple[Twist, float] = (STILL, 0.0)
     _limited: Twist = STILL
+
+    def drive(self, now: float, twist: Twist, armed: bool, estop: bool) -> None:
+        """Take in a drive command at match time `now`."""
+        self.interlock.drive(now, armed, estop)
+        self._later.append((now + self.model.delay, twist))
+
+    def wanted(self, now: float) -> Twist:
+        """The motion that it acts on at match time `now`."""
+        while self._later and self._later[0][0] <= now + _EPS:
+            self._wanted = self._later.popleft()[1]
+        return self._wanted
 
     def plan(self, twist: Twist) -> Twist:
         """A motion, within its top speed."""
@@ -137,7 +154,7 @@ class Fleet:
         """
         member = self.find(name)
         if member is not None and twist.is_finite:
-            member.interlock.drive(now, twist, armed, estop)
+            member.drive(now, twist, armed, estop)
 
     def limit(self, name: str, v_max: float) -> None:
         """Take in the referee's limit of a robot's speed, m/s. It also holds for a robot that comes later."""
@@ -158,7 +175,7 @@ class Fleet:
             interlock = member.interlock
             command = None
             if interlock.armed and not (held or member.empty or interlock.silent(now) or gate.holds(member.name)):
-                command = member.plan(gate.led(member.name, interlock.twist))
+                command = member.plan(gate.led(member.name, member.wanted(now)))
             if command != member.command:
                 member.command = command
                 self._engine.command(member.name, command)

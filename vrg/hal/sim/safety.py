@@ -4,7 +4,6 @@ Nothing here drives a robot; each rule can only hold it. This module uses no bus
 """
 
 from vrg.hal.driver import COMMAND_TIMEOUT
-from vrg.types import STILL, Twist
 
 _EPS = 1e-9
 
@@ -18,16 +17,14 @@ class Interlock:
     Attributes:
         armed: True if the motors accept commands.
         locked: True if the emergency stop has hit the robot and no command that disarms was heard since.
-        twist: the motion of the last command.
     """
 
     def __init__(self) -> None:
         self.armed = False
         self.locked = False
-        self.twist: Twist = STILL
         self._heard = 0.0
 
-    def drive(self, now: float, twist: Twist, armed: bool, estop: bool) -> None:
+    def drive(self, now: float, armed: bool, estop: bool) -> None:
         """Take in a command at match time `now`.
 
         Args:
@@ -39,7 +36,6 @@ class Interlock:
             self.locked = True
         elif not self.locked:
             self.armed = True
-        self.twist = twist
         self._heard = now
 
     def stop(self) -> None:

@@ -10,7 +10,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, name_in
-from vrg.geometry import compose, interpolate
+from vrg.geometry import along_arc, arc_between, compose, interpolate
 from vrg.localisation.motion import corrected, driven, motion_noise
 from vrg.localisation.sim.fixes import SimulatedFixes
 from vrg.localisation.sim.settings import Errors, SimSettings
@@ -26,8 +26,8 @@ _STANDS = 0.3
 class SimSource(Source):
     """Sees robots where they truly are, as well as its settings let it.
 
-    Virtual robots are where the world has them. Robots with emulated drives are where those have driven them, which
-    their odometry measures but for what it is off by.
+    Virtual robots are where the world has them. Robots with emulated drives are where those have driven them: where
+    they would be by the wiring's ratios and the model's track, but for the errors of the settings.
     """
 
     settings = SimSettings
@@ -41,6 +41,8 @@ class SimSource(Source):
         self._virtual = frozenset(context.robots) - frozenset(context.emulated)
         self._poses = mailbox.subscribe(keys.poses)
         emulated = list(context.emulated)
+        self._wired = context.emulated
+        self._drivetrains = {name: context.robots[name].drivetrain for name in emulated}
         self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in emulated])
         self._placed = mailbox.subscribe(keys.placed(), only=[keys.placed(name).key for name in emulated])
         self._fastest = {name: motion_noise(context.robots[name]).fastest for name in emulated}
@@ -73,6 +75,10 @@ class SimSource(Source):
         way = driven(before, odometry, max(0.0, time - then), self._fastest[name])
         if way is None:
             return
+        if (wired := self._wired[name]) != (own := self._drivetrains[name]):
+            # A calibration changes what is measured and commanded, but not how large the wheels are.
+            turned = wired.speeds(arc_between(Pose(0.0, 0.0, 0.0), way))
+            way = along_arc(Pose(0.0, 0.0, 0.0), own.twist(turned), 1.0)
         errors = self._settings.errors.get(name) or Errors.model_validate({})
         way = corrected(way, errors.way, errors.turn, math.radians(errors.bend))
         self._truths[name].append((time, compose(pose, way)))

@@ -1,6 +1,7 @@
 """A motor with its load, under a drive's current control, as a pure model of numbers."""
 
 import math
+from collections import deque
 from dataclasses import dataclass
 
 _STEP = 0.002
@@ -19,7 +20,7 @@ class MotorModel:
         friction: Coulomb friction at the shaft, Nm.
         response: time constant of the velocity loop, s.
         braking: time constant with the drive off and the phases shorted, s.
-        velocity_limit: highest velocity, turn/s.
+        velocity_limit: highest velocity, turn/s. delay: from a setpoint to when the drive acts on it, s.
     """
 
     inertia: float = 9e-4
@@ -29,6 +30,7 @@ class MotorModel:
     response: float = 0.02
     braking: float = 0.03
     velocity_limit: float = 120.0
+    delay: float = 0.0
 
 
 class Motor:
@@ -50,6 +52,9 @@ class Motor:
         self.current = 0.0
         self.blocked = self.stuck = False
         self.excess = 1
+        self._now = 0.0
+        self._asked: deque[tuple[float, float]] = deque()
+        """The velocities that it is still to aim for, and when, on a clock of its own; the first one is due."""
 
     @property
     def torque(self) -> float:
@@ -59,6 +64,7 @@ class Motor:
     def coast(self, dt: float) -> None:
         """Let `dt` seconds pass with the drive off: the shorted phases brake the motor to a halt."""
         self.current = 0.0
+        self._asked.clear()
         if self.blocked:
             self.velocity = 0.0
         if self.stuck:
@@ -70,6 +76,22 @@ class Motor:
 
     def turn(self, dt: float, velocity: float) -> None:
         """Let `dt` seconds pass while the drive aims for a velocity in turn/s."""
+        if not self.model.delay:
+            self._turn(dt, velocity)
+            return
+        if not self._asked:
+            self._asked.append((self._now, 0.0))
+        if self._asked[-1][1] != velocity:
+            self._asked.append((self._now + self.model.delay, velocity))
+        end = self._now + max(0.0, min(dt, _LONGEST))
+        while self._now < end:
+            while len(self._asked) > 1 and self._asked[1][0] <= self._now:
+                self._asked.popleft()
+            until = min(end, self._asked[1][0]) if len(self._asked) > 1 else end
+            self._turn(until - self._now, self._asked[0][1])
+            self._now = until
+
+    def _turn(self, dt: float, velocity: float) -> None:
         target = max(-self.velocity_limit, min(self.velocity_limit, velocity * self.excess))
         gain = self.model.inertia * math.tau / (self.model.response * self.model.torque_constant)
         for step in _steps(dt):

@@ -1,6 +1,6 @@
 """The calibration of a robot from what a match has shown of its odometry."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -13,7 +13,14 @@ _ROUNDS = 3
 
 
 def fitted(
-    robot: str, wheels: Sequence[WheelAxis], drivetrain: Drivetrain, *, way: float, turn: float, bend: float
+    robot: str,
+    wheels: Sequence[WheelAxis],
+    drivetrain: Drivetrain,
+    *,
+    way: float,
+    turn: float,
+    bend: float,
+    motion: Mapping[str, float] = {},
 ) -> Calibration:
     """The calibration of a robot whose odometry was found to err.
 
@@ -21,6 +28,7 @@ def fitted(
         robot: its name. wheels: its motors, as it drove. drivetrain: with the effective track by which it drove.
         way, turn: the shares by which its ways and its turns are longer than measured.
         bend: its turn to the left on a metre straight ahead, rad/m.
+        motion: how it moves; see `with_motion`.
 
     Returns:
         the calibration with which its odometry measures what it does.
@@ -39,4 +47,5 @@ def fitted(
         wheel.node: AxisCalibration(direction=wheel.direction, ratio=wheel.ratio / (1.0 + float(larger[wheel.axis])))
         for wheel in wheels
     }
-    return Calibration(robot=robot, track=drivetrain.effective_track * (1.0 + spin) / (1.0 + turn), axes=axes)
+    track = drivetrain.effective_track * (1.0 + spin) / (1.0 + turn)
+    return Calibration(robot=robot, track=track, axes=axes, motion=dict(motion))

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.hal.omni import OMNI
+from vrg.fitting.calibration import fitted
 from vrg.hal.can.base import WheelAxis
-from vrg.hal.can.workshop.fitting import fitted
 from vrg.hal.models import robot_model
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.types import Twist

@@ -1,0 +1,63 @@
+"""How a robot moves, by the match file in place of its model."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.tiny import TINY
+from vrg.config.loading import load_match
+from vrg.errors import ConfigError
+from vrg.hal.gate import RefereeGate
+from vrg.hal.models import robot_model
+from vrg.hal.models.settings import MOTION, with_motion
+from vrg.hal.sim.engines.planar import PlanarEngine
+from vrg.hal.sim.fleet import Fleet
+from vrg.hal.sim.map import load_map
+from vrg.types import Pose, Twist
+
+
+def test_every_number_can_be_set_and_the_others_stay() -> None:
+    model = robot_model("P2AT")
+    changed = with_motion(model, {"a_max": 0.5, "track": 0.7, "delay": 0.1})
+    assert (changed.a_max, changed.delay, changed.v_max) == (0.5, 0.1, model.v_max)
+    assert changed.drivetrain.effective_track == pytest.approx(0.7)
+    assert with_motion(model, {}) is model
+    assert all(with_motion(model, {name: low}) for name, (low, _) in MOTION.items())
+
+
+@pytest.mark.parametrize(
+    ("motion", "words"),
+    [
+        ("{ a_max = 0.0 }", "players.2.motion.a_max: expected a number of at least 0.01 and at most 100, got 0.0"),
+        ("{ speed = 1.0 }", "players.2.motion.speed: expected one of"),
+        ("{ delay = true }", "players.2.motion.delay: expected a number"),
+    ],
+)
+def test_mistakes_in_the_match_file_are_told(tmp_path: Path, motion: str, words: str) -> None:
+    file = tmp_path / "wrong.toml"
+    file.write_text(TINY.replace('name = "ann"', f'name = "ann"\nmotion = {motion}'))
+    with pytest.raises(ConfigError) as caught:
+        load_match(file)
+    assert words in str(caught.value)
+    file.write_text(TINY.replace('name = "ann"', 'name = "ann"\nmotion = { v_max = 0.4, delay = 0.1 }'))
+    setup = load_match(file)
+    assert setup.player("ann").robot.v_max == 0.4, "strategies and the device know it"
+    assert [robot.description.delay for robot in setup.world.robots] == [0.0, 0.1, 0.0], "and so does the world"
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.15])
+def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None:
+    engine = PlanarEngine(load_map("open"))
+    fleet, gate = Fleet(engine), RefereeGate()
+    fleet.add("ann", with_motion(robot_model("P2AT"), {"delay": delay}), Pose(0.0, 0.0, 0.0))
+    fleet.resize()
+    begins = None
+    for n in range(50):
+        now = 0.02 * n
+        if n % 5 == 0:
+            fleet.drive(now, "ann", Twist(0.5 if now >= 0.2 - 1e-9 else 0.0, 0.0), armed=True, estop=False)
+        fleet.command(now, gate, estop=False)
+        engine.step(0.02)
+        if begins is None and engine.state("ann").pose.x > 0.0:
+            begins = now
+    assert begins == pytest.approx(0.2 + delay, abs=0.011)

@@ -1,0 +1,105 @@
+"""The part of `vrg can calibrate` in which a robot drives a figure, and sources of fixes see what it really does."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import tomlkit
+import typer
+
+from vrg.commands.groups import PlayOptions
+from vrg.commands.matches import ended_run
+from vrg.commands.report import calibration_of, findings_of, print_findings, read_learned, write_calibration
+from vrg.errors import ConfigError, LaunchError
+from vrg.hal.location import FUSION
+from vrg.launch.fork_server import fork_server
+
+if TYPE_CHECKING:
+    from vrg.config.files import MatchFile
+
+NAME = "calibrate"
+"""The name of the match in which a robot drives the figure."""
+FIGURE = "vrg.games.practice.figure:Figure"
+
+
+def calibrate_by_fixes(
+    player: str, match: Path, where: Path, *, speed: float, way: float, seconds: float, in_process: bool
+) -> None:
+    """Let a robot drive the figure, and write the calibration that follows from what it did.
+
+    Args:
+        player: its name. match: the match file. where: the file to write.
+        speed: the highest speed, m/s. way: how far straight ahead, m. seconds: how long it drives, s.
+
+    Raises:
+        ConfigError: the match file has no source of fixes, or other problems.
+    """
+    from vrg.commands.playing import play_match
+    from vrg.config.loading import read_match
+
+    text = figure_match(read_match(match), player, speed=speed, way=way, seconds=seconds)
+    typer.echo(
+        f"{player} is going to drive for {seconds:g} s at up to {speed:g} m/s, up to {way:g} m from where it stands to "
+        "all sides. Clear that place. `vrg estop` stops it, `vrg show` shows it."
+    )
+    file = Path("runs", f"{NAME}-{player}.toml")
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(text, encoding="utf-8")
+    with fork_server(wanted=not in_process) as server:
+        options = PlayOptions(in_process=in_process, headless=True)
+        play_match(str(file), options, server, base=match.resolve().parent)
+    folder, setup = ended_run(None)
+    told = read_learned(folder)
+    found = findings_of(folder, setup, told["learned"])[player]
+    print_findings(player, found, told["fixes"].get(player, {}), setup.player(player).robot)
+    if isinstance(found.fitted, str):
+        raise LaunchError(f"{player}: nothing is written: {found.fitted}")
+    write_calibration(calibration_of(setup, player, found), where)
+
+
+def figure_match(file: "MatchFile", player: str, *, speed: float, way: float, seconds: float) -> str:
+    """The text of the match in which a player's robot drives the figure.
+
+    Args:
+        file: the match that the robot is to play. For the others see `calibrate_by_fixes`.
+
+    Raises:
+        ConfigError: the match has no such player, or nothing locates it from outside.
+    """
+    entry = next((entry for entry in file.players if entry.name == player), None)
+    if entry is None:
+        known = ", ".join(other.name for other in file.players)
+        raise ConfigError(f"expected a player of the match ({known}), got {player!r}")
+    if entry.localisation != FUSION:
+        raise ConfigError(
+            f'--fixes: expected `localisation = "fusion"` at {player}, and a source of fixes: see docs/localisation.md'
+        )
+    others = {other.name for other in file.players} - {player}
+    own: dict[str, Any] = {
+        "name": player,
+        "role": "player",
+        "model": entry.model,
+        "backend": entry.backend,
+        "strategy": FIGURE,
+    }
+    own |= {"x": entry.x, "y": entry.y, "heading": entry.heading, "localisation": FUSION}
+    own["motion"] = {**entry.motion, "v_max": speed}
+    x, y = [entry.x - way, entry.x + way], [entry.y - way, entry.y + way]
+    return tomlkit.dumps(
+        {
+            **{"name": f"{NAME}-{player}", "game": "practice", "map": file.map, "engine": "planar"},
+            "rules": {"x": x, "y": y, "time": seconds},
+            "backends": file.backends,
+            "localisation": {name: _without(table, others) for name, table in file.localisation.items()},
+            "players": [own],
+        }
+    )
+
+
+def _without(table: Mapping[str, Any], players: set[str]) -> dict[str, Any]:
+    """The settings of a source without those for some players, such as their tags."""
+    return {
+        key: _without(value, players) if isinstance(value, Mapping) else value
+        for key, value in table.items()
+        if key not in players
+    }

@@ -1,0 +1,92 @@
+"""What a match has shown of one robot: how it follows commands, and what its odometry errs by."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from vrg.fitting.likeness import GROUPS, Errors, Likeness, likeness, spans_of
+from vrg.fitting.response import Fitted, Response, fit
+from vrg.fitting.runs import Commands, Motions, axis_runs
+from vrg.hal.models import RobotModel
+from vrg.types import Pose
+
+NORMAL = 1.96
+"""The half width of a 95 % interval in standard deviations, where there are many readings."""
+Number = tuple[float, float]
+"""A number, and half the width of its 95 % interval."""
+
+
+@dataclass(frozen=True)
+class Findings:
+    """What was found of one robot.
+
+    Args:
+        errors: of its odometry, by name, each with the half of its 95 % interval.
+        fitted: how it follows commands, or the reason why that is not known.
+        likeness: to its simulation; None if that cannot be compared.
+    """
+
+    errors: Mapping[str, Number]
+    fitted: Fitted | str
+    likeness: Likeness | None
+
+    @property
+    def numbers(self) -> dict[str, Number]:
+        """All that was found, each with the half of its 95 % interval, which is infinite for what was not seen.
+
+        By name: how it follows commands (see GROUPS), the friction, m/s^2, which helps it brake and hinders it from
+        speeding up, and what its odometry errs by.
+        """
+        if isinstance(self.fitted, str):
+            return dict(self.errors)
+        found, seen = {}, self.fitted.seen
+        for name, group in GROUPS.items():
+            found[name] = self.fitted.interval(**dict.fromkeys([each for each in group if each in seen] or group, 1.0))
+        return found | {"friction": self.fitted.interval(braking=0.5, acceleration=-0.5)} | dict(self.errors)
+
+    def motion(self, model: RobotModel) -> dict[str, float]:
+        """The settings of its motion, for a match file: those about which the match tells something.
+
+        The model has one acceleration, for speeding up and slowing down: it gets the lower one, with which a player
+        that brakes in time does so on the robot, too. Speeds are true ones, where its odometry errs.
+
+        Args:
+            model: with the numbers of the match.
+        """
+        if isinstance(self.fitted, str):
+            return {}
+        numbers, seen, longer = self.fitted.response, self.fitted.seen, 1.0 + self.errors["way"][0]
+        found = {}
+        if "delay" in seen:
+            found["delay"] = numbers.delay + numbers.lag
+        if known := [getattr(numbers, name) for name in ("acceleration", "braking") if name in seen]:
+            found["a_max"] = min(known) * longer
+        if "top" in seen:
+            found["v_max"] = min(numbers.top * longer, model.v_max)
+        return {name: float(f"{value:.3g}") for name, value in found.items()}
+
+
+def findings(
+    model: RobotModel,
+    commands: Commands,
+    motions: Motions,
+    poses: list[tuple[float, Pose]],
+    learned: Mapping[str, tuple[float, float]],
+) -> Findings:
+    """What a match has shown of a robot.
+
+    Args:
+        model: with the drivetrain by which its odometry was worked out.
+        commands, motions, poses: what it was commanded, what its odometry measured, and where it was.
+        learned: what the fusion centre has learned of its odometry, with standard deviations.
+    """
+    errors = {name: (mean, NORMAL * deviation) for name, (mean, deviation) in learned.items()}
+    start = replace(Response.of(model), lag=0.02)
+    try:
+        fitted = fit(axis_runs(model, commands, motions), start)
+    except ValueError as error:
+        return Findings(errors, str(error), None)
+    if "lag" not in fitted.seen:
+        fitted = replace(fitted, response=replace(fitted.response, lag=0.0))
+    spans = spans_of(model, commands, motions, poses)
+    means = Errors(**{name: mean for name, (mean, _) in errors.items()})
+    return Findings(errors, fitted, likeness(spans, model, fitted, means) if spans else None)

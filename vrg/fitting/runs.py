@@ -1,0 +1,71 @@
+"""What the axes of a robot were commanded and did, from what was recorded of the robot."""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+from vrg.fitting.response import Run
+from vrg.geometry import arc_between
+from vrg.hal.models import RobotModel
+from vrg.types import STILL, Pose, Twist
+
+GAP = 0.5
+"""The time in s between two readings after which a new run begins."""
+HELD = 0.3
+"""The time in s for which a command holds. After it the robot was stopped, as while play was halted."""
+SHORTEST = 1.0
+"""The time in s of the shortest run that is used."""
+
+Commands = Sequence[tuple[float, Twist]]
+Motions = Sequence[tuple[float, Pose, Twist]]
+
+
+def held(commands: Commands) -> list[tuple[float, Twist]]:
+    """The commands, and a stop after each that was not repeated in time."""
+    found: list[tuple[float, Twist]] = []
+    for n, (time, twist) in enumerate(commands):
+        found.append((time, twist))
+        if n + 1 == len(commands) or commands[n + 1][0] > time + HELD:
+            found.append((time + HELD, STILL))
+    return found
+
+
+def unbroken(motions: Motions, fastest: float) -> list[Motions]:
+    """The parts of what odometry measured between which it has begun anew, or was not heard for long.
+
+    Args:
+        fastest: the speed above which the robot cannot have driven, m/s.
+    """
+    parts: list[list[tuple[float, Pose, Twist]]] = [[]]
+    for motion in motions:
+        if parts[-1]:
+            time, pose, _ = parts[-1][-1]
+            dt = motion[0] - time
+            if dt <= 0.0:
+                continue
+            if dt > GAP or math.dist((pose.x, pose.y), (motion[1].x, motion[1].y)) > fastest * dt + 0.1:
+                parts.append([])
+        parts[-1].append(motion)
+    return [part for part in parts if part and part[-1][0] - part[0][0] >= SHORTEST]
+
+
+def axis_runs(model: RobotModel, commands: Commands, motions: Motions) -> list[Run]:
+    """The runs of each axis of a robot.
+
+    Args:
+        model: with the drivetrain by which its odometry was worked out.
+        commands, motions: what it was commanded and what its odometry measured, with match times, s, rising.
+    """
+    train, radius, runs = model.drivetrain, model.drivetrain.wheel_radius, []
+    speeds = [(time, train.speeds(twist)) for time, twist in held(commands)]
+    for part in unbroken(motions, 2.0 * model.v_max):
+        times = [time for time, _, _ in part]
+        ways = [train.speeds(arc_between(a, b)) for (_, a, _), (_, b, _) in pairwise(part)]
+        first = train.speeds(part[0][2])
+        for axis in range(len(train.axes)):
+            whole = [0.0]
+            for way in ways:
+                whole.append(whole[-1] + way[axis] * radius)
+            asked = [(time, all_[axis] * radius) for time, all_ in speeds]
+            runs.append(Run(asked, times, whole, first[axis] * radius))
+    return runs
