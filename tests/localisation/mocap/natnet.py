@@ -112,11 +112,8 @@ class Server:
             self._requests.sendto(descriptions(self.names), sender)
 
     def _bodies(self, number: int) -> dict[int, Shown]:
-        shown = dict(self.shown)
-        away = self.noise * (number % 97)
-        return {
-            self.names.index(name) + 1: Shown(
-                (body.position[0] + away, *body.position[1:]), body.rotation, body.tracked
-            )
-            for name, body in shown.items()
-        }
+        away, bodies = self.noise * (number % 97), {}
+        for name, body in dict(self.shown).items():
+            x, y, z = body.position
+            bodies[self.names.index(name) + 1] = Shown((x + away, y, z), body.rotation, body.tracked)
+        return bodies
