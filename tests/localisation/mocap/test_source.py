@@ -119,7 +119,7 @@ def test_robots_are_located_at_the_time_of_the_exposure(bench: Bench) -> None:
     assert ann.pose.theta == pytest.approx(0.25 + math.pi / 2)
     assert (bob.robot, bob.pose.x, bob.pose.y) == ("bob", pytest.approx(2.0 + 1.0), pytest.approx(1.0 + 3.0))
     assert bob.pose.theta == pytest.approx(0.5 + math.pi / 2)
-    assert (ann.position, ann.heading) == (0.002, pytest.approx(math.radians(0.5)))
+    assert (ann.position, ann.heading) == (0.005, pytest.approx(math.radians(0.5)))
     assert bench.tick() == [], "nothing is published twice"
     assert bench.node.counted() == {"frames": 1, "fixes": {"ann": 1, "bob": 1}, "unknown": {}, "ignored": {}}
 
