@@ -97,6 +97,20 @@ def test_a_system_that_falls_silent_is_told_of_and_found_again(make: Make, serve
     assert server.connections >= 2
 
 
+def test_a_body_that_is_made_later_has_no_name_before_the_next_connection(make: Make, server: Server) -> None:
+    server.names = ["ann", "bob", "late"]
+    stream = make(natnet(server, patience=0.5))
+    server.shown = {"ann": ANN}
+    newest(stream)
+    server.names = ["ann", "bob", "late", "later"]
+    server.shown = {"ann": ANN, "late": ANN, "later": ANN}
+    wait_until(lambda: [body.name for body in newest(stream).bodies] == ["", "ann", "late"], "a body without a name")
+    server.silent = True
+    until(stream, "nothing has come")
+    server.silent = False
+    wait_until(lambda: [body.name for body in newest(stream).bodies] == ["ann", "late", "later"], "its name")
+
+
 def test_a_system_that_is_not_there_holds_nothing_up(make: Make) -> None:
     """The library would wait for an answer without an end, and keep all threads of its process from running."""
     server = Server([])

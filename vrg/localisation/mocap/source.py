@@ -28,7 +28,7 @@ if find_spec("motioncapture") is None:
 
 _OLD: Final = 1.0
 """The age in s from which on a frame says nothing any more, as when the match clock has stood still."""
-_PATIENCE: Final = 3.0
+_PATIENCE: Final = 2.0
 """The time in s for which nothing may come from a system before it is connected again."""
 _WARNINGS: Final = {
     Fault.FROZEN: "the rigid body %s of %s does not change at all: its system has lost it, or hangs",

@@ -13,8 +13,9 @@ import msgspec
 
 from vrg.localisation.mocap.frames import Frame, Request, Trouble, read
 
-SILENT: Final = 2.0
-"""The time in s without a rigid body after which a system counts as seeing nothing."""
+SILENT: Final = 3.0
+"""The time in s without a rigid body after which a system counts as seeing nothing. It is longer than the patience of a
+request, so that of a system from which nothing comes at all that is told."""
 _AGAIN: Final = 1.0
 """The time in s between two attempts to reach a system."""
 _ENDING: Final = 1.0
