@@ -27,6 +27,7 @@ ONLY_IN = {
     "segno": ("ui/sheet.py",),
     "viser": ("ui/three/theatre.py",),
     "cv2": ("localisation/camera/opencv.py",),
+    "motioncapture": ("localisation/mocap/reader.py",),
     "numba": ("learning/compiled.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py", "commands/can_figure.py"),
     "pettingzoo": ("learning/environment.py",),

@@ -106,6 +106,7 @@ class RealSource(Source):
         self._offset = ClockOffset()
         self._rate = 1.0
         self._warned: set[object] = set()
+        self._problem: str | None = None
 
     def tick(self, tick: Tick) -> None:
         """Hear the match clock, and publish what has been seen since the last tick."""
@@ -128,6 +129,19 @@ class RealSource(Source):
             self._warned.add(what)
             log.warning(f"%s: {text}", self.name, *values)
 
+    def tell(self, problem: str | None) -> None:
+        """Log why it sees nothing, in words, when that begins, and that it sees again when that is over.
+
+        Args:
+            problem: as it is now; None if there is none.
+        """
+        # It may hold a number of seconds, which goes on.
+        if problem is not None and self._problem is None:
+            log.error("%s: %s", self.name, problem)
+        elif problem is None and self._problem is not None:
+            log.warning("%s sees again", self.name)
+        self._problem = problem
+
 
 def _check(found: object) -> str | None:
     good = isinstance(found, type) and issubclass(found, Source)
@@ -141,6 +155,7 @@ SOURCES: Registry[type[Source]] = Registry(
         "sim": "vrg.localisation.sim.source:SimSource",
         "ssl": "vrg.localisation.ssl.source:SslSource",
         "camera": "vrg.localisation.camera.source:CameraSource",
+        "mocap": "vrg.localisation.mocap.source:MocapSource",
     },
     _check,
 )

@@ -196,7 +196,7 @@ def test_a_camera_that_stops_and_comes_back_is_told_once_each(bench: Bench, capl
             bench.watch.trouble = trouble
             bench.tick()
     told = [record.getMessage() for record in caplog.records]
-    assert told == ["camera overhead: it has sent no picture for 1 s", "camera overhead sees again"]
+    assert told == ["overhead: it has sent no picture for 1 s", "overhead sees again"]
 
 
 def test_names_that_do_not_fit_together_are_told(

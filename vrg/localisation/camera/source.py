@@ -1,6 +1,5 @@
 """The node of a camera above the field."""
 
-import logging
 import math
 import time
 from collections import Counter
@@ -23,8 +22,6 @@ from vrg.localisation.camera.settings import CameraSettings
 from vrg.localisation.camera.watch import Sighting, Watch
 from vrg.localisation.source import RealSource, SourceContext
 from vrg.tables import Table
-
-log = logging.getLogger(__name__)
 
 _OLD: Final = 1.0
 """The age in s from which on a picture says nothing any more, as when the match clock has stood still."""
@@ -73,7 +70,6 @@ class CameraSource(RealSource):
         self._unknown: Counter[int] = Counter()
         self._ignored: Counter[str] = Counter()
         self._pictures = 0
-        self._problem: str | None = None
 
     @classmethod
     def problems(cls, settings: Table, base: Path) -> list[str]:
@@ -106,7 +102,7 @@ class CameraSource(RealSource):
 
     def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
         """The robots in the pictures that were looked at since the last tick."""
-        self._tell(self._watch.problem())
+        self.tell(self._watch.problem())
         found, now = [], self._monotonic()
         for sighting in self._watch.take():
             stamp = self.match_time(sighting.time)
@@ -184,12 +180,3 @@ class CameraSource(RealSource):
         self._ignored[what] += 1
         self.warn((what, values[:2]), text, *values)
         return ()
-
-    def _tell(self, problem: str | None) -> None:
-        """Log what is wrong with the camera when it begins and when it is over."""
-        # It may hold a number of seconds, which goes on.
-        if problem is not None and self._problem is None:
-            log.error("camera %s: %s", self.name, problem)
-        elif problem is None and self._problem is not None:
-            log.warning("camera %s sees again", self.name)
-        self._problem = problem

@@ -6,19 +6,7 @@ from typing import Literal
 
 from pydantic import Field, field_validator
 
-from vrg.tables import Table
-
-
-class FieldPose(Table):
-    """Where the league's field is on the map.
-
-    Args:
-        x, y: its middle, m. heading: of its x axis, degrees counter-clockwise from the map's.
-    """
-
-    x: float = Field(0.0, ge=-1e5, le=1e5)
-    y: float = Field(0.0, ge=-1e5, le=1e5)
-    heading: float = Field(0.0, ge=-360.0, le=360.0)
+from vrg.tables import PoseTable, Table
 
 
 class SslSettings(Table):
@@ -28,7 +16,7 @@ class SslSettings(Table):
         robots: the robot of the league by the player's name, such as `yellow 3`.
         address, port: where the packets are sent. interface: the address of this machine's network interface.
         packets: `vision` for those of SSL-Vision, `tracker` for those of a tracker.
-        field: where the league's field is on the map.
+        field: the middle of the league's field on the map, and the direction of its x axis.
         position: the standard deviation of x and of y, m. heading: that of the heading, degrees.
         confidence: robots of which the sender is less sure are ignored, 0 to 1.
     """
@@ -38,7 +26,7 @@ class SslSettings(Table):
     port: int = Field(10006, ge=1, le=65535)
     interface: str = ""
     packets: Literal["vision", "tracker"] = "vision"
-    field: FieldPose = Field(default_factory=lambda: FieldPose.model_validate({}))
+    field: PoseTable = Field(default_factory=lambda: PoseTable.model_validate({}))
     position: float = Field(0.01, gt=0.0, le=10.0)
     heading: float = Field(1.0, gt=0.0, le=90.0)
     confidence: float = Field(0.5, ge=0.0, le=1.0)

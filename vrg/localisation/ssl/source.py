@@ -42,7 +42,7 @@ class SslSource(RealSource):
         self._receiver = Receiver(settings.address, settings.port, settings.interface, monotonic)
         self._robots = {robot: name for name, robot in settings.robots.items() if name in context.robots}
         self._without = sorted(set(context.robots) - set(settings.robots))
-        self._field = Pose(settings.field.x, settings.field.y, math.radians(settings.field.heading))
+        self._field = settings.field.pose
         self._sender: tuple[str, float] | None = None
         """Whom it listens to, and when that was heard last, monotonic, s."""
         self._senders: ClockOffset = ClockOffset()

@@ -1,0 +1,1 @@
+"""Motion capture systems as sources of fixes: OptiTrack, Vicon, Qualisys, VRPN."""
