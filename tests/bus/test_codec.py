@@ -53,6 +53,14 @@ spins = st.floats(-1000, 1000)
 twists = st.builds(Twist, speeds, spins, st.just(0.0) | speeds)
 
 
+own_places = st.builds(
+    m.OwnPlace,
+    st.floats(0, 1e8),
+    pose=st.none() | poses,
+    earth=st.none() | st.tuples(st.floats(-1.5, 1.5), st.floats(-3.0, 3.0)),
+)
+
+
 def tuples(items: st.SearchStrategy[Any], **sizes: int) -> st.SearchStrategy[tuple[Any, ...]]:
     """Tuples of so many of these."""
     return st.lists(items, **sizes).map(tuple)
@@ -151,7 +159,7 @@ MESSAGES: dict[type[m.Message], st.SearchStrategy[Any]] = {
     m.MeasuredPose: st.builds(
         m.MeasuredPose, pose=poses, twist=twists, uncertainty=st.none() | uncertainties, unseen=seconds
     ),
-    m.Motion: st.builds(m.Motion, odometry=poses, twist=twists),
+    m.Motion: st.builds(m.Motion, odometry=poses, twist=twists, own=tuples(own_places, max_size=2)),
     m.Fixes: st.builds(
         m.Fixes,
         fixes=st.lists(

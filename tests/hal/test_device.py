@@ -17,12 +17,13 @@ from vrg.errors import RobotError, StaleDataError
 from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
 from vrg.hal.sensors.touch import Touch
-from vrg.types import Pose, Twist, Uncertainty
+from vrg.types import STILL, Pose, Twist, Uncertainty
 
 KEYS = Keys("m")
 AHEAD = Twist(0.5, 0.0)
@@ -387,6 +388,24 @@ class TestPhysicalRobots:
         drives(0.05)
         with pytest.raises(StaleDataError, match=r"a: it is lost: no source has seen it for 0\.7 s"):
             bench.device.read()
+
+    @pytest.mark.parametrize("physical", [True, False])
+    def test_what_a_robot_measures_of_its_own_place_goes_to_the_fusion_centre_once(self, physical: bool) -> None:
+        """But for a virtual robot's INS, which is as good as the truth."""
+        bench = Bench(PhysicalFake() if physical else FakeDriver(), localisation="fusion")
+        bench.device.start()
+        bench.tick()
+        here, earth = Pose(3.0, 1.0, 0.2), Gps(latitude=0.6, longitude=-1.8, satellites=7)
+        bench.driver.samples = [Sample(bench.time, 0.0, Odometry(pose=Pose(0.0, 0.0, 0.0), twist=STILL))]
+        bench.driver.samples += [Sample(bench.time, 0.0, Ins(pose=here)), Sample(bench.time, 0.0, earth)]
+        stamp, found = bench.time, []
+        for _ in range(2):
+            with pytest.raises(StaleDataError):
+                bench.device.read()
+            bench.device.report()
+            found.append(next(o.message.body for o in bench.mailbox.collect()).own)
+        gps = m.OwnPlace(stamp, earth=(0.6, -1.8))
+        assert found == [(m.OwnPlace(stamp, pose=here), gps) if physical else (gps,), ()]
 
     def test_a_robot_with_a_feed_does_not_tell_the_world_what_it_measures_itself(self) -> None:
         bench = Bench(PhysicalFake(), localisation="feed")

@@ -1,14 +1,17 @@
 """The fusion centre as a node: what it hears and publishes, and what becomes of fixes that are of nobody or wrong."""
 
+import math
+
 import pytest
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Motion
+from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Motion, OwnPlace
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import robot_model
-from vrg.localisation.centre import PERIOD, FusionCentre
+from vrg.hal.sensors.gps import to_wgs84
+from vrg.localisation.centre import PERIOD, FusionCentre, own_fix
 from vrg.localisation.motion import motion_noise
 from vrg.types import STILL, Pose, Twist
 
@@ -99,3 +102,38 @@ def test_fixes_that_are_of_nobody_or_wrong_change_nothing_and_are_counted() -> N
     wanted = {"way": (0.0, noise.longer), "turn": (0.0, noise.wider), "bend": (0.0, noise.bend)}
     assert counted["learned"]["bob"] == wanted
     assert pose.twist != STILL
+
+
+def test_what_a_robot_measures_of_its_own_place_counts_as_much_as_it_is_worth() -> None:
+    """An inertial navigation system locates it. GPS, whose error stays for minutes, only pulls a little."""
+    origin = (math.radians(35.0), math.radians(-106.0))
+    bench = Bench()
+    centre = bench.centre = FusionCentre(
+        bench.mailbox, KEYS, {"ann": (robot_model("P2AT"), Pose(0.0, 0.0, 0.0))}, origin
+    )
+
+    def says(own: tuple[OwnPlace, ...]) -> MeasuredPose:
+        body = Motion(odometry=Pose(0.0, 0.0, 0.0), twist=STILL, own=own)
+        bench.say(KEYS.motion("ann"), body, bench.time)
+        return bench.tick()["ann"][1]
+
+    far = to_wgs84((0.4, 0.0), origin)
+    for _ in range(100):
+        found = says((OwnPlace(bench.time, earth=far),))
+    assert found.lost, "no fix has come that is near enough"
+    assert 0.0 < found.pose.x < 0.1, "a hundred readings of GPS in five seconds are worth less than one"
+    found = says((OwnPlace(bench.time, pose=Pose(0.3, 0.2, 0.1)),))
+    assert not found.lost
+    assert (found.pose.x, found.pose.y, found.pose.theta) == pytest.approx((0.3, 0.2, 0.1), abs=0.01)
+    assert found.uncertainty is not None
+    assert found.uncertainty.ellipse[0] < 0.03
+    assert centre.counted()["fixes"] == {"ann": {}}, "these are no fixes of a source"
+
+
+def test_own_places_are_fixes_with_the_noise_of_their_sensors() -> None:
+    model = robot_model("P2AT")
+    gps = own_fix("ann", model, OwnPlace(1.0, earth=(0.0, 0.0)), (0.0, 0.0))
+    assert (gps.heading, gps.pose) == (None, Pose(0.0, 0.0, 0.0))
+    assert gps.position == pytest.approx(1.5 * math.sqrt(120.0))
+    ins = own_fix("ann", model, OwnPlace(1.0, pose=Pose(1.0, 2.0, 0.3)), (0.0, 0.0))
+    assert (ins.position, ins.heading, ins.pose) == (0.02, 0.005, Pose(1.0, 2.0, 0.3))

@@ -22,6 +22,9 @@ Floats = npt.NDArray[np.float64]
 
 OUTLIER = 0.005
 """The error in m of a way between two readings above which it counts less in a fit, as of a robot that was pushed."""
+TIMING, LIKENESS = 0.0015, 0.002
+"""Standard deviations of what a fit errs by however long the motion is, s and as a share: times are known to some
+milliseconds, as drives report every 10 ms, and no axis follows the equation exactly."""
 LEAST = 0.0005
 """The smallest such error, m, once it is known how exact the readings are: four times their median error is one."""
 BLOCK = 2.0
@@ -196,6 +199,8 @@ def fit(runs: Sequence[Run], start: Response, only: Sequence[str] = PARAMETERS) 
     sums = np.array([pulls[blocks == block].sum(axis=0) for block in np.unique(blocks)])
     covariance = bread @ (sums.T @ sums) @ bread * len(sums) / freedom
     response = replace(start, **dict(zip(only, values.tolist(), strict=True)))
+    besides = [TIMING if name == "delay" else LIKENESS * value for name, value in zip(only, values, strict=True)]
+    covariance += np.diag(np.square(np.array(besides)[seen]))
     return Fitted(response, [name for name, known in zip(only, seen, strict=True) if known], covariance, freedom)
 
 

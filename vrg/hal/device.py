@@ -10,7 +10,7 @@ import threading
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, Motion, SensorMessage
+from vrg.bus.messages import Estop, EstopRelease, Manual, MeasuredPose, Motion, OwnPlace, SensorMessage
 from vrg.bus.node import is_fresh
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError
@@ -21,6 +21,7 @@ from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
 from vrg.hal.location import FUSION, ODOMETRY, Location
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings, samples_of
+from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
@@ -78,6 +79,10 @@ class Device:
         """The pose of the last `read` that is to be published to the world, and its stamp, s."""
         self._odometry: Sample[Odometry] | None = None
         """The odometry of the last `read` that is to be published to the fusion centre."""
+        self._own: dict[str, OwnPlace] = {}
+        """What sensors of the robot itself have last measured of its place, by the kind of sensor."""
+        self._told = -1.0
+        """The stamp of the newest of them that was published, s."""
         self._synthesised: list[tuple[str, Inlet[SensorMessage]]] = []
         if driver.physical:
             self._synthesised = [
@@ -146,6 +151,7 @@ class Device:
         if self._location.fused:
             # What players get must not depend on whether the robot has another way to know where it is.
             samples = [sample for sample in samples if not isinstance(sample.value, Ins)]
+            self._take_own(readings)
             own, self._odometry = None, odometry
         if own is None:
             place = self._location.locate(odometry)
@@ -167,6 +173,20 @@ class Device:
             samples=samples,
         )
 
+    def _take_own(self, readings: Readings) -> None:
+        """Keep what the robot's own sensors measure of its place, for the fusion centre.
+
+        An inertial navigation system of a virtual robot is left out: it would know the pose as well as the world does.
+
+        Args:
+            readings: those of the driver. What the world simulates for a physical robot follows from its estimate.
+        """
+        if self._driver.physical and (ins := readings.latest(Ins)) is not None:
+            self._own[Ins.kind] = OwnPlace(max(0.0, ins.stamp), pose=ins.value.pose)
+        gps = readings.latest(Gps)
+        if gps is not None and gps.value.latitude is not None and gps.value.longitude is not None:
+            self._own[Gps.kind] = OwnPlace(max(0.0, gps.stamp), earth=(gps.value.latitude, gps.value.longitude))
+
     def report(self) -> None:
         """Publish what the last `read` has found: a physical robot's pose, or the odometry for the fusion centre."""
         measured, self._measured = self._measured, None
@@ -176,7 +196,9 @@ class Device:
         if measured is not None:
             self._mailbox.publish(self._location.topic, measured[0], stamp=measured[1])
         if odometry is not None:
-            motion = Motion(odometry=odometry.value.pose, twist=odometry.value.twist)
+            own = tuple(place for place in self._own.values() if place.stamp > self._told)
+            self._told = max([self._told, *(place.stamp for place in own)])
+            motion = Motion(odometry=odometry.value.pose, twist=odometry.value.twist, own=own)
             self._mailbox.publish(self._location.motion_topic, motion, stamp=max(0.0, odometry.stamp))
 
     def manual_twist(self, now: float) -> Twist | None:

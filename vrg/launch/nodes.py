@@ -203,11 +203,13 @@ def tracker_node(setup: MatchSetup, name: str) -> "Node":
         ConfigError: a robot's model is not installed.
     """
     from vrg.hal.location import FUSION
+    from vrg.hal.sim.map import load_map
     from vrg.localisation.centre import FusionCentre
     from vrg.localisation.source import SourceContext, read_source
 
     if name == FUSION:
-        return FusionCentre(Mailbox(), setup.keys, {p.name: (p.robot, p.pose) for p in setup.fused})
+        robots = {player.name: (player.robot, player.pose) for player in setup.fused}
+        return FusionCentre(Mailbox(), setup.keys, robots, load_map(setup.map).origin)
     kind, settings = read_source(setup.localisation[name])
     context = SourceContext(
         name=name,

@@ -1,6 +1,7 @@
 """The fusion centre: one node that estimates where robots are, from their odometry and from what sources have seen."""
 
 import logging
+import math
 from collections import Counter
 from collections.abc import Mapping
 from typing import Any
@@ -8,11 +9,13 @@ from typing import Any
 import numpy as np
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import MeasuredPose, Motion
+from vrg.bus.messages import Fix, MeasuredPose, Motion, OwnPlace
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
 from vrg.hal.location import FUSION
 from vrg.hal.models import RobotModel
+from vrg.hal.sensors.gps import GpsSpec, from_wgs84
+from vrg.hal.sensors.ins import InsSpec
 from vrg.localisation.estimator import Estimator, Verdict
 from vrg.localisation.motion import motion_noise
 from vrg.localisation.source import TRACKER
@@ -24,6 +27,8 @@ LEARNED = ("way", "turn", "bend")
 """The words for what an estimator learns of a robot's odometry."""
 NEVER = 1e8
 """The age in s of a robot that no source has seen."""
+LEAST = 0.001
+"""The smallest standard deviation of what a robot measures of its own place, m and rad."""
 PERIOD = 0.05
 """The match time in s between two ticks."""
 
@@ -34,12 +39,21 @@ class FusionCentre(Node):
     Args:
         mailbox: its mailbox. keys: the keys of the match.
         robots: the model and the start of each robot that it locates, by name.
+        origin: the latitude and longitude of the map's x = y = 0, rad, for GPS.
     """
 
     kind = TRACKER
 
-    def __init__(self, mailbox: Mailbox, keys: Keys, robots: Mapping[str, tuple[RobotModel, Pose]]) -> None:
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        keys: Keys,
+        robots: Mapping[str, tuple[RobotModel, Pose]],
+        origin: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
         super().__init__(FUSION, mailbox, PERIOD)
+        self._origin = origin
+        self._models = {name: model for name, (model, _) in robots.items()}
         self._estimators = {name: Estimator(start, motion_noise(model)) for name, (model, start) in robots.items()}
         self._twists: dict[str, Twist] = {}
         self._topics = {name: keys.robot_pose(name) for name in robots}
@@ -76,6 +90,8 @@ class FusionCentre(Node):
         self._twists[name] = motion.twist
         for verdict in self._estimators[name].move(time, motion.odometry):
             self._count(name, verdict)
+        for place in motion.own:
+            self._estimators[name].correct(place.stamp, own_fix(name, self._models[name], place, self._origin))
 
     def _count(self, name: str, verdict: Verdict) -> None:
         self._counts[name][verdict] += 1
@@ -95,3 +111,23 @@ class FusionCentre(Node):
             deviations = np.sqrt(np.diag(covariance)).tolist()
             learned[name] = dict(zip(LEARNED, zip(errors.tolist(), deviations, strict=True), strict=True))
         return {"fixes": fates, "unknown": dict(self._unknown), "learned": learned}
+
+
+def own_fix(name: str, model: RobotModel, place: OwnPlace, origin: tuple[float, float]) -> Fix:
+    """The fix that a sensor of the robot itself is worth.
+
+    The error of a GPS receiver stays nearly the same from one reading to the next. Each is given so large a deviation
+    that all within twice the time of its correlation are together worth one.
+
+    Args:
+        name: of the robot. model: with its sensors. place: what was measured.
+        origin: the latitude and longitude of the map's x = y = 0, rad.
+    """
+    if place.earth is not None:
+        gps = model.sensor(GpsSpec) or GpsSpec()
+        x, y = from_wgs84(*place.earth, origin)
+        same = max(1.0, 2.0 * gps.correlation * gps.rate)
+        return Fix(name, Pose(x, y, 0.0), max(LEAST, gps.position_noise * math.sqrt(same)))
+    ins = model.sensor(InsSpec) or InsSpec()
+    assert place.pose is not None
+    return Fix(name, place.pose, max(LEAST, ins.position_noise), max(LEAST, ins.heading_noise))

@@ -30,6 +30,8 @@ WINDOW = 1.0
 """The time in s that the filter can go back. A fix that comes later than that is refused."""
 AHEAD = 0.2
 """The time in s by which a fix may be ahead of the newest odometry; one further ahead is of another clock."""
+VAGUE = 0.3
+"""The standard deviation in m above which a fix, as of GPS, does not count as having seen the robot."""
 AGREEING = 5
 """The number of refused fixes in a row, all of one place, after which the robot is taken to be there."""
 RESTART = 0.2
@@ -178,7 +180,8 @@ class Estimator:
 
     def _take(self, state: _State, index: int) -> None:
         """Put in the state of a fix, and come forward again over all that was heard since."""
-        self._seen = max(self._seen, state.time)
+        if state.fix is None or state.fix.position <= VAGUE:
+            self._seen = max(self._seen, state.time)
         self._states.insert(index, state)
         for i in range(index + 1, len(self._states)):
             old = self._states[i]

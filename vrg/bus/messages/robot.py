@@ -66,15 +66,33 @@ class MeasuredPose(Message, frozen=True, kw_only=True):
         return self.unseen > LOST
 
 
+class OwnPlace(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
+    """The place of a robot as a sensor of its own has measured it: one of both is given.
+
+    Args:
+        stamp: when, match time, s.
+        pose: in the map's frame, as of an inertial navigation system.
+        earth: latitude and longitude, rad, WGS 84, as of a GPS receiver.
+    """
+
+    stamp: Seconds
+    pose: Pose | None = None
+    earth: tuple[float, float] | None = None
+
+
 class Motion(Message, frozen=True, kw_only=True):
     """What a robot itself has measured of its motion, for the fusion centre.
 
     Args:
         odometry: its pose by its wheels, relative to where its odometry began. twist: the velocity of its body then.
+        own: what it has newly measured of its place on the map or on the earth, if it has sensors for that.
     """
+
+    version = 2
 
     odometry: Pose
     twist: Twist
+    own: tuple[OwnPlace, ...] = ()
 
 
 class Fix(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
