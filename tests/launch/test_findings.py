@@ -3,8 +3,11 @@ from pathlib import Path
 import pytest
 
 from tests.test_machines import MACHINES, load
+from tests.tiny import TINY
+from vrg.config.loading import load_match
 from vrg.launch import findings
 from vrg.launch.findings import Finding, examine
+from vrg.localisation.source import SOURCES
 
 
 @pytest.fixture
@@ -29,3 +32,18 @@ def test_whether_players_can_be_sealed_is_asked_where_they_run(
     assert there["sandbox"].good == (lacking is None)
     assert there["sandbox"].text == (lacking or "the players bob can be sealed")
     assert "numpy" not in there, "of what is good only what matters is told"
+
+
+@pytest.mark.usefixtures("quiet")
+def test_sources_of_fixes_are_looked_at_where_they_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "match.toml").write_text(
+        TINY.replace("[[players]]", '[localisation.eye]\nsource = "sim"\n[[players]]', 1).replace(
+            'name = "ann"', 'name = "ann"\nlocalisation = "fusion"'
+        )
+    )
+    setup, file = load_match(tmp_path / "match.toml"), tmp_path / "match.toml"
+    for lacks, good in (([], True), (["no camera"], False)):
+        monkeypatch.setattr(SOURCES.get("sim"), "missing_here", lambda _settings, _base, lacks=lacks: lacks)
+        found = {finding.what: finding for finding in examine(setup, file, "here")}
+        assert found["eye"].good is good
+    assert "eye" not in {finding.what for finding in examine(setup, file, "elsewhere")}

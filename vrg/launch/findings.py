@@ -11,6 +11,7 @@ from msgspec import Struct
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.launch.sandbox.seal import missing
+from vrg.localisation.source import read_source
 
 _COMMAND_TIMEOUT = 120.0
 """The real time in s for one of the commands below, which load everything that VRG has."""
@@ -54,6 +55,11 @@ def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:
             found += [Finding(backend, False, text) for text in lacks]
             if not lacks:
                 found.append(Finding(backend, True, f"what {', '.join(robots)} need is there"))
+    for name, table in setup.localisation.items():
+        if setup.place.get(name, HERE) == machine:
+            kind, own = read_source(table)
+            lacks = kind.missing_here(own, Path(setup.base))
+            found += [Finding(name, False, text) for text in lacks] or [Finding(name, True, "the source can be used")]
     return found
 
 

@@ -75,6 +75,11 @@ class Source(Node):
         return []
 
     @classmethod
+    def missing_here(cls, settings: Table, base: Path) -> list[str]:
+        """The things that this source needs and this machine lacks, in words, each with what to do."""
+        return []
+
+    @classmethod
     def files(cls, settings: Table) -> list[str]:
         """The files that these settings name, as they name them; they are kept with a run."""
         return []

@@ -308,3 +308,22 @@ tags = { ann = { number = 3, height = 0.25 } }
     folder.prepare()
     keep(setup, folder)
     assert (folder.path / "cam.toml").read_text() == (tmp_path / "cam.toml").read_text()
+
+
+def test_what_a_camera_lacks_on_its_machine_is_told_before_a_match(tmp_path: Path) -> None:
+    """As `vrg doctor match.toml` does, on the machine where the source runs."""
+    Bench(tmp_path)
+    kind, settings = read_source(TABLE)
+    assert (
+        "expected the index of a camera, its device, or a file, found none there"
+        in kind.missing_here(settings, tmp_path)[0]
+    )
+    (tmp_path / "pictures").mkdir()
+    for size, words in ((LENS.size, None), ((320, 240), "320 x 240 pixels, but those of its calibration")):
+        cv2.imwrite(str(tmp_path / "pictures" / "one.png"), np.zeros((size[1], size[0]), dtype=np.uint8))
+        lacks = kind.missing_here(settings, tmp_path)
+        assert lacks == [] if words is None else words in lacks[0]
+    kind, settings = read_source(TABLE | {"camera": 97})
+    assert "camera 97: expected a camera that can be opened" in kind.missing_here(settings, tmp_path)[0]
+    (tmp_path / "cam.toml").unlink()
+    assert "cam.toml" in kind.missing_here(settings, tmp_path)[0]

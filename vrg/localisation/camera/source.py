@@ -83,6 +83,29 @@ class CameraSource(RealSource):
         return []
 
     @classmethod
+    def missing_here(cls, settings: Table, base: Path) -> list[str]:
+        """That the camera cannot be opened, or sends no pictures, or some of another size than it was calibrated at."""
+        assert isinstance(settings, CameraSettings)
+        try:
+            size = load_camera(base / settings.calibration).lens.size
+            reader = open_reader(settings.camera, base, Wanted(size, max(30.0, settings.rate)))
+        except ConfigError as error:
+            return [str(error)]
+        try:
+            frame = reader.read()
+        finally:
+            reader.close()
+        if frame is None:
+            return [f"camera {settings.camera}: it sends no picture: look at its cable; another program may have it"]
+        rows, columns = frame.picture.shape[:2]
+        if (columns, rows) != size:
+            return [
+                f"camera {settings.camera}: its pictures have {columns} x {rows} pixels, but those of its calibration "
+                f"{size[0]} x {size[1]}: calibrate it at the size that it sends"
+            ]
+        return []
+
+    @classmethod
     def files(cls, settings: Table) -> list[str]:
         """The calibration file."""
         assert isinstance(settings, CameraSettings)
