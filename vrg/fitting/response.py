@@ -2,8 +2,8 @@
 
 An axis acts on a command a dead time later. Its speed then approaches the commanded one with a time constant, as that
 of a motor with a velocity controller does, but no faster than its acceleration allows, which is another one for
-slowing down, where friction helps. That of the simulation is the same without dead time and time constant. This module
-uses no bus and no clock.
+slowing down, where friction helps. In the simulation both accelerations are the same, and the time constant is 0. This
+module uses no bus and no clock.
 """
 
 import math
@@ -26,7 +26,8 @@ TIMING, LIKENESS = 0.0015, 0.002
 """Standard deviations of what a fit errs by however long the motion is, s and as a share: times are known to some
 milliseconds, as drives report every 10 ms, and no axis follows the equation exactly."""
 LEAST = 0.0005
-"""The smallest such error, m, once it is known how exact the readings are: four times their median error is one."""
+"""The least that this error is taken to be, m, once it is known how exact the readings are: then it is four times the
+median error."""
 BLOCK = 2.0
 """The length in s of the parts of a motion whose errors are taken to be independent of one another."""
 REACHED = 0.98

@@ -119,6 +119,23 @@ def test_a_packet_becomes_fixes_of_the_time_of_its_picture(make: type[Bench]) ->
     assert bench.node.counted()["unknown"] == {"blue 7": 20}
 
 
+def test_cameras_that_see_parts_of_the_field_are_one_source(make: type[Bench]) -> None:
+    """Vision sends a packet for each of its cameras; where two overlap, both see a robot, at times of their own."""
+    bench = make()
+    bench.tick()
+    for number in range(5):
+        for camera, robots, late in (
+            (0, (SeenRobot("yellow", 3, -1.0, 0.0, 0.0),), 0.10),
+            (1, (SeenRobot("yellow", 3, -1.0, 0.01, 0.0), SeenRobot("blue", 0, 2.0, 0.0, 0.0)), 0.06),
+            (2, (), 0.08),
+        ):
+            bench.send(vision_packet(number, replace(seen(*robots, late=late), camera=camera)))
+    bench.tick_until("used", 15)
+    named = [(stamp, {fix.robot for fix in fixes}) for stamp, fixes in bench.fixes]
+    assert [names for _, names in named] == [{"ann"}, {"ann", "bob"}] * 5
+    assert all(one < other for (one, _), (other, _) in zip(named[::2], named[1::2], strict=True))
+
+
 def test_robots_of_which_vision_is_not_sure_and_headings_that_it_has_not_seen_are_no_fixes(make: type[Bench]) -> None:
     bench = make()
     bench.tick()
