@@ -114,3 +114,9 @@ def test_a_motion_that_is_too_short_is_refused() -> None:
     for runs in ([], [driven(SLOW, 5.0)]):
         with pytest.raises(ValueError, match="expected more than 10 s of recorded motion"):
             fit(runs, SLOW)
+
+
+def test_a_robot_that_stands_tells_nothing() -> None:
+    times = [0.1 * n for n in range(300)]
+    with pytest.raises(ValueError, match="expected a robot that is commanded to move"):
+        fit([Run([(0.0, 0.0)], times, [0.0] * 300)], SLOW)

@@ -9,7 +9,8 @@ module uses no bus and no clock.
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import astuple, dataclass, fields, replace
+from itertools import compress
 
 import numpy as np
 import numpy.typing as npt
@@ -154,55 +155,60 @@ class Fitted:
         return total, deviation * float(student.ppf(0.975, self.freedom))
 
 
-def fit(runs: Sequence[Run], start: Response, only: Sequence[str] = PARAMETERS) -> Fitted:
+def fit(runs: Sequence[Run], start: Response) -> Fitted:
     """The response that explains runs best, by least squares in which what is far off counts less.
 
     The intervals allow for errors that stay the same for up to BLOCK (the sandwich estimator with clusters: A. C.
     Cameron, D. L. Miller, A Practitioner's Guide to Cluster-Robust Inference, J. Human Resources 50(2), 2015).
 
     Args:
-        runs: of the axes of one robot. start: where the search begins. only: the parameters that are fitted.
+        runs: of the axes of one robot. start: where the search begins.
 
     Raises:
-        ValueError: the runs are too short for it.
+        ValueError: the runs are too short for it, or the robot was never driven in them.
     """
     measured = np.concatenate([np.diff(run.ways) for run in runs]) if runs else np.zeros(0)
     blocks = np.concatenate([np.array(run.times[1:]) // BLOCK for run in runs]).astype(int) if runs else np.zeros(0)
-    freedom = len(np.unique(blocks)) - len(only)
+    freedom = len(np.unique(blocks)) - len(PARAMETERS)
+    least = len(PARAMETERS) * BLOCK
     if freedom < 1:
-        raise ValueError(f"expected more than {len(only) * BLOCK:g} s of recorded motion, got {len(measured)} readings")
+        raise ValueError(f"expected more than {least:g} s of recorded motion, got {len(measured)} readings")
+    fastest = max((abs(speed) for run in runs for _, speed in run.commands), default=0.0)
+    if not fastest:
+        raise ValueError("expected a robot that is commanded to move, got one that stands")
 
     def errors(values: Floats) -> Floats:
-        response = replace(start, **dict(zip(only, values.tolist(), strict=True)))
-        ways: Floats = np.concatenate([followed(response, run) for run in runs])
+        ways: Floats = np.concatenate([followed(_response(values), run) for run in runs])
         return ways - measured
 
-    low, high = np.array([_BOUNDS.get(name, (0.02, 3.0 * start.top)) for name in only]).T
-    fastest = max(abs(speed) for run in runs for _, speed in run.commands)
+    low, high = np.array([_BOUNDS.get(name, (0.02, 3.0 * start.top)) for name in PARAMETERS]).T
     # A top speed above all commands has no effect, and would stay.
     begin = replace(start, top=min(start.top, 0.9 * fastest))
-    values = np.clip([getattr(begin, name) for name in only], low, high)
+    values = np.clip(astuple(begin), low, high)
     for loss in ("soft_l1", "cauchy"):
         far = OUTLIER if loss == "soft_l1" else max(LEAST, 4.0 * float(np.median(np.abs(errors(values)))))
         values = least_squares(
             errors, values, bounds=(low, high), loss=loss, f_scale=far, x_scale=np.maximum(values, 0.05), diff_step=1e-3
         ).x
-    J = np.column_stack([_slope(errors, values, n, high) for n in range(len(only))])
+    J = np.column_stack([_slope(errors, values, n, high) for n in range(len(PARAMETERS))])
     effects = np.linalg.norm(J * np.maximum(values, 0.05), axis=0)
     seen = effects > UNSEEN * max(1e-12, float(effects.max()))
-    if "top" in only and values[only.index("top")] > REACHED * fastest:
-        seen[only.index("top")] = False
-    values = np.where(seen, values, [getattr(start, name) for name in only])
+    top = PARAMETERS.index("top")
+    seen[top] &= values[top] <= REACHED * fastest
+    values = np.where(seen, values, astuple(start))
     J, off = J[:, seen], errors(values)
     weights = 1.0 / (1.0 + (off / far) ** 2)
     bread = np.linalg.pinv((J.T * weights) @ J)
     pulls = J * (off * weights)[:, None]
     sums = np.array([pulls[blocks == block].sum(axis=0) for block in np.unique(blocks)])
     covariance = bread @ (sums.T @ sums) @ bread * len(sums) / freedom
-    response = replace(start, **dict(zip(only, values.tolist(), strict=True)))
-    besides = [TIMING if name == "delay" else LIKENESS * value for name, value in zip(only, values, strict=True)]
-    covariance += np.diag(np.square(np.array(besides)[seen]))
-    return Fitted(response, [name for name, known in zip(only, seen, strict=True) if known], covariance, freedom)
+    besides = np.where(np.array(PARAMETERS) == "delay", TIMING, LIKENESS * values)
+    covariance += np.diag(np.square(besides[seen]))
+    return Fitted(_response(values), list(compress(PARAMETERS, seen)), covariance, freedom)
+
+
+def _response(values: Floats) -> Response:
+    return Response(**dict(zip(PARAMETERS, values.tolist(), strict=True)))
 
 
 def _slope(errors: Callable[[Floats], Floats], values: Floats, n: int, high: Floats) -> Floats:
