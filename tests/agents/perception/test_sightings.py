@@ -8,13 +8,15 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.agents.perception.scenes import RADIUS, box, look
-from vrg.agents.perception.clusters import BODY_ERROR, HEADING_ERROR, clusters, sighting_of
+from vrg.agents.perception.clusters import BODY_ERROR, HALF_WIDTH, HEADING_ERROR, clusters, sighting_of
 from vrg.agents.perception.scan import Floats, make_scan
 from vrg.bus.codec import checked
 from vrg.bus.messages import Sighting, Sightings
-from vrg.types import Pose, Vector
+from vrg.types import Pose, Uncertainty, Vector
 
 NEAREST, FARTHEST = 1.5, 7.0
 
@@ -113,3 +115,66 @@ def test_one_return_is_enough_for_a_place() -> None:
     scan = make_scan([3.0, 4.0], Pose(0.0, 0.0, 0.0), mount=0.0, angle_min=0.0, angle_step=0.1, range_max=8.0)
     sighting = sighting_of(scan, np.array([1]), radius=0.5, time=0.0)
     assert (sighting.x, sighting.y) == pytest.approx((4.3 * math.cos(0.1), 4.3 * math.sin(0.1)))
+
+
+@cache
+def half_hidden(count: int = 800) -> tuple[Floats, Floats]:
+    """The errors along the line of sight and out of the laser's view, m, and the squared normalised errors, of robots
+    at the end of what it sweeps."""
+    rng = np.random.default_rng(6)
+    errors, normalised = [], []
+    while len(errors) < count:
+        away, side = rng.uniform(NEAREST, FARTHEST), int(rng.choice([-1, 1]))
+        heading = -side * (math.pi / 2 + rng.uniform(-0.45, 0.45) / away)
+        sighting = seen_at((away, 0.0), rng.uniform(-math.pi, math.pi), heading, rng, error=0.0)
+        if sighting is not None:
+            d = np.array([sighting.x - away, sighting.y])
+            errors.append((d[0], d[1] * side))
+            covariance = np.array([[sighting.xx, sighting.xy], [sighting.xy, sighting.yy]])
+            normalised.append(float(d @ np.linalg.solve(covariance, d)))
+    return np.array(errors), np.array(normalised)
+
+
+def test_a_robot_of_which_the_laser_sees_a_part_is_not_taken_for_that_part() -> None:
+    errors, normalised = half_hidden()
+    assert abs(errors.mean(axis=0)).max() < 0.06
+    assert errors.std(axis=0).max() < 0.15
+    assert 0.5 < normalised.mean() < 2.5
+    assert (normalised > 16.0).mean() < 0.005
+
+
+def test_a_robot_behind_a_post_goes_on_behind_it() -> None:
+    """The post hides the right half of a robot that is 4 m away."""
+    bearings, width = range(-5, 7), math.radians(1.0)
+    ranges = [1.0 if i < 0 else 4.0 for i in bearings]
+    scan = make_scan(ranges, Pose(0, 0, 0), mount=0.0, angle_min=-5 * width, angle_step=width, range_max=8)
+    beams = np.arange(5, 12)
+    hidden = sighting_of(scan, beams[:-1], radius=0.5, time=0.0)
+    free = make_scan(
+        [8.0] * 5 + ranges[5:], Pose(0, 0, 0), mount=0.0, angle_min=-5 * width, angle_step=width, range_max=8
+    )
+    seen = sighting_of(free, beams[:-1], radius=0.5, time=0.0)
+    end = 4.3 * math.sin(5 * width)
+    assert seen.y == pytest.approx(end / 2, abs=0.01)
+    assert hidden.y == pytest.approx(end - HALF_WIDTH * 0.5, abs=0.02)
+    assert hidden.xx > seen.xx
+    assert hidden.yy > seen.yy
+
+
+def test_an_uncertain_pose_makes_what_is_seen_from_it_uncertain() -> None:
+    scan = make_scan([3.0] * 3, Pose(1.0, 2.0, 0.0), mount=0.0, angle_min=-0.02, angle_step=0.02, range_max=8)
+    beams = np.array([0, 1, 2])
+    sure = sighting_of(scan, beams, radius=0.5, time=0.0, uncertainty=Uncertainty(0.0, 0.0, 0.0, 0.0))
+    unsure = sighting_of(scan, beams, radius=0.5, time=0.0, uncertainty=Uncertainty(0.04, 0.01, 0.09, 0.25))
+    assert (unsure.x, unsure.y) == (sure.x, sure.y)
+    assert unsure.xx - sure.xx == pytest.approx(0.04)
+    assert unsure.xy - sure.xy == pytest.approx(0.01)
+    assert unsure.yy - sure.yy == pytest.approx(0.09 + 3.3**2 * 0.25)
+
+
+@given(st.floats(0, 1e10), st.floats(0, 1e10), st.floats(-1, 1), st.floats(0, 1e10), st.floats(-math.pi, math.pi))
+def test_also_what_a_lost_robot_sees_can_be_sent(xx: float, yy: float, share: float, turn: float, theta: float) -> None:
+    lost = Uncertainty(xx, share * math.sqrt(xx * yy), yy, turn)
+    scan = make_scan([3.0] * 3, Pose(1.0, 2.0, theta), mount=0.0, angle_min=-0.02, angle_step=0.02, range_max=8)
+    seen = sighting_of(scan, np.array([0, 1, 2]), radius=0.5, time=0.0, uncertainty=lost)
+    assert checked(Sightings(seen=(seen,))).seen == (seen,)

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.agents.perception.scan import Floats, Mask, Scan
-from vrg.bus.messages import Sighting
+from vrg.bus.messages import CORRELATION, VARIANCE_LIMIT, Sighting
+from vrg.types import Uncertainty
 
 BREAKPOINT_DISTANCE = 0.4
 """The distance in m between two neighbouring returns beyond which they belong to different robots."""
@@ -18,6 +19,10 @@ BODY_ERROR = 0.06
 """The standard deviation in m of the distance between a robot's centre and where its visible side suggests it."""
 HEADING_ERROR = 0.01
 """The standard deviation of the heading from which a scan is put on the map, rad."""
+HALF_WIDTH = 0.9
+"""Half the width of a robot as it is seen, in radii of the circle around it: the mean over all sides of a box."""
+CUT_ERROR = 0.1
+"""The standard deviation in m, to all sides, that a robot has in addition if a part of it is hidden."""
 
 Beams = npt.NDArray[np.int64]
 """The numbers of neighbouring beams, rising. In a scan of a full turn they go on beyond the last beam: n is beam 0."""
@@ -95,16 +100,21 @@ def _completed(scan: Scan, group: Beams, explained: Mask) -> Beams:
     return np.concatenate((np.arange(ends[0], group[0]), group, np.arange(group[-1] + 1, ends[1] + 1)))
 
 
-def sighting_of(scan: Scan, beams: Beams, *, radius: float, time: float) -> Sighting:
+def sighting_of(
+    scan: Scan, beams: Beams, *, radius: float, time: float, uncertainty: Uncertainty | None = None
+) -> Sighting:
     """The robot that a cluster of returns is of.
 
     The returns are of the side that faces the laser. The centre is taken to be in the middle of their bearings, behind
     their mean range by 0.6 of the body's radius: a robot's body is a box, and this is between the 0.7 for a side that
-    is seen straight on and the 0.5 for a corner.
+    is seen straight on and the 0.5 for a corner. If the body goes on where the laser cannot see it, at the end of what
+    it sweeps or behind something nearer, the centre is taken to be HALF_WIDTH from the end that is seen.
 
     Args:
         beams: as `clusters` gives them, at least one. radius: of the circle around the robot's body, m.
         time: the match time of the scan, s.
+        uncertainty: how well the pose is known from which the scan was put on the map, as in `View.uncertainty`; it is
+            added to the covariance. None is a pose without error, and a heading with HEADING_ERROR.
 
     Raises:
         ValueError: there is no beam, or one of them met nothing.
@@ -112,15 +122,37 @@ def sighting_of(scan: Scan, beams: Beams, *, radius: float, time: float) -> Sigh
     if not len(beams) or not np.isfinite(scan.ranges[beams % len(scan.ranges)]).all():
         raise ValueError(f"expected beams that met something, got the beams {beams.tolist()}")
     away = float(np.mean(scan.ranges[beams % len(scan.ranges)])) + 0.6 * radius
-    bearing = scan.heading + scan.angle_min + scan.angle_step * (int(beams[0]) + int(beams[-1])) / 2
-    c, s = math.cos(bearing), math.sin(bearing)
+    first, last = int(beams[0]), int(beams[-1])
+    bearing = scan.heading + scan.angle_min + scan.angle_step * (first + last) / 2
+    heading = HEADING_ERROR**2 if uncertainty is None else uncertainty.heading
     along = BODY_ERROR**2
-    aside = (BODY_ERROR / 2) ** 2 + (away * HEADING_ERROR) ** 2 + (away * scan.angle_step / 2) ** 2
-    return Sighting(
-        x=scan.origin[0] + away * c,
-        y=scan.origin[1] + away * s,
-        time=time,
-        xx=along * c * c + aside * s * s,
-        xy=(along - aside) * c * s,
-        yy=along * s * s + aside * c * c,
-    )
+    aside = (BODY_ERROR / 2) ** 2 + away**2 * (heading + (scan.angle_step / 2) ** 2)
+    cut = _goes_on(scan, last, 1) - _goes_on(scan, first, -1)
+    hidden = HALF_WIDTH * radius - away * scan.angle_step * (last - first) / 2
+    if cut and hidden > 0.0:
+        bearing += cut * hidden / away
+        along, aside = along + CUT_ERROR**2, aside + CUT_ERROR**2
+    c, s = math.cos(bearing), math.sin(bearing)
+    xx, xy, yy = along * c * c + aside * s * s, (along - aside) * c * s, along * s * s + aside * c * c
+    if uncertainty is not None:
+        xx, xy, yy = _sendable(xx + uncertainty.xx, xy + uncertainty.xy, yy + uncertainty.yy)
+    return Sighting(x=scan.origin[0] + away * c, y=scan.origin[1] + away * s, time=time, xx=xx, xy=xy, yy=yy)
+
+
+def _goes_on(scan: Scan, end: int, step: int) -> bool:
+    """True if a body may go on beyond its last return where the laser does not see it.
+
+    Args:
+        end: the beam of that return. step: 1 or -1, the direction away from the body.
+    """
+    count, after = len(scan.ranges), end + step
+    if not scan.full_turn and not 0 <= after < count:
+        return True
+    return bool(scan.ranges[after % count] < scan.ranges[end % count] - BREAKPOINT_DISTANCE)
+
+
+def _sendable(xx: float, xy: float, yy: float) -> tuple[float, float, float]:
+    """A covariance within the bounds of messages, m^2: that of a robot that is lost may be beyond."""
+    xx, yy = min(xx, VARIANCE_LIMIT), min(yy, VARIANCE_LIMIT)
+    most = 0.99 * CORRELATION * math.sqrt(xx * yy)
+    return xx, min(max(xy, -most), most), yy

@@ -24,9 +24,11 @@ from vrg.bus.messages.match import (
     Zone,
 )
 from vrg.bus.messages.player import (
+    CORRELATION,
     SAY_LIMIT,
     SIGHTINGS_LIMIT,
     SKETCH_LIMIT,
+    VARIANCE_LIMIT,
     Bid,
     Cost,
     Covariance,
@@ -63,6 +65,7 @@ from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, RequestKind, Wor
 
 __all__ = [
     "AT_REST",
+    "CORRELATION",
     "DISQUALIFIED",
     "FAILED",
     "LARGE_ZONES",
@@ -73,6 +76,7 @@ __all__ = [
     "SKETCH_LIMIT",
     "TEXT_LENGTH",
     "TIME_LIMIT",
+    "VARIANCE_LIMIT",
     "Auction",
     "Bid",
     "Body",

@@ -118,9 +118,11 @@ class Links(Message, frozen=True, kw_only=True):
     links: Annotated[tuple[LinkCount, ...], Meta(max_length=LINKS_LIMIT)]
 
 
-Variance = Annotated[float, Meta(ge=1e-6, le=100.0)]
+VARIANCE_LIMIT = 100.0
+"""The largest variance of a coordinate of a sighting, m^2."""
+Variance = Annotated[float, Meta(ge=1e-6, le=VARIANCE_LIMIT)]
 """The variance of a coordinate, m^2."""
-Covariance = Annotated[float, Meta(ge=-100.0, le=100.0)]
+Covariance = Annotated[float, Meta(ge=-VARIANCE_LIMIT, le=VARIANCE_LIMIT)]
 """The covariance of two coordinates, m^2."""
 Cost = Annotated[float, Meta(ge=0.0, le=1e6)]
 """The cost that a player bids."""

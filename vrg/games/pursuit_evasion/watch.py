@@ -144,7 +144,10 @@ class IntruderDetector:
         radius = max((p.radius for p in view.referee.players if p.team != view.me.team), default=view.me.radius)
         explained = returns_of(scan, known)
         strange = unusual(scan, snapshots, explained)
-        return [sighting_of(scan, beams, radius=radius, time=stamp) for beams in clusters(scan, strange, explained)]
+        return [
+            sighting_of(scan, beams, radius=radius, time=stamp, uncertainty=view.uncertainty)
+            for beams in clusters(scan, strange, explained)
+        ]
 
     @staticmethod
     def _pose_at(view: View, stamp: float) -> Pose:
