@@ -1,7 +1,8 @@
 """The straight course of a robot at constant speed, fitted to sightings (thesis, eq. 4.2 and 4.3)."""
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +11,12 @@ from vrg.agents.perception.scan import Floats
 from vrg.bus.messages import Sighting
 from vrg.types import Vector
 
+SAME_ERROR = 0.3
+"""The time in s in which the errors of one source's sightings are the same: measured, as in `benchmarks/team.py`."""
+COMMON = 0.5
+"""The share of the covariance of one source's sightings that is an offset of all of them: measured, too."""
+_POSITION = [0, 2]
+"""The places of x and y among the parameters."""
 _MOST_INFLATED = 1e12
 """The greatest factor by which the other parameters may increase the variance of one, if they count as determined."""
 _UNDETERMINED = "expected sightings at two times, or a usual speed, got neither"
@@ -30,28 +37,74 @@ class _Solution:
 
 
 @dataclass(frozen=True, eq=False)
+class _Part:
+    """The sightings of a course that have one source.
+
+    Args:
+        information: shape (4, 4). vector: shape (4,). The normal equations of these sightings alone, as if their errors
+            were independent; see `TrackedLine`.
+        count: their number. first, last: the match times of the earliest and of the latest one, s.
+    """
+
+    information: Floats
+    vector: Floats
+    count: int
+    first: float
+    last: float
+
+    def with_(self, other: "_Part") -> "_Part":
+        """The sightings of both, which count from the same time."""
+        return _Part(
+            self.information + other.information,
+            self.vector + other.vector,
+            self.count + other.count,
+            min(self.first, other.first),
+            max(self.last, other.last),
+        )
+
+    def counted_from(self, by: float) -> "_Part":
+        """The same if the course counts from a time that is `by` s earlier."""
+        turn = np.array([[1.0, by, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, by], [0.0, 0.0, 0.0, 1.0]])
+        return replace(self, information=turn.T @ self.information @ turn, vector=turn.T @ self.vector)
+
+    def honest(self) -> tuple[Floats, Floats]:
+        """What these sightings tell if a part of their errors is the same in all; see `TrackedLine`."""
+        worth = min(float(self.count), 1.0 + (self.last - self.first) / SAME_ERROR)
+        information, vector = self.information * (worth / self.count), self.vector * (worth / self.count)
+        # The offset is two more unknowns, with the covariance COMMON R, that are eliminated here. In the normal
+        # equations they have the rows of the position, because the source sees only the sum of both.
+        places = information[_POSITION]
+        known = worth * COMMON / (worth * COMMON + 1.0 - COMMON)
+        gain = known * places.T @ np.linalg.inv(places[:, _POSITION])
+        return (information - gain @ places) / (1.0 - COMMON), (vector - gain @ vector[_POSITION]) / (1.0 - COMMON)
+
+
+@dataclass(frozen=True, eq=False)
 class TrackedLine:
     """A course x(t) = x + vx (t - time), y(t) = y + vy (t - time), with what is known of its error.
 
     The fit is the weighted least squares of both functions at once: each sighting counts by the inverse of its
     covariance. So vertical courses need no special case, and noisy sightings of several robots are fused as they
     deserve. The fit is kept as the normal equations `information` p = `vector` for p = (x, vx, y, vy), to which each
-    sighting adds its part. So the order of sightings does not matter.
+    sighting adds its part. So neither the order of sightings matters nor how late they come.
+
+    What one source sees is off to about the same side for a while: its own pose is, and it sees the same side of the
+    body. If this were neglected, a hundred sightings would look ten times as good as one. So of the sightings of one
+    source only one in each SAME_ERROR counts in full (G. V. Bayley, J. M. Hammersley, The "Effective" Number of
+    Independent Observations in an Autocorrelated Time Series, J. Royal Statistical Society Suppl. 8(2), 1946), and the
+    share COMMON of their covariance is an offset that stays, which is considered as S. F. Schmidt does (Application of
+    State-Space Methods to Navigation Problems, Advances in Control Systems 3, 1966). Two sources have different
+    offsets, so they know more together than one that looks twice as often.
 
     Args:
         time: the match time s at which the course is at (x, y).
-        information: shape (4, 4). vector: shape (4,). Both are of the sightings alone.
-        weight: how much is known of the velocity without them; see `start`, s^2/m^2.
-        count: the number of sightings. first, last: the match times of the earliest and of the latest one, s.
+        weight: how much is known of the velocity without sightings; see `start`, s^2/m^2.
+        parts: the sightings by their source; those of the source None have independent errors.
     """
 
     time: float
-    information: Floats
-    vector: Floats
     weight: float = 0.0
-    count: int = 0
-    first: float = np.inf
-    last: float = -np.inf
+    parts: Mapping[str | None, _Part] = field(default_factory=dict)
 
     @classmethod
     def start(cls, time: float, speed: float | None) -> "TrackedLine":
@@ -62,15 +115,34 @@ class TrackedLine:
                 little about it, as one more measurement of a velocity of 0 with this standard deviation. None adds
                 nothing.
         """
-        return cls(time, np.zeros((4, 4)), np.zeros(4), 0.0 if speed is None else speed**-2)
+        return cls(time, 0.0 if speed is None else speed**-2)
 
-    def seen(self, sighting: Sighting) -> "TrackedLine":
-        """The course with one more sighting."""
+    @cached_property
+    def count(self) -> int:
+        """The number of sightings."""
+        return sum(part.count for part in self.parts.values())
+
+    @cached_property
+    def first(self) -> float:
+        """The match time of the earliest sighting, s; infinite without any."""
+        return min((part.first for part in self.parts.values()), default=math.inf)
+
+    @cached_property
+    def last(self) -> float:
+        """The match time of the latest sighting, s; minus infinity without any."""
+        return max((part.last for part in self.parts.values()), default=-math.inf)
+
+    def seen(self, sighting: Sighting, source: str | None = None) -> "TrackedLine":
+        """The course with one more sighting.
+
+        Args:
+            source: who has seen it, such as the name of a player; None if its error is independent of all others.
+        """
         dt = sighting.time - self.time
         determinant = sighting.xx * sighting.yy - sighting.xy**2
         a, b, c = sighting.yy / determinant, -sighting.xy / determinant, sighting.xx / determinant
         dt2 = dt * dt
-        part = np.array(
+        information = np.array(
             [
                 [a, a * dt, b, b * dt],
                 [a * dt, a * dt2, b * dt, b * dt2],
@@ -79,14 +151,15 @@ class TrackedLine:
             ]
         )
         u, v = a * sighting.x + b * sighting.y, b * sighting.x + c * sighting.y
-        return replace(
-            self,
-            information=self.information + part,
-            vector=self.vector + np.array([u, u * dt, v, v * dt]),
-            count=self.count + 1,
-            first=min(self.first, sighting.time),
-            last=max(self.last, sighting.time),
-        )
+        part = _Part(information, np.array([u, u * dt, v, v * dt]), 1, sighting.time, sighting.time)
+        return self._with({source: part})
+
+    def _with(self, parts: Mapping[str | None, _Part]) -> "TrackedLine":
+        """The course with more sightings, which count from the same time."""
+        both = dict(self.parts)
+        for source, part in parts.items():
+            both[source] = both[source].with_(part) if source in both else part
+        return replace(self, parts=both)
 
     @cached_property
     def _solved(self) -> "_Solution":
@@ -95,11 +168,14 @@ class TrackedLine:
         Raises:
             ValueError: the sightings do not determine it.
         """
-        weights = self.information[0, 0] + self.information[2, 2]
-        middle = self.time
-        if weights > 0.0:
-            middle += float(self.information[0, 1] + self.information[2, 3]) / float(weights)
-        information, vector = self._counted_from(middle)
+        information, vector = np.zeros((4, 4)), np.zeros(4)
+        for source, part in self.parts.items():
+            its, values = (part.information, part.vector) if source is None else part.honest()
+            information, vector = information + its, vector + values
+        weights = information[0, 0] + information[2, 2]
+        by = -float(information[0, 1] + information[2, 3]) / float(weights) if weights > 0.0 else 0.0
+        middle = _Part(information, vector, self.count, self.first, self.last).counted_from(by)
+        information, vector = middle.information, middle.vector
         information[1, 1] += self.weight
         information[3, 3] += self.weight
         # In units in which the diagonal is 1, so that seconds and metres do not decide whether it can be solved.
@@ -114,7 +190,7 @@ class TrackedLine:
         if not 0.0 < inverse.diagonal().max() < _MOST_INFLATED:
             raise ValueError(_UNDETERMINED)
         inverse /= units
-        return _Solution(middle, (inverse @ vector).tolist(), inverse.tolist())
+        return _Solution(self.time - by, (inverse @ vector).tolist(), inverse.tolist())
 
     @property
     def velocity(self) -> Vector:
@@ -151,30 +227,17 @@ class TrackedLine:
 
     def counted_from(self, time: float) -> "TrackedLine":
         """The same course, with `time` as the time at which it is at (x, y)."""
-        information, vector = self._counted_from(time)
-        return replace(self, time=time, information=information, vector=vector)
-
-    def _counted_from(self, time: float) -> tuple[Floats, Floats]:
-        """The normal equations with `time` as the time at which it is at (x, y), in arrays of their own."""
-        dt = self.time - time
-        turn = np.array([[1.0, dt, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, dt], [0.0, 0.0, 0.0, 1.0]])
-        return turn.T @ self.information @ turn, turn.T @ self.vector
+        by = self.time - time
+        return replace(self, time=time, parts={who: part.counted_from(by) for who, part in self.parts.items()})
 
     def shifted(self, pause: float) -> "TrackedLine":
         """The same course, all of it `pause` s later."""
-        return replace(self, time=self.time + pause, first=self.first + pause, last=self.last + pause)
+        later = {who: replace(p, first=p.first + pause, last=p.last + pause) for who, p in self.parts.items()}
+        return replace(self, time=self.time + pause, parts=later)
 
     def joined(self, other: "TrackedLine") -> "TrackedLine":
         """The course with the sightings of another course, too. What it knew without sightings stays as it was."""
-        other = other.counted_from(self.time)
-        return replace(
-            self,
-            information=self.information + other.information,
-            vector=self.vector + other.vector,
-            count=self.count + other.count,
-            first=min(self.first, other.first),
-            last=max(self.last, other.last),
-        )
+        return self._with(other.counted_from(self.time).parts)
 
 
 def squared_distance(way: Vector, covariance: tuple[float, float, float]) -> float:
@@ -183,9 +246,11 @@ def squared_distance(way: Vector, covariance: tuple[float, float, float]) -> flo
     return (yy * dx * dx - 2 * xy * dx * dy + xx * dy * dy) / (xx * yy - xy * xy)
 
 
-def fitted(sightings: Iterable[Sighting], *, time: float, speed: float | None = None) -> TrackedLine:
-    """The course through sightings; see `TrackedLine`."""
+def fitted(
+    sightings: Iterable[Sighting], *, time: float, speed: float | None = None, source: str | None = None
+) -> TrackedLine:
+    """The course through sightings of one source; see `TrackedLine`."""
     line = TrackedLine.start(time, speed)
     for sighting in sightings:
-        line = line.seen(sighting)
+        line = line.seen(sighting, source)
     return line

@@ -28,6 +28,10 @@ TRACK_LENGTH = 40
 """The number of sightings that are kept of each robot, to be shown."""
 
 
+EVIDENCE = "evidence"
+"""The source of sightings of which it is not known who has made them: it may have been one player alone."""
+
+
 @dataclass(frozen=True, eq=False)
 class Track:
     """One unknown robot.
@@ -44,7 +48,15 @@ class Track:
 
 @dataclass
 class Tracker:
-    """Keeps the courses of all unknown robots. Its results depend on what it was given alone.
+    """Keeps the courses of all unknown robots that a player and its team see. Its results depend on what it was given
+    alone.
+
+    Team mates tell each other their sightings, not their courses. Two courses may rest on the same sightings, and who
+    fused them as if they were independent would be too sure (Y. Bar-Shalom, On the Track-to-Track Correlation Problem,
+    IEEE Trans. Automatic Control 26(2), 1981). Covariance intersection (S. J. Julier, J. K. Uhlmann, A Non-divergent
+    Estimation Algorithm in the Presence of Unknown Correlations, American Control Conference, 1997) is never too sure,
+    but makes nothing of it where two see independently. Sightings are short, each counts once, and one that is lost is
+    only missing. All players who have heard the same know the same.
 
     Args:
         speed: how fast such robots usually are, m/s; see `TrackedLine.start`.
@@ -56,35 +68,42 @@ class Tracker:
     speed: float
     tracks: list[Track] = field(default_factory=list)
     _count: int = 0
+    _told: set[tuple[str | None, Sighting]] = field(default_factory=set)
+    """The sightings that were taken in, with their sources."""
 
-    def update(self, sightings: Sequence[Sighting], now: float) -> None:
+    def update(self, sightings: Sequence[Sighting], now: float, source: str | None = None) -> None:
         """Take in what one scan has seen: at most one sighting of each robot.
 
         The assignment of sightings to robots is the one with the smallest sum of squared Mahalanobis distances (Kuhn,
         "The Hungarian method for the assignment problem", 1955), where a sighting that is beyond GATE of a robot is not
-        of it. The rest are new robots.
+        of it. The rest are new robots. Sightings count for the time at which they were made, however late they come,
+        and those that the same source has told before are left out.
 
         Args:
             now: the match time, s.
+            source: who has seen it, such as the name of a player; see `TrackedLine.seen`.
         """
-        sightings = [s for s in sightings if -CLOCK_TOLERANCE <= now - s.time <= FORGET]
+        timely = [s for s in dict.fromkeys(sightings) if -CLOCK_TOLERANCE <= now - s.time <= FORGET]
+        sightings = [s for s in timely if (source, s) not in self._told]
         if not sightings:
             return
+        self._told.update((source, s) for s in sightings)
         taken: set[int] = set()
         if self.tracks:
             costs = np.array([[min(t.line.surprise(s), 2 * GATE) for t in self.tracks] for s in sightings])
             for row, column in zip(*linear_sum_assignment(costs), strict=True):
                 if costs[row, column] <= GATE:
-                    self.tracks[column] = _with(self.tracks[column], sightings[row])
+                    self.tracks[column] = _with(self.tracks[column], sightings[row], source)
                     taken.add(int(row))
         for number, sighting in enumerate(sightings):
             if number not in taken:
                 self._count += 1
                 new = Track(TrackedLine.start(sighting.time, self.speed), number=self._count)
-                self.tracks.append(_with(new, sighting))
+                self.tracks.append(_with(new, sighting, source))
 
     def tidy(self, now: float) -> None:
         """Join courses that are of one robot, and forget robots that were not seen for long. now: match time, s."""
+        self._told = {told for told in self._told if now - told[1].time <= FORGET}
         self.tracks = [
             track
             for track in self.tracks
@@ -113,6 +132,7 @@ class Tracker:
             )
             for track in self.tracks
         ]
+        self._told = {(source, replace(told, time=told.time + pause)) for source, told in self._told}
 
     def forget(self, sightings: Sequence[Sighting]) -> None:
         """Forget the robot that sightings are of, because it is out of play."""
@@ -131,15 +151,16 @@ class Tracker:
         best = min(range(len(surprises)), key=lambda i: surprises[i], default=None)
         if best is not None and surprises[best] <= GATE:
             return self.tracks[best]
-        return Track(fitted(sightings, time=sightings[0].time, speed=self.speed), tuple(sightings))
+        line = fitted(sightings, time=sightings[0].time, speed=self.speed, source=EVIDENCE)
+        return Track(line, tuple(sightings))
 
     def numbered(self, number: int) -> Track | None:
         """The robot of this number, or None if it is not known any more."""
         return next((track for track in self.tracks if track.number == number), None)
 
 
-def _with(track: Track, sighting: Sighting) -> Track:
-    return Track(track.line.seen(sighting), (*track.sightings, sighting)[-TRACK_LENGTH:], track.number)
+def _with(track: Track, sighting: Sighting, source: str | None) -> Track:
+    return Track(track.line.seen(sighting, source), (*track.sightings, sighting)[-TRACK_LENGTH:], track.number)
 
 
 def _same(a: TrackedLine, b: TrackedLine, now: float) -> bool:

@@ -78,7 +78,7 @@ class IntruderDetector:
             if standing and len(self._scans) < SNAPSHOT_SCANS:
                 self._remember(scan)
             self.fresh = self._seen(view, scan, self._stamp)
-            self.tracker.update(self.fresh, view.time)
+            self.tracker.update(self.fresh, view.time, view.me.name)
         self.tracker.tidy(view.time)
 
     def _newest(self, view: View) -> tuple[float, Rays] | None:
@@ -135,7 +135,7 @@ class IntruderDetector:
                 self.mates[each.speaker] = (each.stamp, words)
             if words.snapshot is not None:
                 self._theirs[each.speaker] = words.snapshot
-            self.tracker.update(self.timely(words.sightings), now)
+            self.tracker.update(self.timely(words.sightings), now, each.speaker)
 
     def _seen(self, view: View, scan: Scan, stamp: float) -> list[Sighting]:
         snapshots = [*([] if self.own is None else [self.own]), *self._theirs.values()]
