@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vrg.agents.perception.line import TrackedLine, fitted
+from vrg.agents.perception.line import COMMON, SAME_ERROR, TrackedLine, fitted
 from vrg.agents.perception.scan import Floats
 from vrg.bus.messages import Sighting
 from vrg.types import Vector
@@ -274,3 +274,112 @@ def test_one_sighting_is_a_course_however_sure_it_is_and_however_late() -> None:
         if place != pytest.approx((3.0, 4.0), abs=1e-3):
             wrong.append(f"{error:g} m2, {since:g} s: {place}")
     assert not wrong, "\n".join(wrong)
+
+
+WHO: list[str | None] = ["ann", "bob", None]
+
+
+def told(seed: int, count: int) -> list[tuple[Sighting, str | None]]:
+    """Sightings of one course with those who have made them."""
+    rng = np.random.default_rng(seed)
+    return [(each, WHO[rng.integers(3)]) for each in drawn(rng, count)]
+
+
+def course(seen: Sequence[tuple[Sighting, str | None]], *, time: float = 0.0, speed: float | None = 0.5) -> TrackedLine:
+    line = TrackedLine.start(time, speed)
+    for each, who in seen:
+        line = line.seen(each, who)
+    return line
+
+
+def test_an_offset_of_each_source_is_fitted_with_the_course() -> None:
+    """Beside least squares with one big covariance, in which the sightings of a source have COMMON of it together."""
+    rng = np.random.default_rng(0)
+    covariance = np.array([[0.09, 0.02], [0.02, 0.04]])
+    times = np.arange(0.0, 12.0, 1.1 * SAME_ERROR)
+    who = rng.integers(2, size=len(times))
+    places = rng.standard_normal((len(times), 2))
+    seen = [sighting(x, y, t, 0.09, 0.02, 0.04) for (x, y), t in zip(places.tolist(), times.tolist(), strict=True)]
+    line = course([(s, ("ann", "bob")[w]) for s, w in zip(seen, who, strict=True)], speed=None)
+    block = np.kron((who[:, None] == who) * COMMON + np.eye(len(who)) * (1.0 - COMMON), covariance)
+    A = np.vstack([[[1.0, t, 0.0, 0.0], [0.0, 0.0, 1.0, t]] for t in times])
+    W = np.linalg.inv(block)
+    expected = np.linalg.inv(A.T @ W @ A)
+    x, vx, y, vy = expected @ A.T @ W @ places.ravel()
+    assert line.at(0.0) == pytest.approx((x, y))
+    assert line.velocity == pytest.approx((vx, vy))
+    assert spread(line, 0.0) == pytest.approx(expected[np.ix_((0, 2), (0, 2))])
+    assert line.velocity_covariance == pytest.approx(expected[np.ix_((1, 3), (1, 3))])
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.integers(0, 10_000), st.integers(2, 12), st.randoms(use_true_random=False), st.floats(-20, 20))
+def test_neither_order_nor_time_nor_parts_matter_for_sightings_of_several(
+    seed: int, count: int, rng: random.Random, time: float
+) -> None:
+    seen = told(seed, count)
+    mixed = rng.sample(seen, len(seen))
+    cut = rng.randrange(len(seen))
+    one = course(seen)
+    for other in (course(mixed, time=time), course(mixed[:cut]).joined(course(mixed[cut:], time=time))):
+        assert other.velocity == pytest.approx(one.velocity, rel=1e-6, abs=1e-7)
+        assert other.at(9.0) == pytest.approx(one.at(9.0), rel=1e-6, abs=1e-6)
+        assert spread(other, 9.0) == pytest.approx(spread(one, 9.0), rel=1e-6, abs=1e-9)
+        assert (other.count, other.first, other.last) == (one.count, one.first, one.last)
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.integers(0, 10_000), st.integers(1, 12), st.floats(-math.pi, math.pi), st.floats(-30, 30))
+def test_who_turns_and_moves_the_map_turns_and_moves_the_course(seed: int, count: int, turn: float, by: float) -> None:
+    c, s = math.cos(turn), math.sin(turn)
+    R = np.array([[c, -s], [s, c]])
+
+    def turned(each: Sighting) -> Sighting:
+        (xx, xy), (_, yy) = R @ covariance_of(each) @ R.T
+        x, y = R @ (each.x, each.y)
+        return sighting(x + by, y - by, each.time, xx, xy, yy)
+
+    seen = told(seed, count)
+    plain, other = course(seen), course([(turned(each), who) for each, who in seen])
+    assert other.at(7.0) == pytest.approx(R @ plain.at(7.0) + (by, -by), rel=1e-6, abs=1e-6)
+    assert spread(other, 7.0) == pytest.approx(R @ spread(plain, 7.0) @ R.T, rel=1e-6, abs=1e-9)
+
+
+def test_one_sighting_tells_the_same_whoever_has_made_it() -> None:
+    one = sighting(3.0, 4.0, 2.0, 0.04, 0.01, 0.09)
+    for who in WHO:
+        line = course([(one, who)])
+        assert line.at(2.0) == pytest.approx((3.0, 4.0))
+        assert spread(line, 2.0) == pytest.approx(covariance_of(one))
+
+
+def test_two_who_look_know_more_than_one_who_looks_twice_as_often() -> None:
+    def known(who: Sequence[str], step: float) -> float:
+        line = course([(sighting(0.0, 0.0, t), name) for name in who for t in np.arange(0.0, 4.0, step).tolist()])
+        return float(np.linalg.det(spread(line, 2.0)))
+
+    assert known(["ann", "bob"], 0.2) < 0.5 * known(["ann"], 0.1)
+    assert known(["ann"], 0.01) == pytest.approx(known(["ann"], 0.1), rel=0.1), "looking more often does not help"
+    line = course([(sighting(0.0, 0.0, t), "ann") for t in np.arange(0.0, 60.0, 0.1).tolist()])
+    assert spread(line, 30.0)[0, 0] > COMMON * 0.01
+
+
+@pytest.mark.parametrize("sources", [1, 2, 3])
+def test_errors_that_stay_the_same_for_a_while_do_not_make_a_course_too_sure(sources: int) -> None:
+    """Each source has an offset, and others that fade within three looks."""
+    place, neglected = [], []
+    for seed in range(120):
+        rng = np.random.default_rng([sources, seed])
+        line = alone = TrackedLine.start(0.0, None)
+        for who in range(sources):
+            offset = math.sqrt(COMMON) * 0.1 * rng.standard_normal(2)
+            drift = rng.standard_normal(2)
+            for t in np.arange(0.0, 4.0, 0.1).tolist():
+                x, y = offset + math.sqrt(1 - COMMON) * 0.1 * drift + (0.6 * t, -0.8 * t)
+                line, alone = line.seen(sighting(x, y, t), f"p{who}"), alone.seen(sighting(x, y, t))
+                drift = 0.6 * drift + 0.8 * rng.standard_normal(2)
+        for each, found in ((line, place), (alone, neglected)):
+            d = np.array(each.at(4.0)) - (0.6 * 4.0, -0.8 * 4.0)
+            found.append(float(d @ np.linalg.solve(spread(each, 4.0), d)))
+    assert np.mean(place) == pytest.approx(2.0, abs=0.7)
+    assert np.mean(neglected) > 6.0

@@ -329,3 +329,80 @@ def test_a_sighting_from_the_future_is_not_kept_for_ever() -> None:
         tell(tracker, [on((0, 0), (0.7, 0), t)])
         tracker.tidy(t)
     assert [t.line.last for t in tracker.tracks] == [110.0]
+
+
+def of_team(seed: int) -> list[tuple[str, list[Sighting]]]:
+    """The scans of three players, at different times, of three robots that keep clear of one another."""
+    rng = np.random.default_rng(seed)
+    courses = [((0.0, 0.0), (0.7, 0.0)), ((0.0, 4.0), (0.5, 0.3)), ((6.0, -3.0), (-0.6, -0.2))]
+
+    def seen(start: Vector, velocity: Vector, time: float) -> Sighting:
+        dx, dy = rng.uniform(-0.15, 0.15, 2).tolist()
+        return on((start[0] + dx, start[1] + dy), velocity, time)
+
+    scans = [
+        (who, [seen(*each, t) for each in courses if rng.random() < 0.7])
+        for start, who in ((0.0, "ann"), (0.03, "bob"), (0.06, "cid"))
+        for t in np.arange(start, 4.0, 0.2).tolist()
+    ]
+    return sorted(((who, scan) for who, scan in scans if scan), key=lambda each: each[1][0].time)
+
+
+def picture(heard: Sequence[tuple[float, str, list[Sighting]]]) -> list[tuple[float, ...]]:
+    """Where the robots are at 5 s by what was heard and when, how well that is known, and how often each was seen."""
+    tracker = Tracker(SPEED)
+    for now, who, scan in sorted(heard, key=lambda each: each[0]):
+        tracker.update(scan, now, who)
+        tracker.tidy(now)
+    return sorted((*t.line.at(5.0), *t.line.covariance_at(5.0), t.line.count) for t in tracker.tracks)
+
+
+@settings(deadline=None, max_examples=30)
+@given(st.integers(0, 1000), st.randoms(use_true_random=False))
+def test_who_hears_the_team_late_twice_or_in_another_order_knows_the_same(seed: int, mixer: random.Random) -> None:
+    """Messages come up to half a second late, and a third of them comes twice."""
+    scans = of_team(seed)
+    heard = [(scan[0].time + mixer.uniform(0.0, 0.5), who, scan) for who, scan in scans]
+    heard += [(time + mixer.uniform(0.0, 3.0), who, scan) for time, who, scan in heard if mixer.random() < 0.33]
+    late, known = picture(heard), picture([(scan[0].time, who, scan) for who, scan in scans])
+    assert len(known) == 3
+    assert late == [pytest.approx(each, rel=1e-6, abs=1e-6) for each in known]
+
+
+def test_a_message_that_comes_twice_tells_nothing_new_also_after_a_halt() -> None:
+    tracker, scan = Tracker(SPEED), [sighting(0.0, 0.0, 1.0), sighting(5.0, 0.0, 1.0)]
+    for _ in range(3):
+        tracker.update(scan, 1.0, "ann")
+        tracker.update([scan[0], scan[0]], 1.0, "ann")
+    tracker.shift(7.0)
+    tracker.update([sighting(0.0, 0.0, 8.0), sighting(5.0, 0.0, 8.0)], 8.0, "ann")
+    assert [track.line.count for track in tracker.tracks] == [1, 1]
+    tracker.update([sighting(0.0, 0.0, 8.0)], 8.0, "bob")
+    assert [track.line.count for track in tracker.tracks] == [2, 1], "another player has seen it, too"
+
+
+def test_a_team_mate_that_falls_silent_leaves_what_it_has_told() -> None:
+    tracker = Tracker(SPEED)
+    for t in np.arange(0.0, 3.0, 0.1).tolist():
+        tracker.update([on((0, 0), (0.7, 0), t)], t, "ann")
+        if t < 1.0:
+            tracker.update([on((0, 5), (0.7, 0), t)], t, "bob")
+        tracker.tidy(t)
+    near, far = sorted(tracker.tracks, key=lambda track: track.line.at(3.0)[1])
+    assert near.line.at(3.0) == pytest.approx((2.1, 0.0), abs=0.1)
+    assert far.line.at(3.0) == pytest.approx((2.1, 5.0), abs=0.2)
+    grown = [max(far.line.covariance_at(t)) for t in (1.0, 3.0, 9.0)]
+    assert grown == sorted(grown), "where nobody looks, it is known less and less"
+
+
+def test_who_takes_itself_to_be_elsewhere_is_heard_as_far_as_it_is_sure() -> None:
+    """Bob's pose is off by half a metre. If he says that he is unsure, he spoils little; a robot seen twice is one."""
+    errors = {}
+    for error in (0.5, 0.1):
+        tracker = Tracker(SPEED)
+        for t in np.arange(0.0, 3.0, 0.1).tolist():
+            tracker.update([on((0, 0), (0.7, 0), t)], t, "ann")
+            tracker.update([sighting(0.7 * t, 0.5, t, error**2, 0.0, error**2)], t, "bob")
+            tracker.tidy(t)
+        errors[error] = max(track.line.at(3.0)[1] for track in tracker.tracks)
+    assert errors[0.5] < 0.05 < errors[0.1]
