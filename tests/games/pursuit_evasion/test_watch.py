@@ -23,7 +23,7 @@ from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.spec import Sample
-from vrg.types import STILL, Pose, Twist, Vector
+from vrg.types import STILL, Pose, Twist, Uncertainty, Vector
 
 ROBOT = robot_model("P2AT")
 POST = Pose(1.0, 1.0, math.radians(45.0))
@@ -124,6 +124,27 @@ def test_the_empty_scene_is_the_one_that_was_seen_first() -> None:
     for i in range(3 * SNAPSHOT_SCANS):
         watch.look(view(1.1 + 0.1 * i, together(SCENE, box(4.0, 5.0, 0.3))), standing=True)
     assert len(watch.fresh) == 1
+
+
+def test_who_does_not_know_where_it_is_takes_no_snapshot() -> None:
+    """It has just been found. As soon as it knows its place, it looks at the scene."""
+    watch, time = IntruderDetector(ROBOT), 0.0
+    for error, turn, known in ((0.2, 0.01, False), (0.02, 0.05, False), (0.02, 0.01, True)):
+        unsure = Uncertainty(error**2, 0.0, error**2, turn**2)
+        for _ in range(10):
+            time += 0.1
+            watch.look(replace(view(time), uncertainty=unsure), standing=True)
+        assert (watch.own is not None) == known
+
+
+def test_who_is_unsure_where_it_is_is_unsure_of_what_it_sees() -> None:
+    scene, seen = together(SCENE, box(4.0, 5.0, 0.3)), []
+    for error in (0.0, 0.2):
+        watch = watching()
+        watch.look(replace(view(1.1, scene), uncertainty=Uncertainty(error**2, 0.0, error**2, 0.0)), standing=True)
+        seen += watch.fresh
+    assert seen[1].xx - seen[0].xx == pytest.approx(0.04)
+    assert seen[1].yy - seen[0].yy == pytest.approx(0.04)
 
 
 def test_who_does_not_stand_takes_no_snapshot() -> None:

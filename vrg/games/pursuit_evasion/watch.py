@@ -18,7 +18,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Rays
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
-from vrg.types import STILL, Pose, Vector
+from vrg.types import STILL, Pose, Uncertainty, Vector
 
 SNAPSHOT_SCANS = 5
 """The number of scans in a snapshot of the empty scene."""
@@ -31,7 +31,8 @@ OUT_MARGIN = 0.4
 PAUSE = 0.35
 """The difference in s between match time and time of play from which it is a pause: the referee speaks every 0.1 s."""
 SAME_PLACE, SAME_HEADING = 0.1, 0.03
-"""The distance in m and the angle in rad between two scans that were taken from one place."""
+"""The distance in m and the angle in rad between two scans that were taken from one place. A pose that is less well
+known, by its standard deviations, is no place for a snapshot."""
 USUAL_SPEED = 1.0
 """The usual speed of intruders, m/s; see `TrackedLine.start`."""
 
@@ -66,7 +67,8 @@ class IntruderDetector:
         """Take in a view.
 
         Args:
-            standing: its robot stands at its post, so that it may take a snapshot if it has none.
+            standing: its robot stands at its post, so that it may take a snapshot if it has none, and if it knows well
+                enough where it is.
         """
         self._note_pauses(view)
         self._hear(view.heard, view.time)
@@ -75,7 +77,7 @@ class IntruderDetector:
         if found is not None and found[0] > self._stamp:
             self._stamp, rays = found
             scan = scan_of(rays, self._pose_at(view, self._stamp))
-            if standing and len(self._scans) < SNAPSHOT_SCANS:
+            if standing and len(self._scans) < SNAPSHOT_SCANS and _located(view.uncertainty):
                 self._remember(scan)
             self.fresh = self._seen(view, scan, self._stamp)
             self.tracker.update(self.fresh, view.time, view.me.name)
@@ -161,6 +163,13 @@ class IntruderDetector:
 def out_of_play(view: View) -> dict[str, tuple[Vector, float]]:
     """The places of robots that the referee reports as out of play, and the radii of the circles around them, m."""
     return {p.name: ((p.pose.x, p.pose.y), p.radius) for p in view.others() if p.pose is not None}
+
+
+def _located(uncertainty: Uncertainty | None) -> bool:
+    """True if a pose is known well enough for a snapshot: from a wrong one, walls and robots would be free space."""
+    if uncertainty is None:
+        return True
+    return uncertainty.ellipse[0] < SAME_PLACE and math.sqrt(uncertainty.heading) < SAME_HEADING
 
 
 def _alike(first: Scan, second: Scan) -> bool:
