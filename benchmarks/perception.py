@@ -176,7 +176,7 @@ def show_time(rounds: int, *, as_json: bool) -> None:
             )
             explained = returns_of(fresh, known)
             found = clusters(fresh, unusual(fresh, [post.empty, *others], explained), explained)
-            tracker.update([sighting_of(fresh, beams, radius=radius, time=time) for beams in found], time)
+            tracker.update([sighting_of(fresh, beams, radius=radius, time=time) for beams in found], time, "post")
             tracker.tidy(time)
         costs.append(watch.read().cpu / len(scans))
         units.append(reference().cpu)
