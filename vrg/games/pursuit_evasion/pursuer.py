@@ -30,7 +30,7 @@ HOPE = 1.5
 """The time in s for which a pursuer goes on after an intruder that it can no longer meet, before it gives it back."""
 SNAPSHOT_EVERY = 2.0
 """The time in s between two messages with the snapshot."""
-SURE = 0.2
+SURE = 0.4
 """The standard deviation of an intruder's velocity in m/s below which a pursuer bids for it."""
 LAST_WORD = 0.3
 """The time in s before the end of an auction from which a bid is not withdrawn any more."""
