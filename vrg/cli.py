@@ -53,7 +53,7 @@ RUN: Table = {
         "diff": ("vrg.commands.differing:diff", "Where two runs of one match parted: the first step, node and field"),
         "repeat": ("vrg.commands.differing:repeat", "Play it again, and find out whether it is the same"),
         "stops": ("vrg.commands.stops:stops", "How the robots stopped when they had to"),
-        "report": ("vrg.commands.report:report", "How far the odometry of robots was off"),
+        "report": ("vrg.commands.report:report", "Compare robots with their simulation, and calibrate them"),
         "export": ("vrg.commands.export:export", "What players saw and did, as a table to learn from"),
     }
 }
