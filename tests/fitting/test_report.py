@@ -54,7 +54,8 @@ def test_a_robot_is_found_to_be_as_it_is_and_unlike_its_simulation() -> None:
     assert all(like.without[name] > 1.05 * like.after for name in GROUPS)
     assert like.without["turn"] == pytest.approx(like.after, rel=0.01), "its turns are as they should be"
     motion = found.motion(MODEL)
-    assert motion["a_max"] == pytest.approx(0.7 * 1.03, rel=0.05), "true metres, and the weaker of both"
+    assert motion["a_max"] == pytest.approx(0.7 * 1.03, rel=0.05), "true metres"
+    assert motion["slowing"] == pytest.approx(1.1 * 1.03, rel=0.05)
     assert motion["v_max"] == pytest.approx(0.6 * 1.03, rel=0.02)
     assert motion["delay"] == pytest.approx(0.09, abs=0.01)
 

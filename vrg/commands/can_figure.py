@@ -8,8 +8,15 @@ import tomlkit
 import typer
 
 from vrg.commands.groups import PlayOptions
-from vrg.commands.matches import ended_run
-from vrg.commands.report import calibration_of, findings_of, print_findings, read_learned, write_calibration
+from vrg.commands.report import (
+    as_driven,
+    calibration_of,
+    doubt_of,
+    findings_of,
+    print_findings,
+    read_learned,
+    write_calibration,
+)
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.location import FUSION
 from vrg.launch.fork_server import fork_server
@@ -47,13 +54,14 @@ def calibrate_by_fixes(
     file.write_text(text, encoding="utf-8")
     with fork_server(wanted=not in_process) as server:
         options = PlayOptions(in_process=in_process, headless=True)
-        play_match(str(file), options, server, base=match.resolve().parent)
-    folder, setup = ended_run(None)
+        played = play_match(str(file), options, server, base=match.resolve().parent)
+    assert played is not None, "it was no dry run"
+    folder, setup = played
     told = read_learned(folder)
     found = findings_of(folder, setup, told["learned"])[player]
-    print_findings(player, found, told["fixes"].get(player, {}), setup.player(player).robot)
-    if isinstance(found.fitted, str):
-        raise LaunchError(f"{player}: nothing is written: {found.fitted}")
+    print_findings(player, found, told["fixes"].get(player, {}), as_driven(setup, setup.player(player))[1])
+    if (doubt := doubt_of(found, told["fixes"].get(player, {}))) is not None:
+        raise LaunchError(f"{player}: nothing is written: {doubt}; `vrg run report {folder.path}` has more")
     write_calibration(calibration_of(setup, player, found), where)
 
 

@@ -32,9 +32,11 @@ def tags(
 ) -> None:
     """Print the tags of a match's robots, and some for the floor: a PDF of A4 pages, one for each.
 
-    The numbers are those in the match file. If it has none yet, robots are numbered from 0, and the table is shown.
+    The numbers are those in the match file. If it has none yet, the robots that are to be located (all, if none
+    is) are numbered from 0, and the table is shown.
     """
     from vrg.config.loading import match_path, read_match  # physics and all is for who reads matches
+    from vrg.hal.location import FUSION
     from vrg.localisation.camera.detection import CELLS, tag_cells
     from vrg.localisation.camera.settings import CameraSettings
     from vrg.localisation.source import read_source
@@ -49,7 +51,9 @@ def tags(
             known |= {name: (tag.number, tag.size or settings.size) for name, tag in settings.tags.items()}
     named = bool(known)
     if not named:
-        known = {player.name: (number, 0.15) for number, player in enumerate(file.players)}
+        fused = [player.name for player in file.players if player.localisation == FUSION]
+        names = fused or [player.name for player in file.players]
+        known = {name: (number, 0.15) for number, name in enumerate(names)}
     known |= {f"floor {number}": (number, size or 0.15) for number in floor or ()}
     numbers = [number for number, _ in known.values()]
     if twice := sorted({number for number in numbers if numbers.count(number) > 1}):

@@ -47,7 +47,7 @@ def play_match(
         base: the folder that relative paths in the match file start from; its own if missing.
 
     Returns:
-        the run and the set-up, if the user of the window wants to watch the match again.
+        the run and the set-up; None if nothing was started.
 
     Raises:
         ConfigError: the match file has problems.
@@ -76,6 +76,10 @@ def play_match(
     show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
     secured = not options.steps and (keys is not None or (setup.has_seats if options.seats is None else options.seats))
     show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
+    if not options.steps:
+        lacks = [text for _, table, robots in setup.backend_settings() for text in table.only_in_process(robots)]
+        if lacks:
+            raise ConfigError(lacks)
     if options.steps:
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
@@ -96,10 +100,14 @@ def play_match(
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
     _play(Launch(setup, folder, show, server, secured, keys), options)
-    if not folder.again.exists():
-        return None
-    folder.again.unlink()
     return folder, setup
+
+
+def wants_again(folder: RunFolder) -> bool:
+    """True, once, if the user of the window wants to watch the match again."""
+    wanted = folder.again.exists()
+    folder.again.unlink(missing_ok=True)
+    return wanted
 
 
 def _play(launch: Launch, options: PlayOptions) -> None:
@@ -232,7 +240,9 @@ def _conclude(
     elif over:
         ended = ended_of(state) if state else ""
     else:
-        ended = "interrupted" if interrupted else "broken off: it took too long"
+        stands = "" if state is None else state.halted or "; ".join(state.waiting)
+        why = f"play stood still, and here nobody can resume it: {stands}" if stands else "it took too long"
+        ended = "interrupted" if interrupted else f"broken off: {why}"
     result = write_result(setup, folder, state, ended)
     if show.record and folder.recordings():
         try:

@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from vrg.hal.models import RobotModel
     from vrg.launch.run_folder import RunFolder
 
+GOOD_FIXES: Final = 0.95
+"""The share of fixes that must be used for a calibration."""
+LIKE: Final = 0.04
+"""The distance in m to its simulation, with all that was found, above which a robot was disturbed."""
 _ROWS: Final = {
     "delay": ("delay, s", 1.0),
     "acceleration": ("acceleration, m/s^2", 1.0),
@@ -59,7 +63,7 @@ def report(
         typer.echo(json.dumps(told | {"robots": robots}, indent=2))
     else:
         for name, one in found.items():
-            print_findings(name, one, told["fixes"].get(name, {}), setup.player(name).robot)
+            print_findings(name, one, told["fixes"].get(name, {}), as_driven(setup, setup.player(name))[1])
     if player:
         write_calibration(calibration_of(setup, player, found[player]), output or Path(f"{player}.cal.toml"))
     if fitted is not None:
@@ -90,11 +94,12 @@ def findings_of(
     from vrg.fitting.report import findings
     from vrg.recording.drives import Drive, read_drives
 
-    drives = read_drives(folder.recordings())
+    recordings = folder.recordings()
+    drives = read_drives(recordings) if recordings else {}
     found: dict[str, Findings] = {}
     for name, errors in learned.items():
         drive = drives.get(name, Drive())
-        _, model = _as_driven(setup, setup.player(name))
+        _, model = as_driven(setup, setup.player(name))
         found[name] = findings(model, drive.commands, drive.motions, drive.poses, errors)
     return found
 
@@ -112,7 +117,7 @@ def calibration_of(setup: "MatchSetup", name: str, found: "Findings") -> "Calibr
         raise ConfigError(
             f'--calibrate: expected a robot with `backend = "can"`, got {name}, which has {entry.backend!r}'
         )
-    wheels, model = _as_driven(setup, entry)
+    wheels, model = as_driven(setup, entry)
     errors = {what: mean for what, (mean, _) in found.errors.items()}
     return fitted(name, wheels, model.drivetrain, **errors, motion=found.motion(model))
 
@@ -129,7 +134,7 @@ def write_calibration(found: "Calibration", where: Path) -> None:
     )  # fmt: skip
 
 
-def _as_driven(setup: "MatchSetup", entry: "PlayerSetup") -> tuple[list["WheelAxis"], "RobotModel"]:
+def as_driven(setup: "MatchSetup", entry: "PlayerSetup") -> tuple[list["WheelAxis"], "RobotModel"]:
     """The motors of a robot, and its model with the track by which its odometry was worked out; no motors without CAN.
 
     Raises:
@@ -148,6 +153,34 @@ def _as_driven(setup: "MatchSetup", entry: "PlayerSetup") -> tuple[list["WheelAx
     return wiring.wheel_axes(model.drivetrain.axes, before), model
 
 
+def doubt_of(found: "Findings", fates: dict[str, int]) -> str | None:
+    """The reason why what was found of a robot is no calibration of it, in words; None if there is none.
+
+    Args:
+        fates: what became of its fixes.
+    """
+    if isinstance(found.fitted, str):
+        return found.fitted
+    used, whole = _used(fates), sum(fates.values())
+    if used < GOOD_FIXES * whole:
+        return (
+            f"{whole - used} of {whole} fixes were refused: does the source see this robot, is nothing in its way, and "
+            "are the directions of its motors right?"
+        )
+    if found.likeness is None:
+        return "it has hardly moved"
+    if found.likeness.after > LIKE:
+        return (
+            f"with all that was found it is still {100 * found.likeness.after:.1f} cm away from where it should be: "
+            "was it disturbed, or is this computer too slow?"
+        )
+    return None
+
+
+def _used(fates: dict[str, int]) -> int:
+    return fates.get("used", 0) + fates.get("moved", 0)
+
+
 def print_findings(name: str, found: "Findings", fates: dict[str, int], model: "RobotModel") -> None:
     """Print what was found of a robot.
 
@@ -157,7 +190,7 @@ def print_findings(name: str, found: "Findings", fates: dict[str, int], model: "
     from vrg.fitting.likeness import SPAN
     from vrg.fitting.response import Response
 
-    console, used = make_console(), fates.get("used", 0) + fates.get("moved", 0)
+    console, used = make_console(), _used(fates)
     console.print(f"{escape(name)}: {used} fixes used, {sum(fates.values()) - used} refused", soft_wrap=True)
     if isinstance(found.fitted, str):
         console.print(f"How it follows commands is not known: {escape(found.fitted)}", soft_wrap=True)

@@ -123,8 +123,8 @@ class PlayerEntry(FileTable, frozen=True, kw_only=True):
             it from odometry and fixes, as of a camera. A virtual robot may have `fusion`; without it, it measures its
             pose well.
         sensors: the numbers of its robot's own sensors, in place of those of the match; see `MatchFile`.
-        motion: the numbers of how its robot moves that are not those of its model: `v_max`, `w_max`, `a_max`, `brake`,
-            `delay` and the effective `track`, as `vrg run report` finds them.
+        motion: the numbers of how its robot moves that are not those of its model: `v_max`, `w_max`, `a_max`,
+            `slowing`, `brake`, `delay` and the effective `track`, as `vrg run report` finds them.
         camera: True lets the world take pictures of the robot's camera, for `readings.latest(Camera)`. They cost much
             time.
         machine: the machine on which its process runs: `here`, where the match is launched, or one of `machines`.

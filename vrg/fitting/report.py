@@ -46,8 +46,7 @@ class Findings:
     def motion(self, model: RobotModel) -> dict[str, float]:
         """The settings of its motion, for a match file: those about which the match tells something.
 
-        The model has one acceleration, for speeding up and slowing down: it gets the lower one, with which a player
-        that brakes in time does so on the robot, too. Speeds are true ones, where its odometry errs.
+        Speeds are true ones, also where its odometry errs.
 
         Args:
             model: with the numbers of the match.
@@ -58,8 +57,10 @@ class Findings:
         found = {}
         if "delay" in seen:
             found["delay"] = numbers.delay + numbers.lag
-        if known := [getattr(numbers, name) for name in ("acceleration", "braking") if name in seen]:
-            found["a_max"] = min(known) * longer
+        if "acceleration" in seen:
+            found["a_max"] = numbers.acceleration * longer
+        if "braking" in seen:
+            found["slowing"] = numbers.braking * longer
         if "top" in seen:
             found["v_max"] = min(numbers.top * longer, model.v_max)
         return {name: float(f"{value:.3g}") for name, value in found.items()}
@@ -80,6 +81,8 @@ def findings(
         learned: what the fusion centre has learned of its odometry, with standard deviations.
     """
     errors = {name: (mean, NORMAL * deviation) for name, (mean, deviation) in learned.items()}
+    if not motions:
+        return Findings(errors, "how it drove was not recorded: was the match played with --no-record?", None)
     start = replace(Response.of(model), lag=0.02)
     try:
         fitted = fit(axis_runs(model, commands, motions), start)

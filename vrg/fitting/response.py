@@ -2,8 +2,8 @@
 
 An axis acts on a command a dead time later. Its speed then approaches the commanded one with a time constant, as that
 of a motor with a velocity controller does, but no faster than its acceleration allows, which is another one for
-slowing down, where friction helps. In the simulation both accelerations are the same, and the time constant is 0. This
-module uses no bus and no clock.
+slowing down, where friction helps. In the simulation the time constant is 0, and both accelerations are the same unless
+the model has two. This module uses no bus and no clock.
 """
 
 import math
@@ -57,7 +57,7 @@ class Response:
     @classmethod
     def of(cls, model: RobotModel) -> "Response":
         """The response of a robot in the simulation."""
-        return cls(delay=model.delay, acceleration=model.a_max, braking=model.a_max, top=model.v_max)
+        return cls(delay=model.delay, acceleration=model.a_max, braking=model.slowing or model.a_max, top=model.v_max)
 
     def advance(self, speed: float, target: float, dt: float) -> tuple[float, float]:
         """The speed of an axis after `dt` s of aiming for `target`, m/s, and its way, m; without dead time."""

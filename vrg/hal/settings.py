@@ -28,6 +28,10 @@ class BackendSettings(Table):
         """The properties of these robots that a match file alone cannot prove, in words, for `vrg check`."""
         return []
 
+    def only_in_process(self, robots: Sequence[str]) -> list[str]:
+        """The reasons, in words, why these robots can be driven by a match in one process alone."""
+        return []
+
     def missing_here(self, robots: Sequence[str]) -> list[str]:
         """The things that these robots need and this machine lacks, in words, each with what to do."""
         return []

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from msgspec import structs
 
@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     from vrg.launch.stepping import Apart
 
 P = TypeVar("P", bound=Node)
+
+
+STUCK: Final = 120.0
+"""The match time in s without play after which a match is broken off: in one process no official can resume it."""
 
 
 @dataclass(frozen=True)
@@ -176,6 +180,7 @@ def play(
         stack.callback(gc.unfreeze)
         gc.freeze()
         # The match goes on for one more second, so that every node hears how it ended.
+        played, since = coordinator.match.total, executor.time
         while linger < 1.0 and executor.time < limit:
             while waiting and executor.time >= waiting[0].time - TINY:
                 change = waiting.pop(0)
@@ -192,6 +197,10 @@ def play(
                 break
             if coordinator.match.over:
                 linger += world.period
+            elif coordinator.match.total != played:
+                played, since = coordinator.match.total, executor.time
+            elif executor.time - since > STUCK:
+                break
         if verification is not None:
             verification.compare(executor.time, {"coordinator/referee": repr(coordinator.match.standing())})
     _write_end(steps, logs, [*players.values(), *assembly.trackers], executor.time)

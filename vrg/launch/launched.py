@@ -30,6 +30,7 @@ from vrg.errors import LaunchError
 from vrg.launch.events import EventKind
 from vrg.launch.host import GROUPS, Host
 from vrg.launch.listening import Listening
+from vrg.launch.process_log import LogWarnings
 from vrg.launch.run_folder import RunFolder, write_json
 from vrg.launch.running import RunningMatch, registered
 from vrg.launch.vacancies import LAUNCHER, Vacancies
@@ -74,6 +75,7 @@ class LaunchedMatch:
     ) -> None:
         self._setup = setup
         self._announce = announce
+        self._warnings = [LogWarnings(folder.logs / f"{name}.log") for name in setup.trackers]
         self.folder = folder
         self._hosts = hosts
         self._listening = listening
@@ -168,6 +170,7 @@ class LaunchedMatch:
                         host.poll()
                         self._look_for_trouble(host, session)
                     self._look(session)
+                    self._tell_warnings()
                     if self.state is not None and self.state.stage is Stage.GAME_OVER:
                         over_since = over_since or time.monotonic()
                         if time.monotonic() - over_since < LINGER:
@@ -184,6 +187,12 @@ class LaunchedMatch:
                 self._stop()
                 self._listening.note(EventKind.ENDED)
                 self._keep_refused()
+
+    def _tell_warnings(self) -> None:
+        """Announce why sources of fixes see nothing: elsewhere it is only seen that robots are lost."""
+        for warnings in self._warnings:
+            for text in warnings.new():
+                self._announce(text)
 
     def _keep_refused(self) -> None:
         """Keep for the result what the launcher's own session has refused."""

@@ -209,7 +209,8 @@ def tracker_node(setup: MatchSetup, name: str) -> "Node":
 
     if name == FUSION:
         robots = {player.name: (player.robot, player.pose) for player in setup.fused}
-        return FusionCentre(Mailbox(), setup.keys, robots, load_map(setup.map).origin)
+        physical = [player.name for player in setup.fused if player.physical]
+        return FusionCentre(Mailbox(), setup.keys, robots, load_map(setup.map).origin, physical)
     kind, settings = read_source(setup.localisation[name])
     context = SourceContext(
         name=name,

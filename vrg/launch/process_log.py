@@ -18,6 +18,7 @@ FLOOD_SIZE = 20_000_000
 FLOOD_WINDOW = 60.0
 """s"""
 _FRAME = re.compile(r'^  File "(?P<file>[^"]+)", line (?P<line>\d+) in (?P<name>\S+)', re.MULTILINE)
+_WARNING = re.compile(r"^\S+ \S+ (?:WARNING|ERROR) [\w.]+: (?P<text>.*)$", re.MULTILINE)
 _TAIL = 20_000
 """The number of bytes at the end of a log in which last words are looked for."""
 
@@ -103,3 +104,28 @@ class ProcessLog:
                 return log.read().decode(errors="replace")
         except OSError:
             return ""
+
+
+class LogWarnings:
+    """The warnings in the log of a process, as they come.
+
+    Args:
+        path: the log.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._read = path, 0
+
+    def new(self) -> list[str]:
+        """The texts of the warnings since the last call, in whole lines; none if the log cannot be read."""
+        try:
+            size = self._path.stat().st_size
+            if size == self._read:
+                return []
+            with self._path.open("rb") as log:
+                log.seek(self._read if size > self._read else 0)
+                text, end, rest = log.read(_TAIL).rpartition(b"\n")
+                self._read = log.tell() - len(rest)
+        except OSError:
+            return []
+        return [match["text"] for match in _WARNING.finditer((text + end).decode(errors="replace"))]

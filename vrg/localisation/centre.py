@@ -3,7 +3,7 @@
 import logging
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,7 @@ class FusionCentre(Node):
         mailbox: its mailbox. keys: the keys of the match.
         robots: the model and the start of each robot that it locates, by name.
         origin: the latitude and longitude of the map's x = y = 0, rad, for GPS.
+        physical: the names of the physical ones.
     """
 
     kind = TRACKER
@@ -50,11 +51,15 @@ class FusionCentre(Node):
         keys: Keys,
         robots: Mapping[str, tuple[RobotModel, Pose]],
         origin: tuple[float, float] = (0.0, 0.0),
+        physical: Collection[str] = (),
     ) -> None:
         super().__init__(FUSION, mailbox, PERIOD)
         self._origin = origin
         self._models = {name: model for name, (model, _) in robots.items()}
-        self._estimators = {name: Estimator(start, motion_noise(model)) for name, (model, start) in robots.items()}
+        self._estimators = {
+            name: Estimator(start, motion_noise(model, physical=name in physical))
+            for name, (model, start) in robots.items()
+        }
         self._twists: dict[str, Twist] = {}
         self._topics = {name: keys.robot_pose(name) for name in robots}
         self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in robots])

@@ -38,10 +38,18 @@ class MotionNoise:
     rest_turn: float = 0.001
 
 
-def motion_noise(model: RobotModel) -> MotionNoise:
+PHYSICAL_SCALE = 0.05
+"""The standard deviation of the share by which the wheels of an axis of a physical robot are larger than believed: its
+ratio is that of a data sheet, and its tyres are soft."""
+
+
+def motion_noise(model: RobotModel, *, physical: bool = False) -> MotionNoise:
     """The noise of a robot's odometry, by the numbers of its spec and the geometry of its drivetrain.
 
     Each axis has an error of its own. What that does to the body is the root of the sum of the squares.
+
+    Args:
+        physical: True for a robot whose wheels are not as the simulation has them.
     """
     spec = model.sensor(OdometrySpec) or OdometrySpec()
     ahead, turning, aside = model.drivetrain.motions
@@ -51,14 +59,15 @@ def motion_noise(model: RobotModel) -> MotionNoise:
         """What an error of 1 of each axis is of the body's motion, for a unit of the twist."""
         return math.sqrt(sum((share * rate[unit]) ** 2 for share, rate in zip(shares, rates, strict=True)))
 
+    scale = PHYSICAL_SCALE if physical else spec.scale_noise
     return MotionNoise(
         along=spec.slip_noise * spread(ahead, 0),
         aside=spec.slip_noise * spread(aside, 0),
         turn=spec.slip_noise * spread(turning, 0),
         spin=spec.slip_noise * spread(turning, 1),
-        longer=spec.scale_noise * spread(ahead, 0),
-        wider=spec.scale_noise * spread(turning, 1),
-        bend=spec.scale_noise * spread(turning, 0),
+        longer=scale * spread(ahead, 0),
+        wider=scale * spread(turning, 1),
+        bend=scale * spread(turning, 0),
         fastest=2.0 * model.v_max,
     )
 

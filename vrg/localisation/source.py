@@ -119,7 +119,7 @@ class RealSource(Source):
         for clock in self._clock.take():
             self._rate = clock.body.rate
             if self._rate != 1.0:
-                self.warn("rate", "it sees robots as fast as they are: the match needs `rate = 1`")
+                self.warn("rate", "it sees robots as fast as they are: the match needs `rate = 1`, and no --in-process")
             self._offset.heard(clock.body.time, now)
         super().tick(tick)
 

@@ -297,9 +297,18 @@ class CanSettings(BackendSettings):
                 )
         return found
 
+    def only_in_process(self, robots: Sequence[str]) -> list[str]:
+        """Buses that only one process can use."""
+        links = {str(link): link for link in map(self.link, robots) if link.interface == "virtual"}
+        return [
+            f"{link}: the interface virtual is within one process: add --in-process, or take the interface "
+            "udp_multicast or socketcan, for which see docs/hardware.md"
+            for link in links
+        ]
+
     def missing_here(self, robots: Sequence[str]) -> list[str]:
         """Network interfaces of CAN that do not exist or are down."""
-        found = []
+        found = self.only_in_process(robots)
         for link in {str(link): link for link in map(self.link, robots) if link.interface == "socketcan"}.values():
             interface = _INTERFACES / link.channel
             if not interface.exists():
@@ -335,8 +344,8 @@ class CanSettings(BackendSettings):
     def as_wired(self, robot: str, drivetrain: Drivetrain, base: Path) -> Drivetrain:
         """See `BackendSettings.as_wired`."""
         wiring = self.robots[robot]
-        if not wiring.calibration:
-            return drivetrain
+        if not wiring.calibration or "ratio" not in wiring.model_fields_set:
+            return drivetrain  # of wheels whose ratio is not in the file nothing but the calibration is known
         found = load_calibration(base / wiring.calibration, wiring.nodes)
         axes = wiring.wheel_axes(drivetrain.axes, found)
         ratios = [[axis.ratio for axis in axes if axis.axis == number] for number in range(len(drivetrain.axes))]

@@ -22,6 +22,7 @@ class RobotModel:
         v_max: top speed ahead, m/s. w_max: top turn rate, rad/s.
         a_max: acceleration, m/s^2. brake: deceleration with locked wheels, used by watchdogs and stops, m/s^2.
         delay: from a command to when its motors act on it, s.
+        slowing: the deceleration while it is commanded to slow down, m/s^2; that of `a_max` if it is None.
         battery_wh: energy of a full battery, Wh. idle_w: power of the electronics, W. rolling: rolling resistance, as a
             fraction of the weight. drive_efficiency: mechanical power divided by electrical power.
         sensors: the specs of its sensors.
@@ -47,6 +48,7 @@ class RobotModel:
     source: str
     colour: tuple[int, int, int] = (175, 30, 30)
     delay: float = 0.0
+    slowing: float | None = None
 
     @property
     def size(self) -> Vector:

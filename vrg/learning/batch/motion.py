@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.engines.engine import DRIVE
 from vrg.hal.sim.engines.planar import CONTACT, PUSH_ROUNDS, SLACK, slowed
@@ -60,6 +61,10 @@ def robots(models: Sequence[RobotModel], matches: int) -> Records:
         w_max=(float, count),
     )
     for n, model in enumerate(models):
+        if model.delay or model.slowing is not None:
+            raise ConfigError(
+                f"{model.name}: expected robots without motion.delay and motion.slowing in a batch, got one"
+            )
         drivetrain = model.drivetrain
         own = len(drivetrain.axes)
         found.sizes[:, n] = model.size

@@ -74,6 +74,8 @@ class Engine(ABC):
         self._targets: Floats = np.zeros((0, 2))
         self._braking: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._slew: Floats = np.zeros((0, 1))
+        self._slowing: Floats = np.zeros((0, 1))
+        """How fast the speeds of the axes rise, and how fast they fall, rad/s^2."""
         self._holonomic: list[int] = []
         """The rows of the robots that can drive sideways."""
 
@@ -101,6 +103,7 @@ class Engine(ABC):
         self._braking = np.append(self._braking, True)
         self._find_holonomic()
         self._slew = np.vstack((self._slew, (model.brake / model.drivetrain.wheel_radius,)))
+        self._slowing = np.vstack((self._slowing, self._slew[-1:]))
         self._added(len(self.names) - 1)
 
     def remove(self, name: str) -> None:
@@ -112,7 +115,17 @@ class Engine(ABC):
         row = self.row(name)
         self._removed(row)
         del self.names[row], self.models[row], self.touch[row]
-        for field in ("kinematic", "poses", "velocities", "angles", "speeds", "_targets", "_braking", "_slew"):
+        for field in (
+            "kinematic",
+            "poses",
+            "velocities",
+            "angles",
+            "speeds",
+            "_targets",
+            "_braking",
+            "_slew",
+            "_slowing",
+        ):
             setattr(self, field, np.delete(getattr(self, field), row, axis=0))
         self._find_holonomic()
 
@@ -165,6 +178,8 @@ class Engine(ABC):
             self._targets[row, : len(model.drivetrain.axes)] = model.drivetrain.speeds(twist)
         self._braking[row] = twist is None
         self._slew[row] = (model.brake if twist is None else model.a_max) / model.drivetrain.wheel_radius
+        slowing = model.brake if twist is None else model.slowing or model.a_max
+        self._slowing[row] = slowing / model.drivetrain.wheel_radius
 
     @abstractmethod
     def step(self, dt: float) -> None:
@@ -229,10 +244,11 @@ class Engine(ABC):
     def _accelerate(self, dt: float) -> Floats:
         """The speeds of the axes that the motors aim for at the end of a step: `speeds`, moved towards the targets."""
         change = self._targets - self.speeds
-        limit = self._slew * dt
+        limit = np.where(change * self.speeds < 0.0, self._slowing, self._slew) * dt
         if self._holonomic:
-            most = np.abs(change[self._holonomic]).max(axis=1, keepdims=True)
-            change[self._holonomic] *= np.minimum(1.0, limit[self._holonomic] / np.maximum(most, 1e-12))
+            own = change[self._holonomic]
+            shares = limit[self._holonomic] / np.maximum(np.abs(own), 1e-12)
+            change[self._holonomic] = own * np.minimum(1.0, shares.min(axis=1, keepdims=True))
         np.minimum(change, limit, out=change)
         np.maximum(change, -limit, out=change)
         change += self.speeds
