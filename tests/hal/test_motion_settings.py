@@ -61,3 +61,32 @@ def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None
         if begins is None and engine.state("ann").pose.x > 0.0:
             begins = now
     assert begins == pytest.approx(0.2 + delay, abs=0.011)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.4])
+def test_what_was_commanded_before_a_stop_is_forgotten(delay: float) -> None:
+    """After a silence, or an emergency stop, a robot that is commanded to stand does not move, however late it acts."""
+    engine = PlanarEngine(load_map("open"))
+    fleet, gate = Fleet(engine), RefereeGate()
+    fleet.add("ann", with_motion(robot_model("P2AT"), {"delay": delay}), Pose(0.0, 0.0, 0.0))
+    fleet.resize()
+
+    def go(since: float, seconds: float, twist: Twist | None, *, armed: bool = True, estop: bool = False) -> float:
+        """Let time pass, and return by how much the robot moves."""
+        before = engine.state("ann").pose.x
+        for n in range(round(seconds / 0.02)):
+            now = since + 0.02 * n
+            if twist is not None and n % 5 == 0:
+                fleet.drive(now, "ann", twist, armed=armed, estop=estop)
+            fleet.command(now, gate, estop=estop)
+            engine.step(0.02)
+        return engine.state("ann").pose.x - before
+
+    assert go(0.0, 1.0, Twist(0.5, 0.0)) > 0.0
+    assert go(1.0, 10.0, None) > 0.0, "it brakes once its watchdog has expired"
+    assert go(11.0, 1.0, Twist(0.0, 0.0)) == 0.0
+    assert go(12.0, 1.0, Twist(0.5, 0.0)) > 0.0
+    fleet.stop()
+    go(13.0, 1.0, Twist(0.5, 0.0), estop=True)
+    go(14.0, 0.1, Twist(0.5, 0.0), armed=False)
+    assert go(14.1, 1.0, Twist(0.0, 0.0)) == 0.0

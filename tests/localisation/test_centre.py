@@ -6,7 +6,7 @@ import pytest
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Motion, OwnPlace
+from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Motion, OwnPlace, Placed
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import robot_model
@@ -105,7 +105,7 @@ def test_fixes_that_are_of_nobody_or_wrong_change_nothing_and_are_counted() -> N
 
 
 def test_what_a_robot_measures_of_its_own_place_counts_as_much_as_it_is_worth() -> None:
-    """An inertial navigation system locates it. GPS, whose error stays for minutes, only pulls a little."""
+    """An inertial navigation system corrects it. GPS, whose error stays for minutes, only pulls a little."""
     origin = (math.radians(35.0), math.radians(-106.0))
     bench = Bench()
     centre = bench.centre = FusionCentre(
@@ -120,20 +120,36 @@ def test_what_a_robot_measures_of_its_own_place_counts_as_much_as_it_is_worth() 
     far = to_wgs84((0.4, 0.0), origin)
     for _ in range(100):
         found = says((OwnPlace(bench.time, earth=far),))
-    assert found.lost, "no fix has come that is near enough"
+    assert found.lost, "no source has seen it"
     assert 0.0 < found.pose.x < 0.1, "a hundred readings of GPS in five seconds are worth less than one"
     found = says((OwnPlace(bench.time, pose=Pose(0.3, 0.2, 0.1)),))
-    assert not found.lost
+    assert found.lost, "nor has it now"
     assert (found.pose.x, found.pose.y, found.pose.theta) == pytest.approx((0.3, 0.2, 0.1), abs=0.01)
     assert found.uncertainty is not None
     assert found.uncertainty.ellipse[0] < 0.03
+    says((OwnPlace(bench.time),))  # a sensor that has measured nothing
     assert centre.counted()["fixes"] == {"ann": {}}, "these are no fixes of a source"
 
 
 def test_own_places_are_fixes_with_the_noise_of_their_sensors() -> None:
     model = robot_model("P2AT")
+    assert own_fix("ann", model, OwnPlace(1.0), (0.0, 0.0)) is None
     gps = own_fix("ann", model, OwnPlace(1.0, earth=(0.0, 0.0)), (0.0, 0.0))
+    assert gps is not None
     assert (gps.heading, gps.pose) == (None, Pose(0.0, 0.0, 0.0))
     assert gps.position == pytest.approx(1.5 * math.sqrt(120.0))
     ins = own_fix("ann", model, OwnPlace(1.0, pose=Pose(1.0, 2.0, 0.3)), (0.0, 0.0))
+    assert ins is not None
     assert (ins.position, ins.heading, ins.pose) == (0.02, 0.005, Pose(1.0, 2.0, 0.3))
+
+
+def test_a_robot_that_an_official_has_placed_is_there() -> None:
+    bench = Bench()
+    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    bench.sees(0.0, ann=Pose(0.0, 0.0, 0.0))
+    bench.tick()
+    bench.say(KEYS.placed("ann"), Placed(pose=Pose(7.0, 3.0, 1.0), by="official"), bench.time)
+    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    (_, found) = bench.tick()["ann"]
+    assert found.pose == Pose(7.0, 3.0, 1.0)
+    assert found.lost, "until a source has seen it there"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import tomlkit
 import typer
+from msgspec import structs
 
 from vrg.commands.groups import PlayOptions
 from vrg.commands.report import (
@@ -22,10 +23,14 @@ from vrg.hal.location import FUSION
 from vrg.launch.fork_server import fork_server
 
 if TYPE_CHECKING:
-    from vrg.config.files import MatchFile
+    from vrg.config.files import Machine, MatchFile
 
 NAME = "calibrate"
 """The name of the match in which a robot drives the figure."""
+_PLACED = ("world", "coordinator", "recorder", FUSION)
+"""The processes that stay on their machines, besides the sources of fixes."""
+LEAST_WAY = 0.6
+"""The shortest way straight ahead, m: the circles of the figure need it."""
 FIGURE = "vrg.games.practice.figure:Figure"
 
 
@@ -44,10 +49,14 @@ def calibrate_by_fixes(
     from vrg.commands.playing import play_match
     from vrg.config.loading import read_match
 
-    text = figure_match(read_match(match), player, speed=speed, way=way, seconds=seconds)
+    if way < LEAST_WAY:
+        raise ConfigError(f"--way: expected at least {LEAST_WAY:g} m for the figure, got {way:g} m")
+    read = read_match(match)
+    text = figure_match(read, player, speed=speed, way=way, seconds=seconds)
+    entry = next(entry for entry in read.players if entry.name == player)
     typer.echo(
-        f"{player} is going to drive for {seconds:g} s at up to {speed:g} m/s, up to {way:g} m from where it stands to "
-        "all sides. Clear that place. `vrg estop` stops it, `vrg show` shows it."
+        f"{player} is going to drive for {seconds:g} s at up to {speed:g} m/s around ({entry.x:g}, {entry.y:g}), its "
+        f"middle up to {way:g} m to all sides. Clear that place. `vrg estop` stops it, `vrg show` shows it."
     )
     file = Path("runs", f"{NAME}-{player}.toml")
     file.parent.mkdir(exist_ok=True)
@@ -59,10 +68,10 @@ def calibrate_by_fixes(
     folder, setup = played
     told = read_learned(folder)
     found = findings_of(folder, setup, told["learned"])[player]
-    print_findings(player, found, told["fixes"].get(player, {}), as_driven(setup, setup.player(player))[1])
+    print_findings(player, found, told["fixes"].get(player, {}), as_driven(setup, setup.player(player), folder)[1])
     if (doubt := doubt_of(found, told["fixes"].get(player, {}))) is not None:
         raise LaunchError(f"{player}: nothing is written: {doubt}; `vrg run report {folder.path}` has more")
-    write_calibration(calibration_of(setup, player, found), where)
+    write_calibration(calibration_of(setup, player, found, folder), where)
 
 
 def figure_match(file: "MatchFile", player: str, *, speed: float, way: float, seconds: float) -> str:
@@ -82,7 +91,7 @@ def figure_match(file: "MatchFile", player: str, *, speed: float, way: float, se
         raise ConfigError(
             f'--fixes: expected `localisation = "fusion"` at {player}, and a source of fixes: see docs/localisation.md'
         )
-    others = {other.name for other in file.players} - {player}
+    everybody = {other.name for other in file.players}
     own: dict[str, Any] = {
         "name": player,
         "role": "player",
@@ -91,23 +100,31 @@ def figure_match(file: "MatchFile", player: str, *, speed: float, way: float, se
         "strategy": FIGURE,
     }
     own |= {"x": entry.x, "y": entry.y, "heading": entry.heading, "localisation": FUSION}
-    own["motion"] = {**entry.motion, "v_max": speed}
+    own |= {"machine": entry.machine, "sensors": entry.sensors}
+    own["motion"] = {**entry.motion, "v_max": min(speed, entry.motion.get("v_max", speed))}
     x, y = [entry.x - way, entry.x + way], [entry.y - way, entry.y + way]
     return tomlkit.dumps(
         {
             **{"name": f"{NAME}-{player}", "game": "practice", "map": file.map, "engine": "planar"},
             "rules": {"x": x, "y": y, "time": seconds},
             "backends": file.backends,
-            "localisation": {name: _without(table, others) for name, table in file.localisation.items()},
+            "machines": {name: _plain(machine) for name, machine in file.machines.items()},
+            "place": {name: machine for name, machine in file.place.items() if name in {*file.localisation, *_PLACED}},
+            "localisation": {name: _of(player, everybody, table) for name, table in file.localisation.items()},
             "players": [own],
         }
     )
 
 
-def _without(table: Mapping[str, Any], players: set[str]) -> dict[str, Any]:
-    """The settings of a source without those for some players, such as their tags."""
-    return {
-        key: _without(value, players) if isinstance(value, Mapping) else value
-        for key, value in table.items()
-        if key not in players
-    }
+def _of(player: str, everybody: set[str], table: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings of a source, in tables whose keys are players, such as their tags, those for one player alone."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        by_player = isinstance(value, Mapping) and set(value) <= everybody
+        found[key] = {name: own for name, own in value.items() if name == player} if by_player else value
+    return found
+
+
+def _plain(machine: "Machine") -> dict[str, Any]:
+    """The table of a machine, without what is not given there."""
+    return {key: value for key, value in structs.asdict(machine).items() if value is not None}

@@ -1,5 +1,6 @@
 """`vrg locate calibrate ...`: the lens of a camera, and where the camera is above the field."""
 
+import math
 from pathlib import Path
 from typing import Annotated, Final
 
@@ -63,6 +64,8 @@ def lens(
 def _numbers(text: str, whole: str) -> tuple[float, float]:
     try:
         first, second = map(float, text.split(","))
+        if not (math.isfinite(first) and math.isfinite(second)):
+            raise ValueError
     except ValueError:
         raise typer.BadParameter(f"expected two numbers such as 1.5,-2, got {text!r} in {whole!r}") from None
     return first, second

@@ -154,15 +154,17 @@ def exit_if_interrupted(stop: Stop) -> None:
         raise typer.Exit(130)
 
 
-def make_console() -> "Console":
-    """The console of a command. Names are printed as they are: `mine.py:Shark:` is no picture.
+def make_console(*, stderr: bool = False) -> "Console":
+    """The console of a command, for its output or, with `stderr`, for remarks.
+
+    Names are printed as they are: `mine.py:Shark:` is no picture.
 
     Where the output is no terminal, whose width is known, there is room for all columns of a table.
     """
     from rich.console import Console  # a decision of an official shows no table
 
     wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160
-    return Console(highlight=False, emoji=False, width=wide)
+    return Console(highlight=False, emoji=False, width=wide, stderr=stderr)
 
 
 def print_table(console: "Console", heads: Sequence[str], rows: Sequence[Sequence[str]], right: Sequence[int]) -> None:

@@ -25,6 +25,8 @@ GOOD_FIXES: Final = 0.95
 """The share of fixes that must be used for a calibration."""
 LIKE: Final = 0.04
 """The distance in m to its simulation, with all that was found, above which a robot was disturbed."""
+_PLAUSIBLE: Final = {"way": (0.2, 0.02), "turn": (0.25, 0.03), "bend": (0.3, 0.05)}
+"""How much odometry can be off before something else is wrong, and how well that must be known, as shares and rad/m."""
 _ROWS: Final = {
     "delay": ("delay, s", 1.0),
     "acceleration": ("acceleration, m/s^2", 1.0),
@@ -63,9 +65,9 @@ def report(
         typer.echo(json.dumps(told | {"robots": robots}, indent=2))
     else:
         for name, one in found.items():
-            print_findings(name, one, told["fixes"].get(name, {}), as_driven(setup, setup.player(name))[1])
+            print_findings(name, one, told["fixes"].get(name, {}), as_driven(setup, setup.player(name), folder)[1])
     if player:
-        write_calibration(calibration_of(setup, player, found[player]), output or Path(f"{player}.cal.toml"))
+        write_calibration(calibration_of(setup, player, found[player], folder), output or Path(f"{player}.cal.toml"))
     if fitted is not None:
         _write_match(folder, setup, found, fitted)
 
@@ -99,12 +101,12 @@ def findings_of(
     found: dict[str, Findings] = {}
     for name, errors in learned.items():
         drive = drives.get(name, Drive())
-        _, model = as_driven(setup, setup.player(name))
+        _, model = as_driven(setup, setup.player(name), folder)
         found[name] = findings(model, drive.commands, drive.motions, drive.poses, errors)
     return found
 
 
-def calibration_of(setup: "MatchSetup", name: str, found: "Findings") -> "Calibration":
+def calibration_of(setup: "MatchSetup", name: str, found: "Findings", run: "RunFolder") -> "Calibration":
     """The calibration of a robot on a CAN bus, by what was found of it.
 
     Raises:
@@ -117,7 +119,7 @@ def calibration_of(setup: "MatchSetup", name: str, found: "Findings") -> "Calibr
         raise ConfigError(
             f'--calibrate: expected a robot with `backend = "can"`, got {name}, which has {entry.backend!r}'
         )
-    wheels, model = as_driven(setup, entry)
+    wheels, model = as_driven(setup, entry, run)
     errors = {what: mean for what, (mean, _) in found.errors.items()}
     return fitted(name, wheels, model.drivetrain, **errors, motion=found.motion(model))
 
@@ -128,13 +130,13 @@ def write_calibration(found: "Calibration", where: Path) -> None:
 
     where.write_text(calibration_text(found), encoding="utf-8")
     line = f'calibration = "{where.name}"'
-    make_console().print(
+    make_console(stderr=True).print(
         f"Written to {escape(str(where))}. To use it, write `{escape(line)}` below "
         rf"\[backends.can.robots.{escape(found.robot)}] of the match file.", soft_wrap=True,
     )  # fmt: skip
 
 
-def as_driven(setup: "MatchSetup", entry: "PlayerSetup") -> tuple[list["WheelAxis"], "RobotModel"]:
+def as_driven(setup: "MatchSetup", entry: "PlayerSetup", run: "RunFolder") -> tuple[list["WheelAxis"], "RobotModel"]:
     """The motors of a robot, and its model with the track by which its odometry was worked out; no motors without CAN.
 
     Raises:
@@ -148,7 +150,9 @@ def as_driven(setup: "MatchSetup", entry: "PlayerSetup") -> tuple[list["WheelAxi
 
     wiring, before = can_settings(setup.backends.get("can", {})).robots[entry.name], None
     if wiring.calibration:
-        before = load_calibration(Path(setup.base) / wiring.calibration, wiring.nodes)
+        # The file of the match may be another one by now; its copy in the run is not.
+        kept = run.path / wiring.calibration
+        before = load_calibration(kept if kept.is_file() else Path(setup.base) / wiring.calibration, wiring.nodes)
         model = before.applied(model)
     return wiring.wheel_axes(model.drivetrain.axes, before), model
 
@@ -169,6 +173,14 @@ def doubt_of(found: "Findings", fates: dict[str, int]) -> str | None:
         )
     if found.likeness is None:
         return "it has hardly moved"
+    for name, (most, least) in _PLAUSIBLE.items():
+        mean, half = found.errors[name]
+        if abs(mean) > most or half > least:
+            words, unit = _ROWS[name]
+            return (
+                f"{words} {unit * mean:.3g} +- {unit * half:.2g}, expected at most {unit * most:.3g} "
+                f"+- {unit * least:.2g}: are `ratio`, wheels, and directions of motors right, and has it driven enough?"
+            )
     if found.likeness.after > LIKE:
         return (
             f"with all that was found it is still {100 * found.likeness.after:.1f} cm away from where it should be: "
@@ -228,13 +240,15 @@ def _write_match(folder: "RunFolder", setup: "MatchSetup", found: dict[str, "Fin
 
     if where.exists():
         raise ConfigError(f"--fitted: expected a file that is not there yet, got {where}")
+    if where.resolve().parent != Path(setup.base).resolve():
+        raise ConfigError(f"--fitted: expected a file in {setup.base}, as the match names files there, got {where}")
     text = setup.text
     for player in setup.players:
         if (one := found.get(player.name)) is not None and (new := one.motion(player.robot)):
             motion = {**player.motion, **new}
             text = with_value(text, ("players", player.number, "motion"), motion)
     where.write_text(text, encoding="utf-8")
-    make_console().print(
+    make_console(stderr=True).print(
         f"Written to {escape(str(where))}: in it these robots move as they did, also where `backend` is sim.",
         soft_wrap=True,
     )

@@ -7,10 +7,13 @@ from vrg.fitting.likeness import GROUPS, Errors, Likeness, likeness, spans_of
 from vrg.fitting.response import Fitted, Response, fit
 from vrg.fitting.runs import Commands, Motions, axis_runs
 from vrg.hal.models import RobotModel
+from vrg.hal.models.settings import motion_problems
 from vrg.types import Pose
 
 NORMAL = 1.96
 """The half width of a 95 % interval in standard deviations, where there are many readings."""
+EXACT, EXACT_TIME = 0.1, 0.02
+"""Half of the 95 % interval of a number that is taken into a file: as a share, and of a delay, s."""
 Number = tuple[float, float]
 """A number, and half the width of its 95 % interval."""
 
@@ -44,7 +47,7 @@ class Findings:
         return found | {"friction": self.fitted.interval(braking=0.5, acceleration=-0.5)} | dict(self.errors)
 
     def motion(self, model: RobotModel) -> dict[str, float]:
-        """The settings of its motion, for a match file: those about which the match tells something.
+        """The settings of its motion, for a match file: those that are known to EXACT or better, and possible.
 
         Speeds are true ones, also where its odometry errs.
 
@@ -53,17 +56,18 @@ class Findings:
         """
         if isinstance(self.fitted, str):
             return {}
-        numbers, seen, longer = self.fitted.response, self.fitted.seen, 1.0 + self.errors["way"][0]
-        found = {}
-        if "delay" in seen:
-            found["delay"] = numbers.delay + numbers.lag
-        if "acceleration" in seen:
-            found["a_max"] = numbers.acceleration * longer
-        if "braking" in seen:
-            found["slowing"] = numbers.braking * longer
-        if "top" in seen:
-            found["v_max"] = min(numbers.top * longer, model.v_max)
-        return {name: float(f"{value:.3g}") for name, value in found.items()}
+        seen, longer, found = self.fitted.seen, 1.0 + self.errors["way"][0], dict[str, float]()
+        delay, half = self.numbers["delay"]
+        if "delay" in seen and half <= EXACT_TIME:
+            found["delay"] = delay
+        for own, name in (("acceleration", "a_max"), ("braking", "slowing"), ("top", "v_max")):
+            value, half = self.fitted.interval(**{own: 1.0})
+            if half <= EXACT * value:
+                found[name] = value * longer
+        if "v_max" in found:
+            found["v_max"] = min(found["v_max"], model.v_max)
+        rounded = {name: float(f"{value:.3g}") for name, value in found.items()}
+        return {name: value for name, value in rounded.items() if not motion_problems({name: value})}
 
 
 def findings(

@@ -197,11 +197,17 @@ def fit(runs: Sequence[Run], start: Response) -> Fitted:
     seen[top] &= values[top] <= REACHED * fastest
     values = np.where(seen, values, astuple(start))
     J, off = J[:, seen], errors(values)
-    weights = 1.0 / (1.0 + (off / far) ** 2)
-    bread = np.linalg.pinv((J.T * weights) @ J)
-    pulls = J * (off * weights)[:, None]
+    squared = (off / far) ** 2
+    slopes, pull = (1.0 - squared) / (1.0 + squared) ** 2, off / (1.0 + squared)
+    bread = np.linalg.pinv((J.T * slopes) @ J)
+    pulls = J * pull[:, None]
     sums = np.array([pulls[blocks == block].sum(axis=0) for block in np.unique(blocks)])
     covariance = bread @ (sums.T @ sums) @ bread * len(sums) / freedom
+    # Where only one or two blocks show a parameter, their pulls add up to nothing: then it is no better known than by
+    # independent errors.
+    plain = np.diag(bread @ (J.T @ J) @ bread) * float(pull @ pull) / max(1, len(off) - len(values))
+    wider = np.sqrt(np.maximum(1.0, plain / np.maximum(np.diag(covariance), 1e-30)))
+    covariance = covariance * np.outer(wider, wider)
     besides = np.where(np.array(PARAMETERS) == "delay", TIMING, LIKENESS * values)
     covariance += np.diag(np.square(besides[seen]))
     return Fitted(_response(values), list(compress(PARAMETERS, seen)), covariance, freedom)

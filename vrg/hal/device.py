@@ -81,8 +81,8 @@ class Device:
         """The odometry of the last `read` that is to be published to the fusion centre."""
         self._own: dict[str, OwnPlace] = {}
         """What sensors of the robot itself have last measured of its place, by the kind of sensor."""
-        self._told = -1.0
-        """The stamp of the newest of them that was published, s."""
+        self._sent: dict[str, float] = {}
+        """The stamps of those that were published last, s, by the kind of sensor."""
         self._synthesised: list[tuple[str, Inlet[SensorMessage]]] = []
         if driver.physical:
             self._synthesised = [
@@ -196,8 +196,9 @@ class Device:
         if measured is not None:
             self._mailbox.publish(self._location.topic, measured[0], stamp=measured[1])
         if odometry is not None:
-            own = tuple(place for place in self._own.values() if place.stamp > self._told)
-            self._told = max([self._told, *(place.stamp for place in own)])
+            new = {kind: place for kind, place in self._own.items() if place.stamp > self._sent.get(kind, -1.0)}
+            self._sent |= {kind: place.stamp for kind, place in new.items()}
+            own = tuple(new.values())
             motion = Motion(odometry=odometry.value.pose, twist=odometry.value.twist, own=own)
             self._mailbox.publish(self._location.motion_topic, motion, stamp=max(0.0, odometry.stamp))
 

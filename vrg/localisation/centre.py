@@ -56,10 +56,9 @@ class FusionCentre(Node):
         super().__init__(FUSION, mailbox, PERIOD)
         self._origin = origin
         self._models = {name: model for name, (model, _) in robots.items()}
-        self._estimators = {
-            name: Estimator(start, motion_noise(model, physical=name in physical))
-            for name, (model, start) in robots.items()
-        }
+        self._noise = {name: motion_noise(model, physical=name in physical) for name, (model, _) in robots.items()}
+        self._estimators = {name: Estimator(start, self._noise[name]) for name, (_, start) in robots.items()}
+        self._placed = mailbox.subscribe(keys.placed(), only=[keys.placed(name).key for name in robots])
         self._twists: dict[str, Twist] = {}
         self._topics = {name: keys.robot_pose(name) for name in robots}
         self._motions = mailbox.subscribe(keys.motion(), only=[keys.motion(name).key for name in robots])
@@ -69,6 +68,10 @@ class FusionCentre(Node):
 
     def tick(self, tick: Tick) -> None:
         """Take in what robots and sources have measured, and publish where each robot is that has moved on in time."""
+        for placed in self._placed.take():
+            # An official says where it was put; what its odometry errs by is learned anew.
+            name = name_in(placed.key)
+            self._estimators[name] = Estimator(placed.body.pose, self._noise[name])
         moved = set()
         for motion in self._motions.take():
             name = name_in(motion.key)
@@ -96,7 +99,8 @@ class FusionCentre(Node):
         for verdict in self._estimators[name].move(time, motion.odometry):
             self._count(name, verdict)
         for place in motion.own:
-            self._estimators[name].correct(place.stamp, own_fix(name, self._models[name], place, self._origin))
+            if (fix := own_fix(name, self._models[name], place, self._origin)) is not None:
+                self._estimators[name].correct(place.stamp, fix, own=True)
 
     def _count(self, name: str, verdict: Verdict) -> None:
         self._counts[name][verdict] += 1
@@ -118,8 +122,8 @@ class FusionCentre(Node):
         return {"fixes": fates, "unknown": dict(self._unknown), "learned": learned}
 
 
-def own_fix(name: str, model: RobotModel, place: OwnPlace, origin: tuple[float, float]) -> Fix:
-    """The fix that a sensor of the robot itself is worth.
+def own_fix(name: str, model: RobotModel, place: OwnPlace, origin: tuple[float, float]) -> Fix | None:
+    """The fix that a sensor of the robot itself is worth; None if it has measured nothing.
 
     The error of a GPS receiver stays nearly the same from one reading to the next. Each is given so large a deviation
     that all within twice the time of its correlation are together worth one.
@@ -133,6 +137,7 @@ def own_fix(name: str, model: RobotModel, place: OwnPlace, origin: tuple[float, 
         x, y = from_wgs84(*place.earth, origin)
         same = max(1.0, 2.0 * gps.correlation * gps.rate)
         return Fix(name, Pose(x, y, 0.0), max(LEAST, gps.position_noise * math.sqrt(same)))
+    if place.pose is None:
+        return None
     ins = model.sensor(InsSpec) or InsSpec()
-    assert place.pose is not None
     return Fix(name, place.pose, max(LEAST, ins.position_noise), max(LEAST, ins.heading_noise))

@@ -30,8 +30,8 @@ WINDOW = 1.0
 """The time in s that the filter can go back. A fix that comes later than that is refused."""
 AHEAD = 0.2
 """The time in s by which a fix may be ahead of the newest odometry; one further ahead is of another clock."""
-VAGUE = 0.3
-"""The standard deviation in m above which a fix, as of GPS, does not count as having seen the robot."""
+WAITING = 256
+"""The number of fixes that wait for the odometry of their times."""
 AGREEING = 5
 """The number of refused fixes in a row, all of one place, after which the robot is taken to be there."""
 RESTART = 0.2
@@ -102,7 +102,7 @@ class Estimator:
         self._mean = np.array([start.x, start.y, start.theta, 0.0, 0.0, 0.0])
         self._prior = np.diag(np.square([position, position, heading, noise.longer, noise.wider, noise.bend]))
         self._states: list[_State] = []
-        self._waiting: list[tuple[float, Fix]] = []
+        self._waiting: list[tuple[float, Fix, bool]] = []
         self._refused: deque[tuple[Fix, Pose]] = deque(maxlen=AGREEING)
         """The last fixes in a row that were refused, with the odometry of their times."""
         self._seen = -math.inf
@@ -143,25 +143,29 @@ class Estimator:
             del self._states[: max(0, bisect_right(self._states, time - WINDOW, key=_time_of) - 1)]
         ready = bisect_right(self._waiting, self._states[-1].time, key=itemgetter(0))
         fixes, self._waiting = self._waiting[:ready], self._waiting[ready:]
-        return [self._correct(*fix) for fix in fixes]
+        verdicts = [(self._correct(captured, fix, own), own) for captured, fix, own in fixes]
+        return [verdict for verdict, own in verdicts if not own]
 
-    def correct(self, time: float, fix: Fix) -> Verdict | None:
+    def correct(self, time: float, fix: Fix, *, own: bool = False) -> Verdict | None:
         """Take in a fix.
 
         Args:
             time: when it was captured, s.
+            own: True for what a sensor of the robot itself measures. It improves the estimate, but it has not seen the
+                robot from outside, and does not show that the robot was carried.
 
         Returns:
             what became of it, or None if it waits for the odometry of its time.
         """
         if self._states and time <= self._states[-1].time:
-            return self._correct(time, fix)
+            return self._correct(time, fix, own)
         if self._states and time > self._states[-1].time + AHEAD:
             return Verdict.EARLY
-        insort(self._waiting, (time, fix), key=itemgetter(0))
+        insort(self._waiting, (time, fix, own), key=itemgetter(0))
+        del self._waiting[:-WAITING]
         return None
 
-    def _correct(self, time: float, fix: Fix) -> Verdict:
+    def _correct(self, time: float, fix: Fix, own: bool) -> Verdict:
         index = bisect_right(self._states, time, key=_time_of)
         if index == 0:
             return Verdict.LATE
@@ -172,21 +176,25 @@ class Estimator:
             odometry = interpolate(odometry, after.odometry, (time - before.time) / (after.time - before.time))
         state = self._moved(before, time, odometry)
         found, distance = _updated(state, fix)
-        if distance > _GATES[2 if fix.heading is None else 3]:
-            return self._refuse(fix, state, index)
-        self._refused.clear()
-        self._take(found, index)
+        if not distance <= _gate(fix):
+            return Verdict.FAR if own else self._refuse(fix, state, index)
+        if not own and fix.heading is not None:
+            self._refused.clear()
+        self._take(found, index, own=own)
         return Verdict.USED
 
-    def _take(self, state: _State, index: int) -> None:
+    def _take(self, state: _State, index: int, *, own: bool = False) -> None:
         """Put in the state of a fix, and come forward again over all that was heard since."""
-        if state.fix is None or state.fix.position <= VAGUE:
+        if not own:
             self._seen = max(self._seen, state.time)
         self._states.insert(index, state)
         for i in range(index + 1, len(self._states)):
             old = self._states[i]
             new = self._moved(self._states[i - 1], old.time, old.odometry)
-            self._states[i] = new if old.fix is None else _updated(new, old.fix)[0]
+            if old.fix is not None:
+                found, distance = _updated(new, old.fix)
+                new = found if distance <= _gate(old.fix) else new  # what is known by now may speak against it
+            self._states[i] = new
 
     def _refuse(self, fix: Fix, state: _State, index: int) -> Verdict:
         """Refuse a fix, unless several in a row agree on where the robot is: then it has been pushed or carried."""
@@ -240,6 +248,10 @@ class Estimator:
 
 def _time_of(state: _State) -> float:
     return state.time
+
+
+def _gate(fix: Fix) -> float:
+    return _GATES[2 if fix.heading is None else 3]
 
 
 def _covariance(fix: Fix) -> Floats:

@@ -1,5 +1,6 @@
 """The messages to a robot, and those about a robot besides its sensors' readings."""
 
+import math
 from typing import Annotated
 
 from msgspec import Meta, Struct
@@ -66,6 +67,10 @@ class MeasuredPose(Message, frozen=True, kw_only=True):
         return self.unseen > LOST
 
 
+Latitude = Annotated[float, Meta(ge=-math.pi / 2, le=math.pi / 2)]
+Longitude = Annotated[float, Meta(ge=-math.pi, le=math.pi)]
+
+
 class OwnPlace(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     """The place of a robot as a sensor of its own has measured it: one of both is given.
 
@@ -77,7 +82,7 @@ class OwnPlace(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
 
     stamp: Seconds
     pose: Pose | None = None
-    earth: tuple[float, float] | None = None
+    earth: tuple[Latitude, Longitude] | None = None
 
 
 class Motion(Message, frozen=True, kw_only=True):

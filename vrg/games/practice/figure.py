@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from vrg.agents.strategy import Strategy, View
 from vrg.geometry import wrap
 from vrg.hal.models import RobotModel
+from vrg.regions import Rectangle, Region
 from vrg.types import STILL, Pose, Twist
 
 REST = 0.7
@@ -16,8 +17,12 @@ ARRIVED = 0.1
 """The distance in m, and the angle in rad, from where it is to be, at which it is there."""
 SLOW = 0.4
 """The share of its top speed at which it drives back."""
-ROOM = 1.0
-"""The way in m that it drives ahead where no field is given."""
+ROOM = Rectangle(-1.0, -1.0, 1.0, 1.0)
+"""The room in m around where it begins, if no field is given."""
+REACTION = 0.2
+"""The time in s from a look to when a command counts, besides the robot's own delay."""
+WRONG_WAY = 0.5
+"""The distance in m by which it may get farther away on its way back; then a direction is wrong, and it stands."""
 
 
 @dataclass(frozen=True)
@@ -52,52 +57,86 @@ FIGURE = (
 class Figure(Strategy):
     """Drives the figure again and again, within a field around where it begins.
 
-    The field is that of the practice match; half its smaller side is the way that it drives straight ahead.
+    The field is that of the practice match. Half its smaller side is the way that it drives straight ahead, and its
+    middle is where it drives back to. Its centre stays within the field, as far as it can stop there.
     """
 
     def __init__(self, name: str, robot: RobotModel) -> None:
         super().__init__(name, robot)
-        self._home: Pose | None = None
+        self._room: Region | None = None
+        self._home = Pose(0.0, 0.0, 0.0)
         self._part = 0
         self._begun: tuple[float, Pose] | None = None
         self._turned = 0.0
         self._heading = 0.0
         self._rest_until = 0.0
         self._returns = False
+        self._nearest = math.inf
+        """How near to the middle it has come on its way back, m."""
+        self._lost = False
 
     @property
     def mode(self) -> str:
         """The part of the figure that it drives."""
+        if self._lost:
+            return "Gives up"
         return "Returning" if self._returns else f"Part {self._part + 1} of {len(FIGURE)}"
 
     def act(self, view: View) -> Twist:
         """Drive on with the figure, or back to where it began."""
         pose = view.pose
-        if self._home is None:
-            self._home = pose
-        if view.time < self._rest_until:
+        room = self._room or self._survey(view)
+        if self._lost or view.time < self._rest_until:
             return STILL
         if self._begun is None:
             astray = math.dist((pose.x, pose.y), (self._home.x, self._home.y)) > ASTRAY
             if self._returns or astray:
-                return self._back(view, self._home)
+                return self._back(view)
             self._begun, self._turned, self._heading = (view.time, pose), 0.0, pose.theta
         part = FIGURE[self._part]
         self._turned += wrap(pose.theta - self._heading)
         self._heading = pose.theta
         time, start = self._begun
         way = math.dist((pose.x, pose.y), (start.x, start.y))
-        if way >= part.way * _room(view) or abs(self._turned) >= part.turn or view.time >= time + part.seconds:
+        if not self._can_stop_in(room, view, part):
+            self._returns, self._nearest = True, math.inf
+            self._rest(view.time)
+            self._part = (self._part + 1) % len(FIGURE)
+            return STILL
+        if way >= part.way * _reach(room) or abs(self._turned) >= part.turn or view.time >= time + part.seconds:
             self._rest(view.time)
             self._part = (self._part + 1) % len(FIGURE)
             return STILL
         return self._twist(part.ahead, part.turning)
 
-    def _back(self, view: View, home: Pose) -> Twist:
-        """The motion back to where it began, and to its heading there."""
-        self._returns = True
+    def _survey(self, view: View) -> Region:
+        """Find out where it may drive."""
+        field, here = view.zone("field"), view.pose
+        x_min, y_min, x_max, y_max = ROOM.bounds
+        room = field or Rectangle(here.x + x_min, here.y + y_min, here.x + x_max, here.y + y_max)
+        (x_min, y_min, x_max, y_max), self._room = room.bounds, room
+        self._home = Pose((x_min + x_max) / 2, (y_min + y_max) / 2, here.theta)
+        return room
+
+    def _can_stop_in(self, room: Region, view: View, part: Part) -> bool:
+        """True if the robot stays in the room, even if it begins to brake only at the next look."""
+        v = self._twist(part.ahead, part.turning).v
+        robot, pose = self.robot, view.pose
+        way = abs(v) * (REACTION + robot.delay) + v * v / (2.0 * min(robot.a_max, robot.slowing or robot.a_max))
+        ahead = math.copysign(way, v) if v else 0.0
+        return room.contains(pose.x + ahead * math.cos(pose.theta), pose.y + ahead * math.sin(pose.theta))
+
+    def _back(self, view: View) -> Twist:
+        """The motion back to the middle of the room, and to the heading that it had at first."""
+        home = self._home
+        if not self._returns:
+            self._returns, self._nearest = True, math.inf
         x, y = home.x - view.pose.x, home.y - view.pose.y
         far = math.hypot(x, y)
+        self._nearest = min(self._nearest, far)
+        if far > self._nearest + WRONG_WAY:
+            self._lost = True
+            return STILL
         error = wrap((math.atan2(y, x) if far > ARRIVED else home.theta) - view.pose.theta)
         if far <= ARRIVED and abs(error) <= ARRIVED:
             self._returns = False
@@ -117,10 +156,7 @@ class Figure(Strategy):
         return Twist(ahead * self.robot.v_max, turning * min(wheels, self.robot.w_max))
 
 
-def _room(view: View) -> float:
+def _reach(room: Region) -> float:
     """The way that it drives straight ahead, m."""
-    field = view.zone("field")
-    if field is None:
-        return ROOM
-    x_min, y_min, x_max, y_max = field.bounds
+    x_min, y_min, x_max, y_max = room.bounds
     return min(x_max - x_min, y_max - y_min) / 2

@@ -61,8 +61,11 @@ class Calibration(Table):
         return value
 
     def applied(self, model: RobotModel) -> RobotModel:
-        """The model with what is known of this robot."""
-        return with_motion(model, {"track": self.track, **self.motion})
+        """The model with what is known of this robot, which is no faster than the model, or the match file, allows."""
+        limits: dict[str, float] = {
+            name: min(self.motion[name], getattr(model, name)) for name in ("v_max", "w_max") if name in self.motion
+        }
+        return with_motion(model, {"track": self.track, **self.motion, **limits})
 
 
 def load_calibration(path: Path, nodes: list[int]) -> Calibration:

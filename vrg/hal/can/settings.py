@@ -348,7 +348,14 @@ class CanSettings(BackendSettings):
             return drivetrain  # of wheels whose ratio is not in the file nothing but the calibration is known
         found = load_calibration(base / wiring.calibration, wiring.nodes)
         axes = wiring.wheel_axes(drivetrain.axes, found)
-        ratios = [[axis.ratio for axis in axes if axis.axis == number] for number in range(len(drivetrain.axes))]
+        ratios = [
+            [
+                axis.ratio * axis.direction * (-1 if axis.node in wiring.reversed else 1)
+                for axis in axes
+                if axis.axis == number
+            ]
+            for number in range(len(drivetrain.axes))
+        ]
         rates = zip(drivetrain.with_track(found.track).rates, ratios, strict=True)
         return replace(
             drivetrain,

@@ -54,7 +54,16 @@ class Member:
     def drive(self, now: float, twist: Twist, armed: bool, estop: bool) -> None:
         """Take in a drive command at match time `now`."""
         self.interlock.drive(now, armed, estop)
-        self._later.append((now + self.model.delay, twist))
+        if self.model.delay:
+            self._later.append((now + self.model.delay, twist))
+        else:
+            self._wanted = twist
+
+    def forget(self) -> None:
+        """Drop what it has not acted on yet, as its wheels are held. Without a delay there is nothing."""
+        if self.model.delay:
+            self._later.clear()
+            self._wanted = STILL
 
     def wanted(self, now: float) -> Twist:
         """The motion that it acts on at match time `now`."""
@@ -176,6 +185,8 @@ class Fleet:
             command = None
             if interlock.armed and not (held or member.empty or interlock.silent(now) or gate.holds(member.name)):
                 command = member.plan(gate.led(member.name, member.wanted(now)))
+            else:
+                member.forget()
             if command != member.command:
                 member.command = command
                 self._engine.command(member.name, command)

@@ -1,5 +1,6 @@
 """The thread that looks for tags in pictures, so that the node which publishes them waits for nothing."""
 
+import logging
 import threading
 import time
 from collections import deque
@@ -11,6 +12,8 @@ from msgspec import Struct
 from vrg.localisation.camera.capture import Capture
 from vrg.localisation.camera.detection import Tag, TagDetector, grey_of
 from vrg.localisation.camera.readers import Frame, Reader
+
+log = logging.getLogger(__name__)
 
 _KEPT: Final = 50
 """The pictures whose tags wait to be taken; older ones are of no use."""
@@ -45,6 +48,7 @@ class Watch:
         self._period = 1.0 / rate
         self._found: deque[Sighting] = deque(maxlen=_KEPT)
         self._stop = threading.Event()
+        self._trouble: str | None = None
         self._thread = threading.Thread(target=self._run, name="tags", daemon=True)
         self._due = -1e9
 
@@ -69,16 +73,21 @@ class Watch:
 
     def problem(self) -> str | None:
         """Why there are no pictures, in words; None if there are."""
-        return self._capture.problem()
+        return self._trouble or self._capture.problem()
 
     def _run(self) -> None:
         detector = TagDetector()
         while not self._stop.is_set():
             frame = self._capture.newest(_PATIENCE)
             if frame is not None and self._is_due(frame):
-                picture = grey_of(frame.picture)
-                size = (picture.shape[1], picture.shape[0])
-                self._found.append(Sighting(frame.time, detector.detect(picture), size))
+                try:
+                    picture = grey_of(frame.picture)
+                    size = (picture.shape[1], picture.shape[0])
+                    self._found.append(Sighting(frame.time, detector.detect(picture), size))
+                    self._trouble = None
+                except Exception as error:  # one picture must not end the search in all others
+                    log.exception("a picture cannot be looked at")
+                    self._trouble = f"a picture cannot be looked at: {type(error).__name__}: {error}"
 
     def _is_due(self, frame: Frame) -> bool:
         # Pictures do not come quite evenly, so that the time between two is measured over many.

@@ -88,10 +88,14 @@ class Stream:
         while not self._stop.is_set():
             if (process := self._begun()) is not None:
                 assert process.stdout is not None
-                with process.stdout:
-                    told = self._listen(process.stdout)
+                try:
+                    with process.stdout:
+                        words = self._listen(process.stdout)
+                except (OSError, msgspec.MsgspecError) as error:
+                    process.kill()
+                    words = f"{self._host}: what has come from it cannot be read: {error}"
                 status = _status(process)
-                self._tell(told or self._ending(status))
+                self._tell(words or self._ending(status))
             self._stop.wait(_AGAIN)
 
     def _begun(self) -> subprocess.Popen[bytes] | None:
