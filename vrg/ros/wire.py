@@ -1,0 +1,105 @@
+"""What ROS 2's zenoh middleware has on the wire: keys, tokens of the graph, and the attachment of each message.
+
+The forms are those of rmw_zenoh_cpp 0.6 and later (its docs/design.md, and src/detail: liveliness_utils, zenoh_utils,
+attachment_helpers, qos). Humble has none of the hashes of types, and is not understood.
+"""
+
+import enum
+import struct
+from dataclasses import dataclass
+from typing import Final
+
+import xxhash
+
+from vrg.ros.types import HASHES
+
+
+
+
+class Kind(enum.StrEnum):
+    """The kinds of endpoints in the graph."""
+
+    PUBLISHER = "MP"
+    SUBSCRIBER = "MS"
+
+
+@dataclass(frozen=True)
+class Qos:
+    """The quality of service of an endpoint, as the graph shows it: reliable or not, how many messages are kept."""
+
+    reliable: bool = True
+    transient: bool = False
+    depth: int = 10
+
+    @property
+    def chunk(self) -> str:
+        """Its chunk in a token; what is left empty is the default."""
+        reliability, durability = "" if self.reliable else "2", "1" if self.transient else ""
+        return f"{reliability}:{durability}:,{self.depth}:,:,:,,"
+
+
+@dataclass(frozen=True)
+class Identity:
+    """A node of the graph.
+
+    Args:
+        domain: ROS_DOMAIN_ID. zid: the id of its zenoh session, hexadecimal. node: its number in that session.
+        namespace: such as `/vrg`; empty for none. name: its name.
+    """
+
+    domain: int
+    zid: str
+    node: int
+    namespace: str
+    name: str
+
+    @property
+    def token(self) -> str:
+        """The key of its liveliness token."""
+        return f"@ros2_lv/{self.domain}/{self.zid}/{self.node}/{self.node}/NN/{self._place}"
+
+    def endpoint(self, kind: Kind, number: int, topic: str, of: str, qos: Qos) -> str:
+        """The key of the liveliness token of one of its endpoints.
+
+        Args:
+            number: the endpoint's in that session. topic: with its leading slash. of: the type of its messages.
+        """
+        head = f"@ros2_lv/{self.domain}/{self.zid}/{self.node}/{number}/{kind}/{self._place}"
+        return f"{head}/{_mangled(topic)}/{dds_name(of)}/{HASHES[of]}/{qos.chunk}"
+
+    @property
+    def _place(self) -> str:
+        return f"%/{_mangled(self.namespace) or '%'}/{self.name}"
+
+
+def data_key(domain: int, topic: str, of: str) -> str:
+    """The key of the messages of a topic, which begins with a slash."""
+    return f"{domain}/{topic.strip('/')}/{dds_name(of)}/{HASHES[of]}"
+
+
+def dds_name(of: str) -> str:
+    """The name of a type such as `nav_msgs/Odometry` as DDS has it."""
+    package, name = of.split("/")
+    return f"{package}::msg::dds_::{name}_"
+
+
+ATTACHMENT: Final = struct.Struct("<qqB16s")
+GID_SIZE: Final = 16
+
+
+def gid_of(token: str) -> bytes:
+    """The global id of an endpoint, by the key of its token: XXH3-128, its low half first."""
+    return int(xxhash.xxh3_128(token.encode()).intdigest()).to_bytes(GID_SIZE, "little")
+
+
+def attachment(sequence: int, nanoseconds: int, gid: bytes) -> bytes:
+    """The attachment of a message.
+
+    Args:
+        sequence: of this publisher, from 1. nanoseconds: since 1970. gid: of the publisher.
+    """
+    return ATTACHMENT.pack(sequence, nanoseconds, GID_SIZE, gid)
+
+
+def _mangled(text: str) -> str:
+    return text.replace("/", "%")
