@@ -109,6 +109,7 @@ COMMANDS: Table = {
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
         "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
         "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
+        "ros": ("vrg.commands.ros:ros", "A running match appears in ROS 2, without ROS"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
         "deploy": ("vrg.commands.deploy:app", "Prepare machines on which matches run for a long time"),

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from vrg.errors import MessageError
 from vrg.ros.cdr import HEADER, decode, encode
-from vrg.ros.types import FIELDS, HASHES
+from vrg.ros.types import FIELDS, HASHES, RIHS_PREFIX
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 WHOLE = {"int8": 8, "int16": 16, "int32": 32, "uint8": 8, "uint16": 16, "uint32": 32}
@@ -53,7 +53,7 @@ def foreign(kind: str, value: Any) -> Any:
 
 @pytest.mark.parametrize("kind", HASHES)
 def test_hashes_are_those_of_the_definitions(kind: str) -> None:
-    assert STORE.hash_rihs01(full(kind)) == HASHES[kind]
+    assert STORE.hash_rihs01(full(kind)) == RIHS_PREFIX + HASHES[kind]
 
 
 @pytest.mark.parametrize("kind", FIELDS)
@@ -92,7 +92,13 @@ def test_a_field_that_is_left_out_is_zero_or_empty() -> None:
 
 
 def test_what_is_no_such_message_is_refused() -> None:
-    for data in (b"", HEADER, HEADER + b"\xff\xff\xff\xff", b"\0\0\0\0\x03\0\0\0hi\0", encode("std_msgs/String", {})[:-1]):
+    for data in (
+        b"",
+        HEADER,
+        HEADER + b"\xff\xff\xff\xff",
+        b"\0\0\0\0\x03\0\0\0hi\0",
+        encode("std_msgs/String", {})[:-1],
+    ):
         with pytest.raises(MessageError, match="std_msgs/String"):
             decode("std_msgs/String", data)
     with pytest.raises(MessageError, match="expected 12 bytes, got 20"):

@@ -133,20 +133,23 @@ class RouterLink:
             if self._up:
                 self._declared.append(recipe(self._raw))
 
-    def put(self, key: str, qos: Qos, payload: bytes, *, perishable: bool = False) -> None:
+    def put(
+        self, key: str, qos: Qos, payload: bytes, *, perishable: bool = False, attachment: bytes | None = None
+    ) -> None:
         """Publish a message.
 
         While the link is lost, a state waits for the next session, and so does an event, for EVENT_LIFESPAN at most.
 
         Args:
             perishable: True for an event that counts at once or never.
+            attachment: of a message that is not kept.
         """
         if qos is Qos.LATEST:
             # It does not wait for a session that is being replaced: the next message makes up for this one.
             publisher = self._publishers.get(key) if self._up else None
             if publisher is not None:
                 try:
-                    publisher.put(payload)
+                    publisher.put(payload, attachment=attachment)
                     return
                 except zenoh.ZError as error:
                     log.debug("the session was replaced meanwhile: %s", error)
@@ -159,7 +162,7 @@ class RouterLink:
                     kept = self._kept[key] = (qos, deque(maxlen=1 if qos is Qos.STATE else EVENTS_KEPT))
                 kept[1].append((time.monotonic(), payload))
             if self._up:
-                self._publisher(key, qos).put(payload)
+                self._publisher(key, qos).put(payload, attachment=attachment)
 
     def prepare(self, key: str, qos: Qos) -> None:
         """Declare the publisher of a key before its first message."""

@@ -189,9 +189,19 @@ class Session:
             _wait(lambda: matches() or self._link.raw is not raw, patience)
             return matches()
 
-    def declare_alive(self, key: str) -> None:
-        """Hold a liveliness token until the session ends."""
-        self._link.declare(lambda raw: raw.liveliness().declare_token(key))
+    def declare_alive(self, key: str | Callable[[str], str]) -> None:
+        """Hold a liveliness token until the session ends.
+
+        Args:
+            key: the token's, or a function that makes it of the id of zenoh's session, which a new link changes.
+        """
+        self._link.declare(
+            lambda raw: raw.liveliness().declare_token(key if isinstance(key, str) else key(str(raw.info.zid())))
+        )
+
+    def put_raw(self, key: str, payload: bytes, attachment: bytes) -> None:
+        """Publish bytes that are no message of the match, as for programs of another kind; lost while the link is."""
+        self._link.put(key, Qos.LATEST, payload, attachment=attachment)
 
     def alive(self, expression: str) -> set[str]:
         """The keys of the liveliness tokens that are held now.

@@ -45,9 +45,10 @@ def decode(kind: str, data: bytes) -> dict[str, Any]:
     if data[: len(HEADER)] != HEADER:
         raise MessageError(f"{kind}: expected little-endian CDR, got bytes that begin with {data[:4].hex() or 'none'}")
     try:
-        message, end = _read(data, len(HEADER), kind)
+        found: tuple[dict[str, Any], int] = _read(data, len(HEADER), kind)
     except (struct.error, UnicodeDecodeError) as error:
         raise MessageError(f"{kind}: the bytes end too early, or are of another type: {error}") from None
+    message, end = found
     if len(data) - end >= 4:
         raise MessageError(f"{kind}: expected {end} bytes, got {len(data)}")
     return message

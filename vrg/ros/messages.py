@@ -113,7 +113,8 @@ def occupancy(seconds: float, obstacles: Sequence[Region], around: Sequence[Regi
     """nav_msgs/OccupancyGrid of a map: 100 where the middle of a cell is in an obstacle, 0 elsewhere.
 
     Args:
-        obstacles: the ground that walls and obstacles cover, m. around: what else it must show. cell: side of a cell, m.
+        obstacles: the ground that walls and obstacles cover, m. around: what else it must show, m.
+        cell: the side of a cell, m.
     """
     x0, y0, x1, y1 = surrounding(region.bounds for region in (*obstacles, *around))
     columns, rows = max(1, math.ceil((x1 - x0) / cell)), max(1, math.ceil((y1 - y0) / cell))
@@ -135,10 +136,17 @@ def outline(seconds: float, number: int, name: str, region: Region, colour: Sequ
     """Markers of a zone: its outline and its name. Colours are red, green and blue from 0 to 1."""
     points = [{"x": x, "y": y, "z": 0.02} for x, y in region.outline()]
     r, g, b = colour
-    common = {"header": header(seconds, MAP), "pose": pose(Pose(0.0, 0.0, 0.0)), "color": {"r": r, "g": g, "b": b, "a": 1.0}}
+    common = {
+        "header": header(seconds, MAP),
+        "pose": pose(Pose(0.0, 0.0, 0.0)),
+        "color": {"r": r, "g": g, "b": b, "a": 1.0},
+    }
     x, y = region.middle
     return [
-        {**common, "ns": "zones", "id": number, "type": LINE_STRIP, "scale": {"x": 0.05}, "points": [*points, points[0]]},
+        {
+            **common, "ns": "zones", "id": number, "type": LINE_STRIP, "scale": {"x": 0.05},
+            "points": [*points, points[0]],
+        },
         {
             **common, "ns": "names", "id": number, "type": TEXT, "scale": {"z": 0.4}, "text": name,
             "pose": pose(Pose(x, y, 0.0), 0.1),
@@ -158,8 +166,26 @@ def urdf(robot: str, model: RobotModel, mounts: Mapping[str, tuple[Pose, float]]
     ]
     for frame, (at, height) in mounts.items():
         links.append(
-            f"<link name={quoteattr(frame)}/><joint name={quoteattr(frame + '_joint')} type=\"fixed\">"
+            f'<link name={quoteattr(frame)}/><joint name={quoteattr(frame + "_joint")} type="fixed">'
             f'<parent link="{robot}/base_link"/><child link={quoteattr(frame)}/>'
             f'<origin xyz="{at.x:g} {at.y:g} {height:g}" rpy="0 0 {at.theta:g}"/></joint>'
         )
     return f'<?xml version="1.0"?><robot name={quoteattr(robot)}>{"".join(links)}</robot>'
+
+
+def satellite_fix(seconds: float, frame: str, latitude: float | None, longitude: float | None, noise: float) -> Fields:
+    """sensor_msgs/NavSatFix, of a receiver whose errors east and north have the deviation `noise`, m.
+
+    Args:
+        latitude, longitude: rad, WGS 84; None without a fix.
+    """
+    known = latitude is not None and longitude is not None
+    return {
+        "header": header(seconds, frame),
+        "status": {"status": 0 if known else -1, "service": 1},
+        "latitude": math.nan if latitude is None else math.degrees(latitude),
+        "longitude": math.nan if longitude is None else math.degrees(longitude),
+        "altitude": math.nan,
+        "position_covariance": [noise**2, 0.0, 0.0, 0.0, noise**2, 0.0, 0.0, 0.0, 0.0],
+        "position_covariance_type": 1,
+    }

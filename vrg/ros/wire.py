@@ -11,9 +11,7 @@ from typing import Final
 
 import xxhash
 
-from vrg.ros.types import HASHES
-
-
+from vrg.ros.types import HASHES, RIHS_PREFIX
 
 
 class Kind(enum.StrEnum):
@@ -65,7 +63,7 @@ class Identity:
             number: the endpoint's in that session. topic: with its leading slash. of: the type of its messages.
         """
         head = f"@ros2_lv/{self.domain}/{self.zid}/{self.node}/{number}/{kind}/{self._place}"
-        return f"{head}/{_mangled(topic)}/{dds_name(of)}/{HASHES[of]}/{qos.chunk}"
+        return f"{head}/{_mangled(topic)}/{dds_name(of)}/{RIHS_PREFIX}{HASHES[of]}/{qos.chunk}"
 
     @property
     def _place(self) -> str:
@@ -74,7 +72,7 @@ class Identity:
 
 def data_key(domain: int, topic: str, of: str) -> str:
     """The key of the messages of a topic, which begins with a slash."""
-    return f"{domain}/{topic.strip('/')}/{dds_name(of)}/{HASHES[of]}"
+    return f"{domain}/{topic.strip('/')}/{dds_name(of)}/{RIHS_PREFIX}{HASHES[of]}"
 
 
 def dds_name(of: str) -> str:

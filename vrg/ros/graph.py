@@ -1,0 +1,69 @@
+"""The part of a process in the graph of ROS 2: what it publishes, as tokens and messages on a session of the bus."""
+
+import itertools
+import time
+from collections.abc import Callable
+
+from vrg.bus.session import Session
+from vrg.ros.cdr import Message, encode
+from vrg.ros.wire import Identity, Kind, Qos, attachment, data_key, gid_of
+
+
+class Publisher:
+    """One topic that is published: its key, its number in the graph, and how many messages there have been."""
+
+    def __init__(self, number: int, topic: str, of: str, qos: Qos, domain: int) -> None:
+        self.number, self.topic, self.of, self.qos = number, topic, of, qos
+        self.key = data_key(domain, topic, of)
+        self.sequence = 0
+        self.gid = b""
+        """The id of the endpoint; it is another one on a new session."""
+
+
+class RosNode:
+    """A node of the graph.
+
+    Args:
+        session: with the router. domain: ROS_DOMAIN_ID. name: of the node. namespace: such as `/courtyard`.
+        wall: the time of day in ns since 1970, for the attachments of messages.
+    """
+
+    def __init__(
+        self, session: Session, domain: int, name: str, namespace: str = "", wall: Callable[[], int] = time.time_ns
+    ) -> None:
+        self._session, self._domain, self._name, self._namespace, self._wall = session, domain, name, namespace, wall
+        self._numbers = itertools.count(1)
+        self._publishers: dict[str, Publisher] = {}
+        session.declare_alive(lambda zid: self._identity(zid).token)
+
+    def publish(self, topic: str, of: str, message: Message, lasting: bool = False) -> None:
+        """Publish a message.
+
+        Args:
+            topic: with its leading slash. of: the type, such as `nav_msgs/Odometry`.
+            lasting: those who come later need it, so it is published again from time to time.
+
+        Raises:
+            ValueError: the message is not of that type.
+        """
+        publisher = self._publishers.get(topic)
+        if publisher is None:
+            publisher = self._publishers[topic] = self._advertise(topic, of, lasting)
+        publisher.sequence += 1
+        told = attachment(publisher.sequence, self._wall(), publisher.gid)
+        self._session.put_raw(publisher.key, encode(of, message), told)
+
+    def _advertise(self, topic: str, of: str, lasting: bool) -> Publisher:
+        qos = Qos(transient=True, depth=1) if lasting else Qos()
+        publisher = Publisher(next(self._numbers), topic, of, qos, self._domain)
+
+        def token(zid: str) -> str:
+            found = self._identity(zid).endpoint(Kind.PUBLISHER, publisher.number, topic, of, qos)
+            publisher.gid = gid_of(found)
+            return found
+
+        self._session.declare_alive(token)
+        return publisher
+
+    def _identity(self, zid: str) -> Identity:
+        return Identity(self._domain, zid, 0, self._namespace, self._name)

@@ -1,0 +1,179 @@
+"""The node that shows a match to ROS 2: it hears the match and publishes topics, and changes nothing.
+
+Below the match's namespace, such as `/courtyard`: `map`, `markers`, `referee/state` and `referee/calls`, and for each
+robot `odom`, `pose`, `robot_description`, and what its sensors measure: `scan`, `range`, `battery`, `fix`. Besides
+`/clock`, `/tf` and `/tf_static`.
+"""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import ClassVar, Final
+
+import msgspec
+
+from vrg.bus.mailbox import Inlet, Mailbox
+from vrg.bus.messages import Body, Poses, RefereeState, SensorMessage
+from vrg.bus.node import Node, Tick
+from vrg.bus.topics import Keys
+from vrg.games import UNKNOWN_GAME, game_of
+from vrg.hal.models import RobotModel
+from vrg.hal.sensors.battery import Battery, BatterySpec
+from vrg.hal.sensors.gps import Gps, GpsSpec
+from vrg.hal.sensors.laser import Laser, LaserSpec
+from vrg.hal.sensors.sonar import Sonar, SonarSpec
+from vrg.hal.sensors.spec import SensorSpec
+from vrg.regions import Region
+from vrg.ros import messages as ros
+from vrg.types import Pose
+
+AGAIN: Final = 2.0
+"""The match time in s after which what late subscribers need is published again: map, descriptions, static frames."""
+FASTEST: Final = 1 / 30
+"""The match time in s between two sets of poses."""
+SHOWN: Final = (BatterySpec, GpsSpec, LaserSpec, SonarSpec)
+"""The sensors that ROS has messages for."""
+
+Publish = Callable[[str, str, ros.Fields, bool], None]
+"""Publishes a message: the topic with its leading slash, the type, the fields, and if those who come later need it."""
+
+
+def ros_name(name: str) -> str:
+    """A name as ROS allows one: letters, digits and underscores, and no digit first."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return plain if plain[:1].isalpha() else f"n{plain}"
+
+
+class RosPublisher(Node):
+    """Publishes a match.
+
+    Args:
+        name: of the node. mailbox: its mailbox. keys: the keys of the match. namespace: such as `/courtyard`.
+        publish: sends a message; it must not wait.
+        robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
+    """
+
+    kind: ClassVar[str] = "spectator"
+
+    def __init__(
+        self,
+        name: str,
+        mailbox: Mailbox,
+        keys: Keys,
+        namespace: str,
+        publish: Publish,
+        *,
+        robots: Mapping[str, RobotModel],
+        obstacles: Sequence[Region] = (),
+    ) -> None:
+        super().__init__(name, mailbox, 0.02)
+        self._namespace, self._publish, self._robots, self._obstacles = namespace, publish, robots, tuple(obstacles)
+        self._clock = mailbox.subscribe(keys.clock)
+        self._poses = mailbox.subscribe(keys.poses)
+        self._states = mailbox.subscribe(keys.referee_state)
+        self._calls = mailbox.subscribe(keys.referee_event)
+        self._sensors: list[tuple[str, SensorSpec, Inlet[SensorMessage]]] = [
+            (robot, spec, mailbox.subscribe(keys.sensor(spec.message, robot, spec.name)))
+            for robot, model in robots.items()
+            for spec in model.sensors
+            if isinstance(spec, SHOWN)
+        ]
+        self._again = self._shown = 0.0
+        self._grid: ros.Fields | None = None
+        self._marked: tuple[object, ...] = ()
+
+    def tick(self, tick: Tick) -> None:
+        """Publish what is new."""
+        if (clock := self._clock.latest) is not None and self._clock.take():
+            self._publish("/clock", "rosgraph_msgs/Clock", {"clock": ros.stamp(clock.body.time)}, False)
+        state = self._states.latest
+        if tick.live and state is not None and not 0.0 <= tick.time - self._again < AGAIN:
+            self._again = tick.time
+            self._publish_lasting(tick.time, state.body)
+        for poses in self._poses.take():
+            if not 0.0 <= poses.stamp - self._shown < FASTEST - 1e-6:
+                self._shown = poses.stamp
+                self._publish_poses(poses.stamp, poses.body)
+        for robot, spec, inlet in self._sensors:
+            for reading in inlet.take():
+                self._publish_reading(reading.stamp, robot, spec, reading.body)
+        if state is not None and self._states.take():
+            self._say("referee/state", state.body)
+        for call in self._calls.take():
+            self._say("referee/calls", call.body)
+
+    def _say(self, topic: str, body: msgspec.Struct) -> None:
+        text = msgspec.json.encode(body, enc_hook=str).decode()
+        self._publish(f"{self._namespace}/{topic}", "std_msgs/String", {"data": text}, False)
+
+    def _publish_lasting(self, now: float, state: RefereeState) -> None:
+        """Publish what those need who come later."""
+        statics = []
+        for robot, model in self._robots.items():
+            name = ros_name(robot)
+            mounts = _mounts(name, model)
+            text = ros.urdf(name, model, mounts)
+            self._publish(f"{self._namespace}/{name}/robot_description", "std_msgs/String", {"data": text}, True)
+            statics.append(ros.transform(0.0, ros.MAP, f"{name}/odom", Pose(0.0, 0.0, 0.0)))
+            statics += [ros.transform(0.0, f"{name}/base_link", frame, *mount) for frame, mount in mounts.items()]
+        self._publish("/tf_static", "tf2_msgs/TFMessage", {"transforms": statics}, True)
+        around = [zone.region for zone in state.zones]
+        if self._grid is None and (self._obstacles or around):
+            self._grid = ros.occupancy(now, self._obstacles, around)
+        if self._grid is not None:
+            self._publish(f"{self._namespace}/map", "nav_msgs/OccupancyGrid", self._grid, True)
+        game = UNKNOWN_GAME if not state.game else game_of(state.game)
+        markers = []
+        for number, zone in enumerate(state.zones):
+            colour = game.team_style(zone.team).colour if zone.team else (200, 200, 200)
+            markers += ros.outline(now, number, zone.name, zone.region, [part / 255 for part in colour])
+        self._publish(f"{self._namespace}/markers", "visualization_msgs/MarkerArray", {"markers": markers}, True)
+
+    def _publish_poses(self, stamp: float, poses: Poses) -> None:
+        frames = []
+        for body in poses.bodies:
+            if body.name in self._robots:
+                name, at = ros_name(body.name), max(0.0, stamp - body.age)
+                self._publish_body(at, name, body)
+                frames.append(ros.transform(at, f"{name}/odom", f"{name}/base_link", body.pose))
+        self._publish("/tf", "tf2_msgs/TFMessage", {"transforms": frames}, False)
+
+    def _publish_body(self, at: float, name: str, body: Body) -> None:
+        place = f"{self._namespace}/{name}"
+        odometry = ros.odometry(at, name, body.pose, body.twist, body.uncertainty)
+        self._publish(f"{place}/odom", "nav_msgs/Odometry", odometry, False)
+        pose = {"header": ros.header(at, ros.MAP), "pose": ros.pose(body.pose)}
+        self._publish(f"{place}/pose", "geometry_msgs/PoseStamped", pose, False)
+
+    def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
+        name = ros_name(robot)
+        place, frame = f"{self._namespace}/{name}", _frame(name, spec)
+        if isinstance(reading, Laser):
+            ranges = memoryview(reading.data).cast("f").tolist()
+            scan = ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)
+            self._publish(f"{place}/scan", "sensor_msgs/LaserScan", scan, False)
+        elif isinstance(reading, Battery):
+            self._publish(f"{place}/battery", "sensor_msgs/BatteryState", ros.battery(stamp, reading.charge), False)
+        elif isinstance(reading, Sonar) and isinstance(spec, SonarSpec):
+            for number, distance in enumerate(reading.ranges):
+                reach = ros.reach(stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max)
+                self._publish(f"{place}/range", "sensor_msgs/Range", reach, False)
+        elif isinstance(reading, Gps) and isinstance(spec, GpsSpec):
+            fix = ros.satellite_fix(stamp, frame, reading.latitude, reading.longitude, spec.position_noise)
+            self._publish(f"{place}/fix", "sensor_msgs/NavSatFix", fix, False)
+
+
+def _frame(robot: str, spec: SensorSpec) -> str:
+    return f"{robot}/{spec.kind}_{ros_name(spec.name)}"
+
+
+def _mounts(robot: str, model: RobotModel) -> dict[str, tuple[Pose, float]]:
+    """Where the sensors of a robot are, and how high above the ground, m, by the names of their frames."""
+    found = {}
+    for spec in model.sensors:
+        if isinstance(spec, LaserSpec):
+            found[_frame(robot, spec)] = (Pose(spec.x, 0.0, 0.0), spec.height)
+        elif isinstance(spec, SonarSpec):
+            found |= {f"{_frame(robot, spec)}_{n}": (place, model.height / 2) for n, place in enumerate(spec.places)}
+        elif isinstance(spec, GpsSpec):
+            found[_frame(robot, spec)] = (Pose(0.0, 0.0, 0.0), spec.height)
+    return found
