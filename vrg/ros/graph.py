@@ -1,12 +1,20 @@
 """The part of a process in the graph of ROS 2: what it publishes, as tokens and messages on a session of the bus."""
 
 import itertools
+import logging
 import time
 from collections.abc import Callable
+from typing import Any, Final
 
 from vrg.bus.session import Session
-from vrg.ros.cdr import Message, encode
+from vrg.errors import MessageError
+from vrg.ros.cdr import Message, decode, encode
 from vrg.ros.wire import Identity, Kind, Qos, attachment, data_key, gid_of
+
+log = logging.getLogger(__name__)
+
+KEPT: Final = 16
+"""The messages of a topic that are kept until they are taken."""
 
 
 class Publisher:
@@ -34,6 +42,7 @@ class RosNode:
         self._session, self._domain, self._name, self._namespace, self._wall = session, domain, name, namespace, wall
         self._numbers = itertools.count(1)
         self._publishers: dict[str, Publisher] = {}
+        self._warned: set[tuple[str, str]] = set()
         session.declare_alive(lambda zid: self._identity(zid).token)
 
     def publish(self, topic: str, of: str, message: Message, lasting: bool = False) -> None:
@@ -52,6 +61,48 @@ class RosNode:
         publisher.sequence += 1
         told = attachment(publisher.sequence, self._wall(), publisher.gid)
         self._session.put_raw(publisher.key, encode(of, message), told)
+
+    def subscribe(self, topic: str, of: str) -> Callable[[], list[dict[str, Any]]]:
+        """Hear a topic.
+
+        Args:
+            topic: with its leading slash. of: the type, such as `geometry_msgs/Twist`.
+
+        Returns:
+            a function that takes the messages that have come since the last call, at most KEPT.
+        """
+        number = next(self._numbers)
+        self._session.declare_alive(
+            lambda zid: self._identity(zid).endpoint(Kind.SUBSCRIBER, number, topic, of, Qos(depth=1))
+        )
+        own = data_key(self._domain, topic, of)
+        # Those of a distribution without hashes, or with another definition, have another last chunk.
+        take = self._session.collect_raw(f"{own.rpartition('/')[0]}/*", KEPT)
+
+        def messages() -> list[dict[str, Any]]:
+            found = []
+            for key, data in take():
+                try:
+                    if key != own:
+                        raise MessageError(f"expected the definition of Jazzy and later, got {key.rpartition('/')[2]}")
+                    found.append(decode(of, data))
+                except MessageError as error:
+                    if (topic, str(error)) not in self._warned:
+                        self._warned.add((topic, str(error)))
+                        log.warning("%s: a message is ignored: %s", topic, error)
+            return found
+
+        return messages
+
+    def commands(self, topic: str) -> Callable[[], list[dict[str, Any]]]:
+        """Hear commands to a robot, of type geometry_msgs/Twist or TwistStamped.
+
+        Returns:
+            a function that takes the twists that have come since the last call.
+        """
+        plain = self.subscribe(topic, "geometry_msgs/Twist")
+        stamped = self.subscribe(topic, "geometry_msgs/TwistStamped")
+        return lambda: [*plain(), *(message["twist"] for message in stamped())]
 
     def _advertise(self, topic: str, of: str, lasting: bool) -> Publisher:
         qos = Qos(transient=True, depth=1) if lasting else Qos()

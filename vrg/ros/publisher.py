@@ -1,10 +1,14 @@
-"""The node that shows a match to ROS 2: it hears the match and publishes topics, and changes nothing.
+"""The node that shows a match to ROS 2: it hears the match and publishes topics.
+
+It changes nothing but what players with the strategy `ros` do: it passes on to them what comes on their topic
+`cmd_vel`, as a lease of LEASE, which a person's window has, too. So device, gate, limits and watchdog are the same.
 
 Below the match's namespace, such as `/courtyard`: `map`, `markers`, `referee/state` and `referee/calls`, and for each
 robot `odom`, `pose`, `robot_description`, and what its sensors measure: `scan`, `range`, `battery`, `fix`. Besides
 `/clock`, `/tf` and `/tf_static`.
 """
 
+import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, Final
@@ -12,7 +16,7 @@ from typing import ClassVar, Final
 import msgspec
 
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Body, Poses, RefereeState, SensorMessage
+from vrg.bus.messages import Body, Manual, Poses, RefereeState, SensorMessage
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.games import UNKNOWN_GAME, game_of
@@ -30,6 +34,10 @@ AGAIN: Final = 2.0
 """The match time in s after which what late subscribers need is published again: map, descriptions, static frames."""
 FASTEST: Final = 1 / 30
 """The match time in s between two sets of poses."""
+LEASE: Final = 0.3
+"""The real time in s for which a command holds; after it the robot stands."""
+LONGEST: Final = 1.0
+"""The longest lease that a message can ask for, s of match time."""
 SHOWN: Final = (BatterySpec, GpsSpec, LaserSpec, SonarSpec)
 """The sensors that ROS has messages for."""
 
@@ -50,6 +58,8 @@ class RosPublisher(Node):
         name: of the node. mailbox: its mailbox. keys: the keys of the match. namespace: such as `/courtyard`.
         publish: sends a message; it must not wait.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
+        driven: of each player that ROS drives, what returns the commands (geometry_msgs/Twist) that have come for it
+            since the last call.
     """
 
     kind: ClassVar[str] = "spectator"
@@ -64,8 +74,11 @@ class RosPublisher(Node):
         *,
         robots: Mapping[str, RobotModel],
         obstacles: Sequence[Region] = (),
+        driven: Mapping[str, Callable[[], Sequence[ros.Fields]]] = {},
     ) -> None:
         super().__init__(name, mailbox, 0.02)
+        self._driven = driven
+        self._manual = {robot: keys.manual(robot) for robot in driven}
         self._namespace, self._publish, self._robots, self._obstacles = namespace, publish, robots, tuple(obstacles)
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses)
@@ -77,7 +90,7 @@ class RosPublisher(Node):
             for spec in model.sensors
             if isinstance(spec, SHOWN)
         ]
-        self._again = self._shown = 0.0
+        self._again = self._shown = -math.inf
         self._grid: ros.Fields | None = None
         self._marked: tuple[object, ...] = ()
 
@@ -100,6 +113,18 @@ class RosPublisher(Node):
             self._say("referee/state", state.body)
         for call in self._calls.take():
             self._say("referee/calls", call.body)
+
+        for robot, take in self._driven.items():
+            if commands := take():
+                self._drive(robot, commands[-1], 1.0 if clock is None else clock.body.rate)
+
+    def _drive(self, robot: str, command: ros.Fields, rate: float) -> None:
+        """Pass a command on. What the robot cannot do, or is no number, is left out."""
+        model = self._robots[robot]
+        forward, turn = command["linear"]["x"] / model.v_max, command["angular"]["z"] / model.w_max
+        if math.isfinite(forward) and math.isfinite(turn):
+            manual = Manual(forward=_share(forward), turn=_share(turn), lease=min(LONGEST, LEASE * (rate or 1.0)))
+            self.mailbox.publish(self._manual[robot], manual)
 
     def _say(self, topic: str, body: msgspec.Struct) -> None:
         text = msgspec.json.encode(body, enc_hook=str).decode()
@@ -160,6 +185,10 @@ class RosPublisher(Node):
         elif isinstance(reading, Gps) and isinstance(spec, GpsSpec):
             fix = ros.satellite_fix(stamp, frame, reading.latitude, reading.longitude, spec.position_noise)
             self._publish(f"{place}/fix", "sensor_msgs/NavSatFix", fix, False)
+
+
+def _share(value: float) -> float:
+    return max(-1.0, min(1.0, value))
 
 
 def _frame(robot: str, spec: SensorSpec) -> str:

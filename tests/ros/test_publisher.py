@@ -1,0 +1,159 @@
+"""A match as ROS 2 sees it: which topics there are, and what they hold."""
+
+import json
+import math
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys, Topic
+from vrg.hal.models import robot_model
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.gps import Gps
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.sonar import Sonar
+from vrg.regions import Rectangle
+from vrg.ros import messages as ros
+from vrg.ros.cdr import decode, encode
+from vrg.ros.publisher import AGAIN, RosPublisher, ros_name
+from vrg.types import Pose, Twist, Uncertainty
+
+KEYS, MODEL = Keys("m"), robot_model("P2AT")
+WALL = Rectangle(1.0, 0.0, 2.0, 1.0)
+
+
+class Bench:
+    """A publisher, and what it has published: the newest message of each topic, as it comes out of its bytes."""
+
+    def __init__(self) -> None:
+        self.mailbox, self.time, self._number = Mailbox(), 0.0, 0
+        self.found: dict[str, tuple[str, dict[str, Any], bool]] = {}
+        self.counts: dict[str, int] = {}
+        self.node = RosPublisher(
+            "ros", self.mailbox, KEYS, "/m", self.publish, robots={"ann": MODEL}, obstacles=(WALL,)
+        )
+
+    def publish(self, topic: str, of: str, message: ros.Fields, lasting: bool) -> None:
+        self.found[topic] = of, decode(of, encode(of, message)), lasting
+        self.counts[topic] = self.counts.get(topic, 0) + 1
+
+    def say(self, topic: Topic[Any], body: m.Message, stamp: float | None = None) -> None:
+        self._number += 1
+        for inlet in self.mailbox.inlets:
+            if inlet.topic.key == topic.key:
+                inlet.offer(Received(topic.key, self.time if stamp is None else stamp, self._number, body, "x/y"))
+
+    def tick(self, time: float) -> None:
+        self.time = time
+        self.mailbox.handover(time)
+        self.node.tick(Tick(time))
+
+
+def poses(known: Uncertainty | None = None, age: float = 0.0) -> m.Poses:
+    body = m.Body(
+        name="ann", pose=Pose(3.0, 4.0, math.pi / 2), twist=Twist(0.5, 0.2), physical=known is not None, age=age,
+        uncertainty=known,
+    )  # fmt: skip
+    return m.Poses(bodies=(body,))
+
+
+def state() -> m.RefereeState:
+    zone = m.Zone(name="field", kind="field", region=Rectangle(-2.0, -1.0, 2.0, 1.0))
+    return m.RefereeState(
+        game="practice", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=1.0, total=1.0, round=1, rounds=1, score={},
+        players=(), zones=(zone,), estop=False, winner=None,
+    )  # fmt: skip
+
+
+def test_poses_become_odometry_and_frames() -> None:
+    bench = Bench()
+    bench.say(KEYS.poses, poses(Uncertainty(0.01, 0.002, 0.02, 0.03), age=0.5), 2.0)
+    bench.tick(2.0)
+    of, odometry, _ = bench.found["/m/ann/odom"]
+    assert of == "nav_msgs/Odometry"
+    assert odometry["header"] == {"stamp": {"sec": 1, "nanosec": 500_000_000}, "frame_id": "ann/odom"}
+    assert odometry["child_frame_id"] == "ann/base_link"
+    assert odometry["pose"]["pose"]["position"] == {"x": 3.0, "y": 4.0, "z": 0.0}
+    turn = odometry["pose"]["pose"]["orientation"]
+    assert (turn["z"], turn["w"]) == pytest.approx((math.sqrt(0.5), math.sqrt(0.5)))
+    matrix = np.reshape(odometry["pose"]["covariance"], (6, 6))
+    assert (matrix[0, 0], matrix[0, 1], matrix[1, 0], matrix[1, 1], matrix[5, 5]) == (0.01, 0.002, 0.002, 0.02, 0.03)
+    assert odometry["twist"]["twist"]["linear"]["x"] == 0.5
+    assert odometry["twist"]["twist"]["angular"]["z"] == 0.2
+    (frame,) = bench.found["/tf"][1]["transforms"]
+    assert (frame["header"]["frame_id"], frame["child_frame_id"]) == ("ann/odom", "ann/base_link")
+    assert bench.found["/m/ann/pose"][1]["header"]["frame_id"] == "map"
+
+
+def test_what_late_subscribers_need_comes_again() -> None:
+    bench = Bench()
+    for n in range(int(2.5 * AGAIN / 0.1)):
+        bench.say(KEYS.referee_state, state())
+        bench.tick(0.1 * n + 0.1)
+    assert bench.counts["/m/map"] == bench.counts["/tf_static"] == bench.counts["/m/ann/robot_description"] == 3
+    _, grid, lasting = bench.found["/m/map"]
+    assert lasting
+    info = grid["info"]
+    cells = np.reshape(grid["data"], (info["height"], info["width"]))
+    x0, y0 = info["origin"]["position"]["x"], info["origin"]["position"]["y"]
+
+    def cell(x: float, y: float) -> int:
+        return int(cells[int((y - y0) / 0.1), int((x - x0) / 0.1)])
+
+    assert (cell(1.5, 0.5), cell(-0.5, 0.5), cell(1.5, -0.5)) == (100, 0, 0)
+    robot = ElementTree.fromstring(bench.found["/m/ann/robot_description"][1]["data"])
+    assert robot.find("link/visual/geometry/box").get("size") == f"{MODEL.length:g} {MODEL.width:g} {MODEL.height:g}"  # type: ignore[union-attr]
+    frames = {link.get("name") for link in robot.findall("link")}
+    static = {frame["child_frame_id"] for frame in bench.found["/tf_static"][1]["transforms"]}
+    assert static == frames - {"ann/base_link"} | {"ann/odom"}
+    zone, name = bench.found["/m/markers"][1]["markers"]
+    assert len(zone["points"]) == 5
+    assert name["text"] == "field"
+
+
+def test_readings_become_messages_in_frames_that_are_there() -> None:
+    bench = Bench()
+    bench.say(KEYS.referee_state, state())
+    names = {spec.kind: spec.name for spec in MODEL.sensors}
+    ranges = np.array([1.0, 8.0, 2.5], dtype=np.float32)
+    laser = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=ranges.tobytes())
+    bench.say(KEYS.sensor(Laser, "ann", names["laser"]), laser)
+    bench.say(KEYS.sensor(Battery, "ann", names["battery"]), Battery(charge=0.75))
+    bench.say(KEYS.sensor(Sonar, "ann", names["sonar"]), Sonar(range_max=3.0, ranges=(3.0,) * 15 + (0.5,)))
+    gps = Gps(latitude=0.6, longitude=-1.8, satellites=7)
+    bench.say(KEYS.sensor(Gps, "ann", names["gps"]), gps)
+    bench.tick(1.0)
+    static = {frame["child_frame_id"] for frame in bench.found["/tf_static"][1]["transforms"]}
+    scan = bench.found["/m/ann/scan"][1]
+    assert scan["ranges"] == pytest.approx([1.0, math.inf, 2.5])
+    assert (scan["angle_min"], scan["angle_max"], scan["range_max"]) == pytest.approx((-0.5, 0.5, 8.0))
+    reach = bench.found["/m/ann/range"][1]
+    assert bench.counts["/m/ann/range"] == 16
+    assert reach["range"] == 0.5
+    charge = bench.found["/m/ann/battery"][1]
+    assert (charge["percentage"], charge["present"]) == (0.75, True)
+    assert math.isnan(charge["voltage"])
+    fix = bench.found["/m/ann/fix"][1]
+    assert fix["latitude"] == pytest.approx(math.degrees(0.6))
+    assert {scan["header"]["frame_id"], reach["header"]["frame_id"], fix["header"]["frame_id"]} <= static
+
+
+def test_the_clock_and_the_referee_are_there() -> None:
+    bench = Bench()
+    bench.say(KEYS.clock, m.Clock(time=3.25, tick=163, epoch=0, rate=1.0, estop=False))
+    bench.say(KEYS.referee_state, state())
+    bench.tick(3.25)
+    assert bench.found["/clock"][1] == {"clock": {"sec": 3, "nanosec": 250_000_000}}
+    told = json.loads(bench.found["/m/referee/state"][1]["data"])
+    assert (told["game"], told["stage"]) == ("practice", "play_round")
+
+
+@pytest.mark.parametrize(("name", "plain"), [("ann", "ann"), ("red-1", "red_1"), ("3po", "n3po"), ("größe", "gr__e")])
+def test_names_are_such_as_ros_allows(name: str, plain: str) -> None:
+    assert ros_name(name) == plain

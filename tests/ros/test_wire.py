@@ -1,0 +1,108 @@
+"""Keys, tokens and attachments: as rmw_zenoh's own documents have them, and as another implementation reads them."""
+
+import json
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+
+from vrg.bus.session import open_router, open_session
+from vrg.launch.endpoints import free_endpoint
+from vrg.ros.graph import RosNode
+from vrg.ros.types import FIELDS, HASHES
+from vrg.ros.wire import ATTACHMENT, Identity, Kind, Qos, attachment, data_key, gid_of
+
+READER = """
+import json, sys, time
+from pathlib import Path
+from zenoh_ros2_sdk import ROS2Subscriber, get_topic_names_and_types, get_registry
+port, wanted, messages = int(sys.argv[1]), json.loads(sys.argv[2]), Path(sys.argv[3])
+get_registry().messages_dir = messages
+found, heard = [], {}
+deadline = time.monotonic() + 60.0
+while len(found) < len(wanted) and time.monotonic() < deadline:
+    found = get_topic_names_and_types(domain_id=7, router_port=port, timeout=1.0)
+subscribers = [
+    ROS2Subscriber(topic, kinds[0], lambda message, topic=topic: heard.setdefault(topic, []).append(message),
+                   domain_id=7, router_port=port)
+    for topic, kinds in found
+]
+while any(len(heard.get(topic, [])) < 20 for topic in wanted) and time.monotonic() < deadline:
+    time.sleep(0.05)
+for each in subscribers:
+    each.close()
+print(json.dumps({"graph": found, "heard": {t: len(m) for t, m in heard.items()},
+                  "x": heard["/m/ann/pose"][0].pose.position.x, "text": heard["/m/say"][0].data}))
+"""
+"""A program of another implementation (zenoh_ros2_sdk): it lists the graph, and reads each topic."""
+
+
+def test_the_forms_are_those_of_the_middleware() -> None:
+    """The examples of rmw_zenoh's docs/design.md, in which /chatter is published by a talker in domain 0."""
+    of, hashed = "std_msgs/String", f"RIHS01_{HASHES['std_msgs/String']}"
+    assert data_key(0, "/chatter", of) == f"0/chatter/std_msgs::msg::dds_::String_/{hashed}"
+    talker = Identity(0, "aac3178e146ba6f1fc6e6a4085e77f21", 0, "", "talker")
+    assert talker.token == "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/0/NN/%/%/talker"
+    assert talker.endpoint(Kind.PUBLISHER, 10, "/chatter", of, Qos(depth=7)) == (
+        "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_/"
+        f"{hashed}/::,7:,:,:,,"
+    )
+    assert Qos(reliable=False, depth=5).chunk == "2::,5:,:,:,,"
+    assert Qos(transient=True, depth=1).chunk == ":1:,1:,:,:,,"
+
+
+def test_an_attachment_has_number_time_and_id() -> None:
+    gid = gid_of("a token")
+    assert ATTACHMENT.unpack(attachment(3, 5_000_000_000, gid)) == (3, 5_000_000_000, 16, gid)
+    assert len(attachment(1, 0, gid)) == 33
+
+
+def definitions(folder: Path) -> Path:
+    """The definitions of all types as the other implementation wants them, a file each."""
+    for kind, fields in FIELDS.items():
+        package, name = kind.split("/")
+        (folder / package / "msg").mkdir(parents=True, exist_ok=True)
+        text = "".join(f"{of} {field}\n" for field, of in fields.items())
+        (folder / package / "msg" / f"{name}.msg").write_text(text)
+    return folder
+
+
+def test_another_implementation_lists_the_graph_and_reads_every_type(tmp_path: Path) -> None:
+    topics = {f"/m/{kind.split('/')[1].lower()}": kind for kind in HASHES}
+    topics |= {"/m/ann/pose": "geometry_msgs/PoseStamped", "/m/say": "std_msgs/String"}
+    said = {"/m/ann/pose": {"pose": {"position": {"x": 1.5}}}, "/m/say": {"data": "grüezi"}}
+    endpoint, stop = free_endpoint(), threading.Event()
+    with open_router(endpoint), open_session(endpoint) as session:
+        node = RosNode(session, 7, "vrg", "/m")
+
+        def talk() -> None:
+            while not stop.wait(0.05):
+                for topic, kind in topics.items():
+                    node.publish(topic, kind, said.get(topic, {}))
+
+        talker = threading.Thread(target=talk)
+        talker.start()
+        try:
+            command = [sys.executable, "-P", "-c", READER, endpoint.rpartition(":")[2], json.dumps(list(topics))]
+            command.append(str(definitions(tmp_path)))
+            done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+        finally:
+            stop.set()
+            talker.join()
+    assert done.returncode == 0, done.stderr[-2000:]
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert dict(found["graph"]) == {topic: [kind.replace("/", "/msg/")] for topic, kind in topics.items()}
+    assert found["heard"].keys() == topics.keys()
+    assert all(count >= 20 for count in found["heard"].values())
+    assert (found["x"], found["text"]) == (1.5, "grüezi")
+
+
+def test_a_message_of_another_type_is_refused() -> None:
+    endpoint = free_endpoint()
+    with open_router(endpoint), open_session(endpoint) as session:
+        node = RosNode(session, 0, "vrg", wall=time.time_ns)
+        with pytest.raises(ValueError, match="has no field word"):
+            node.publish("/say", "std_msgs/String", {"word": "x"})
