@@ -39,6 +39,7 @@ MAY_NOT = {
     "bus": ("hal", "localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "hal": ("localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "localisation": ("navigation", "agents", "coordinator", "games", *SHELLS),
+    "ros": ("navigation", "agents", "coordinator", "ui", "config", "launch", "evaluation", "learning", "commands"),
     "fitting": ("navigation", "agents", "coordinator", "games", *SHELLS),
     "navigation": ("bus", "hal", "agents", "coordinator", "games", *SHELLS),
     "agents": ("coordinator", "games", *SHELLS),

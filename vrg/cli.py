@@ -38,6 +38,7 @@ SHOW: Table = {
         "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
         "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
         "ssl": ("vrg.commands.show:ssl", "A match for the tools of the RoboCup Small Size League"),
+        "ros": ("vrg.commands.ros:ros", "A match in ROS 2, without ROS"),
         "processes": ("vrg.commands.show:processes", "The processes of a match on all its machines"),
         "diagram": ("vrg.commands.show:diagram", "The statechart of a player, as Mermaid"),
     }
@@ -109,7 +110,6 @@ COMMANDS: Table = {
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
         "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
         "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
-        "ros": ("vrg.commands.ros:ros", "A running match appears in ROS 2, without ROS"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
         "deploy": ("vrg.commands.deploy:app", "Prepare machines on which matches run for a long time"),

@@ -1,5 +1,5 @@
 #!/bin/bash
-# Tries a running match of VRG from ROS 2 (Jazzy or later, with rmw_zenoh). Beside it run `vrg play` and `vrg ros`.
+# Tries a running match of VRG from ROS 2 (Jazzy or later, with rmw_zenoh). Beside it run `vrg play` and `vrg show ros`.
 #
 #     bash deploy/ros/try.sh MATCH [ROUTER]      such as: courtyard tcp/127.0.0.1:7447
 set -u
@@ -23,7 +23,7 @@ check() { # what, command...
 
 topics=$(timeout 20 ros2 topic list --no-daemon)
 echo "$topics" | grep -q "^/$match/" && echo "ok   topics of $match: $(echo "$topics" | grep -c "^/$match/")" || {
-    echo "BAD  no topic begins with /$match/: is \`vrg ros\` running, and this its router?"
+    echo "BAD  no topic begins with /$match/: is \`vrg show ros\` running, and this its router?"
     exit 1
 }
 robot=$(echo "$topics" | sed -n "s#^/$match/\([^/]*\)/odom\$#\1#p" | head -1)

@@ -1,4 +1,4 @@
-"""The command `vrg ros`: a match appears in ROS 2."""
+"""The command `vrg show ros`: a match appears in ROS 2."""
 
 import os
 from typing import Annotated
