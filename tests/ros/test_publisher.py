@@ -66,7 +66,8 @@ def poses(known: Uncertainty | None = None, age: float = 0.0) -> m.Poses:
 def state() -> m.RefereeState:
     zone = m.Zone(name="field", kind="field", region=Rectangle(-2.0, -1.0, 2.0, 1.0))
     return m.RefereeState(
-        game="practice", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=1.0, total=1.0, round=1, rounds=1, score={},
+        game="practice", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=1.0, total=1.0, round=1,
+        rounds=1, score={},
         players=(), zones=(zone,), estop=False, winner=None,
     )  # fmt: skip
 

@@ -5,7 +5,7 @@ from vrg.types import STILL, Twist
 
 
 class RosDriven(Strategy):
-    """Stands still, until `vrg show ros` passes on what comes on the player's topic `cmd_vel`, as if a person drove it."""
+    """Stands still, but for what `vrg show ros` passes on from its topic `cmd_vel`, as if a person drove it."""
 
     mode = "ROS"
 
