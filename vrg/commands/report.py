@@ -26,7 +26,8 @@ GOOD_FIXES: Final = 0.95
 LIKE: Final = 0.04
 """The distance in m to its simulation, with all that was found, above which a robot was disturbed."""
 _PLAUSIBLE: Final = {"way": (0.2, 0.02), "turn": (0.25, 0.03), "bend": (0.3, 0.05)}
-"""How much odometry can be off before something else is wrong, and how well that must be known, as shares and rad/m."""
+"""The most that odometry can be off before something else is wrong, and half the interval that it may have, as shares,
+or rad/m."""
 _ROWS: Final = {
     "delay": ("delay, s", 1.0),
     "acceleration": ("acceleration, m/s^2", 1.0),
@@ -73,7 +74,7 @@ def report(
 
 
 def read_learned(folder: "RunFolder") -> dict[str, Any]:
-    """What the fusion centre of a run has counted and learned; see `FusionCentre.counted`.
+    """The counts of the fusion centre of a run, and what it has learned; see `FusionCentre.counted`.
 
     Raises:
         LaunchError: the run had none.
@@ -88,7 +89,7 @@ def read_learned(folder: "RunFolder") -> dict[str, Any]:
 def findings_of(
     folder: "RunFolder", setup: "MatchSetup", learned: dict[str, dict[str, tuple[float, float]]]
 ) -> dict[str, "Findings"]:
-    """What a run has shown of each robot, by name.
+    """The findings of a run about each robot, by name.
 
     Args:
         learned: what the fusion centre has learned of the odometry of each.

@@ -9,7 +9,7 @@ from vrg.hal.can.calibration import AxisCalibration, Calibration
 from vrg.hal.models.drivetrain import Drivetrain
 
 _ROUNDS = 3
-"""How often shares and track are worked out one from the other."""
+"""The number of times that shares and track are worked out one from the other."""
 
 
 def fitted(

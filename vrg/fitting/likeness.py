@@ -32,7 +32,7 @@ GROUPS: Final = {"delay": ("delay", "lag"), "acceleration": ("acceleration",), "
 
 @dataclass(frozen=True)
 class Errors:
-    """What the odometry of a robot errs by: see `vrg.localisation.motion.MotionNoise`."""
+    """The errors of the odometry of a robot: see `vrg.localisation.motion.MotionNoise`."""
 
     way: float = 0.0
     turn: float = 0.0
@@ -54,7 +54,7 @@ class Span:
 
 @dataclass(frozen=True)
 class Likeness:
-    """How far a simulated robot is from the physical one after SPAN.
+    """The distance of a simulated robot from the physical one after SPAN.
 
     Args:
         spans: how often both were compared.
@@ -141,7 +141,7 @@ def likeness(spans: Sequence[Span], model: RobotModel, fitted: Fitted, errors: E
 
 
 def _at(poses: Sequence[tuple[float, Pose]], time: float) -> Pose | None:
-    """Where the robot was; None where it is not known closely."""
+    """The pose of the robot; None where it is not known closely."""
     after = bisect_left(poses, time, key=lambda entry: entry[0])
     if after == len(poses) or (after == 0 and poses[0][0] > time):
         return None

@@ -1,4 +1,4 @@
-"""What a match has shown of one robot: how it follows commands, and what its odometry errs by."""
+"""The findings of a match about one robot: how it follows commands, and what its odometry errs by."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -20,7 +20,7 @@ Number = tuple[float, float]
 
 @dataclass(frozen=True)
 class Findings:
-    """What was found of one robot.
+    """The findings about one robot.
 
     Args:
         errors: of its odometry, by name, each with the half of its 95 % interval.
@@ -77,7 +77,7 @@ def findings(
     poses: list[tuple[float, Pose]],
     learned: Mapping[str, tuple[float, float]],
 ) -> Findings:
-    """What a match has shown of a robot.
+    """The findings of a match about a robot.
 
     Args:
         model: with the drivetrain by which its odometry was worked out.

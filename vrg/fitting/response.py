@@ -1,4 +1,4 @@
-"""How the axes of a robot follow what they are commanded, and the fit of that to what they did.
+"""The law by which the axes of a robot follow commands, and its fit to what they did.
 
 An axis acts on a command a dead time later. Its speed then approaches the commanded one with a time constant, as that
 of a motor with a velocity controller does, but no faster than its acceleration allows, which is another one for
@@ -99,7 +99,7 @@ _BOUNDS = {"delay": (0.0, 0.5), "lag": (0.001, 0.5), "acceleration": (0.02, 20.0
 
 @dataclass(frozen=True)
 class Run:
-    """What one axis was commanded, and what it did, without a break.
+    """The commands of one axis, and its motion, without a break.
 
     Args:
         commands: the match times of commands, s, rising, and the speeds of the rim from then on, m/s.
@@ -132,7 +132,7 @@ def followed(response: Response, run: Run) -> Floats:
 
 @dataclass(frozen=True)
 class Fitted:
-    """What a fit has found.
+    """The outcome of a fit.
 
     Args:
         response: the one that explains the runs best.

@@ -1,4 +1,4 @@
-"""What the axes of a robot were commanded and did, from what was recorded of the robot."""
+"""The commands and the motion of the axes of a robot, from what was recorded of the robot."""
 
 import math
 from collections.abc import Sequence

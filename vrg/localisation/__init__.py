@@ -1,1 +1,1 @@
-"""Where robots are: fixes from outside, and the estimators that fuse them with what robots measure themselves."""
+"""The places of robots: fixes from outside, and the estimators that fuse them with what robots measure themselves."""

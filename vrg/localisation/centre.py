@@ -108,7 +108,7 @@ class FusionCentre(Node):
             log.warning("%s is elsewhere than its odometry has it: it was pushed or carried", name)
 
     def counted(self) -> dict[str, Any]:
-        """What became of the fixes of each robot, the fixes of robots that are not located here, and what was learned.
+        """The fates of the fixes of each robot, the fixes of robots that are not located here, and what was learned.
 
         That is by how much the ways, the turns and the turn on a metre straight ahead (rad) of each robot are greater
         than its odometry measures, each with its standard deviation.

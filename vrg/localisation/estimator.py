@@ -44,7 +44,7 @@ measured: the 0.999 quantile of the chi-squared distribution."""
 
 
 class Verdict(enum.StrEnum):
-    """What became of a fix.
+    """The fate of a fix.
 
     USED and MOVED were used; with MOVED the robot is elsewhere than its odometry has it. FAR is too far from where the
     robot is taken to be, LATE was captured too long ago, and EARLY in the future, as the clocks differ.
@@ -59,7 +59,7 @@ class Verdict(enum.StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Where a robot is.
+    """The pose of a robot, as estimated.
 
     Args:
         time: s. pose: in the map's frame. covariance: of x, y and heading: shape (3, 3), m and rad.
@@ -80,7 +80,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class _State:
-    """What is known of a time: the odometry, the six numbers, their covariance, and the fix that they include."""
+    """The knowledge of a time: the odometry, the six numbers, their covariance, and the fix that they include."""
 
     time: float
     odometry: Pose
@@ -110,7 +110,7 @@ class Estimator:
 
     @property
     def estimate(self) -> Estimate | None:
-        """Where the robot is at the time of its newest odometry; None before the first one."""
+        """The estimate at the time of the newest odometry; None before the first one."""
         if not self._states:
             return None
         last = self._states[-1]

@@ -1,4 +1,4 @@
-"""How far the odometry of a robot errs, for the estimator of its pose."""
+"""The errors of the odometry of a robot, for the estimator of its pose."""
 
 import math
 from dataclasses import dataclass
@@ -56,7 +56,7 @@ def motion_noise(model: RobotModel, *, physical: bool = False) -> MotionNoise:
     rates = model.drivetrain.rates
 
     def spread(shares: tuple[float, ...], unit: int) -> float:
-        """What an error of 1 of each axis is of the body's motion, for a unit of the twist."""
+        """The part that an error of 1 of each axis is of the body's motion, for a unit of the twist."""
         return math.sqrt(sum((share * rate[unit]) ** 2 for share, rate in zip(shares, rates, strict=True)))
 
     scale = PHYSICAL_SCALE if physical else spec.scale_noise

@@ -31,7 +31,7 @@ TRACKER = "tracker"
 
 
 class SourceContext(Struct, frozen=True, kw_only=True):
-    """What a source is made from in a match.
+    """The things that a source is made from in a match.
 
     Args:
         name: of the source. settings: its table, of its own class.

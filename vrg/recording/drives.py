@@ -12,7 +12,7 @@ from vrg.types import Pose, Twist
 
 @dataclass(frozen=True)
 class Drive:
-    """How one robot was driven. Each entry begins with its match time, s, and they are in that order.
+    """The motion of one robot, and its commands. Each entry begins with its match time, s, and they are in that order.
 
     Args:
         commands: the motions that it was commanded to make, after all limits.

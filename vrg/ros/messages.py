@@ -1,4 +1,4 @@
-"""What a match has, as messages of ROS 2: pure functions from VRG's values to fields.
+"""The content of a match as messages of ROS 2: pure functions from VRG's values to fields.
 
 Frames and units are those of REP 103 and REP 105: `map`, and for each robot `NAME/odom` and `NAME/base_link`, whose
 origin is on the ground below the middle of the body, x ahead, y left, z up; m, rad and s. A time is match time, which

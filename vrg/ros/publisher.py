@@ -196,7 +196,7 @@ def _frame(robot: str, spec: SensorSpec) -> str:
 
 
 def _mounts(robot: str, model: RobotModel) -> dict[str, tuple[Pose, float]]:
-    """Where the sensors of a robot are, and how high above the ground, m, by the names of their frames."""
+    """The mounts of the sensors of a robot, and how high above the ground, m, by the names of their frames."""
     found = {}
     for spec in model.sensors:
         if isinstance(spec, LaserSpec):

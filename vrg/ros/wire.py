@@ -1,4 +1,4 @@
-"""What ROS 2's zenoh middleware has on the wire: keys, tokens of the graph, and the attachment of each message.
+"""The wire of ROS 2's zenoh middleware: keys, tokens of the graph, and the attachment of each message.
 
 The forms are those of rmw_zenoh_cpp 0.6 and later (its docs/design.md, and src/detail: liveliness_utils, zenoh_utils,
 attachment_helpers, qos). Humble has none of the hashes of types, and is not understood.

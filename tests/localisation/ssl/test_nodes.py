@@ -153,6 +153,12 @@ def test_the_packets_of_a_tracker_are_understood_where_they_are_wanted(make: typ
     bench.send(tracker_packet(1, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25)), "a-b", "tigers"))
     bench.tick_until("used", 1)
     assert bench.fixes[0][1][0].pose == Pose(1.0, 0.5, 0.25)
+    bench.node._settings = bench.node._settings.model_copy(update={"latency": 0.2})
+    again = tracker_packet(2, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25)), "a-b", "tigers")
+    before = bench.now
+    bench.send(again)
+    bench.tick_until("used", 2)
+    assert bench.fixes[1][0] < before - 0.15, "it was captured before it came"
     bench.send(vision_packet(1, seen()))
     bench.tick_until("malformed", 1)
 
@@ -257,3 +263,17 @@ def test_stages_and_commands_have_the_numbers_of_the_league(
     changes: dict[str, object], stage: int, command: int
 ) -> None:
     assert (league_stage(state(**changes)), league_command(state(**changes))) == (stage, command)
+
+
+def test_that_nothing_comes_is_told_once(make: type[Bench], caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.WARNING)
+    bench = make()
+    ahead = 0.0
+    bench.node._monotonic = lambda: time.monotonic() + ahead
+    bench.tick()
+    assert not caplog.messages
+    ahead = 4.0
+    for _ in range(3):
+        bench.tick()
+    assert [text for text in caplog.messages if "nothing has come to 127.0.0.1" in text] == caplog.messages
+    assert len(caplog.messages) == 1

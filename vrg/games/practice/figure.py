@@ -72,7 +72,7 @@ class Figure(Strategy):
         self._rest_until = 0.0
         self._returns = False
         self._nearest = math.inf
-        """How near to the middle it has come on its way back, m."""
+        """The least distance to the middle on its way back, m."""
         self._lost = False
 
     @property

@@ -29,7 +29,7 @@ MOTION: Final = {
     "delay": (0.0, 0.5),
     "track": (0.01, 10.0),
 }
-"""How a robot moves: the fields of its model that can be set, and the effective track, with their bounds."""
+"""The numbers of how a robot moves: the fields of its model that can be set, and the effective track; their bounds."""
 _BOUNDS: Final = (("gt", "above"), ("ge", "of at least"), ("lt", "below"), ("le", "at most"))
 
 

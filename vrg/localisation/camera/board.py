@@ -60,7 +60,7 @@ class BoardView(Struct, frozen=True):
 
     @property
     def refusal(self) -> str | None:
-        """Why the view is of no use, in words; None if it is."""
+        """The reason why the view is of no use, in words; None if it is."""
         if self.blur > _BLURRED:
             return f"it is blurred by {self.blur:.1f} pixels: hold board and camera still, and have more light"
         return None

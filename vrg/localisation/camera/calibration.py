@@ -115,7 +115,7 @@ class CameraFile(Table):
     tags: tuple[FloorTag, ...] = ()
 
     def view(self, file: Path) -> FieldView:
-        """What the camera sees of the field.
+        """The camera's view of the field.
 
         Raises:
             ConfigError: the file, which is named in the message, does not say where the camera is.

@@ -19,7 +19,7 @@ SILENT: Final = 1.0
 _AGAIN: Final = 1.0
 """The time in s between two attempts to open a camera."""
 _ENDING: Final = 15.0
-"""How long a thread that reads may take to end, s: OpenCV gives up a silent camera after 10 s."""
+"""The time that a thread which reads may take to end, s: OpenCV gives up a silent camera after 10 s."""
 
 
 class Capture:
@@ -66,7 +66,7 @@ class Capture:
         return frame
 
     def problem(self) -> str | None:
-        """Why there are no pictures, in words; None if there are."""
+        """The reason why there are no pictures, in words; None if there are."""
         with self._news:
             quiet = self._monotonic() - self._seen
             if self._trouble is not None:

@@ -19,9 +19,9 @@ _ENDS: Final = 0.12
 _STEP: Final = 0.25
 """The distance between two brightnesses across an edge, pixels."""
 _REACHES: Final = ((0.75, 3.0), (0.5, 2.0))
-"""How far the edge is looked for in each round: in cells of the tag, and at most in pixels."""
+"""The reach within which the edge is looked for in each round: in cells of the tag, and at most in pixels."""
 _FARTHEST: Final = 4.0
-"""How far a corner may move, pixels. One that moves farther was half covered, and stays."""
+"""The way that a corner may move, pixels. One that moves farther was half covered, and stays."""
 
 
 def refined(grey: npt.NDArray[np.uint8], squares: Floats, cell: Floats) -> Floats:

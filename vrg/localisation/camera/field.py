@@ -30,7 +30,7 @@ _SQUARE: Final = np.array([[0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]])
 
 
 class Place(Struct, frozen=True):
-    """Where a camera is.
+    """The place of a camera.
 
     Args:
         rotation: its axes in the map's frame, a row each: right, down and ahead, shape (3, 3).
@@ -58,7 +58,7 @@ class Located(Struct, frozen=True):
 
 
 class FieldView(Struct, frozen=True):
-    """What a camera at a known place sees of the field.
+    """The view of the field of a camera at a known place.
 
     Args:
         lens: its lens. place: where it is. shift: how well that is known, as a common error of all pixels, pixels.
@@ -92,7 +92,7 @@ class FieldView(Struct, frozen=True):
         return np.asarray(self.place.position[:2] + far[:, None] * ways[:, :2], dtype=np.float64)
 
     def locate(self, corners: Floats, height: float, noise: float) -> Located | None:
-        """Where a tag is that lies flat; None if its pixels show no place at this height.
+        """The place of a tag that lies flat; None if its pixels show no place at this height.
 
         Args:
             corners: those of the tag, pixels, shape (4, 2). height: of the tag above the floor, m.
@@ -124,7 +124,7 @@ class FieldView(Struct, frozen=True):
 
 
 def robot_at(tag: Located, offset: Pose) -> Located:
-    """Where the robot is whose tag has been located.
+    """The pose of the robot whose tag has been located.
 
     Args:
         offset: the pose of the tag on the robot, in the robot's frame.
@@ -135,7 +135,7 @@ def robot_at(tag: Located, offset: Pose) -> Located:
 
 
 class Fitted(Struct, frozen=True):
-    """Where a camera is by points on the floor.
+    """The place of a camera by points on the floor.
 
     Args:
         place: where it is. errors: how far each point is from where it should be seen then, pixels, shape (n,).

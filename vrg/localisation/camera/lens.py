@@ -25,7 +25,7 @@ _FARTHEST: Final = 0.3
 
 
 class Lens(Struct, frozen=True):
-    """What a camera's pictures have to do with directions.
+    """The relation of a camera's pixels and directions.
 
     Args:
         matrix: of the pinhole, pixels, shape (3, 3). distortion: k1, k2, p1, p2, k3, shape (5,).

@@ -1,4 +1,4 @@
-"""Where pictures come from: a camera, a video file or a folder."""
+"""The readers of pictures: a camera, a video file or a folder."""
 
 import time
 from collections.abc import Callable
@@ -17,7 +17,7 @@ _PLAUSIBLE: Final = 60.0
 _FOLDER_RATE: Final = 10.0
 """The pictures in a second that are taken from a folder."""
 SUFFIXES: Final = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
-"""What the names of pictures end in."""
+"""The endings of the names of pictures."""
 
 
 class Frame(Struct, frozen=True):
@@ -33,7 +33,7 @@ class Frame(Struct, frozen=True):
 
 
 class Wanted(Struct, frozen=True):
-    """What a camera is asked for; it may do something else.
+    """The wishes that a camera is asked for; it may do something else.
 
     Args:
         size: of its pictures: columns, rows; None for its own. rate: pictures in a second.
@@ -47,7 +47,7 @@ _ANY: Final = Wanted()
 
 
 class Reader(Protocol):
-    """Where pictures come from.
+    """The origin of pictures.
 
     Attributes:
         live: True for a camera, which takes a picture anew each time; False for a file, which ends.

@@ -28,7 +28,7 @@ _OLD: Final = 1.0
 _SIZE: Final = 0.2
 """The share by which a tag may appear larger or smaller than it was printed."""
 _MOVED: Final = 0.05
-"""How far from its place a tag on the floor is seen, m, if it or the camera has been moved."""
+"""The distance from its place at which a tag on the floor is seen, m, if it or the camera has been moved."""
 _LEAST: Final = (0.005, math.radians(0.5))
 """The smallest standard deviations of a fix, m and rad, whatever the geometry: heights and times are not exact, and a
 robot at 0.7 m/s drives 7 mm in 10 ms."""

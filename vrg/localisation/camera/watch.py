@@ -22,7 +22,7 @@ _ENDING: Final = 2.0
 
 
 class Sighting(Struct, frozen=True):
-    """What a picture has shown.
+    """The tags of a picture.
 
     Args:
         time: when it was taken, monotonic, s. tags: those in it. size: of the picture: columns, rows.
@@ -65,14 +65,14 @@ class Watch:
             self._thread.join(_ENDING)
 
     def take(self) -> list[Sighting]:
-        """What was seen since the last call, the oldest first."""
+        """The pictures that were looked at since the last call, the oldest first."""
         found = []
         while self._found:
             found.append(self._found.popleft())
         return found
 
     def problem(self) -> str | None:
-        """Why there are no pictures, in words; None if there are."""
+        """The reason why there are no pictures, in words; None if there are."""
         return self._trouble or self._capture.problem()
 
     def _run(self) -> None:

@@ -13,7 +13,7 @@ OPTIONS: Final[dict[str, dict[str, str]]] = {
     "qualisys": {"port": "port"},
     "vrpn": {},
 }
-"""What the library calls the settings that only some systems have. The others take a port as a part of the host."""
+"""The library's names of the settings that only some systems have. The others take a port as a part of the host."""
 
 
 class BodyTable(PoseTable):

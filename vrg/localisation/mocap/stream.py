@@ -19,7 +19,7 @@ request, so that of a system from which nothing comes at all that is told."""
 _AGAIN: Final = 1.0
 """The time in s between two attempts to reach a system."""
 _ENDING: Final = 1.0
-"""How long a process that has closed its output may take to end, s."""
+"""The time that a process which has closed its output may take to end, s."""
 _KEPT: Final = 512
 """The number of frames that wait for a node that does not tick."""
 
@@ -47,7 +47,7 @@ class Stream:
         self._process: subprocess.Popen[bytes] | None = None
         self._trouble: str | None = None
         self._seen = monotonic()
-        """When there was a rigid body last, monotonic, s."""
+        """The time at which there was a rigid body last, monotonic, s."""
         self._thread = threading.Thread(target=self._run, name="capture", daemon=True)
 
     def start(self) -> None:
@@ -72,7 +72,7 @@ class Stream:
         return found
 
     def problem(self) -> str | None:
-        """Why there are no rigid bodies, in words; None if there are."""
+        """The reason why there are no rigid bodies, in words; None if there are."""
         with self._lock:
             if self._trouble is not None:
                 return self._trouble

@@ -40,7 +40,7 @@ class Fault(StrEnum):
 
 
 class Outcome(Struct, frozen=True):
-    """What a rigid body in a frame says.
+    """The reading of a rigid body in a frame.
 
     Args:
         body: its name. robot: whose it is; None if nobody's.

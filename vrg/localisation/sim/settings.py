@@ -6,7 +6,7 @@ from vrg.tables import Table
 
 
 class Errors(Table):
-    """What the odometry of an emulated robot is off by, as of a real one that was not calibrated.
+    """The errors of the odometry of an emulated robot, as of a real one that was not calibrated.
 
     Args:
         way, turn: the shares by which its ways and its turns are longer than it measures.

@@ -48,7 +48,7 @@ class SimSource(Source):
         self._fastest = {name: motion_noise(context.robots[name]).fastest for name in emulated}
         self._odometry: dict[str, Pose] = {}
         self._truths = {name: deque([(0.0, context.starts[name])], maxlen=_KEPT) for name in emulated}
-        """Where the emulated robots were, in the map's frame, with the match times, s."""
+        """The poses of the emulated robots, in the map's frame, with the match times, s."""
         self._waiting: deque[tuple[float, dict[str, Pose]]] = deque()
         """The poses of the virtual robots, with their times, for which those of emulated ones have not come yet."""
 

@@ -1,4 +1,4 @@
-"""What the packets of the Small Size League tell, in SI units, and the packets that tell of a match.
+"""The content of the packets of the Small Size League, in SI units, and the packets that tell of a match.
 
 The frame is that of the league's field: its origin is in the middle, x along its length. Numbers that cannot be raise
 errors.
@@ -55,7 +55,7 @@ class Seen:
 
 
 def read_vision(data: bytes) -> Seen | None:
-    """What a packet of vision tells; None if it has the geometry of the field alone.
+    """The robots in a packet of vision; None if it has the geometry of the field alone.
 
     Raises:
         MessageError: it is no such packet, or has numbers that cannot be.
@@ -80,7 +80,7 @@ def read_vision(data: bytes) -> Seen | None:
 
 
 def read_tracker(data: bytes) -> Seen:
-    """What a packet of a tracker tells.
+    """The robots in a packet of a tracker.
 
     Raises:
         MessageError: it is no such packet, or has numbers that cannot be.
@@ -192,7 +192,7 @@ class RefereeNews:
     """The state of a match in the league's words.
 
     Args:
-        time: s since 1970. stage, command: the league's numbers; see `vrg.localisation.ssl.referee`.
+        time: s since 1970. stage, command: the league's numbers; see `vrg.localisation.ssl.publisher`.
         counter: rises with each new command. since: when the command was given, s since 1970.
         left: the time that is left of the stage, s; None if it has no end.
         teams: the name, the score and the fouls of the yellow and of the blue team. words: for people.

@@ -19,6 +19,7 @@ class SslSettings(Table):
         field: the middle of the league's field on the map, and the direction of its x axis.
         position: the standard deviation of x and of y, m. heading: that of the heading, degrees.
         confidence: robots of which the sender is less sure are ignored, 0 to 1.
+        latency: the time from a picture to a packet of a tracker, which does not tell it, s.
     """
 
     robots: dict[str, str]
@@ -30,6 +31,7 @@ class SslSettings(Table):
     position: float = Field(0.01, gt=0.0, le=10.0)
     heading: float = Field(1.0, gt=0.0, le=90.0)
     confidence: float = Field(0.5, ge=0.0, le=1.0)
+    latency: float = Field(0.0, ge=0.0, le=0.5)
 
     @field_validator("robots")
     @classmethod

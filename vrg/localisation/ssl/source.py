@@ -19,6 +19,8 @@ from vrg.localisation.ssl.packets import Seen, read_tracker, read_vision
 from vrg.localisation.ssl.settings import SslSettings
 from vrg.types import Pose
 
+_SILENT: Final = 3.0
+"""The time in s without a packet after which that is told."""
 _OTHER: Final = 2.0
 """The time in s for which a sender must be silent before another one is listened to."""
 
@@ -47,6 +49,8 @@ class SslSource(RealSource):
         """Whom it listens to, and when that was heard last, monotonic, s."""
         self._senders: ClockOffset = ClockOffset()
         """The sender's clock by this process's."""
+        self._heard: float | None = None
+        """The time at which a packet came last, or it began to listen, monotonic, s."""
         self._counts: Counter[str] = Counter()
         self._unknown: Counter[str] = Counter()
 
@@ -62,8 +66,14 @@ class SslSource(RealSource):
 
     def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
         """The robots in the packets since the last tick."""
-        found = []
-        for packet in self._receiver.take():
+        found, packets, now = [], self._receiver.take(), self._monotonic()
+        if packets or self._heard is None:
+            self._heard = now
+        silence = now - self._heard
+        where = f"{self._settings.address}:{self._settings.port}"
+        silent = f"nothing has come to {where} for {silence:.0f} s: does vision run, and is `interface` of its network?"
+        self.tell(silent if silence > _SILENT else None)
+        for packet in packets:
             seen = self._read(packet)
             if seen is not None and (time := self._time(seen)) is not None and (fixes := self._fixes(seen)):
                 found.append((time, fixes))
@@ -95,7 +105,8 @@ class SslSource(RealSource):
     def _time(self, seen: Seen) -> float | None:
         """The match time at which a picture was taken, s; None before the match clock was heard."""
         ahead = self._senders.match_time(0.0)
-        return None if ahead is None else self.match_time(seen.captured - ahead)
+        late = self._settings.latency if self._settings.packets == "tracker" else 0.0
+        return None if ahead is None else self.match_time(seen.captured - ahead - late)
 
     def _fixes(self, seen: Seen) -> tuple[Fix, ...]:
         settings, fixes = self._settings, dict[str, Fix]()
