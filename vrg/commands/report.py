@@ -10,7 +10,7 @@ import typer
 from rich.markup import escape
 
 from vrg.commands.matches import ended_run
-from vrg.commands.options import JsonOption, RunArgument, make_console, print_table
+from vrg.commands.options import JsonOption, RunArgument, make_console, print_table, write_text
 from vrg.errors import ConfigError, LaunchError
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def write_calibration(found: "Calibration", where: Path) -> None:
     """Write a calibration to its file, and print how it is used."""
     from vrg.hal.can.calibration import calibration_text
 
-    where.write_text(calibration_text(found), encoding="utf-8")
+    write_text(where, calibration_text(found))
     line = f'calibration = "{where.name}"'
     make_console(stderr=True).print(
         f"Written to {escape(str(where))}. To use it, write `{escape(line)}` below "
@@ -248,7 +248,7 @@ def _write_match(folder: "RunFolder", setup: "MatchSetup", found: dict[str, "Fin
         if (one := found.get(player.name)) is not None and (new := one.motion(player.robot)):
             motion = {**player.motion, **new}
             text = with_value(text, ("players", player.number, "motion"), motion)
-    where.write_text(text, encoding="utf-8")
+    write_text(where, text)
     make_console(stderr=True).print(
         f"Written to {escape(str(where))}: in it these robots move as they did, also where `backend` is sim.",
         soft_wrap=True,
