@@ -6,6 +6,7 @@ to their values; fields that are left out are 0, empty, or made of such.
 
 import struct
 from collections.abc import Mapping, Sequence
+from functools import cache, lru_cache
 from typing import Any, Final
 
 from vrg.errors import MessageError
@@ -72,19 +73,60 @@ def _write(out: bytearray, kind: str, value: Any) -> None:
         else:
             for each in value:
                 _write(out, element, each)
+    elif form := _only(kind):
+        numbers: list[Any] = []
+        _collect(numbers, kind, value)
+        _pack(out, form, numbers)
     else:
-        fields = FIELDS[kind]
-        if strangers := value.keys() - fields.keys():
-            raise ValueError(f"{kind} has no field {', '.join(sorted(strangers))}")
-        for name, of in fields.items():
+        for name, of in _fields(kind, value).items():
             _write(out, of, value[name] if name in value else _empty(of))
 
 
+def _fields(kind: str, value: Message) -> Mapping[str, str]:
+    """The fields of a type, whose names are all that a value may have."""
+    fields = FIELDS[kind]
+    if not value.keys() <= fields.keys():
+        raise ValueError(f"{kind} has no field {', '.join(sorted(value.keys() - fields.keys()))}")
+    return fields
+
+
+@cache
+def _only(kind: str) -> str:
+    """The form of the numbers of which alone a type is made; empty if there are others in it."""
+    if kind in _NUMBERS:
+        return _NUMBERS[kind]
+    if kind.endswith("]"):
+        element, _, count = kind[:-1].partition("[")
+        return _NUMBERS.get(element, "") if count else ""
+    forms = {_only(of) for of in FIELDS.get(kind, {}).values()} or {""}
+    return forms.pop() if len(forms) == 1 else ""
+
+
+def _collect(numbers: list[Any], kind: str, value: Message) -> None:
+    """Put the numbers of a value of a type that has no others into a list, in their order."""
+    for name, of in _fields(kind, value).items():
+        if of in _NUMBERS:
+            numbers.append(value.get(name, 0))
+        elif of in FIELDS:
+            _collect(numbers, of, value.get(name, {}))
+        else:
+            own = value[name] if name in value else _empty(of)
+            count = int(of[:-1].partition("[")[2])
+            if len(own) != count:
+                raise ValueError(f"expected {count} values, got {len(own)}")
+            numbers.extend(own)
+
+
 def _pack(out: bytearray, form: str, values: Sequence[Any]) -> None:
-    if len(values):
-        size = struct.calcsize(form)
-        out += bytes(-(len(out) - len(HEADER)) % size)
-        out += struct.pack(f"<{len(values)}{form}", *values)
+    if count := len(values):
+        packed = _struct(form, count)
+        out += bytes(-(len(out) - len(HEADER)) % (packed.size // count))
+        out += packed.pack(*values)
+
+
+@lru_cache(maxsize=256)
+def _struct(form: str, count: int) -> struct.Struct:
+    return struct.Struct(f"<{count}{form}")
 
 
 def _empty(kind: str) -> Any:
