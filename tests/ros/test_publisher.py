@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from vrg.agents.ros import RosDriven
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -158,3 +159,28 @@ def test_the_clock_and_the_referee_are_there() -> None:
 @pytest.mark.parametrize(("name", "plain"), [("ann", "ann"), ("red-1", "red_1"), ("3po", "n3po"), ("größe", "gr__e")])
 def test_names_are_such_as_ros_allows(name: str, plain: str) -> None:
     assert ros_name(name) == plain
+
+
+def test_commands_become_a_lease_of_a_player() -> None:
+    """Shares of what the robot can do, within its limits, and only the newest; what is no number is left out."""
+    bench, waiting = Bench(), list[ros.Fields]()
+
+    def take() -> list[ros.Fields]:
+        taken, waiting[:] = list(waiting), []
+        return taken
+
+    bench.node = RosPublisher(
+        "ros", bench.mailbox, KEYS, "/m", bench.publish, robots={"ann": MODEL}, driven={"ann": take}
+    )
+
+    def said(*speeds: tuple[float, float]) -> list[m.Manual]:
+        waiting[:] = [{"linear": {"x": v, "y": 0.0}, "angular": {"z": w}} for v, w in speeds]
+        bench.tick(1.0)
+        return [out.message.body for out in bench.mailbox.collect() if isinstance(out.message.body, m.Manual)]
+
+    assert said() == []
+    (manual,) = said((9.0, 0.0), (MODEL.v_max / 2, -MODEL.w_max / 4))
+    assert (manual.forward, manual.turn, manual.lease) == (0.5, -0.25, 0.3)
+    assert (said((9.0, -99.0))[0].forward, said((9.0, -99.0))[0].turn) == (1.0, -1.0)
+    assert said((math.nan, 0.0)) == []
+    assert RosDriven("ann", MODEL).mode == "ROS"
