@@ -136,7 +136,7 @@ def test_a_drive_is_turned_stopped_and_given_another_id(node: Callable[..., obje
     node("--protocol", "moteus", "--id", "5", "--id", "6", "--serial", "4660")
     turned = turn("can", "jog", *ON, "--protocol", "moteus", "--id", "5", "--speed", "-4", "--for", "1")
     assert turned.returncode == 0, turned.stdout + turned.stderr
-    # Backwards, and no farther than asked: on a slow machine commands come late, and the drive's watchdog stops it between.
+    # Backwards, and no farther than asked: where commands come late, the drive's watchdog stops it in between.
     assert -6.0 < told(r"turned by ([-+\d.]+) turns", turned) < -0.5
     jog = [sys.executable, "-m", "vrg", "can", "jog", *ON, "--protocol", "moteus", "--id", "5", "--for", "60"]
     listener = MoteusListener(lambda _: None, REAL_CLOCK)
