@@ -67,9 +67,9 @@ def calibrate_by_fixes(
     assert played is not None, "it was no dry run"
     folder, setup = played
     told = read_learned(folder)
-    found = findings_of(folder, setup, told["learned"])[player]
-    print_findings(player, found, told["fixes"].get(player, {}), as_driven(setup, setup.player(player), folder)[1])
-    if (doubt := doubt_of(found, told["fixes"].get(player, {}))) is not None:
+    found, fates = findings_of(folder, setup, told["learned"])[player], told["fixes"].get(player, {})
+    print_findings(player, found, fates, as_driven(setup, setup.player(player), folder)[1])
+    if (doubt := doubt_of(found, fates)) is not None:
         raise LaunchError(f"{player}: nothing is written: {doubt}; `vrg run report {folder.path}` has more")
     write_calibration(calibration_of(setup, player, found, folder), where)
 

@@ -1,12 +1,12 @@
 """The commands and the motion of the axes of a robot, from what was recorded of the robot."""
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 
 from vrg.fitting.response import Run
 from vrg.geometry import arc_between
 from vrg.hal.models import RobotModel
+from vrg.localisation.motion import driven
 from vrg.types import STILL, Pose, Twist
 
 GAP = 0.5
@@ -43,7 +43,7 @@ def unbroken(motions: Motions, fastest: float) -> list[Motions]:
             dt = motion[0] - time
             if dt <= 0.0:
                 continue
-            if dt > GAP or math.dist((pose.x, pose.y), (motion[1].x, motion[1].y)) > fastest * dt + 0.1:
+            if dt > GAP or driven(pose, motion[1], dt, fastest) is None:
                 parts.append([])
         parts[-1].append(motion)
     return [part for part in parts if part and part[-1][0] - part[0][0] >= SHORTEST]

@@ -21,10 +21,8 @@ Fields = dict[str, Any]
 
 MAP: Final = "map"
 _WHITE: Final = (1.0, 1.0, 1.0)
-CUBE, LINE_STRIP, TEXT = 1, 4, 9
+LINE_STRIP, TEXT = 4, 9
 """Kinds of markers (visualization_msgs/Marker)."""
-_ABSENT: Final = -1.0
-"""The first covariance of a quantity that a sensor does not measure, by the definition of sensor_msgs/Imu."""
 
 
 def stamp(seconds: float) -> Fields:

@@ -70,9 +70,7 @@ class SslSource(RealSource):
         if packets or self._heard is None:
             self._heard = now
         silence = now - self._heard
-        where = f"{self._settings.address}:{self._settings.port}"
-        silent = f"nothing has come to {where} for {silence:.0f} s: does vision run, and is `interface` of its network?"
-        self.tell(silent if silence > _SILENT else None)
+        self.tell(self._nothing(silence) if silence > _SILENT else None)
         for packet in packets:
             seen = self._read(packet)
             if seen is not None and (time := self._time(seen)) is not None and (fixes := self._fixes(seen)):
@@ -82,6 +80,11 @@ class SslSource(RealSource):
     def counted(self) -> dict[str, Any]:
         """The packets that were used and refused, and the robots that no player has."""
         return {"packets": dict(self._counts), "unknown": dict(self._unknown)}
+
+    def _nothing(self, silence: float) -> str:
+        """That nothing has come for some time, s, in words."""
+        where = f"{self._settings.address}:{self._settings.port}"
+        return f"nothing has come to {where} for {silence:.0f} s: does vision run, and is `interface` of its network?"
 
     def _read(self, packet: Packet) -> Seen | None:
         if self._sender is not None and self._sender[0] != packet.sender:
