@@ -22,7 +22,8 @@ from vrg.hal.sensors.sonar import Sonar
 from vrg.regions import Rectangle
 from vrg.ros import messages as ros
 from vrg.ros.cdr import decode, encode
-from vrg.ros.publisher import AGAIN, RosPublisher, ros_name
+from vrg.ros.publisher import AGAIN, RosPublisher
+from vrg.ros.wire import ros_name
 from vrg.types import Pose, Twist, Uncertainty
 
 KEYS, MODEL = Keys("m"), robot_model("P2AT")
@@ -138,7 +139,7 @@ def test_readings_become_messages_in_frames_that_are_there() -> None:
     reach = bench.found["/m/ann/range"][1]
     assert bench.counts["/m/ann/range"] == 16
     assert reach["range"] == 0.5
-    charge = bench.found["/m/ann/battery"][1]
+    charge = bench.found["/m/ann/battery_state"][1]
     assert (charge["percentage"], charge["present"]) == (0.75, True)
     assert math.isnan(charge["voltage"])
     fix = bench.found["/m/ann/fix"][1]

@@ -30,7 +30,8 @@ def ros(
     names another router.
     """
     from vrg.ros.graph import RosNode
-    from vrg.ros.publisher import RosPublisher, ros_name
+    from vrg.ros.publisher import RosPublisher
+    from vrg.ros.wire import ros_name
 
     match = attached(on)
     namespace = f"/{ros_name(match.name)}"

@@ -19,7 +19,7 @@ def _check(found: object) -> str | None:
 BACKENDS: Registry[type[Driver]] = Registry(
     "backend",
     "vrg.backends",
-    {"sim": "vrg.hal.sim.driver:SimDriver", "can": "vrg.hal.can.driver:CanDriver"},
+    {"sim": "vrg.hal.sim.driver:SimDriver", "can": "vrg.hal.can.driver:CanDriver", "ros": "vrg.ros.driver:RosDriver"},
     _check,
 )
 """The class of every backend's driver, by the backend's name."""

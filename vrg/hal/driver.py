@@ -62,7 +62,7 @@ class Driver(ABC):
 
     physical: ClassVar[bool] = True
     settings: "ClassVar[type[BackendSettings] | None]" = None
-    measures: ClassVar[frozenset[str]] = frozenset()
+    measures: frozenset[str] = frozenset()
 
     def __init__(self, name: str, model: RobotModel) -> None:
         self.name = name

@@ -36,6 +36,10 @@ class BackendSettings(Table):
         """The things that these robots need and this machine lacks, in words, each with what to do."""
         return []
 
+    def ports(self, robots: Sequence[str]) -> list[int]:
+        """The TCP ports that the drivers of these robots connect to; a sealed player may connect to no others."""
+        return []
+
     def files(self, robots: Sequence[str]) -> list[str]:
         """The files that this table names for these robots, as it names them; they are kept with a run."""
         return []

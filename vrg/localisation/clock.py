@@ -18,9 +18,14 @@ class ClockOffset:
     """Takes in the arrivals of clock messages, and converts times.
 
     Its result is late by what the least delayed message was on its way, which on one machine is about a millisecond.
+
+    Args:
+        stopped: by how much every message of a second is later, s, if the clock has stood still for a while and goes
+            on; infinite for a clock that never does, so that whatever comes late counts as late.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, stopped: float = STOPPED) -> None:
+        self._stopped = stopped
         self._best: deque[tuple[float, float]] = deque()
         """Arrivals and match time minus arrival, s: each is better than all that came after it."""
         self._newest: tuple[float, float] | None = None
@@ -40,7 +45,7 @@ class ClockOffset:
             self._best.pop()
         self._best.append((now, offset))
         recent = next(offset for arrival, offset in self._best if arrival >= now - _RECENT)
-        while self._best[0][0] < now - KEPT or self._best[0][1] > recent + STOPPED:
+        while self._best[0][0] < now - KEPT or self._best[0][1] > recent + self._stopped:
             self._best.popleft()
 
     def match_time(self, monotonic: float) -> float | None:

@@ -10,9 +10,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
-import numpy as np
-import numpy.typing as npt
-
 from vrg.hal.models import RobotModel
 from vrg.regions import Region, surrounding
 from vrg.types import Pose, Twist, Uncertainty
@@ -116,17 +113,17 @@ def occupancy(seconds: float, obstacles: Sequence[Region], around: Sequence[Regi
     """
     x0, y0, x1, y1 = surrounding(region.bounds for region in (*obstacles, *around))
     columns, rows = max(1, math.ceil((x1 - x0) / cell)), max(1, math.ceil((y1 - y0) / cell))
-    grid: npt.NDArray[np.int8] = np.zeros((rows, columns), dtype=np.int8)
+    cells = [0] * (rows * columns)
     for obstacle in obstacles:
         left, low, right, high = obstacle.bounds
         for row in range(max(0, int((low - y0) / cell)), min(rows, math.ceil((high - y0) / cell))):
             for column in range(max(0, int((left - x0) / cell)), min(columns, math.ceil((right - x0) / cell))):
                 if obstacle.contains(x0 + (column + 0.5) * cell, y0 + (row + 0.5) * cell):
-                    grid[row, column] = 100
+                    cells[row * columns + column] = 100
     return {
         "header": header(seconds, MAP),
         "info": {"resolution": cell, "width": columns, "height": rows, "origin": pose(Pose(x0, y0, 0.0))},
-        "data": grid.ravel().tolist(),
+        "data": cells,
     }
 
 

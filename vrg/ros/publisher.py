@@ -9,7 +9,6 @@ robot `odom`, `pose`, `robot_description`, and what its sensors measure: `scan`,
 """
 
 import math
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import ClassVar, Final
 
@@ -28,6 +27,7 @@ from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sensors.spec import SensorSpec
 from vrg.regions import Region
 from vrg.ros import messages as ros
+from vrg.ros.wire import ros_name
 from vrg.types import Pose
 
 AGAIN: Final = 2.0
@@ -43,12 +43,6 @@ SHOWN: Final = (BatterySpec, GpsSpec, LaserSpec, SonarSpec)
 
 Publish = Callable[[str, str, ros.Fields, bool], None]
 """Publishes a message: the topic with its leading slash, the type, the fields, and if those who come later need it."""
-
-
-def ros_name(name: str) -> str:
-    """A name as ROS allows one: letters, digits and underscores, and no digit first."""
-    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
-    return plain if plain[:1].isalpha() else f"n{plain}"
 
 
 class RosPublisher(Node):
@@ -177,7 +171,9 @@ class RosPublisher(Node):
             scan = ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)
             self._publish(f"{place}/scan", "sensor_msgs/LaserScan", scan, False)
         elif isinstance(reading, Battery):
-            self._publish(f"{place}/battery", "sensor_msgs/BatteryState", ros.battery(stamp, reading.charge), False)
+            self._publish(
+                f"{place}/battery_state", "sensor_msgs/BatteryState", ros.battery(stamp, reading.charge), False
+            )
         elif isinstance(reading, Sonar) and isinstance(spec, SonarSpec):
             for number, distance in enumerate(reading.ranges):
                 reach = ros.reach(stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max)

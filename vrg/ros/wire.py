@@ -5,6 +5,7 @@ attachment_helpers, qos). Humble has none of the hashes of types, and is not und
 """
 
 import enum
+import re
 import struct
 from dataclasses import dataclass
 from typing import Final
@@ -70,6 +71,48 @@ class Identity:
         return f"%/{_mangled(self.namespace) or '%'}/{self.name}"
 
 
+@dataclass(frozen=True)
+class Endpoint:
+    """An endpoint of the graph, as its token has it.
+
+    Args:
+        kind: publisher or subscriber. node: its node, with the namespace. topic: with its leading slash. of: its type,
+            such as `nav_msgs/Odometry`. hashed: the hash of that type, or what stands in its place.
+    """
+
+    kind: Kind
+    node: str
+    topic: str
+    of: str
+    hashed: str
+
+    @property
+    def trouble(self) -> str | None:
+        """The reason, in words, why VRG and this endpoint cannot exchange messages; None if they can."""
+        known = HASHES.get(self.of)
+        if known is None or self.hashed == RIHS_PREFIX + known:
+            return None
+        if not self.hashed.startswith(RIHS_PREFIX):
+            return f"{self.node} is of Humble, which has no hashes of types: take Jazzy or later"
+        return f"{self.node} has another definition of {self.of} than Jazzy and later have"
+
+
+def endpoint_of(token: str) -> Endpoint | None:
+    """The endpoint of a token; None for tokens of nodes and services, and for what is no token."""
+    chunks = token.split("/")
+    if len(chunks) < _CHUNKS or chunks[0] != "@ros2_lv" or chunks[5] not in (Kind.PUBLISHER, Kind.SUBSCRIBER):
+        return None
+    namespace, name, topic, of, hashed = (chunk.replace("%", "/") for chunk in chunks[7:12])
+    return Endpoint(
+        Kind(chunks[5]), f"{namespace.rstrip('/')}/{name}", topic, of.replace("::msg::dds_::", "/").rstrip("_"), hashed
+    )
+
+
+def graph_key(domain: int) -> str:
+    """The key expression of all tokens of a domain."""
+    return f"@ros2_lv/{domain}/**"
+
+
 def data_key(domain: int, topic: str, of: str) -> str:
     """The key of the messages of a topic, which begins with a slash."""
     return f"{domain}/{topic.strip('/')}/{dds_name(of)}/{RIHS_PREFIX}{HASHES[of]}"
@@ -81,6 +124,14 @@ def dds_name(of: str) -> str:
     return f"{package}::msg::dds_::{name}_"
 
 
+def ros_name(name: str) -> str:
+    """A name as ROS allows one: letters, digits and underscores, and no digit first."""
+    plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    return plain if plain[:1].isalpha() else f"n{plain}"
+
+
+_CHUNKS: Final = 13
+"""The chunks of the token of an endpoint; newer distributions may add some."""
 ATTACHMENT: Final = struct.Struct("<qqB16s")
 GID_SIZE: Final = 16
 

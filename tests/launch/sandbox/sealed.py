@@ -25,7 +25,7 @@ def policy(folder: Path, *, port: int = 7447, core: int = 0) -> Policy:
         written=[folder / "statistics.json"],
         entries=entries_of,
     )
-    return Policy(files=allowed, port=port, folder=folder / "own", memory=400 + _used(), core=core)
+    return Policy(files=allowed, ports=(port,), folder=folder / "own", memory=400 + _used(), core=core)
 
 
 def _used() -> int:

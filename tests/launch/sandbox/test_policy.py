@@ -118,7 +118,16 @@ def test_nobody_reads_another_process_of_the_system(match: MatchSetup) -> None:
 
 @pytest.mark.parametrize(("router", "port"), [("tls/[::1]:7450", 7450), ("tcp/lab:9", 9), ("tcp/lab:9#iface=eth0", 9)])
 def test_it_connects_to_the_port_of_its_router(match: MatchSetup, router: str, port: int) -> None:
-    assert policy(match, router=router).port == port
+    assert policy(match, router=router).ports == (port,)
+
+
+def test_a_robot_that_runs_ros_is_reached_at_its_own_router(match: MatchSetup, tmp_path: Path) -> None:
+    text = (tmp_path / "match.toml").read_text().replace('backend = "sim"', 'backend = "ros"')
+    tables = "".join(f'[backends.ros.robots.{p.name}]\nrouter = "tcp/{p.name}:7448"\n' for p in match.players)
+    (tmp_path / "match.toml").write_text(f"{text}\n{tables}")
+    there = load_match(tmp_path / "match.toml")
+    assert policy(there).ports == (7450, 7448)
+    assert policy(match).ports == (7450,)
 
 
 def test_a_router_without_a_port_is_told(match: MatchSetup) -> None:

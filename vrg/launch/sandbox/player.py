@@ -62,13 +62,21 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
             *((path, Access.READ) for path in named),
             *((path, Access.READ | Access.WRITE | Access.DEVICE) for path in channels),
         ),
-        port=None if router is None else _port(router),
+        ports=(*(() if router is None else (_port(router),)), *_ports_of_robot(setup, player)),
         folder=folder,
         memory=setup.memory,
         core=None if player.physical or router is None else player.number,
         udp="udp_multicast" in interfaces,
         can="socketcan" in interfaces,
     )
+
+
+def _ports_of_robot(setup: MatchSetup, player: PlayerSetup) -> list[int]:
+    """The TCP ports that the driver of a player's robot connects to."""
+    for backend, settings, robots in setup.backend_settings():
+        if backend == player.backend and player.name in robots:
+            return settings.ports([player.name])
+    return []
 
 
 def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:

@@ -26,7 +26,7 @@ class Policy:
 
     Args:
         files: files and folders, and what may be done there. Nothing else can be read or written.
-        port: the TCP port of the router, the only one that may be connected to; None if none may be.
+        ports: the TCP ports that may be connected to: that of the match's router, and what the robot's driver needs.
         folder: the folder of its own, where it may write.
         memory: the most memory that the strategy may use, MB.
         core: chooses the one processor core that it runs on, by the player's number in the match. With it, the process
@@ -35,7 +35,7 @@ class Policy:
     """
 
     files: tuple[tuple[Path, Access], ...]
-    port: int | None
+    ports: tuple[int, ...]
     folder: Path
     memory: int
     core: int | None

@@ -76,7 +76,7 @@ def seal(policy: Policy) -> None:
         _use_folder(policy.folder)
         _bound(policy)
         _drop_capabilities()
-        landlock.restrict(policy.files, [] if policy.port is None else [policy.port])
+        landlock.restrict(policy.files, policy.ports)
         architecture = ARCHITECTURES[platform.machine()]
         _filter(architecture, program(architecture, rules(os.getpid(), udp=policy.udp, can=policy.can)))
     except OSError as error:

@@ -1,0 +1,256 @@
+"""The backend `ros` against a robot of another implementation: the contract of drivers, and what only it can do."""
+
+import math
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests.ros.test_wire import definitions
+from vrg.bus.session import open_router, open_session
+from vrg.errors import ConfigError, RobotError
+from vrg.hal.driver import DriverContext
+from vrg.hal.models import robot_model
+from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.simulated_clock import SimulatedClock
+from vrg.launch.endpoints import free_endpoint
+from vrg.ros.cdr import Message
+from vrg.ros.driver import RosDriver
+from vrg.ros.graph import RosNode
+from vrg.ros.settings import RosSettings
+from vrg.testing.driver import DriverBench, DriverContract, armed
+from vrg.types import Twist
+
+DOMAIN, STEP, BOOT = 7, 0.05, 1000.0
+"""The domain; the time between two readings, s; what the robot's clock reads as the match begins, s."""
+
+
+class Robot:
+    """The process of the robot, and the router that it uses."""
+
+    def __init__(self, folder: Path, twist_type: str) -> None:
+        self.endpoint = free_endpoint()
+        self._router = open_router(self.endpoint)
+        self._router.__enter__()
+        command = [sys.executable, "-P", str(Path(__file__).parent / "robot.py"), self.endpoint.rpartition(":")[2]]
+        self.process = subprocess.Popen(
+            [*command, str(DOMAIN), "/tb1", str(definitions(folder)), twist_type],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, bufsize=1,
+        )  # fmt: skip
+        self._line()
+
+    def ask(self, line: str) -> str:
+        assert self.process.stdin is not None
+        self.process.stdin.write(line + "\n")
+        return self._line()
+
+    def _line(self) -> str:
+        assert self.process.stdout is not None
+        line = self.process.stdout.readline()
+        assert line, "the robot's process has ended"
+        return line
+
+    def close(self) -> None:
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        self.process.wait(60)
+        self._router.__exit__(None, None, None)
+
+
+def options(endpoint: str, **robot: Any) -> dict[str, Any]:
+    return {"router": endpoint, "domain": DOMAIN, "robots": {"r": {"namespace": "tb1", **robot}}}
+
+
+class RosBench(DriverBench):
+    """Time is simulated, while commands and readings are on the wire: every step waits until they have come."""
+
+    def __init__(self, robot: Robot, patch: pytest.MonkeyPatch) -> None:
+        self.robot, self.clock, self.talks = robot, SimulatedClock(), True
+        self.sent: tuple[float, float] = (0.0, 0.0)
+        bench = self
+
+        class Watched(RosNode):
+            def publish(self, topic: str, of: str, message: Message, lasting: bool = False) -> None:
+                super().publish(topic, of, message, lasting)
+                twist = message.get("twist", message)
+                bench.sent = twist["linear"]["x"], twist["angular"]["z"]
+                bench.published = message
+
+        patch.setattr("vrg.ros.graph.RosNode", Watched)
+        self.published: Message = {}
+        context = DriverContext(
+            name="r", model=robot_model("P2AT"), options=options(robot.endpoint), now=self.clock.now
+        )
+        self.driver: RosDriver = RosDriver(context, clock=self.clock)
+        robot.ask(f"0 {BOOT} 0 0 0")
+        robot.ask("reset")
+
+    def advance(self, seconds: float) -> None:
+        for _ in range(round(seconds / STEP)):
+            self.clock.sleep(STEP)
+            v, w = self.sent
+            self.robot.ask(f"{STEP} {BOOT + self.clock.now()} {v} {w} {int(self.talks)}")
+            while self.talks and self._is_connected and not self._is_heard:
+                pass
+
+    def cut(self) -> None:
+        self.talks = False
+
+    @property
+    def _is_connected(self) -> bool:
+        return self.driver._open is not None
+
+    @property
+    def _is_heard(self) -> bool:
+        try:
+            readings = self.driver.read()
+        except RobotError:
+            return False
+        return all(sample.age < 1e-6 for sample in readings.samples) and len(readings.samples) == 3
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
+    made = Robot(tmp_path_factory.mktemp("messages"), "geometry_msgs/msg/Twist")
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def bench(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosBench]:
+    made = RosBench(robot, monkeypatch)
+    yield made
+    made.driver.close()
+    made.clock.close()
+
+
+class TestRos(DriverContract):
+    pass
+
+
+def test_a_scan_and_a_charge_are_what_the_robot_measures(bench: RosBench) -> None:
+    """A beam without an echo, or that cannot be trusted, reads the longest range; one that is too near the shortest."""
+    bench.driver.connect()
+    bench.advance(0.2)
+    readings = bench.driver.read()
+    scan, battery = readings.latest(Laser), readings.latest(Battery)
+    assert scan is not None
+    assert battery is not None
+    np.testing.assert_allclose(scan.value.ranges, [1.0, 8.0, 2.0, 8.0, 8.0, 8.0, 0.1])
+    assert (scan.value.angle_min, scan.value.angle_step, battery.value.charge) == (-1.5, 0.5, 0.75)
+
+
+def test_a_robot_that_falls_silent_is_disarmed_and_armed_again_when_it_talks(bench: RosBench) -> None:
+    armed(bench)
+    bench.run(Twist(0.2, 0.0), 0.5)
+    bench.cut()
+    bench.advance(1.0)
+    readings = bench.driver.read()
+    assert not readings.armed
+    assert "no odometry on /tb1/odom for 1.0 s" in str(readings.fault)
+    with pytest.raises(RobotError, match="no odometry"):
+        bench.driver.drive(Twist(0.2, 0.0))
+    assert bench.sent == (0.0, 0.0)
+    bench.talks = True
+    bench.advance(0.1)
+    assert bench.driver.read().fault is None
+    bench.driver.arm()
+    bench.run(Twist(0.2, 0.0), 0.5)
+    assert bench.speed == pytest.approx(0.2)
+
+
+def test_its_way_goes_on_where_its_odometry_begins_anew(bench: RosBench, caplog: pytest.LogCaptureFixture) -> None:
+    armed(bench)
+    bench.run(Twist(0.5, 0.0), 2.0)
+    before = bench.odometry.pose
+    bench.robot.ask("reset")
+    bench.run(Twist(0.5, 0.0), 1.0)
+    assert bench.odometry.pose.x - before.x == pytest.approx(0.5, abs=0.05)
+    assert "begun anew" in caplog.text
+
+
+def test_who_is_disarmed_is_left_to_others_after_a_while(bench: RosBench) -> None:
+    bench.driver.connect()
+    bench.advance(1.5)
+    bench.published = {}
+    bench.advance(0.5)
+    assert bench.published == {}
+    bench.driver.emergency_stop()
+    bench.advance(3.0)
+    bench.published = {}
+    bench.advance(0.2)
+    assert bench.published != {}, "while the emergency stop is engaged it is commanded to stand"
+
+
+def test_a_robot_that_wants_stamps_gets_them_by_its_own_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    robot = Robot(tmp_path, "geometry_msgs/msg/TwistStamped")
+    try:
+        bench = RosBench(robot, monkeypatch)
+        armed(bench)
+        bench.run(Twist(0.3, 0.1), 1.0)
+        assert bench.speed == pytest.approx(0.3)
+        header = bench.published["header"]
+        assert header["frame_id"] == "base_footprint"
+        assert header["stamp"]["sec"] == int(BOOT + bench.clock.now())
+        bench.driver.close()
+    finally:
+        robot.close()
+
+
+def test_what_is_missing_in_the_graph_is_named() -> None:
+    endpoint, clock = free_endpoint(), SimulatedClock()
+    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint), now=clock.now)
+    with open_router(endpoint), open_session(endpoint) as session:
+        node = RosNode(session, DOMAIN, "other")
+        node.publish("/tb2/odom", "nav_msgs/Odometry", {})
+        driver = RosDriver(context, clock=clock)
+        with pytest.raises(
+            RobotError, match=r"expected a node that obeys /tb1/cmd_vel and .* got the topics /tb2/odom"
+        ):
+            driver.connect()
+
+
+def test_a_robot_of_humble_is_refused_in_words() -> None:
+    endpoint, clock = free_endpoint(), SimulatedClock()
+    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint), now=clock.now)
+    token = "@ros2_lv/7/a/0/{}/{}/%/%/base/%tb1%{}/{}_/TypeHashNotSupported/::,10:,:,:,,"
+    with open_router(endpoint), open_session(endpoint) as session:
+        session.declare_alive(token.format(1, "MS", "cmd_vel", "geometry_msgs::msg::dds_::Twist"))
+        session.declare_alive(token.format(2, "MP", "odom", "nav_msgs::msg::dds_::Odometry"))
+        with pytest.raises(RobotError, match=r"/base is of Humble, which has no hashes of types: take Jazzy or later"):
+            RosDriver(context, clock=clock).connect()
+
+
+def test_without_a_router_it_says_what_to_start(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vrg.bus.session.open_session", lambda endpoint, **_: open_session(endpoint, patience=0.0))
+    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(free_endpoint()))
+    with pytest.raises(RobotError, match="expected the router of its ROS nodes"):
+        RosDriver(context).connect()
+
+
+def test_mistakes_in_the_match_file_are_found() -> None:
+    settings = RosSettings.model_validate(
+        {"robots": {"a": {"namespace": "tb1"}, "b": {"cmd_vel": "/tb1/cmd_vel"}, "c": {}}}
+    )
+    assert settings.problems(["a", "b", "d"], Path()) == [
+        "expected a table [backends.ros.robots.d] with its topics, found none",
+        "robots.b: a obeys /tb1/cmd_vel, too: give each a `namespace`",
+    ]
+    assert settings.ports(["a"]) == [7447]
+    with pytest.raises(ConfigError, match=r"robots\.r"):
+        RosDriver(DriverContext(name="r", model=robot_model("P2AT"), options={}))
+
+
+def test_a_robot_without_a_laser_leaves_it_to_the_world() -> None:
+    model = robot_model("P2AT")
+    here = options("tcp/127.0.0.1:1", scan="")
+    assert RosDriver(DriverContext(name="r", model=model, options=here)).measures == {"odometry", "battery"}
+    bare = replace(model, sensors=tuple(spec for spec in model.sensors if spec.kind == "odometry"))
+    assert RosDriver(DriverContext(name="r", model=bare, options=options("tcp/127.0.0.1:1"))).measures == {"odometry"}
+    assert math.isfinite(model.v_max)
