@@ -2,11 +2,13 @@
 
 import json
 import math
+from collections.abc import Callable
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from vrg.agents.ros import RosDriven
 from vrg.bus import messages as m
@@ -41,8 +43,8 @@ class Bench:
             "ros", self.mailbox, KEYS, "/m", self.publish, robots={"ann": MODEL}, obstacles=(WALL,)
         )
 
-    def publish(self, topic: str, of: str, message: ros.Fields, lasting: bool) -> None:
-        self.found[topic] = of, decode(of, encode(of, message)), lasting
+    def publish(self, topic: str, of: str, make: Callable[[], ros.Fields], lasting: bool) -> None:
+        self.found[topic] = of, decode(of, encode(of, make())), lasting
         self.counts[topic] = self.counts.get(topic, 0) + 1
 
     def say(self, topic: Topic[Any], body: m.Message, stamp: float | None = None) -> None:
@@ -155,6 +157,22 @@ def test_the_clock_and_the_referee_are_there() -> None:
     assert bench.found["/clock"][1] == {"clock": {"sec": 3, "nanosec": 250_000_000}}
     told = json.loads(bench.found["/m/referee/state"][1]["data"])
     assert (told["game"], told["stage"]) == ("practice", "play_round")
+
+
+def test_flags_are_where_their_carriers_are_and_calls_stand_for_a_while() -> None:
+    bench = Bench()
+    free = m.FieldObject(name="red flag", kind="flag", x=1.0, y=2.0)
+    bench.say(KEYS.referee_state, structs.replace(state(), objects=(free, structs.replace(free, carrier="ann"))))
+    bench.say(KEYS.poses, poses())
+    bench.tick(1.0)
+    flags = bench.found["/m/markers"][1]["markers"]
+    assert [(f["ns"], f["id"], f["pose"]["position"]["x"]) for f in flags] == [("flag", 0, 1.0), ("flag", 1, 3.0)]
+    call = m.Call(number=4, rule="tag", text="ann is tagged", players=("ann",), poses=(Pose(5.0, 6.0, 0.0),), clock=1.0)
+    bench.say(KEYS.referee_event, call)
+    bench.tick(1.1)
+    (note,) = bench.found["/m/markers"][1]["markers"]
+    assert (note["ns"], note["id"], note["text"], note["lifetime"]["sec"]) == ("calls", 4, "ann is tagged", 4)
+    assert json.loads(bench.found["/m/referee/calls"][1]["data"])["rule"] == "tag"
 
 
 @pytest.mark.parametrize(("name", "plain"), [("ann", "ann"), ("red-1", "red_1"), ("3po", "n3po"), ("größe", "gr__e")])

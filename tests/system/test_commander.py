@@ -13,7 +13,7 @@ import pytest
 
 from tests.system.harness import Match, wait_until
 from tests.system.test_leases import STILL, lease_match
-from vrg.ui.driving import LEASE
+from vrg.bus.pacing import LEASE
 
 pytestmark = pytest.mark.system
 

@@ -11,13 +11,14 @@ from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
+from vrg.bus.pacing import LEASE
 from vrg.bus.topics import Keys
 from vrg.games.roboflag import GAME
 from vrg.types import STILL, Pose, Twist
 from vrg.ui.acts import Act, Press
 from vrg.ui.commander.deck import Deck
 from vrg.ui.commander.node import Commander
-from vrg.ui.driving import DEAD_ZONE, LEASE, SLOW, Driving, radial
+from vrg.ui.driving import DEAD_ZONE, SLOW, Driving, radial
 from vrg.ui.pads import Pads
 
 REDS = ("red1", "red2", "red3", "red4")

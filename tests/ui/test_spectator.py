@@ -11,7 +11,8 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.ui.driving import LEASE, SLOW
+from vrg.bus.pacing import LEASE
+from vrg.ui.driving import SLOW
 from vrg.ui.spectator import HOLD, Spectator
 from vrg.ui.window import display_available
 

@@ -14,6 +14,7 @@ from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
+from vrg.bus.pacing import LEASE, LONGEST, lease
 from vrg.bus.topics import Keys
 from vrg.bus.traffic import Traffic
 from vrg.hal.sensors.ins import Ins
@@ -21,7 +22,7 @@ from vrg.ui import acts
 from vrg.ui.acts import Act
 from vrg.ui.commander.node import Commander
 from vrg.ui.developer.node import DeveloperWindow
-from vrg.ui.driving import LEASE, LONGEST, SLOW, lease
+from vrg.ui.driving import SLOW
 from vrg.ui.hud.node import Hud
 from vrg.ui.replay import KEYS as REPLAY_KEYS
 from vrg.ui.spectator import Spectator

@@ -47,6 +47,10 @@ def router_settings(
     """
     others = [] if upstream is None else [upstream]
     settings = _settings("router", {"listen": {"endpoints": [*endpoints]}, "connect": _connect(others)}, credentials)
+    if credentials is None:
+        # Clients need no gossip. Peers, which ROS nodes are, find one another only by that of their router.
+        autoconnect = {"router": [], "peer": ["router", "peer"]}
+        settings["scouting"]["gossip"] = {"enabled": True, "multihop": False, "autoconnect": autoconnect}
     # One process that opens many connections and never identifies itself must not keep the others out.
     settings["transport"]["unicast"] = {"accept_pending": PENDING, "max_sessions": PENDING}
     if access is not None:

@@ -88,7 +88,7 @@ class RouterLink:
         self._recipes: list[Recipe] = []
         self._declared: list[Declared] = []
         self._publishers: dict[str, _Publisher] = {}
-        self._kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
+        self._kept: dict[str, tuple[Qos, deque[tuple[float, bytes, bytes | None]]]] = {}
         self._beats = deque([time.monotonic()], maxlen=DOUBTFUL)
         self._lock = threading.RLock()
         self._lost, self._closing = threading.Event(), threading.Event()
@@ -142,7 +142,7 @@ class RouterLink:
 
         Args:
             perishable: True for an event that counts at once or never.
-            attachment: of a message that is not kept.
+            attachment: of a message that is lost with the link, or of a state.
         """
         if qos is Qos.LATEST:
             # It does not wait for a session that is being replaced: the next message makes up for this one.
@@ -160,9 +160,21 @@ class RouterLink:
                 kept = self._kept.get(key)
                 if kept is None:
                     kept = self._kept[key] = (qos, deque(maxlen=1 if qos is Qos.STATE else EVENTS_KEPT))
-                kept[1].append((time.monotonic(), payload))
+                kept[1].append((time.monotonic(), payload, attachment))
             if self._up:
                 self._publisher(key, qos).put(payload, attachment=attachment)
+
+    def wanted(self, key: str) -> bool:
+        """True if anybody subscribes to a key on which only the latest message counts; half a microsecond."""
+        if not self._up:
+            return False
+        try:
+            publisher = self._publishers.get(key) or self._publisher(key, Qos.LATEST)
+            # The stub says bool, the library returns a MatchingStatus; an advanced publisher has none.
+            return bool(getattr(getattr(publisher, "matching_status", None), "matching", True))
+        except zenoh.ZError as error:
+            log.debug("the session was replaced meanwhile: %s", error)
+            return False
 
     def prepare(self, key: str, qos: Qos) -> None:
         """Declare the publisher of a key before its first message."""
@@ -251,9 +263,9 @@ class RouterLink:
     def _publish_kept(self, since: float) -> None:
         oldest = max(since, time.monotonic() - EVENT_LIFESPAN)
         for key, (qos, kept) in self._kept.items():
-            for at, payload in kept:
+            for at, payload, attachment in kept:
                 if qos is Qos.STATE:
-                    self._publisher(key, qos).put(payload)
+                    self._publisher(key, qos).put(payload, attachment=attachment)
                 elif at >= oldest:
                     self._publisher(key, qos).put(payload, attachment=REPUBLISHED)
 

@@ -1,7 +1,8 @@
-"""When a node is ticked, by the clock messages that its process hears. This module reads no clock."""
+"""Match time and real time: how the one becomes the other, and when a node is ticked. This module reads no clock."""
 
 import logging
 from collections.abc import Sequence
+from typing import Final
 
 from vrg.bus.clock_tracker import ClockTracker
 from vrg.bus.codec import Received
@@ -10,12 +11,28 @@ from vrg.bus.node import Tick, due_index
 
 log = logging.getLogger(__name__)
 
+FULL_SPEED_RATE: Final = 10.0
+"""Match seconds per real second that are assumed where the world runs as fast as it can."""
+LEASE: Final = 0.3
+"""The real time in s that a command of a person, or of a ROS node, holds. Commands come at least ten times a second."""
+LONGEST: Final = 1.0
+"""The longest lease that a message can ask for, s of match time."""
 STALL = 0.5
 """The real time in s without the world's clock after which a node learns that time has stopped."""
 
 
+def match_speed(rate: float) -> float:
+    """Return the match seconds per real second, at least 1. A rate of 0 means as fast as possible."""
+    return max(1.0, rate if rate > 0 else FULL_SPEED_RATE)
+
+
+def lease(rate: float) -> float:
+    """The match time in s that a command holds, at `rate` match seconds per real second."""
+    return min(LONGEST, LEASE * match_speed(rate))
+
+
 class Pacer:
-    """See the module.
+    """Tells when a node is ticked, by the clock messages that its process hears.
 
     Args:
         period: that of the node, match time in s. now: the real time, s.

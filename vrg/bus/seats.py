@@ -120,7 +120,7 @@ def seats_of_node(kind: str, name: str) -> Sequence[Seat]:
     """The seats that a node of the match may take, the one that it prefers first.
 
     Args:
-        kind: a kind of node, `router`, `web` for the page, `foxglove` or `three`. name: the name of the node.
+        kind: a kind of node, `router`, `web` for the page, `foxglove`, `three` or `ros`. name: the name of the node.
 
     Raises:
         ValueError: no seat is for such a node.
@@ -130,7 +130,7 @@ def seats_of_node(kind: str, name: str) -> Sequence[Seat]:
             return (Seat(SeatKind(kind), name),)
         case "coordinator":
             return (Seat(SeatKind.REFEREE),)
-        case "spectator" | "developer" | "web" | "foxglove":
+        case "spectator" | "developer" | "web" | "foxglove" | "ros":
             return (Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
         case "three":
             # Nobody decides anything there, so it prefers the seat that may not.

@@ -34,6 +34,8 @@ log = logging.getLogger(__name__)
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 ASKING: Final = 1.0
 """The longest real time in s to wait for the events that were missed while the link was lost."""
+JOINING: Final = 1.0
+"""The real time in s to wait for a router that may not be there."""
 LIVELINESS_TIMEOUT: Final = 1.0
 """The longest real time in s to wait for the router's answer to who is alive."""
 
@@ -199,9 +201,17 @@ class Session:
             lambda raw: raw.liveliness().declare_token(key if isinstance(key, str) else key(str(raw.info.zid())))
         )
 
-    def put_raw(self, key: str, payload: bytes, attachment: bytes) -> None:
-        """Publish bytes that are no message of the match, as for programs of another kind; lost while the link is."""
-        self._link.put(key, Qos.LATEST, payload, attachment=attachment)
+    def put_raw(self, key: str, payload: bytes, attachment: bytes, *, kept: bool = False) -> None:
+        """Publish bytes that are no message of the match, as for programs of another kind.
+
+        Args:
+            kept: True keeps them for those who subscribe later; otherwise they are lost while the link is.
+        """
+        self._link.put(key, Qos.STATE if kept else Qos.LATEST, payload, attachment=attachment)
+
+    def wanted(self, key: str) -> bool:
+        """True if anybody subscribes to a key of bytes that are not kept."""
+        return self._link.wanted(key)
 
     def alive(self, expression: str) -> set[str]:
         """The keys of the liveliness tokens that are held now.
@@ -329,6 +339,22 @@ def _wait(condition: Callable[[], bool], patience: float) -> bool:
             return False
         pause.wait(0.01)
     return True
+
+
+@contextmanager
+def joined(endpoint: str, stop: StopSignal | None = None) -> Iterator["Session"]:
+    """Connect to the router at an endpoint, and if there is none yet, run one there until the context ends.
+
+    Raises:
+        BusError: there is none, and the endpoint cannot be listened on.
+    """
+    with ExitStack() as stack:
+        try:
+            session = stack.enter_context(open_session(endpoint, patience=JOINING, stop=stop))
+        except BusError:
+            stack.enter_context(open_router(endpoint))
+            session = stack.enter_context(open_session(endpoint, stop=stop))
+        yield session
 
 
 @contextmanager

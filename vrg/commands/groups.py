@@ -138,6 +138,9 @@ class PlayOptions(PracticeOptions):
         bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
     ] = False
     three: ThreeOption = False
+    ros: Annotated[bool, typer.Option("--ros", help="Let ROS 2 see it, and drive players with the strategy ros.")] = (
+        False
+    )
 
     def check(self) -> None:
         """See PracticeOptions.check."""
@@ -145,7 +148,8 @@ class PlayOptions(PracticeOptions):
         if self.in_process and self.sandbox:
             raise typer.BadParameter("--sandbox needs processes: take --lockstep in place of --in-process")
         needing = {
-            "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--web": self.address,
+            "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--ros": self.ros,
+            "--web": self.address,
             "--developer": self.developer,
         }  # fmt: skip
         if self.steps and (first := next((name for name, wanted in needing.items() if wanted), None)):

@@ -23,7 +23,8 @@ from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands import three
 from vrg.commands.page import foxglove_link, print_links
-from vrg.config.files import HERE, LIVE, THREE, WEB
+from vrg.commands.ros import ros_place
+from vrg.config.files import HERE, LIVE, ROS, THREE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.events import EventLog
@@ -55,6 +56,7 @@ class Show:
         page: where browsers see it, and who may do what there; None serves no page.
         live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
         three: where it is shown in three dimensions; None without that.
+        ros: where ROS 2 sees it; None without that.
     """
 
     console: Console
@@ -63,6 +65,7 @@ class Show:
     page: Admission | None = None
     live: str | None = None
     three: str | None = None
+    ros: str | None = None
 
     def announce(self, *texts: str) -> None:
         """Print what happens to the processes, unless the terminal is gone: the match does not depend on it."""
@@ -141,6 +144,8 @@ class Launch:
                     show.console.print(foxglove_link(show.live), soft_wrap=True)
                 if name == THREE and show.three is not None:
                     show.console.print(three.three_link(show.three), soft_wrap=True)
+                if name == ROS and show.ros is not None:
+                    show.console.print(ros_place(setup, show.ros, launched.endpoint), soft_wrap=True)
 
             def started(_session: Session) -> None:
                 progress.stop()
@@ -229,6 +234,7 @@ class Launch:
                         page=show.page,
                         live=show.live,
                         three=show.three,
+                        ros=show.ros,
                     ),
                     endpoint,
                     setup.keys,

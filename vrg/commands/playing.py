@@ -19,6 +19,7 @@ from vrg.commands.launching import Launch, Show
 from vrg.commands.options import has_display
 from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
+from vrg.commands.ros import ros_address, typed_domain
 from vrg.commands.three import three_address
 from vrg.config.files import WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
@@ -73,8 +74,9 @@ def play_match(
     page = None if address is None else open_page(*address, names, keys=keys)
     live = live_address(None) if options.foxglove else None
     three = three_address(None) if options.three else None
-    show = Show(console, window=window, record=options.record, page=page, live=live, three=three)
     secured = not options.steps and (keys is not None or (setup.has_seats if options.seats is None else options.seats))
+    ros = ros_address(typed_domain(), None, secured=secured) if options.ros else None
+    show = Show(console, window=window, record=options.record, page=page, live=live, three=three, ros=ros)
     show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
     if not options.steps:
         lacks = [text for _, table, robots in setup.backend_settings() for text in table.only_in_process(robots)]

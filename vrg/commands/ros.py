@@ -1,66 +1,75 @@
-"""The command `vrg show ros`: a match appears in ROS 2."""
+"""The command `vrg show ros`, a running match in ROS 2; `vrg play --ros` shares its parts."""
 
 import os
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.process import run_node
-from vrg.bus.seats import Seat, SeatKind
-from vrg.bus.session import open_session
-from vrg.bus.topics import Keys
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached, connected
-from vrg.commands.options import make_console
+from vrg.commands.matches import attached
 from vrg.errors import ConfigError
+
+if TYPE_CHECKING:
+    from vrg.config.setup import MatchSetup
+
+DOMAIN: Final = "ROS_DOMAIN_ID"
+BESIDE: Final = "tcp/127.0.0.1:7448"
+"""The router of ROS nodes beside a match whose own lets only seats in."""
 
 
 def ros(
     on: MatchOptions,
     to: Annotated[
         str | None,
-        typer.Option(metavar="ENDPOINT", help="The router of ROS nodes, such as rmw_zenohd's; the match's if missing."),
+        typer.Option(
+            metavar="ENDPOINT",
+            help="The router of ROS nodes, such as rmw_zenohd's. If none answers there, "
+            f"one is opened. By default the match's, or for a match with seats {BESIDE}.",
+        ),
     ] = None,
-    domain: Annotated[int, typer.Option(min=0, max=232, help="ROS_DOMAIN_ID.", envvar="ROS_DOMAIN_ID")] = 0,
+    domain: Annotated[int, typer.Option(min=0, max=232, help="The domain of the ROS nodes.", envvar=DOMAIN)] = 0,
 ) -> None:
     """Let ROS 2 see a match: topics of each robot, tf, map, markers, referee and /clock, until Ctrl-C. It needs no ROS.
 
-    ROS nodes use rmw_zenoh; docs/ros.md has what they must set. A match with seats lets none of them in: for it, --to
-    names another router.
+    ROS nodes use rmw_zenoh; docs/ros.md has what they must set.
     """
-    from vrg.ros.graph import RosNode
-    from vrg.ros.publisher import RosPublisher
+    found = attached(on)
+    setup, secured = found.known_setup(), not found.endpoint.startswith("tcp/")
+    where = ros_address(domain, to, secured=secured)
+    typer.echo(ros_place(setup, where, found.endpoint))
+    found.serve("ros", where)
+
+
+def typed_domain() -> int:
+    """The domain in the environment.
+
+    Raises:
+        ConfigError: it is none.
+    """
+    typed = os.environ.get(DOMAIN, "0")
+    if not typed.isdecimal() or int(typed) > 232:
+        raise ConfigError(f"{DOMAIN}: expected a whole number from 0 to 232, got {typed!r}")
+    return int(typed)
+
+
+def ros_address(domain: int, to: str | None, *, secured: bool) -> str:
+    """The domain and the router of ROS nodes, as `vrg.launch.nodes.ros_node` has it.
+
+    Args:
+        to: the router that was typed. secured: True if the match's router lets only seats in.
+    """
+    return f"{domain}@{to or (BESIDE if secured else '')}"
+
+
+def ros_place(setup: "MatchSetup", where: str, endpoint: str) -> str:
+    """Words on where a match is in ROS 2.
+
+    Args:
+        endpoint: of the match's router.
+    """
     from vrg.ros.wire import ros_name
 
-    match = attached(on)
-    namespace = f"/{ros_name(match.name)}"
-    robots = {} if match.setup is None else {player.name: player.robot for player in match.setup.players}
-    if to is None and not match.endpoint.startswith("tcp/"):
-        raise ConfigError(
-            f"--to: the router {match.endpoint} of {match.name} lets only seats in, no ROS node: start another one, "
-            "`ros2 run rmw_zenoh_cpp rmw_zenohd` or `vrg node router`, and name it here"
-        )
-    to = to or match.endpoint
-    with (
-        connected(match.endpoint, on.keys, Seat(SeatKind.WINDOW), Seat(SeatKind.OFFICIAL)) as (stop, session),
-        open_session(to, stop=stop) as outside,
-    ):
-        graph = RosNode(outside, domain, "vrg", namespace)
-        setup = match.setup
-        driven = [] if setup is None else [player.name for player in setup.players if player.strategy == "ros"]
-        node = RosPublisher(
-            f"ros-{os.getpid()}",
-            Mailbox(),
-            Keys(match.name),
-            namespace,
-            graph.publish,
-            robots=robots,
-            obstacles=match.obstacles,
-            driven={name: graph.commands(f"{namespace}/{ros_name(name)}/cmd_vel") for name in driven},
-        )
-        console = make_console()
-        console.print(f"{match.name} is in ROS 2 as {namespace}, in domain {domain}, by the router {to}.")
-        if driven:
-            console.print(f"ROS drives {', '.join(driven)} by cmd_vel.")
-        run_node(node, session, Keys(match.name), stop)
+    domain, _, router = where.partition("@")
+    driven = [player.name for player in setup.players if player.strategy == "ros"]
+    drives = f"; cmd_vel drives {', '.join(driven)}" if driven else ""
+    return f"in ROS 2: /{ros_name(setup.name)}, domain {domain}, router {router or endpoint}{drives}"

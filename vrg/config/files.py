@@ -17,12 +17,12 @@ from vrg.types import Pose
 
 HERE = "here"
 """The name of the machine where the match is launched."""
-WINDOW, WEB, LIVE, THREE = "spectator", "web", "foxglove", "3d"
-"""The names of the processes of the window, of the page, and of what Foxglove connects to. The last two run where the
-match is launched."""
+WINDOW, WEB, LIVE, THREE, ROS = "spectator", "web", "foxglove", "3d", "ros"
+"""The names of the processes of the window, of the page, of what Foxglove connects to, of the view in three dimensions,
+and of what shows the match to ROS 2. All but the first run where the match is launched."""
 PLACED = ("router", "world", "referee", "recorder", WINDOW)
 """The names of the processes of every match."""
-PROCESS_NAMES = (*PLACED, "drives", WEB, LIVE, THREE)
+PROCESS_NAMES = (*PLACED, "drives", WEB, LIVE, THREE, ROS)
 """The names of other processes. A player cannot have one of them, as its process and log are named after it."""
 RESERVED = ("router-", "host-", "drives-")
 """The beginnings of the names of further processes and logs, in a match that spans several machines."""

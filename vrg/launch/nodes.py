@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from vrg.agents.player import Player
     from vrg.agents.strategy import Strategy
     from vrg.bus.node import Node
+    from vrg.bus.session import Session
     from vrg.coordinator.coordinator import Coordinator
     from vrg.coordinator.journal import Journal, NoJournal
     from vrg.hal.can.link import Medium
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from vrg.hal.sim.node import WorldNode
     from vrg.recording.live import LiveRecorder
     from vrg.recording.recorder import Recorder
+    from vrg.ros.publisher import RosPublisher
     from vrg.ui.developer.node import DeveloperWindow
     from vrg.ui.hud.node import Hud
     from vrg.ui.spectator import Spectator
@@ -280,6 +282,32 @@ def three_node(setup: MatchSetup, address: str) -> "ThreeNode":
 
     robots = {player.name: player.robot for player in setup.players}
     return ThreeNode(THREE, Mailbox(), setup.keys, theatre(setup, address), robots=robots, obstacles=setup.obstacles)
+
+
+def ros_node(setup: MatchSetup, where: str, join: "Callable[[str], Session]") -> "RosPublisher":
+    """Make the node that shows a match to ROS 2.
+
+    Args:
+        where: the domain, and the router of the ROS nodes, such as `0@tcp/127.0.0.1:7448`; without one it is that of
+            the match. join: returns a session with a router; with that of the match if it is empty.
+    """
+    from vrg.config.files import ROS
+    from vrg.ros.graph import RosNode
+    from vrg.ros.publisher import RosPublisher
+    from vrg.ros.wire import ros_name
+
+    domain, _, router = where.partition("@")
+    namespace = f"/{ros_name(setup.name)}"
+    graph = RosNode(join(router), int(domain), "vrg", namespace)
+    driven = {
+        player.name: graph.commands(f"{namespace}/{ros_name(player.name)}/cmd_vel")
+        for player in setup.players
+        if player.strategy == "ros"
+    }
+    robots = {player.name: player.robot for player in setup.players}
+    return RosPublisher(
+        ROS, Mailbox(), setup.keys, namespace, graph.offer, robots=robots, obstacles=setup.obstacles, driven=driven
+    )
 
 
 def theatre(setup: MatchSetup, address: str) -> "Theatre":

@@ -21,7 +21,7 @@ from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.refusals import refusals_logged
 from vrg.bus.seats import Seat, SeatKind, seats_of_node
-from vrg.bus.session import Session, open_router, open_session
+from vrg.bus.session import Session, joined, open_router, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, SandboxError, StrategyError
@@ -40,7 +40,7 @@ LEASH_TIMEOUT = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-DISPLAY_KINDS = ("spectator", "developer", "hud", "web", "foxglove", "three")
+DISPLAY_KINDS = ("spectator", "developer", "hud", "web", "foxglove", "three", "ros")
 """The kinds of nodes that show the match to people."""
 KINDS = ("world", "coordinator", "recorder", "tracker", *DISPLAY_KINDS, "player")
 """The kinds of nodes that `serve` can run."""
@@ -60,7 +60,7 @@ def serve(
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
     Args:
-        kind: one of KINDS. name: the name of a player, also for its display, or of a window.
+        kind: one of KINDS. name: the name of a player, also for its display, or of a window, or where others serve.
         router: the endpoint of the router.
         keys: the folder of the keys of the match's seats; None in a match without them.
         run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
@@ -117,7 +117,10 @@ def serve(
             node = nodes.player_node(setup, name)
         elif kind in DISPLAY_KINDS:
             official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
-            node, finished = _shown(kind, setup, session, name, run, secret, official=official)
+            node, finished = _shown(
+                kind, setup, session, name, run, secret, official=official,
+                join=lambda to: stack.enter_context(joined(to, stop)) if to else session,
+            )  # fmt: skip
             idle = WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
@@ -128,15 +131,29 @@ def serve(
 
 
 def _shown(
-    kind: str, setup: MatchSetup, session: Session, name: str, run: Path | None, secret: str, *, official: bool
+    kind: str,
+    setup: MatchSetup,
+    session: Session,
+    name: str,
+    run: Path | None,
+    secret: str,
+    *,
+    official: bool,
+    join: Callable[[str], Session],
 ) -> tuple[Node, Callable[[], bool]]:
-    """Make a node that shows the match to people, and what tells whether they have closed it."""
-    if kind == "web":
-        return nodes.web_node(setup, secret), _never
-    if kind == "foxglove":
-        return nodes.live_node(setup, name), _never
-    if kind == "three":
-        return nodes.three_node(setup, name), _never
+    """Make a node that shows the match to people, and what tells whether they have closed it.
+
+    Args:
+        join: returns a session with another router than the match's, or with the match's for an empty endpoint.
+    """
+    served: Mapping[str, Callable[[], Node]] = {
+        "web": lambda: nodes.web_node(setup, secret),
+        "foxglove": lambda: nodes.live_node(setup, name),
+        "three": lambda: nodes.three_node(setup, name),
+        "ros": lambda: nodes.ros_node(setup, name, join),
+    }
+    if kind in served:
+        return served[kind](), _never
     if kind == "hud":
         display = nodes.hud_node(setup, name)
         return display, lambda: display.closed

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vrg.bus.seats import Seat, seats_of_node
-from vrg.config.files import HERE, LIVE, THREE, WEB, WINDOW
+from vrg.config.files import HERE, LIVE, ROS, THREE, WEB, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
 from vrg.launch.child import Job
@@ -15,13 +15,20 @@ if TYPE_CHECKING:
 
 
 def placed(
-    setup: MatchSetup, *, window: bool, record: bool, web: bool = False, live: bool = False, three: bool = False
+    setup: MatchSetup,
+    *,
+    window: bool,
+    record: bool,
+    web: bool = False,
+    live: bool = False,
+    three: bool = False,
+    ros: bool = False,
 ) -> dict[str, str]:
     """The machine of each process of a match, by the process' name, in the order in which they are started.
 
     Args:
         window: True opens the spectator. record: True runs the recorder. web: True serves the page. live: True lets
-            Foxglove connect. three: True serves the view in three dimensions.
+            Foxglove connect. three: True serves the view in three dimensions. ros: True shows it to ROS 2.
     """
     names = ["world", "referee", *setup.trackers, *(companion.name for companion in setup.companions)]
     names += ["recorder"] if record else []
@@ -29,6 +36,7 @@ def placed(
     names += [WEB] if web else []
     names += [LIVE] if live else []
     names += [THREE] if three else []
+    names += [ROS] if ros else []
     names += [player.name for player in setup.players]
     routers = {"router": setup.place.get("router", HERE)}
     routers |= {f"router-{name}": name for name, machine in setup.machines.items() if machine.router}
@@ -48,7 +56,7 @@ def kind_of(setup: MatchSetup, process: str) -> str | None:
     if process in [companion.name for companion in setup.companions]:
         return None
     kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder"}
-    kinds |= {WINDOW: window_of(setup)[0], WEB: "web", LIVE: "foxglove", THREE: "three"}
+    kinds |= {WINDOW: window_of(setup)[0], WEB: "web", LIVE: "foxglove", THREE: "three", ROS: "ros"}
     return kinds.get(process, "router")
 
 
@@ -87,6 +95,7 @@ def specs(
     page: "Admission | None" = None,
     live: str | None = None,
     three: str | None = None,
+    ros: str | None = None,
 ) -> list[ProcessSpec]:
     """The processes of a match that run on one machine, the router first.
 
@@ -102,6 +111,7 @@ def specs(
         page: where the page is served, and for whom; None without one.
         live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
         three: where the view in three dimensions is served; None without one.
+        ros: the domain and the router of ROS 2, as `vrg.launch.nodes.ros_node` has it; None does not show it there.
     """
     run, given = str(folder.resolve()), None if keys is None else str(keys)
     companions = {companion.name: companion for companion in setup.companions}
@@ -114,13 +124,14 @@ def specs(
         if kind == "router":
             job = Job(kind=kind, router=endpoint, run=run, keys=given, upstream=upstream)
             return ProcessSpec(process, job.arguments, None, 0, 3)
-        name = {WINDOW: window_of(setup)[1], WEB: "", LIVE: live or "", THREE: three or ""}.get(process, process)
+        served = {WINDOW: window_of(setup)[1], WEB: "", LIVE: live or "", THREE: three or "", ROS: ros or ""}
+        name = served.get(process, process)
         # Most of what shows the match is a spectator on the bus.
-        shown = "spectator" if kind in ("developer", "web", "foxglove", "three") else kind
+        shown = "spectator" if kind in ("developer", "web", "foxglove", "three", "ros") else kind
         return ProcessSpec(
             process,
             Job(kind=kind, router=endpoint, run=run, name=name, keys=given).arguments,
-            setup.keys.pulse(shown, process if process in (WEB, LIVE, THREE) else name).key,
+            setup.keys.pulse(shown, process if process in (WEB, LIVE, THREE, ROS) else name).key,
             group=2 if process in setup.physical and companions else 1,
             stop_order={"player": 0, "world": 2}.get(kind, 1),
             essential=kind in ("world", "coordinator", "player"),
@@ -130,6 +141,12 @@ def specs(
         )
 
     where = placed(
-        setup, window=window, record=record, web=page is not None, live=live is not None, three=three is not None
+        setup,
+        window=window,
+        record=record,
+        web=page is not None,
+        live=live is not None,
+        three=three is not None,
+        ros=ros is not None,
     )
     return [spec(process) for process, at in where.items() if at == machine]

@@ -50,17 +50,21 @@ class RosNode:
 
         Args:
             topic: with its leading slash. of: the type, such as `nav_msgs/Odometry`.
-            lasting: those who come later need it, so it is published again from time to time.
+            lasting: it is kept for those who come later (transient local).
 
         Raises:
             ValueError: the message is not of that type.
         """
-        publisher = self._publishers.get(topic)
-        if publisher is None:
-            publisher = self._publishers[topic] = self._advertise(topic, of, lasting)
-        publisher.sequence += 1
-        told = attachment(publisher.sequence, self._wall(), publisher.gid)
-        self._session.put_raw(publisher.key, encode(of, message), told)
+        self._send(self._publisher(topic, of, lasting), message)
+
+    def offer(self, topic: str, of: str, make: Callable[[], Message], lasting: bool = False) -> None:
+        """Publish the message that `make` returns, if anybody subscribes to its topic, or it is lasting.
+
+        Args, Raises: see `publish`.
+        """
+        publisher = self._publisher(topic, of, lasting)
+        if lasting or self._session.wanted(publisher.key):
+            self._send(publisher, make())
 
     def subscribe(self, topic: str, of: str) -> Callable[[], list[dict[str, Any]]]:
         """Hear a topic.
@@ -103,6 +107,17 @@ class RosNode:
         plain = self.subscribe(topic, "geometry_msgs/Twist")
         stamped = self.subscribe(topic, "geometry_msgs/TwistStamped")
         return lambda: [*plain(), *(message["twist"] for message in stamped())]
+
+    def _send(self, publisher: Publisher, message: Message) -> None:
+        publisher.sequence += 1
+        told = attachment(publisher.sequence, self._wall(), publisher.gid)
+        self._session.put_raw(publisher.key, encode(publisher.of, message), told, kept=publisher.qos.transient)
+
+    def _publisher(self, topic: str, of: str, lasting: bool) -> Publisher:
+        found = self._publishers.get(topic)
+        if found is None:
+            found = self._publishers[topic] = self._advertise(topic, of, lasting)
+        return found
 
     def _advertise(self, topic: str, of: str, lasting: bool) -> Publisher:
         qos = Qos(transient=True, depth=1) if lasting else Qos()

@@ -6,10 +6,11 @@ origin is on the ground below the middle of the body, x ahead, y left, z up; m, 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final
 from xml.sax.saxutils import quoteattr
 
+from vrg.bus.messages import FieldObject
 from vrg.hal.models import RobotModel
 from vrg.regions import Region, surrounding
 from vrg.types import Pose, Twist, Uncertainty
@@ -18,7 +19,7 @@ Fields = dict[str, Any]
 
 MAP: Final = "map"
 _WHITE: Final = (1.0, 1.0, 1.0)
-LINE_STRIP, TEXT = 4, 9
+CYLINDER, LINE_STRIP, TEXT = 3, 4, 9
 """Kinds of markers (visualization_msgs/Marker)."""
 
 
@@ -36,6 +37,11 @@ def header(seconds: float, frame: str) -> Fields:
 def pose(at: Pose, height: float = 0.0) -> Fields:
     """A pose on the ground, or `height` above it, m."""
     return {"position": {"x": at.x, "y": at.y, "z": height}, "orientation": quaternion(at.theta)}
+
+
+def pose_stamped(seconds: float, at: Pose) -> Fields:
+    """geometry_msgs/PoseStamped: where a robot is on the map."""
+    return {"header": header(seconds, MAP), "pose": pose(at)}
 
 
 def quaternion(heading: float) -> Fields:
@@ -130,12 +136,7 @@ def occupancy(seconds: float, obstacles: Sequence[Region], around: Sequence[Regi
 def outline(seconds: float, number: int, name: str, region: Region, colour: Sequence[float] = _WHITE) -> list[Fields]:
     """Markers of a zone: its outline and its name. Colours are red, green and blue from 0 to 1."""
     points = [{"x": x, "y": y, "z": 0.02} for x, y in region.outline()]
-    r, g, b = colour
-    common = {
-        "header": header(seconds, MAP),
-        "pose": pose(Pose(0.0, 0.0, 0.0)),
-        "color": {"r": r, "g": g, "b": b, "a": 1.0},
-    }
+    common = _marker(seconds, Pose(0.0, 0.0, 0.0), colour)
     x, y = region.middle
     return [
         {
@@ -147,6 +148,40 @@ def outline(seconds: float, number: int, name: str, region: Region, colour: Sequ
             "pose": pose(Pose(x, y, 0.0), 0.1),
         },
     ]  # fmt: skip
+
+
+def things(
+    seconds: float,
+    objects: Sequence[tuple[FieldObject, Pose]],
+    colour: Callable[[str | None], Sequence[float]],
+) -> list[Fields]:
+    """Markers of things that are no robots, such as flags.
+
+    Args:
+        objects: the things, and where each is. colour: returns the colour of a team.
+    """
+    return [
+        {
+            **_marker(seconds, at, colour(thing.team), 0.5),
+            "ns": thing.kind, "id": number, "type": CYLINDER, "scale": {"x": 0.2, "y": 0.2, "z": 1.0},
+        }
+        for number, (thing, at) in enumerate(objects)
+    ]  # fmt: skip
+
+
+def note(seconds: float, number: int, text: str, at: Pose, shown: float) -> Fields:
+    """A marker of a call of the referee, which is shown for a while, s, above a place."""
+    whole = stamp(shown)
+    return {
+        **_marker(seconds, at, _WHITE, 1.2),
+        "ns": "calls", "id": number, "type": TEXT, "scale": {"z": 0.4}, "text": text, "lifetime": whole,
+    }  # fmt: skip
+
+
+def _marker(seconds: float, at: Pose, colour: Sequence[float], height: float = 0.0) -> Fields:
+    r, g, b = colour
+    color = {"r": r, "g": g, "b": b, "a": 1.0}
+    return {"header": header(seconds, MAP), "pose": pose(at, height), "color": color}
 
 
 def urdf(robot: str, model: RobotModel, mounts: Mapping[str, tuple[Pose, float]]) -> str:

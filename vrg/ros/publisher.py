@@ -1,24 +1,27 @@
 """The node that shows a match to ROS 2: it hears the match and publishes topics.
 
 It changes nothing but what players with the strategy `ros` do: it passes on to them what comes on their topic
-`cmd_vel`, as a lease of LEASE, which a person's window has, too. So device, gate, limits and watchdog are the same.
+`cmd_vel`, as the lease that a person's window has, too. So device, gate, limits and watchdog are the same.
 
 Below the match's namespace, such as `/courtyard`: `map`, `markers`, `referee/state` and `referee/calls`, and for each
-robot `odom`, `pose`, `robot_description`, and what its sensors measure: `scan`, `range`, `battery`, `fix`. Besides
-`/clock`, `/tf` and `/tf_static`.
+robot `odom`, `pose`, `robot_description`, and what its sensors measure: `scan`, `range`, `battery_state`, `fix`.
+Besides `/clock`, `/tf` and `/tf_static`.
 """
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import ClassVar, Final
 
 import msgspec
 
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import Body, Manual, Poses, RefereeState, SensorMessage
+from vrg.bus.messages import FieldObject, Manual, Poses, RefereeState, SensorMessage
 from vrg.bus.node import Node, Tick
+from vrg.bus.pacing import lease
 from vrg.bus.topics import Keys
 from vrg.games import UNKNOWN_GAME, game_of
+from vrg.games.game import Game
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.battery import Battery, BatterySpec
 from vrg.hal.sensors.gps import Gps, GpsSpec
@@ -34,15 +37,14 @@ AGAIN: Final = 2.0
 """The match time in s after which what late subscribers need is published again: map, descriptions, static frames."""
 FASTEST: Final = 1 / 30
 """The match time in s between two sets of poses."""
-LEASE: Final = 0.3
-"""The real time in s for which a command holds; after it the robot stands."""
-LONGEST: Final = 1.0
-"""The longest lease that a message can ask for, s of match time."""
+CALL_SHOWN: Final = 4.0
+"""The match time in s for which the marker of a call is shown."""
 SHOWN: Final = (BatterySpec, GpsSpec, LaserSpec, SonarSpec)
 """The sensors that ROS has messages for."""
 
-Publish = Callable[[str, str, ros.Fields, bool], None]
-"""Publishes a message: the topic with its leading slash, the type, the fields, and if those who come later need it."""
+Publish = Callable[[str, str, Callable[[], ros.Fields], bool], None]
+"""Publishes a message, if anybody wants it: the topic with its leading slash, the type, what makes the fields, and True
+if those who come later need it."""
 
 
 class RosPublisher(Node):
@@ -50,7 +52,7 @@ class RosPublisher(Node):
 
     Args:
         name: of the node. mailbox: its mailbox. keys: the keys of the match. namespace: such as `/courtyard`.
-        publish: sends a message; it must not wait.
+        publish: publishes a message; it must not wait.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
         driven: of each player that ROS drives, what returns the commands (geometry_msgs/Twist) that have come for it
             since the last call.
@@ -86,12 +88,13 @@ class RosPublisher(Node):
         ]
         self._again = self._shown = -math.inf
         self._grid: ros.Fields | None = None
-        self._marked: tuple[object, ...] = ()
+        self._game: Game = UNKNOWN_GAME
 
     def tick(self, tick: Tick) -> None:
         """Publish what is new."""
         if (clock := self._clock.latest) is not None and self._clock.take():
-            self._publish("/clock", "rosgraph_msgs/Clock", {"clock": ros.stamp(clock.body.time)}, False)
+            time = clock.body.time
+            self._publish("/clock", "rosgraph_msgs/Clock", lambda: {"clock": ros.stamp(time)}, False)
         state = self._states.latest
         if tick.live and state is not None and not 0.0 <= tick.time - self._again < AGAIN:
             self._again = tick.time
@@ -104,9 +107,14 @@ class RosPublisher(Node):
             for reading in inlet.take():
                 self._publish_reading(reading.stamp, robot, spec, reading.body)
         if state is not None and self._states.take():
-            self._say("referee/state", state.body)
+            self._publish_json("referee/state", state.body)
+            if state.body.objects:
+                self._publish_markers(ros.things(state.stamp, self._placed(state.body), self._colour))
         for call in self._calls.take():
-            self._say("referee/calls", call.body)
+            self._publish_json("referee/calls", call.body)
+            if call.body.poses:
+                note = ros.note(call.stamp, call.body.number, call.body.text, call.body.poses[0], CALL_SHOWN)
+                self._publish_markers([note])
 
         for robot, take in self._driven.items():
             if commands := take():
@@ -117,12 +125,18 @@ class RosPublisher(Node):
         model = self._robots[robot]
         forward, turn = command["linear"]["x"] / model.v_max, command["angular"]["z"] / model.w_max
         if math.isfinite(forward) and math.isfinite(turn):
-            manual = Manual(forward=_share(forward), turn=_share(turn), lease=min(LONGEST, LEASE * (rate or 1.0)))
+            manual = Manual(forward=_share(forward), turn=_share(turn), lease=lease(rate))
             self.mailbox.publish(self._manual[robot], manual)
 
-    def _say(self, topic: str, body: msgspec.Struct) -> None:
-        text = msgspec.json.encode(body, enc_hook=str).decode()
-        self._publish(f"{self._namespace}/{topic}", "std_msgs/String", {"data": text}, False)
+    def _publish_json(self, topic: str, body: msgspec.Struct) -> None:
+        def make() -> ros.Fields:
+            return {"data": msgspec.json.encode(body, enc_hook=str).decode()}
+
+        self._publish(f"{self._namespace}/{topic}", "std_msgs/String", make, False)
+
+    def _publish_markers(self, markers: list[ros.Fields]) -> None:
+        topic = f"{self._namespace}/markers"
+        self._publish(topic, "visualization_msgs/MarkerArray", lambda: {"markers": markers}, True)
 
     def _publish_lasting(self, now: float, state: RefereeState) -> None:
         """Publish what those need who come later."""
@@ -131,55 +145,68 @@ class RosPublisher(Node):
             name = ros_name(robot)
             mounts = _mounts(name, model)
             text = ros.urdf(name, model, mounts)
-            self._publish(f"{self._namespace}/{name}/robot_description", "std_msgs/String", {"data": text}, True)
+            topic = f"{self._namespace}/{name}/robot_description"
+            self._publish(topic, "std_msgs/String", partial(dict, data=text), True)
             statics.append(ros.transform(0.0, ros.MAP, f"{name}/odom", Pose(0.0, 0.0, 0.0)))
             statics += [ros.transform(0.0, f"{name}/base_link", frame, *mount) for frame, mount in mounts.items()]
-        self._publish("/tf_static", "tf2_msgs/TFMessage", {"transforms": statics}, True)
+        self._publish("/tf_static", "tf2_msgs/TFMessage", lambda: {"transforms": statics}, True)
         around = [zone.region for zone in state.zones]
         if self._grid is None and (self._obstacles or around):
             self._grid = ros.occupancy(now, self._obstacles, around)
-        if self._grid is not None:
-            self._publish(f"{self._namespace}/map", "nav_msgs/OccupancyGrid", self._grid, True)
-        game = UNKNOWN_GAME if not state.game else game_of(state.game)
+        if (grid := self._grid) is not None:
+            self._publish(f"{self._namespace}/map", "nav_msgs/OccupancyGrid", lambda: grid, True)
+        self._game = UNKNOWN_GAME if not state.game else game_of(state.game)
         markers = []
         for number, zone in enumerate(state.zones):
-            colour = game.team_style(zone.team).colour if zone.team else (200, 200, 200)
-            markers += ros.outline(now, number, zone.name, zone.region, [part / 255 for part in colour])
-        self._publish(f"{self._namespace}/markers", "visualization_msgs/MarkerArray", {"markers": markers}, True)
+            markers += ros.outline(now, number, zone.name, zone.region, self._colour(zone.team))
+        self._publish_markers(markers)
+
+    def _colour(self, team: str | None) -> tuple[float, float, float]:
+        red, green, blue = self._game.team_style(team).colour if team else (200, 200, 200)
+        return red / 255, green / 255, blue / 255
+
+    def _placed(self, state: RefereeState) -> list[tuple[FieldObject, Pose]]:
+        """The things of the game that are no robots, each where it is or where the robot is that carries it."""
+        bodies = {} if self._poses.latest is None else {b.name: b.pose for b in self._poses.latest.body.bodies}
+        return [(o, bodies.get(o.carrier or "", Pose(o.x, o.y, 0.0))) for o in state.objects]
 
     def _publish_poses(self, stamp: float, poses: Poses) -> None:
-        frames = []
-        for body in poses.bodies:
-            if body.name in self._robots:
-                name, at = ros_name(body.name), max(0.0, stamp - body.age)
-                self._publish_body(at, name, body)
-                frames.append(ros.transform(at, f"{name}/odom", f"{name}/base_link", body.pose))
-        self._publish("/tf", "tf2_msgs/TFMessage", {"transforms": frames}, False)
+        bodies = [
+            (max(0.0, stamp - body.age), ros_name(body.name), body)
+            for body in poses.bodies
+            if body.name in self._robots
+        ]
+        for at, name, body in bodies:
+            odometry = partial(ros.odometry, at, name, body.pose, body.twist, body.uncertainty)
+            self._publish(f"{self._namespace}/{name}/odom", "nav_msgs/Odometry", odometry, False)
+            pose = partial(ros.pose_stamped, at, body.pose)
+            self._publish(f"{self._namespace}/{name}/pose", "geometry_msgs/PoseStamped", pose, False)
 
-    def _publish_body(self, at: float, name: str, body: Body) -> None:
-        place = f"{self._namespace}/{name}"
-        odometry = ros.odometry(at, name, body.pose, body.twist, body.uncertainty)
-        self._publish(f"{place}/odom", "nav_msgs/Odometry", odometry, False)
-        pose = {"header": ros.header(at, ros.MAP), "pose": ros.pose(body.pose)}
-        self._publish(f"{place}/pose", "geometry_msgs/PoseStamped", pose, False)
+        def frames() -> ros.Fields:
+            found = [ros.transform(at, f"{name}/odom", f"{name}/base_link", body.pose) for at, name, body in bodies]
+            return {"transforms": found}
+
+        self._publish("/tf", "tf2_msgs/TFMessage", frames, False)
 
     def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
         name = ros_name(robot)
         place, frame = f"{self._namespace}/{name}", _frame(name, spec)
         if isinstance(reading, Laser):
-            ranges = memoryview(reading.data).cast("f").tolist()
-            scan = ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)
+            ranges = memoryview(reading.data).cast("f")
+            scan = partial(ros.scan, stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)
             self._publish(f"{place}/scan", "sensor_msgs/LaserScan", scan, False)
         elif isinstance(reading, Battery):
-            self._publish(
-                f"{place}/battery_state", "sensor_msgs/BatteryState", ros.battery(stamp, reading.charge), False
-            )
+            charge = partial(ros.battery, stamp, reading.charge)
+            self._publish(f"{place}/battery_state", "sensor_msgs/BatteryState", charge, False)
         elif isinstance(reading, Sonar) and isinstance(spec, SonarSpec):
             for number, distance in enumerate(reading.ranges):
-                reach = ros.reach(stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max)
+                reach = partial(
+                    ros.reach, stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max
+                )
                 self._publish(f"{place}/range", "sensor_msgs/Range", reach, False)
         elif isinstance(reading, Gps) and isinstance(spec, GpsSpec):
-            fix = ros.satellite_fix(stamp, frame, reading.latitude, reading.longitude, spec.position_noise)
+            place_on_earth = reading.latitude, reading.longitude
+            fix = partial(ros.satellite_fix, stamp, frame, *place_on_earth, spec.position_noise)
             self._publish(f"{place}/fix", "sensor_msgs/NavSatFix", fix, False)
 
 

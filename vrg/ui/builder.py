@@ -8,12 +8,12 @@ from typing import Final
 
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.pacing import match_speed
 from vrg.bus.topics import Keys, name_in
 from vrg.games import UNKNOWN_GAME, game_of
 from vrg.hal.estop import EstopOrders
 from vrg.regions import Region
 from vrg.types import Vector
-from vrg.ui.pace import match_speed
 from vrg.ui.scene import JUMP, Flash, Scene, SceneBody, SceneObject, ScenePlayer, SceneStroke
 
 TRAIL_SECONDS: Final = 6.0

@@ -10,13 +10,9 @@ from typing import Final
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Manual
+from vrg.bus.pacing import lease
 from vrg.bus.topics import Keys
-from vrg.ui.pace import match_speed
 
-LEASE: Final = 0.3
-"""The real time in s that a command holds. Commands come at least ten times a second."""
-LONGEST: Final = 1.0
-"""The longest lease that a message can ask for, s of match time."""
 TAKEN: Final = "Another person drives {}."
 ECHO: Final = 0.5
 """The match time in s after giving a player back for which it may still report that a person drives it."""
@@ -55,11 +51,6 @@ def radial(x: float, y: float) -> tuple[float, float]:
         return 0.0, 0.0
     scale = min(1.0, (length - DEAD_ZONE) / (1.0 - DEAD_ZONE)) / length
     return x * scale, y * scale
-
-
-def lease(rate: float) -> float:
-    """The match time in s that a command holds, at `rate` match seconds per real second."""
-    return min(LONGEST, LEASE * match_speed(rate))
 
 
 @dataclass

@@ -1,16 +1,7 @@
 """Tells from match time alone how often to draw."""
 
-from typing import Final
-
 from vrg.bus.node import Tick, due_index
-
-FULL_SPEED_RATE: Final = 10.0
-"""Match seconds per real second that are assumed where the world runs as fast as it can."""
-
-
-def match_speed(rate: float) -> float:
-    """Return the match seconds per real second, at least 1. A rate of 0 means as fast as possible."""
-    return max(1.0, rate if rate > 0 else FULL_SPEED_RATE)
+from vrg.bus.pacing import match_speed
 
 
 class Pace:

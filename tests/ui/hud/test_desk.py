@@ -8,9 +8,10 @@ from msgspec import structs
 
 from tests.ui.hud.making import GROUND, HOME, START, desk, received, report, seen, sent, state, status
 from vrg.bus.messages import Manual
+from vrg.bus.pacing import LEASE
 from vrg.games.hud.helm import Goal, Wish
 from vrg.types import Pose, Twist
-from vrg.ui.driving import LEASE, SLOW, Hands
+from vrg.ui.driving import SLOW, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.desk import Desk
 from vrg.ui.hud.form import Form

@@ -30,13 +30,14 @@ from vrg.bus.access import hears, lines, speaks
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
+from vrg.bus.pacing import LEASE
 from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.topics import key_matches
 from vrg.colours import Rgb
 from vrg.games.hud.helm import Goal, Wish
 from vrg.types import Pose, Twist
 from vrg.ui import palette
-from vrg.ui.driving import LEASE, SLOW
+from vrg.ui.driving import SLOW
 from vrg.ui.hud.layout import SET, STOP
 from vrg.ui.hud.node import Hud
 from vrg.ui.palette import WARNING

@@ -9,8 +9,8 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
+from vrg.bus.pacing import LEASE
 from vrg.errors import LaunchError
-from vrg.ui.driving import LEASE
 from vrg.ui.web.node import WebNode
 from vrg.ui.web.requests import Command, Decision, PageButton, Wishes
 
