@@ -22,6 +22,9 @@ import psutil
 from rich.console import Console
 from rich.table import Table
 
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.session import Session
+from vrg.bus.topics import Keys
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.launch.running import running
@@ -178,6 +181,41 @@ def endpoint_of(pid: int) -> str:
     if endpoint is None:
         raise SystemExit(f"no match of the launcher {pid} is running")
     return endpoint
+
+
+class Costs:
+    """What the processes of a running match use, and the ticks that its nodes do and miss.
+
+    Args:
+        launcher: its process id. session: with its router. keys: of the match. process: the name of the process, and of
+            its node, that is told apart from the rest.
+    """
+
+    def __init__(self, launcher: int, session: Session, keys: Keys, process: str) -> None:
+        self._session, self._mailbox, self._process = session, Mailbox(), process
+        self._pulses = self._mailbox.subscribe(keys.pulse())
+        session.attach(self._mailbox)
+        children = [p for p in psutil.Process(launcher).children(recursive=True) if p.is_running()]
+        self._one = [p for p in children if " ".join(p.cmdline()).startswith(f"vrg {process}")]
+        self._rest = [p for p in children if p not in self._one]
+
+    def over(self, seconds: float) -> tuple[float, float, int, int]:
+        """Wait so long. Return the cores that the process and the rest use, and the ticks and misses of the rest."""
+        before, began = self._used(), time.monotonic()
+        told = self._heard()
+        time.sleep(seconds)
+        after, telling, lasted = self._used(), self._heard(), time.monotonic() - began
+        both = [key for key in telling if key in told and not key.endswith(f"/{self._process}")]
+        done, missed = (sum(telling[key][n] - told[key][n] for key in both) for n in (0, 1))
+        return (after[0] - before[0]) / lasted, (after[1] - before[1]) / lasted, done, missed
+
+    def _used(self) -> tuple[float, float]:
+        return cpu_times(self._one), cpu_times(self._rest)
+
+    def _heard(self) -> dict[str, tuple[int, int]]:
+        self._session.receive()
+        self._mailbox.handover(0.0)
+        return {key: (p.body.ticks, p.body.missed) for key, p in self._pulses.by_key.items()}
 
 
 def cpu_times(processes: Iterable[psutil.Process]) -> float:

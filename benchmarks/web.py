@@ -19,10 +19,8 @@ from pathlib import Path
 from typing import Any
 
 import aiohttp
-import psutil
-from common import arguments, endpoint_of, median, playing, quantile, show, write_match
+from common import Costs, arguments, endpoint_of, median, playing, quantile, show, write_match
 
-from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 
@@ -71,11 +69,6 @@ def _match(folder: Path, robots: int) -> Iterator[tuple["subprocess.Popen[bytes]
         yield launcher, found[1] if found else ""
 
 
-def _cpu(processes: dict[str, psutil.Process]) -> dict[str, float]:
-    """The processor time of each process, s."""
-    return {name: sum(process.cpu_times()[:2]) for name, process in processes.items()}
-
-
 def main() -> None:
     """Measure and print."""
     parser = arguments(__doc__)
@@ -89,18 +82,9 @@ def main() -> None:
     gaps: dict[int, list[float]] = defaultdict(list)
     sizes: dict[int, list[int]] = defaultdict(list)
     with tempfile.TemporaryDirectory() as made, _match(Path(made), options.robots) as (launcher, link):
-        endpoint = endpoint_of(launcher.pid)
-        keys, mailbox = Keys("web-benchmark"), Mailbox()
-        pulses = mailbox.subscribe(keys.pulse())
-        with open_session(endpoint) as session:
-            session.attach(mailbox)
-            processes = {_name(p): p for p in psutil.Process(launcher.pid).children(recursive=True) if p.is_running()}
-
-            def heard() -> dict[str, tuple[int, int]]:
-                session.receive()
-                mailbox.handover(0.0)
-                return {key: (p.body.ticks, p.body.missed) for key, p in pulses.by_key.items()}
-
+        keys = Keys("web-benchmark")
+        with open_session(endpoint_of(launcher.pid)) as session:
+            costs = Costs(launcher.pid, session, keys, "web")
             time.sleep(5.0)
             for turn in range(rounds * len(VIEWERS)):
                 count = VIEWERS[turn % len(VIEWERS)]
@@ -108,18 +92,13 @@ def main() -> None:
                 viewers = multiprocessing.Process(target=_viewers, args=(link, count, seconds + 2.0, answers))
                 viewers.start()
                 time.sleep(1.5)
-                before, told, began = _cpu(processes), heard(), time.monotonic()
-                time.sleep(seconds)
-                after, telling, lasted = _cpu(processes), heard(), time.monotonic() - began
+                server, others, done, lost = costs.over(seconds)
                 found = answers.get(timeout=PATIENCE)
                 viewers.join()
-                used = {name: (after[name] - before[name]) / lasted for name in processes}
-                web[count].append(used.pop("web"))
-                rest[count].append(sum(used.values()))
-                for key, (done, lost) in telling.items():
-                    if key in told and not key.endswith("/web"):
-                        ticks[count] += done - told[key][0]
-                        missed[count] += lost - told[key][1]
+                web[count].append(server)
+                rest[count].append(others)
+                ticks[count] += done
+                missed[count] += lost
                 gaps[count] += found[0]
                 sizes[count] += found[1]
     rows = [
@@ -137,12 +116,6 @@ def main() -> None:
     ]
     note = f"{options.robots} robots, PyBullet with lasers, {rounds} times {seconds:g} s each"
     show("A match with a page", rows, [note], as_json=options.json)
-
-
-def _name(process: psutil.Process) -> str:
-    """`web` for the page's server, else something of its own."""
-    title = " ".join(process.cmdline())
-    return "web" if title.startswith("vrg web") else f"{title} {process.pid}"
 
 
 if __name__ == "__main__":

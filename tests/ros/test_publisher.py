@@ -2,7 +2,8 @@
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from fnmatch import fnmatch
 from typing import Any
 from xml.etree import ElementTree
 
@@ -43,14 +44,15 @@ class Bench:
             "ros", self.mailbox, KEYS, "/m", self.publish, robots={"ann": MODEL}, obstacles=(WALL,)
         )
 
-    def publish(self, topic: str, of: str, make: Callable[[], ros.Fields], lasting: bool) -> None:
-        self.found[topic] = of, decode(of, encode(of, make())), lasting
-        self.counts[topic] = self.counts.get(topic, 0) + 1
+    def publish(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]], lasting: bool) -> None:
+        for message in make():
+            self.found[topic] = of, decode(of, encode(of, message)), lasting
+            self.counts[topic] = self.counts.get(topic, 0) + 1
 
     def say(self, topic: Topic[Any], body: m.Message, stamp: float | None = None) -> None:
         self._number += 1
         for inlet in self.mailbox.inlets:
-            if inlet.topic.key == topic.key:
+            if fnmatch(topic.key, inlet.topic.key):
                 inlet.offer(Received(topic.key, self.time if stamp is None else stamp, self._number, body, "x/y"))
 
     def tick(self, time: float) -> None:

@@ -3,7 +3,7 @@
 import itertools
 import logging
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Final
 
 from vrg.bus.session import Session
@@ -24,6 +24,9 @@ class Publisher:
         self.number, self.topic, self.of, self.qos = number, topic, of, qos
         self.key = data_key(domain, topic, of)
         self.sequence = 0
+        self.message: Message | None = None
+        """The newest message, which may be sent again, and its bytes."""
+        self.payload = b""
         self.gid = b""
         """The id of the endpoint; it is another one on a new session."""
 
@@ -57,14 +60,15 @@ class RosNode:
         """
         self._send(self._publisher(topic, of, lasting), message)
 
-    def offer(self, topic: str, of: str, make: Callable[[], Message], lasting: bool = False) -> None:
-        """Publish the message that `make` returns, if anybody subscribes to its topic, or it is lasting.
+    def offer(self, topic: str, of: str, make: Callable[[], Sequence[Message]], lasting: bool = False) -> None:
+        """Publish the messages that `make` returns, if anybody subscribes to the topic, or they are lasting.
 
         Args, Raises: see `publish`.
         """
         publisher = self._publisher(topic, of, lasting)
         if lasting or self._session.wanted(publisher.key):
-            self._send(publisher, make())
+            for message in make():
+                self._send(publisher, message)
 
     def subscribe(self, topic: str, of: str) -> Callable[[], list[dict[str, Any]]]:
         """Hear a topic.
@@ -110,8 +114,10 @@ class RosNode:
 
     def _send(self, publisher: Publisher, message: Message) -> None:
         publisher.sequence += 1
+        if publisher.message is not message:
+            publisher.message, publisher.payload = message, encode(publisher.of, message)
         told = attachment(publisher.sequence, self._wall(), publisher.gid)
-        self._session.put_raw(publisher.key, encode(publisher.of, message), told, kept=publisher.qos.transient)
+        self._session.put_raw(publisher.key, publisher.payload, told, kept=publisher.qos.transient)
 
     def _publisher(self, topic: str, of: str, lasting: bool) -> Publisher:
         found = self._publishers.get(topic)

@@ -9,14 +9,14 @@ Besides `/clock`, `/tf` and `/tf_static`.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import ClassVar, Final
 
 import msgspec
 
 from vrg.bus.mailbox import Inlet, Mailbox
-from vrg.bus.messages import FieldObject, Manual, Poses, RefereeState, SensorMessage
+from vrg.bus.messages import FieldObject, Manual, Poses, RefereeState, SensorMessage, Zone
 from vrg.bus.node import Node, Tick
 from vrg.bus.pacing import lease
 from vrg.bus.topics import Keys
@@ -35,16 +35,16 @@ from vrg.types import Pose
 
 AGAIN: Final = 2.0
 """The match time in s after which what late subscribers need is published again: map, descriptions, static frames."""
-FASTEST: Final = 1 / 30
-"""The match time in s between two sets of poses."""
+PERIOD: Final = 1 / 30
+"""The match time in s between two ticks, and so between two messages of a topic."""
 CALL_SHOWN: Final = 4.0
 """The match time in s for which the marker of a call is shown."""
 SHOWN: Final = (BatterySpec, GpsSpec, LaserSpec, SonarSpec)
 """The sensors that ROS has messages for."""
 
-Publish = Callable[[str, str, Callable[[], ros.Fields], bool], None]
-"""Publishes a message, if anybody wants it: the topic with its leading slash, the type, what makes the fields, and True
-if those who come later need it."""
+Publish = Callable[[str, str, Callable[[], Sequence[ros.Fields]], bool], None]
+"""Publishes messages, if anybody wants them: the topic with its leading slash, the type, what makes the messages, and
+True if those who come later need them."""
 
 
 class RosPublisher(Node):
@@ -52,7 +52,7 @@ class RosPublisher(Node):
 
     Args:
         name: of the node. mailbox: its mailbox. keys: the keys of the match. namespace: such as `/courtyard`.
-        publish: publishes a message; it must not wait.
+        publish: publishes messages; it must not wait.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
         driven: of each player that ROS drives, what returns the commands (geometry_msgs/Twist) that have come for it
             since the last call.
@@ -72,7 +72,7 @@ class RosPublisher(Node):
         obstacles: Sequence[Region] = (),
         driven: Mapping[str, Callable[[], Sequence[ros.Fields]]] = {},
     ) -> None:
-        super().__init__(name, mailbox, 0.02)
+        super().__init__(name, mailbox, PERIOD)
         self._driven = driven
         self._manual = {robot: keys.manual(robot) for robot in driven}
         self._namespace, self._publish, self._robots, self._obstacles = namespace, publish, robots, tuple(obstacles)
@@ -80,45 +80,53 @@ class RosPublisher(Node):
         self._poses = mailbox.subscribe(keys.poses)
         self._states = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
-        self._sensors: list[tuple[str, SensorSpec, Inlet[SensorMessage]]] = [
-            (robot, spec, mailbox.subscribe(keys.sensor(spec.message, robot, spec.name)))
-            for robot, model in robots.items()
-            for spec in model.sensors
-            if isinstance(spec, SHOWN)
-        ]
-        self._again = self._shown = -math.inf
-        self._grid: ros.Fields | None = None
+        shown = [(robot, spec) for robot, model in robots.items() for spec in model.sensors if isinstance(spec, SHOWN)]
+        self._sensors = {keys.sensor(spec.message, robot, spec.name).key: (robot, spec) for robot, spec in shown}
+        """Whose each reading is, by its key."""
+        # One subscription for all robots: many of a key each cost more than what they bring.
+        kinds = dict.fromkeys(spec.message for _, spec in shown)
+        self._readings: list[Inlet[SensorMessage]] = [mailbox.subscribe(keys.sensor(kind)) for kind in kinds]
+        self._again = -math.inf
         self._game: Game = UNKNOWN_GAME
+        self._lasting: list[tuple[str, str, ros.Fields]] = []
+        """What lasts: topics, types and messages."""
+        self._made_for: tuple[str, tuple[Zone, ...]] | None = None
+        """The game and the zones that they were made for."""
 
     def tick(self, tick: Tick) -> None:
         """Publish what is new."""
         if (clock := self._clock.latest) is not None and self._clock.take():
             time = clock.body.time
-            self._publish("/clock", "rosgraph_msgs/Clock", lambda: {"clock": ros.stamp(time)}, False)
+            self._offer("/clock", "rosgraph_msgs/Clock", lambda: {"clock": ros.stamp(time)})
         state = self._states.latest
         if tick.live and state is not None and not 0.0 <= tick.time - self._again < AGAIN:
             self._again = tick.time
             self._publish_lasting(tick.time, state.body)
         for poses in self._poses.take():
-            if not 0.0 <= poses.stamp - self._shown < FASTEST - 1e-6:
-                self._shown = poses.stamp
-                self._publish_poses(poses.stamp, poses.body)
-        for robot, spec, inlet in self._sensors:
+            self._publish_poses(poses.stamp, poses.body)
+        for inlet in self._readings:
             for reading in inlet.take():
-                self._publish_reading(reading.stamp, robot, spec, reading.body)
+                if (whose := self._sensors.get(reading.key)) is not None:
+                    self._publish_reading(reading.stamp, *whose, reading.body)
         if state is not None and self._states.take():
-            self._publish_json("referee/state", state.body)
+            self._offer("referee/state", "std_msgs/String", lambda: _json(state.body))
             if state.body.objects:
                 self._publish_markers(ros.things(state.stamp, self._placed(state.body), self._colour))
         for call in self._calls.take():
-            self._publish_json("referee/calls", call.body)
+            self._offer("referee/calls", "std_msgs/String", partial(_json, call.body))
             if call.body.poses:
                 note = ros.note(call.stamp, call.body.number, call.body.text, call.body.poses[0], CALL_SHOWN)
                 self._publish_markers([note])
-
         for robot, take in self._driven.items():
             if commands := take():
                 self._drive(robot, commands[-1], 1.0 if clock is None else clock.body.rate)
+
+    def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields], *, lasting: bool = False) -> None:
+        """Publish one message on a topic of the match, or on any with a leading slash."""
+        self._publish(self._full(topic), of, lambda: [make()], lasting)
+
+    def _full(self, topic: str) -> str:
+        return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
 
     def _drive(self, robot: str, command: ros.Fields, rate: float) -> None:
         """Pass a command on. What the robot cannot do, or is no number, is left out."""
@@ -128,38 +136,34 @@ class RosPublisher(Node):
             manual = Manual(forward=_share(forward), turn=_share(turn), lease=lease(rate))
             self.mailbox.publish(self._manual[robot], manual)
 
-    def _publish_json(self, topic: str, body: msgspec.Struct) -> None:
-        def make() -> ros.Fields:
-            return {"data": msgspec.json.encode(body, enc_hook=str).decode()}
-
-        self._publish(f"{self._namespace}/{topic}", "std_msgs/String", make, False)
-
     def _publish_markers(self, markers: list[ros.Fields]) -> None:
-        topic = f"{self._namespace}/markers"
-        self._publish(topic, "visualization_msgs/MarkerArray", lambda: {"markers": markers}, True)
+        self._offer("markers", "visualization_msgs/MarkerArray", lambda: {"markers": markers}, lasting=True)
 
     def _publish_lasting(self, now: float, state: RefereeState) -> None:
-        """Publish what those need who come later."""
+        """Publish what those need who come later. It is made anew only if the zones have changed."""
+        if (state.game, state.zones) != self._made_for:
+            self._made_for = state.game, state.zones
+            self._game = UNKNOWN_GAME if not state.game else game_of(state.game)
+            self._lasting = list(self._made(now, state))
+        for topic, of, message in self._lasting:
+            self._publish(self._full(topic), of, partial(_alone, message), True)
+
+    def _made(self, now: float, state: RefereeState) -> Iterator[tuple[str, str, ros.Fields]]:
+        """The topic, the type and the message of each topic that lasts."""
         statics = []
         for robot, model in self._robots.items():
-            name = ros_name(robot)
-            mounts = _mounts(name, model)
-            text = ros.urdf(name, model, mounts)
-            topic = f"{self._namespace}/{name}/robot_description"
-            self._publish(topic, "std_msgs/String", partial(dict, data=text), True)
+            name, mounts = ros_name(robot), _mounts(ros_name(robot), model)
+            yield f"{name}/robot_description", "std_msgs/String", {"data": ros.urdf(name, model, mounts)}
             statics.append(ros.transform(0.0, ros.MAP, f"{name}/odom", Pose(0.0, 0.0, 0.0)))
             statics += [ros.transform(0.0, f"{name}/base_link", frame, *mount) for frame, mount in mounts.items()]
-        self._publish("/tf_static", "tf2_msgs/TFMessage", lambda: {"transforms": statics}, True)
+        yield "/tf_static", "tf2_msgs/TFMessage", {"transforms": statics}
         around = [zone.region for zone in state.zones]
-        if self._grid is None and (self._obstacles or around):
-            self._grid = ros.occupancy(now, self._obstacles, around)
-        if (grid := self._grid) is not None:
-            self._publish(f"{self._namespace}/map", "nav_msgs/OccupancyGrid", lambda: grid, True)
-        self._game = UNKNOWN_GAME if not state.game else game_of(state.game)
+        if self._obstacles or around:
+            yield "map", "nav_msgs/OccupancyGrid", ros.occupancy(now, self._obstacles, around)
         markers = []
         for number, zone in enumerate(state.zones):
             markers += ros.outline(now, number, zone.name, zone.region, self._colour(zone.team))
-        self._publish_markers(markers)
+        yield "markers", "visualization_msgs/MarkerArray", {"markers": markers}
 
     def _colour(self, team: str | None) -> tuple[float, float, float]:
         red, green, blue = self._game.team_style(team).colour if team else (200, 200, 200)
@@ -178,36 +182,50 @@ class RosPublisher(Node):
         ]
         for at, name, body in bodies:
             odometry = partial(ros.odometry, at, name, body.pose, body.twist, body.uncertainty)
-            self._publish(f"{self._namespace}/{name}/odom", "nav_msgs/Odometry", odometry, False)
-            pose = partial(ros.pose_stamped, at, body.pose)
-            self._publish(f"{self._namespace}/{name}/pose", "geometry_msgs/PoseStamped", pose, False)
+            self._offer(f"{name}/odom", "nav_msgs/Odometry", odometry)
+            self._offer(f"{name}/pose", "geometry_msgs/PoseStamped", partial(ros.pose_stamped, at, body.pose))
 
         def frames() -> ros.Fields:
             found = [ros.transform(at, f"{name}/odom", f"{name}/base_link", body.pose) for at, name, body in bodies]
             return {"transforms": found}
 
-        self._publish("/tf", "tf2_msgs/TFMessage", frames, False)
+        self._offer("/tf", "tf2_msgs/TFMessage", frames)
 
     def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
         name = ros_name(robot)
-        place, frame = f"{self._namespace}/{name}", _frame(name, spec)
+        frame = _frame(name, spec)
         if isinstance(reading, Laser):
-            ranges = memoryview(reading.data).cast("f")
-            scan = partial(ros.scan, stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)
-            self._publish(f"{place}/scan", "sensor_msgs/LaserScan", scan, False)
+            self._offer(f"{name}/scan", "sensor_msgs/LaserScan", partial(_scan, stamp, frame, reading))
         elif isinstance(reading, Battery):
             charge = partial(ros.battery, stamp, reading.charge)
-            self._publish(f"{place}/battery_state", "sensor_msgs/BatteryState", charge, False)
+            self._offer(f"{name}/battery_state", "sensor_msgs/BatteryState", charge)
         elif isinstance(reading, Sonar) and isinstance(spec, SonarSpec):
-            for number, distance in enumerate(reading.ranges):
-                reach = partial(
-                    ros.reach, stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max
-                )
-                self._publish(f"{place}/range", "sensor_msgs/Range", reach, False)
+            ranges = partial(_ranges, stamp, frame, reading, spec)
+            self._publish(self._full(f"{name}/range"), "sensor_msgs/Range", ranges, False)
         elif isinstance(reading, Gps) and isinstance(spec, GpsSpec):
-            place_on_earth = reading.latitude, reading.longitude
-            fix = partial(ros.satellite_fix, stamp, frame, *place_on_earth, spec.position_noise)
-            self._publish(f"{place}/fix", "sensor_msgs/NavSatFix", fix, False)
+            place, noise = (reading.latitude, reading.longitude), spec.position_noise
+            self._offer(f"{name}/fix", "sensor_msgs/NavSatFix", partial(ros.satellite_fix, stamp, frame, *place, noise))
+
+
+def _scan(stamp: float, frame: str, reading: Laser) -> ros.Fields:
+    ranges = memoryview(reading.data).cast("f")
+    return ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)
+
+
+def _ranges(stamp: float, frame: str, reading: Sonar, spec: SonarSpec) -> list[ros.Fields]:
+    """A message for each transducer."""
+    return [
+        ros.reach(stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max)
+        for number, distance in enumerate(reading.ranges)
+    ]
+
+
+def _json(body: msgspec.Struct) -> ros.Fields:
+    return {"data": msgspec.json.encode(body, enc_hook=str).decode()}
+
+
+def _alone(message: ros.Fields) -> list[ros.Fields]:
+    return [message]
 
 
 def _share(value: float) -> float:

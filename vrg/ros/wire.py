@@ -8,6 +8,7 @@ import enum
 import re
 import struct
 from dataclasses import dataclass
+from functools import cache
 from typing import Final
 
 import xxhash
@@ -124,6 +125,7 @@ def dds_name(of: str) -> str:
     return f"{package}::msg::dds_::{name}_"
 
 
+@cache
 def ros_name(name: str) -> str:
     """A name as ROS allows one: letters, digits and underscores, and no digit first."""
     plain = re.sub(r"[^A-Za-z0-9_]", "_", name)
