@@ -3,6 +3,7 @@
 import math
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -29,6 +30,9 @@ from vrg.types import Twist
 
 DOMAIN, STEP, BOOT = 7, 0.05, 1000.0
 """The domain; the time between two readings, s; what the robot's clock reads as the match begins, s."""
+
+AGAIN, PATIENCE = 0.5, 120.0
+"""The real time in s after which readings that have not come are asked for again, and given up."""
 
 
 class Robot:
@@ -96,8 +100,14 @@ class RosBench(DriverBench):
             self.clock.sleep(STEP)
             v, w = self.sent
             self.robot.ask(f"{STEP} {BOOT + self.clock.now()} {v} {w} {int(self.talks)}")
+            began = again = time.monotonic()
             while self.talks and self._is_connected and not self._is_heard:
-                pass
+                time.sleep(0.001)
+                assert time.monotonic() - began < PATIENCE, "the driver hears nothing of the robot"
+                if time.monotonic() - again > AGAIN:
+                    # What is published before a subscription has come to the router is lost, on a busy machine, too.
+                    again = time.monotonic()
+                    self.robot.ask(f"0 {BOOT + self.clock.now()} {v} {w} 1")
 
     def cut(self) -> None:
         self.talks = False

@@ -87,6 +87,28 @@ def _can() -> Finding:
     return Finding("CAN", None, ", ".join(found) or "no interface: scripts/with-vcan gives a command a virtual one")
 
 
+def _ros() -> Finding:
+    """What ROS 2 needs in order to see a match, and who of it is at the routers of this machine."""
+    from vrg.ros.meeting import graph_of  # most commands have nothing to do with ROS
+
+    wanted = "rmw_zenoh_cpp"
+    distribution, used = os.environ.get("ROS_DISTRO", ""), os.environ.get("RMW_IMPLEMENTATION", "")
+    texts = []
+    if distribution == "humble":
+        texts.append("Humble and VRG cannot exchange messages, as it has no hashes of types: take Jazzy or later")
+    elif used != wanted:
+        texts.append(f"in the terminals of ROS 2: export RMW_IMPLEMENTATION={wanted}; then ros2 daemon stop")
+    for router in dict.fromkeys([DEFAULT_ENDPOINT, *(m.router for m in running() if m.router.startswith("tcp/"))]):
+        try:
+            with open_session(router, patience=0.5) as session:
+                graph = graph_of(session, "*")
+        except VrgError:
+            continue
+        texts.append(f"{router}: {', '.join(dict.fromkeys(each.node for each in graph)) or 'no node'}")
+        texts += dict.fromkeys(each.trouble for each in graph if each.trouble)
+    return Finding("ROS 2", None, "; ".join(texts))
+
+
 def _sandbox() -> Finding:
     from vrg.launch.sandbox.seal import missing  # most commands seal nothing
 
@@ -127,7 +149,7 @@ def doctor(
     as_json: JsonOption = False,
 ) -> None:
     """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
-    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _sandbox, _matches, _messages]
+    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _sandbox, _ros, _matches, _messages]
     findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks]]}
     if match is not None:
         from vrg.commands.doctor_machines import examine_machines  # it loads what reaches other machines

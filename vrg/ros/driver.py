@@ -16,9 +16,10 @@ from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
 from vrg.ros import messages as ros
+from vrg.ros.meeting import ODOMETRY, STAMPED, graph_of, met, no_router
 from vrg.ros.reported import Reported
 from vrg.ros.settings import RosSettings
-from vrg.ros.wire import Endpoint, Kind, endpoint_of, graph_key, ros_name
+from vrg.ros.wire import ros_name
 from vrg.types import STILL, Twist
 
 if TYPE_CHECKING:
@@ -35,7 +36,6 @@ ZEROS: Final = 1.0
 """The time in s for which a robot that was disarmed is commanded to stand. Then another node may drive it."""
 PATIENCE: Final = 5.0
 """The time in s to wait for the robot's nodes in the graph."""
-TWIST, STAMPED = "geometry_msgs/Twist", "geometry_msgs/TwistStamped"
 
 
 class RosDriver(Driver):
@@ -97,17 +97,12 @@ class RosDriver(Driver):
         with ExitStack() as stack:
             try:
                 session = stack.enter_context(open_session(self._router, shared_memory=False))
-            except BusError as error:
-                raise RobotError(
-                    f"{self.name}: expected the router of its ROS nodes at {self._router}, but none answered: start "
-                    f"`ros2 run rmw_zenoh_cpp rmw_zenohd`, or name another as `router` ({error})"
-                ) from None
+            except BusError:
+                raise RobotError(f"{self.name}: {no_router(self._router)}") from None
             of = self._found(session)
             node = RosNode(session, self._domain, f"vrg_{ros_name(self.name)}", self._robot.place)
             self._reported, self._failure, self._closing = self._no_report(), None, False
-            self._inlets = [
-                (node.subscribe(self._robot.topic(self._robot.odom), "nav_msgs/Odometry"), self._reported.odometry)
-            ]
+            self._inlets = [(node.subscribe(self._robot.topic(self._robot.odom), ODOMETRY), self._reported.odometry)]
             if Laser.kind in self.measures:
                 scans = node.subscribe(self._robot.topic(self._robot.scan), "sensor_msgs/LaserScan")
                 self._inlets.append((scans, lambda message, _: self._reported.scan(message)))
@@ -214,49 +209,18 @@ class RosDriver(Driver):
         Raises:
             RobotError: it is not there, or of a distribution that VRG cannot speak to.
         """
-        topics = {
-            (Kind.SUBSCRIBER, self._robot.topic(self._robot.cmd_vel)): (STAMPED, TWIST),
-            (Kind.PUBLISHER, self._robot.topic(self._robot.odom)): ("nav_msgs/Odometry",),
-        }
+        cmd_vel, odom = self._robot.topic(self._robot.cmd_vel), self._robot.topic(self._robot.odom)
         deadline = self._clock.now() + PATIENCE
         while True:
-            graph = self._graph(session)
-            found = {wanted: self._of(graph, wanted, kinds) for wanted, kinds in topics.items()}
-            if all(found.values()):
-                return str(found[Kind.SUBSCRIBER, self._robot.topic(self._robot.cmd_vel)])
-            if self._clock.now() >= deadline:
-                raise RobotError(self._missing(graph, [wanted for wanted, of in found.items() if not of]))
+            try:
+                return met(graph_of(session, self._domain), cmd_vel, odom)
+            except RobotError as error:
+                if self._clock.now() >= deadline:
+                    raise RobotError(
+                        f"{self.name}: {error}, in the domain {self._domain} of the router {self._router}: see "
+                        "`namespace`, `domain` and `router` in [backends.ros]"
+                    ) from None
             self._clock.sleep(0.2)
-
-    def _graph(self, session: "Session") -> list[Endpoint]:
-        try:
-            tokens = session.alive(graph_key(self._domain))
-        except BusError:
-            return []  # it is asked again
-        return [found for token in sorted(tokens) if (found := endpoint_of(token)) is not None]
-
-    def _of(self, graph: list[Endpoint], wanted: tuple[Kind, str], kinds: tuple[str, ...]) -> str | None:
-        """The first of some types for which there is an endpoint of a kind on a topic.
-
-        Raises:
-            RobotError: there is one that VRG cannot exchange messages with.
-        """
-        there = [each for each in graph if (each.kind, each.topic) == wanted and each.of in kinds]
-        for each in there:
-            if each.trouble:
-                raise RobotError(f"{self.name}: {each.topic}: {each.trouble}")
-        return next((of for of in kinds if any(each.of == of for each in there)), None)
-
-    def _missing(self, graph: list[Endpoint], wanted: list[tuple[Kind, str]]) -> str:
-        what = " and ".join(
-            f"a node that {'obeys' if kind is Kind.SUBSCRIBER else 'publishes'} {topic}" for kind, topic in wanted
-        )
-        topics = sorted({each.topic for each in graph})
-        seen = f"the topics {', '.join(topics[:12])}{' ...' if len(topics) > 12 else ''}" if topics else "no topic"
-        return (
-            f"{self.name}: expected {what} in the domain {self._domain} of the router {self._router} within "
-            f"{PATIENCE:g} s, got {seen}: see `namespace`, `domain` and `router` in [backends.ros]"
-        )
 
     def _run(self, node: "RosNode", of: str) -> None:
         """Take in what the robot reports, and repeat the command, until the driver is closed."""

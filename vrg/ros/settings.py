@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import Field
 
+from vrg.errors import BusError, RobotError
 from vrg.hal.settings import BackendSettings
 from vrg.tables import Table
 
 Endpoint = Annotated[str, Field(pattern=r"^tcp/.+:\d+$")]
-_NAME = r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*"
+_PATIENCE: Final = 3.0
+"""The real time in s to wait for a router."""
+_NAME: Final = r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*"
 TopicName = Annotated[str, Field(pattern=f"^{_NAME}$")]
 MaybeTopicName = Annotated[str, Field(pattern=f"^({_NAME})?$")]
 Domain = Annotated[int, Field(ge=0, le=232)]
@@ -90,6 +93,23 @@ class RosSettings(BackendSettings):
             "as nothing else does if this computer or the network fails: lift its wheels and try it (docs/ros.md)"
             for name in robots
         ]
+
+    def missing_here(self, robots: Sequence[str]) -> list[str]:
+        """Routers that do not answer, and robots that are not in the graph of ROS 2."""
+        from vrg.bus.session import open_session  # noqa: PLC0415 - a match file is checked without
+        from vrg.ros.meeting import graph_of, met, no_router  # noqa: PLC0415
+
+        found = []
+        for name in robots:
+            (router, domain), robot = self.reached(name), self.robots[name]
+            try:
+                with open_session(router, patience=_PATIENCE) as session:
+                    met(graph_of(session, domain), robot.topic(robot.cmd_vel), robot.topic(robot.odom))
+            except BusError:
+                found.append(f"{name}: {no_router(router)}")
+            except RobotError as error:
+                found.append(f"{name}: {error}")
+        return found
 
     def ports(self, robots: Sequence[str]) -> list[int]:
         """The ports of the routers."""

@@ -109,8 +109,8 @@ def endpoint_of(token: str) -> Endpoint | None:
     )
 
 
-def graph_key(domain: int) -> str:
-    """The key expression of all tokens of a domain."""
+def graph_key(domain: int | str) -> str:
+    """The key expression of all tokens of a domain, or of all domains for `*`."""
     return f"@ros2_lv/{domain}/**"
 
 
