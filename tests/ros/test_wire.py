@@ -8,9 +8,13 @@ import time
 from pathlib import Path
 
 import pytest
+import zenoh
+import zenoh.ext
 
-from vrg.bus.session import open_router, open_session
+from vrg.bus.configuration import client_settings
+from vrg.bus.session import configuration, open_router, open_session
 from vrg.launch.endpoints import free_endpoint
+from vrg.ros.cdr import decode
 from vrg.ros.graph import RosNode
 from vrg.ros.types import FIELDS, HASHES
 from vrg.ros.wire import ATTACHMENT, Identity, Kind, Qos, attachment, data_key, gid_of
@@ -98,6 +102,74 @@ def test_another_implementation_lists_the_graph_and_reads_every_type(tmp_path: P
     assert found["heard"].keys() == topics.keys()
     assert all(count >= 20 for count in found["heard"].values())
     assert (found["x"], found["text"]) == (1.5, "grüezi")
+
+
+def test_nodes_that_are_peers_find_one_another_and_the_match() -> None:
+    """Peers with gossip, as rmw_zenoh's configuration of sessions has them, at VRG's router."""
+    endpoint = free_endpoint()
+    gossip = {"enabled": True, "multihop": False, "autoconnect": {"router": [], "peer": ["router", "peer"]}}
+    settings = {
+        "mode": "peer",
+        "connect": {"endpoints": [endpoint]},
+        "listen": {"endpoints": ["tcp/localhost:0"]},
+        "scouting": {"multicast": {"enabled": False}, "gossip": gossip},
+    }
+    heard: dict[str, set[str]] = {"one": set(), "two": set()}
+    kept: list[zenoh.LivelinessToken] = []
+
+    def peer(name: str) -> zenoh.Session:
+        session = zenoh.open(zenoh.Config.from_json5(json.dumps(settings)))
+        session.declare_subscriber("0/**", lambda sample: heard[name].add(str(sample.key_expr).split("/")[1]))
+        kept.append(session.liveliness().declare_token(Identity(0, str(session.info.zid()), 0, "", name).token))
+        return session
+
+    with open_router(endpoint), open_session(endpoint) as session, peer("one") as one, peer("two"):
+        node = RosNode(session, 0, "vrg")
+        deadline = time.monotonic() + 60.0
+        while not all(found >= {"match", "one"} for found in heard.values()) and time.monotonic() < deadline:
+            node.offer("/match", "std_msgs/String", lambda: [{"data": "x"}])
+            one.put("0/one/x", b"x")
+            time.sleep(0.05)
+        names = {key.rpartition("/")[2] for key in session.alive("@ros2_lv/0/*/*/*/NN/**")}
+    assert all(found >= {"match", "one"} for found in heard.values()), heard
+    assert names == {"vrg", "one", "two"}
+
+
+def test_what_nobody_subscribes_to_is_not_made() -> None:
+    endpoint, made = free_endpoint(), []
+
+    def make() -> list[dict[str, str]]:
+        made.append(1)
+        return [{"data": "x"}]
+
+    with open_router(endpoint), open_session(endpoint) as session, open_session(endpoint) as other:
+        node = RosNode(session, 0, "vrg")
+        node.offer("/say", "std_msgs/String", make)
+        assert made == []
+        take = other.collect_raw("0/say/**", 10)
+        deadline = time.monotonic() + 60.0
+        while not (found := take()) and time.monotonic() < deadline:
+            node.offer("/say", "std_msgs/String", make)
+            time.sleep(0.01)
+    assert found
+
+
+def test_what_lasts_is_there_for_those_who_come_later() -> None:
+    """As rmw_zenoh subscribes to topics that are transient local: with history."""
+    endpoint = free_endpoint()
+    heard: list[zenoh.Sample] = []
+    with open_router(endpoint), open_session(endpoint) as session:
+        RosNode(session, 0, "vrg").publish("/map", "std_msgs/String", {"data": "once"}, lasting=True)
+        with zenoh.open(configuration(client_settings(endpoint))) as late:
+            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
+            subscriber = zenoh.ext.declare_advanced_subscriber(late, "0/map/**", heard.append, history=history)
+            deadline = time.monotonic() + 60.0
+            while not heard and time.monotonic() < deadline:
+                time.sleep(0.01)
+            subscriber.undeclare()
+    assert decode("std_msgs/String", heard[0].payload.to_bytes()) == {"data": "once"}
+    assert heard[0].attachment is not None
+    assert len(heard[0].attachment.to_bytes()) == 33
 
 
 def test_a_message_of_another_type_is_refused() -> None:

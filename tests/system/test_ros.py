@@ -1,0 +1,68 @@
+"""A robot that runs ROS 2 plays: a virtual one of another match, which ROS drives, stands in for it."""
+
+import signal
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from tests.system.harness import Match, long_match
+
+pytestmark = pytest.mark.system
+
+STAND_IN = """
+name = "stand_in"
+game = "practice"
+map = "open"
+engine = "planar"
+
+[rules]
+x = [-30.0, 30.0]
+y = [-95.0, 95.0]
+
+[[players]]
+name = "bot"
+role = "player"
+strategy = "ros"
+x = 0.0
+y = 0.0
+heading = -90.0
+"""
+
+
+def test_a_robot_of_ros_plays_stands_and_is_waited_for(start: Callable[..., Match], tmp_path: Path) -> None:
+    (tmp_path / "stand_in").mkdir()
+    with Match(tmp_path / "stand_in", STAND_IN, movers=(), options=["--ros"]) as other:
+        backend = (
+            f'[backends.ros]\nrouter = "{other.endpoint}"\n[backends.ros.robots.ann]\nnamespace = "stand_in/bot"\n\n'
+        )
+        text = long_match("rosy").replace("[[players]]", f"{backend}[[players]]", 1)
+        own = 'name = "ann"\nrole = "minnow"\nbackend = '
+        match = start(text.replace(f'{own}"sim"', f'{own}"ros"'))
+        bot = other.observer
+        bot.wait_until(lambda: bot.moving("bot"), "the robot that ROS drives to move")
+        match.observer.wait_moving("ann")
+
+        match.command("estop", "--reason", "test")
+        bot.wait_until(lambda: bot.standing("bot"), "the robot to stand after the emergency stop")
+        match.command("estop", "--release")
+        match.go_on()
+        bot.wait_until(lambda: bot.moving("bot"), "the robot to drive again")
+
+        # The robot falls silent: nothing of ROS is heard of it any more, and its lease ends.
+        outlet = other.child("ros")
+        outlet.send_signal(signal.SIGSTOP)
+        silent = "no odometry on /stand_in/bot/odom for"
+        bot.wait_until(lambda: bot.standing("bot"), "the robot that hears nothing to stand")
+        match.observer.wait_until(lambda: silent in match.log("ann"), "the player to find out")
+        outlet.send_signal(signal.SIGCONT)
+        match.go_on()
+        bot.wait_until(lambda: bot.moving("bot"), "the robot to drive when it is heard again")
+
+        # The player dies: nothing commands the robot any more.
+        player = match.child("ann")
+        player.kill()
+        bot.wait_until(lambda: bot.standing("bot"), "the robot to stand without its player")
+        match.wait_replaced("ann", player)
+        match.go_on()
+        bot.wait_until(lambda: bot.moving("bot"), "the robot to drive with its new player")
