@@ -17,7 +17,9 @@ def test_a_model_is_physically_sound(model: RobotModel) -> None:
     drivetrain = model.drivetrain
     assert all(2 * abs(wheel.x) < model.length for wheel in drivetrain.wheels)
     assert all(2 * abs(wheel.y) + drivetrain.wheel_width <= model.width for wheel in drivetrain.wheels)
-    assert drivetrain.effective_track > 2 * drivetrain.wheels[0].y, "a skidding body turns less than its wheels say"
+    skids = len({wheel.x for wheel in drivetrain.wheels if wheel.axis is not None}) > 1
+    track = 2 * drivetrain.wheels[0].y
+    assert drivetrain.effective_track > track if skids else drivetrain.effective_track == pytest.approx(track)
     assert model.brake >= 7.0
     assert model.sensor(LaserSpec) is not None
     assert abs(model.sensor(LaserSpec).x) < model.length / 2, "the laser is on the body, which the scan looks out of"
@@ -34,8 +36,8 @@ def test_wheels_and_velocity_are_inverses(model: RobotModel) -> None:
     assert astuple(model.drivetrain.twist(model.drivetrain.speeds(Twist(0.4, -0.7)))) == pytest.approx((0.4, -0.7, 0.0))
 
 
-def test_both_carry_an_lms200() -> None:
-    for model in map(MODELS.get, MODELS.names()):
+def test_those_of_the_thesis_carry_an_lms200() -> None:
+    for model in map(MODELS.get, ("P2AT", "ATRV-Jr")):
         laser = model.sensor(LaserSpec)
         assert laser is not None
         assert (laser.beams, laser.fov, laser.range_max, laser.resolution) == (181, math.pi, 8.0, 0.01)

@@ -8,7 +8,11 @@ __all__ = ["MODELS", "RobotModel", "robot_model"]
 MODELS: Registry[RobotModel] = Registry(
     "robot model",
     "vrg.models",
-    {"P2AT": "vrg.hal.models.pioneer:P2AT", "ATRV-Jr": "vrg.hal.models.atrv_jr:ATRV_JR"},
+    {
+        "P2AT": "vrg.hal.models.pioneer:P2AT",
+        "ATRV-Jr": "vrg.hal.models.atrv_jr:ATRV_JR",
+        "TurtleBot3": "vrg.hal.models.turtlebot:TURTLEBOT3",
+    },
     lambda found: None if isinstance(found, RobotModel) else "expected a RobotModel",
 )
 """Every robot model by name."""
