@@ -298,7 +298,7 @@ def test_one_word_makes_a_robot_physical(load: Load) -> None:
         (WIRED.replace("left = [0]", "left = [99]"), "expected 0 to 62, got 99"),
         (WIRED.replace("left = [0]", "lift = [0]"), "backends.can.robots.player1.lift: unknown field"),
         (GOOD + "\n[backends.sim]\nx = 1\n", "backends.sim: this backend has no settings"),
-        (GOOD + "\n[backends.steam]\nx = 1\n", "expected one of can, sim, got 'steam'"),
+        (GOOD + "\n[backends.steam]\nx = 1\n", "expected one of can, ros, sim, got 'steam'"),
         (GOOD.replace('name = "player2"', 'name = "drives"'), "name of another process"),
         (GOOD.replace('name = "player2"', 'name = "web"'), "name of another process"),
     ],

@@ -224,7 +224,7 @@ def test_the_installed_driver_is_a_backend(vrg: Vrg, tmp_path: Path) -> None:
     (tmp_path / "final.toml").write_text(text, encoding="utf-8")
     before = python(tmp_path, "-m", "vrg", "check", "final.toml")
     assert before.returncode == 1
-    assert "expected one of can, sim, got 'rover'" in before.stderr
+    assert "expected one of can, ros, sim, got 'rover'" in before.stderr
     build = "import setuptools.build_meta as b; print(b.build_wheel('..'))"
     built = python(tmp_path / "rover", "-c", build)
     assert built.returncode == 0, built.stderr

@@ -23,5 +23,5 @@ def test_sim_is_built_in() -> None:
 
 
 def test_an_unknown_backend_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(ConfigError, match=r"backend: expected one of can, sim, got 'simm', did you mean 'sim'"):
+    with pytest.raises(ConfigError, match=r"backend: expected one of can, ros, sim, got 'simm', did you mean 'sim'"):
         BACKENDS.get("simm")

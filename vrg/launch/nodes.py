@@ -5,6 +5,7 @@ processes only a player's own process imports a student's code.
 """
 
 import contextlib
+import logging
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from vrg.ui.three.node import ThreeNode
     from vrg.ui.three.theatre import Theatre
     from vrg.ui.web.node import WebNode
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 
@@ -284,12 +287,15 @@ def three_node(setup: MatchSetup, address: str) -> "ThreeNode":
     return ThreeNode(THREE, Mailbox(), setup.keys, theatre(setup, address), robots=robots, obstacles=setup.obstacles)
 
 
-def ros_node(setup: MatchSetup, where: str, join: "Callable[[str], Session]") -> "RosPublisher":
+def ros_node(
+    setup: MatchSetup, where: str, join: "Callable[[str], Session]", *, official: bool = True
+) -> "RosPublisher":
     """Make the node that shows a match to ROS 2.
 
     Args:
         where: the domain, and the router of the ROS nodes, such as `0@tcp/127.0.0.1:7448`; without one it is that of
             the match. join: returns a session with a router; with that of the match if it is empty.
+        official: True if the seat of this process may drive players.
     """
     from vrg.config.files import ROS
     from vrg.ros.graph import RosNode
@@ -299,11 +305,12 @@ def ros_node(setup: MatchSetup, where: str, join: "Callable[[str], Session]") ->
     domain, _, router = where.partition("@")
     namespace = f"/{ros_name(setup.name)}"
     graph = RosNode(join(router), int(domain), "vrg", namespace)
-    driven = {
-        player.name: graph.commands(f"{namespace}/{ros_name(player.name)}/cmd_vel")
-        for player in setup.players
-        if player.strategy == "ros"
-    }
+    wanted = [player.name for player in setup.players if player.strategy == "ros"]
+    if wanted and not official:
+        log.warning(
+            "ROS drives nothing, as the seat of a window may not: cmd_vel of %s needs the official's keys", wanted
+        )
+    driven = {name: graph.commands(f"{namespace}/{ros_name(name)}/cmd_vel") for name in wanted if official}
     robots = {player.name: player.robot for player in setup.players}
     return RosPublisher(
         ROS, Mailbox(), setup.keys, namespace, graph.offer, robots=robots, obstacles=setup.obstacles, driven=driven

@@ -150,7 +150,7 @@ def _shown(
         "web": lambda: nodes.web_node(setup, secret),
         "foxglove": lambda: nodes.live_node(setup, name),
         "three": lambda: nodes.three_node(setup, name),
-        "ros": lambda: nodes.ros_node(setup, name, join),
+        "ros": lambda: nodes.ros_node(setup, name, join, official=official),
     }
     if kind in served:
         return served[kind](), _never

@@ -1,0 +1,122 @@
+"""What a robot that runs ROS 2 reports: how old it is, and where its odometry goes."""
+
+import math
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vrg.errors import MessageError
+from vrg.hal.models import robot_model
+from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.odometry import Odometry
+from vrg.ros import messages as ros
+from vrg.ros.cdr import decode, encode
+from vrg.ros.reported import Reported
+from vrg.types import STILL, Pose, Twist
+
+MODEL = robot_model("TurtleBot3")
+
+
+def odometry(at: float, pose: Pose = Pose(0.0, 0.0, 0.0), twist: Twist = STILL) -> dict[str, Any]:  # noqa: B008
+    """As it comes out of its bytes."""
+    return decode("nav_msgs/Odometry", encode("nav_msgs/Odometry", ros.odometry(at, "r", pose, twist)))
+
+
+def place(reported: Reported, now: float) -> Pose:
+    (value,) = [s.value for s in reported.samples(now, now) if isinstance(s.value, Odometry)]
+    return value.pose
+
+
+@given(boot=st.floats(1.0, 1e9), delays=st.lists(st.floats(0.0, 0.4), min_size=3, max_size=20))
+def test_a_message_is_as_old_as_it_was_later_than_the_quickest(boot: float, delays: list[float]) -> None:
+    """Whatever the robot's clock reads, and whatever way all messages have in common."""
+    reported = Reported("r", MODEL)
+    for number, delay in enumerate(delays):
+        sent = 0.5 * number
+        reported.odometry(odometry(boot + sent), sent + delay)
+        assert reported.age(sent + delay) == pytest.approx(delay - min(delays[: number + 1]), abs=1e-6)
+    assert reported.age(0.5 * number + delays[-1] + 2.0) == pytest.approx(2.0 + delays[-1] - min(delays), abs=1e-6)
+
+
+def test_a_driver_that_repeats_itself_is_found_out() -> None:
+    reported = Reported("r", MODEL)
+    for number in range(20):
+        reported.odometry(odometry(5.0), 0.1 * number)
+    assert reported.age(1.9) == pytest.approx(1.9)
+
+
+def test_messages_that_come_late_for_a_long_time_stay_late() -> None:
+    reported = Reported("r", MODEL)
+    for number in range(60):
+        late = 0.6 if number > 10 else 0.0
+        reported.odometry(odometry(100.0 + 0.1 * number), 0.1 * number + late)
+    assert reported.age(0.1 * 59 + 0.6) == pytest.approx(0.6)
+
+
+def test_a_clock_that_is_set_back_begins_anew() -> None:
+    reported = Reported("r", MODEL)
+    reported.odometry(odometry(1000.0, Pose(1.0, 0.0, 0.0)), 0.0)
+    reported.odometry(odometry(10.0, Pose(1.01, 0.0, 0.0)), 0.1)
+    assert reported.age(0.1) == pytest.approx(0.0)
+    assert place(reported, 0.1).x == pytest.approx(0.01)
+
+
+@given(turns=st.lists(st.floats(-0.3, 0.3), min_size=1, max_size=60), start=st.floats(-3.0, 3.0))
+def test_the_way_begins_at_zero_and_turns_beyond_pi(turns: list[float], start: float) -> None:
+    reported, heading = Reported("r", MODEL), start
+    reported.odometry(odometry(1.0, Pose(7.0, -2.0, start)), 0.0)
+    assert place(reported, 0.0) == Pose(0.0, 0.0, 0.0)
+    for number, turn in enumerate(turns, 1):
+        heading += turn
+        reported.odometry(odometry(1.0 + 0.1 * number, Pose(7.0, -2.0, heading)), 0.1 * number)
+    assert place(reported, 10.0).theta == pytest.approx(sum(turns), abs=1e-6)
+
+
+def test_the_way_goes_on_where_the_robot_was_when_its_odometry_begins_anew() -> None:
+    reported = Reported("r", MODEL)
+    for number, x in enumerate((0.0, 0.02, 0.04)):
+        reported.odometry(odometry(1.0 + 0.1 * number, Pose(3.0 + x, 0.0, 0.0)), 0.1 * number)
+    reported.odometry(odometry(1.3, Pose(0.0, 0.0, 0.0)), 0.3)
+    reported.odometry(odometry(1.4, Pose(0.02, 0.0, 0.0)), 0.4)
+    assert reported.begun_anew == 1
+    assert place(reported, 0.4).x == pytest.approx(0.06)
+
+
+@pytest.mark.parametrize(
+    ("message", "words"),
+    [
+        (odometry(0.0), "with a time stamp"),
+        (odometry(1.0, Pose(math.nan, 0.0, 0.0)), "finite numbers"),
+        (odometry(1.0, twist=Twist(math.inf, 0.0)), "finite numbers"),
+    ],
+)
+def test_what_is_no_odometry_is_refused_in_words(message: dict[str, Any], words: str) -> None:
+    with pytest.raises(MessageError, match=words):
+        Reported("r", MODEL).odometry(message, 0.0)
+
+
+def test_odometry_of_another_frame_is_refused() -> None:
+    with pytest.raises(MessageError, match="expected odometry of the frame base_footprint, got 'r/base_link'"):
+        Reported("r", MODEL, "base_footprint").odometry(odometry(1.0), 0.0)
+
+
+@given(
+    ranges=st.lists(st.floats(width=32), max_size=30),
+    shortest=st.floats(0.0, 0.5, width=32),
+    yaw=st.floats(-math.pi, math.pi),
+)
+def test_every_scan_that_can_be_decoded_has_finite_ranges(ranges: list[float], shortest: float, yaw: float) -> None:
+    reported = Reported("r", MODEL, scan_yaw=yaw)
+    reported.odometry(odometry(1.0), 0.0)
+    message = ros.scan(1.0, "laser", 0.0, 0.1, 3.5, ranges) | {"ranges": ranges, "range_min": shortest}
+    reported.scan(decode("sensor_msgs/LaserScan", encode("sensor_msgs/LaserScan", message)))
+    (scan,) = [s.value for s in reported.samples(0.0, 0.0) if isinstance(s.value, Laser)]
+    assert scan.angle_min == pytest.approx(yaw)
+    assert all(shortest <= r <= 3.5 for r in scan.ranges)
+
+
+def test_a_scan_without_a_longest_range_is_refused() -> None:
+    with pytest.raises(MessageError, match="expected a scan"):
+        Reported("r", MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, math.inf, [1.0]) | {"range_min": 0.0})
