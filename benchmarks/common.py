@@ -184,11 +184,11 @@ def endpoint_of(pid: int) -> str:
 
 
 class Costs:
-    """What the processes of a running match use, and the ticks that its nodes do and miss.
+    """The processor time of the processes of a running match, and the ticks that its nodes do and miss.
 
     Args:
         launcher: its process id. session: with its router. keys: of the match. process: the name of the process, and of
-            its node, that is told apart from the rest.
+            its node, that counts apart from the rest.
     """
 
     def __init__(self, launcher: int, session: Session, keys: Keys, process: str) -> None:
@@ -202,11 +202,11 @@ class Costs:
     def over(self, seconds: float) -> tuple[float, float, int, int]:
         """Wait so long. Return the cores that the process and the rest use, and the ticks and misses of the rest."""
         before, began = self._used(), time.monotonic()
-        told = self._heard()
+        earlier = self._heard()
         time.sleep(seconds)
-        after, telling, lasted = self._used(), self._heard(), time.monotonic() - began
-        both = [key for key in telling if key in told and not key.endswith(f"/{self._process}")]
-        done, missed = (sum(telling[key][n] - told[key][n] for key in both) for n in (0, 1))
+        after, later, lasted = self._used(), self._heard(), time.monotonic() - began
+        both = [key for key in later if key in earlier and not key.endswith(f"/{self._process}")]
+        done, missed = (sum(later[key][n] - earlier[key][n] for key in both) for n in (0, 1))
         return (after[0] - before[0]) / lasted, (after[1] - before[1]) / lasted, done, missed
 
     def _used(self) -> tuple[float, float]:

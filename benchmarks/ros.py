@@ -1,4 +1,4 @@
-"""What it costs a match that ROS 2 sees it: processor time of what publishes it and of the match, and missed ticks.
+"""The cost of ROS 2 for a match: processor time of the publisher and of the match, and missed ticks.
 
 One match over processes with `--ros`, at rate 1, which none, one like rviz2 and one that wants every topic listen to in
 turns, several rounds, so that all hear the same match on the same machine. A listener is a process that takes the

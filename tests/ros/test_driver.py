@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from tests.ros.test_wire import definitions
 from vrg.bus.session import open_router, open_session
@@ -21,10 +22,12 @@ from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.launch.endpoints import free_endpoint
-from vrg.ros.cdr import Message
+from vrg.ros.cdr import Message, encode
 from vrg.ros.driver import RosDriver
 from vrg.ros.graph import RosNode
+from vrg.ros.reported import Reported
 from vrg.ros.settings import RosSettings
+from vrg.ros.wire import data_key
 from vrg.testing.driver import DriverBench, DriverContract, armed
 from vrg.types import Twist
 
@@ -82,6 +85,8 @@ class RosBench(DriverBench):
         class Watched(RosNode):
             def publish(self, topic: str, of: str, message: Message, lasting: bool = False) -> None:
                 super().publish(topic, of, message, lasting)
+                if not topic.endswith("cmd_vel"):
+                    return
                 twist = message.get("twist", message)
                 bench.sent = twist["linear"]["x"], twist["angular"]["z"]
                 bench.published = message
@@ -200,17 +205,108 @@ def test_who_is_disarmed_is_left_to_others_after_a_while(bench: RosBench) -> Non
 
 def test_a_robot_that_wants_stamps_gets_them_by_its_own_clock(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     robot = Robot(tmp_path, "geometry_msgs/msg/TwistStamped")
+    bench = RosBench(robot, monkeypatch)
     try:
-        bench = RosBench(robot, monkeypatch)
         armed(bench)
         bench.run(Twist(0.3, 0.1), 1.0)
         assert bench.speed == pytest.approx(0.3)
         header = bench.published["header"]
         assert header["frame_id"] == "base_footprint"
         assert header["stamp"]["sec"] == int(BOOT + bench.clock.now())
-        bench.driver.close()
     finally:
+        bench.driver.close()
         robot.close()
+
+
+def test_a_driver_that_fails_commands_zeros_and_can_be_recovered(
+    bench: RosBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    armed(bench)
+    bench.run(Twist(0.3, 0.0), 0.5)
+    assert bench.sent == (0.3, 0.0)
+    with monkeypatch.context() as broken:
+        broken.setattr(Reported, "age", lambda *_: 1 / 0)
+        bench.clock.sleep(0.5)
+    assert bench.sent == (0.0, 0.0)
+    readings = bench.driver.read()
+    assert "ZeroDivisionError" in str(readings.fault)
+    assert not readings.armed
+    with pytest.raises(RobotError, match="its driver has failed"):
+        bench.driver.drive(Twist(0.3, 0.0))
+    bench.driver.recover()
+    armed(bench)
+    bench.run(Twist(0.3, 0.0), 0.5)
+    assert bench.speed == pytest.approx(0.3)
+
+
+def test_a_driver_whose_thread_hangs_is_a_fault(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:
+    armed(bench)
+    began = bench.clock.now()
+    monkeypatch.setattr(RosDriver, "_hear", lambda _: bench.clock.sleep(5.0))
+    bench.clock.sleep(1.0)
+    monkeypatch.undo()
+    assert bench.clock.now() > began
+    assert "its driver has hung for" in str(bench.driver.read().fault)
+
+
+def test_after_a_lost_link_a_robot_hears_zeros(robot: Robot, bench: RosBench) -> None:
+    """Longer away than zeros are commanded: they are kept for the new link."""
+    armed(bench)
+    bench.run(Twist(0.3, 0.0), 0.5)
+    session = bench.driver._session
+    assert session is not None
+    session._link._up = False
+    bench.clock.sleep(5.0)
+    assert bench.driver.read().fault == f"r: the link to the router {robot.endpoint} was lost"
+    session._link._up = True
+    bench.published = {}
+    bench.clock.sleep(0.2)
+    assert (bench.published != {}, bench.sent) == (True, (0.0, 0.0))
+
+
+def test_a_node_that_is_no_robot_harms_nothing(robot: Robot, bench: RosBench, caplog: pytest.LogCaptureFixture) -> None:
+    """Numbers out of bounds, bytes that are no message, and megabytes are left out one by one, and logged seldom."""
+    armed(bench)
+    bench.run(Twist(0.2, 0.0), 0.3)
+    node = bench.driver._node
+    assert node is not None
+    bench.cut()
+    wild = {"header": {"stamp": {"sec": 2**31 - 1}}, "range_max": 1e30, "range_min": math.inf, "ranges": [-math.inf]}
+    odd = {"pose": {"pose": {"orientation": {"y": 1e200}}}}
+    with open_session(robot.endpoint) as session:
+        for topic, of, message in (
+            ("/tb1/odom", "nav_msgs/Odometry", odd),
+            ("/tb1/scan", "sensor_msgs/LaserScan", wild),
+        ):
+            for number, payload in enumerate((encode(of, message), b"x" * 50, bytes(2_000_000), b""), 1):
+                session.put_raw(data_key(DOMAIN, topic, of), payload, b"")
+                deadline = time.monotonic() + PATIENCE
+                while node._left_out[topic] < number and time.monotonic() < deadline:
+                    bench.driver.read()
+                assert node._left_out[topic] == number
+    assert len([line for line in caplog.messages if "left out" in line]) == 2
+    bench.talks = True
+    bench.run(Twist(0.2, 0.0), 0.3)
+    assert bench.driver.read().armed
+    assert bench.speed == pytest.approx(0.2)
+
+
+def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_named(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    endpoint, clock = free_endpoint(), SimulatedClock()
+    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint), now=clock.now)
+    with open_router(endpoint), open_session(endpoint) as session:
+        base, teleop = RosNode(session, DOMAIN, "base"), RosNode(session, DOMAIN, "teleop")
+        base.subscribe("/tb1/cmd_vel", "geometry_msgs/Twist")
+        base.advertise("/tb1/odom", "nav_msgs/Odometry")
+        teleop.advertise("/tb1/cmd_vel", "geometry_msgs/Twist")
+        with RosDriver(context, clock=clock):
+            assert "r: /teleop commands /tb1/cmd_vel, too: stop it" in caplog.text
+        teleop.advertise("/tb1/odom", "nav_msgs/Odometry")
+        with pytest.raises(RobotError, match="expected one node that publishes /tb1/odom, got /base and /teleop"):
+            RosDriver(context, clock=clock).connect()
+        clock.close()
 
 
 def test_what_is_missing_in_the_graph_is_named() -> None:
@@ -246,13 +342,21 @@ def test_without_a_router_it_says_what_to_start(monkeypatch: pytest.MonkeyPatch)
 
 def test_mistakes_in_the_match_file_are_found() -> None:
     settings = RosSettings.model_validate(
-        {"robots": {"a": {"namespace": "tb1"}, "b": {"cmd_vel": "/tb1/cmd_vel"}, "c": {}}}
+        {
+            "robots": {
+                "a": {"namespace": "tb1"},
+                "b": {"cmd_vel": "/tb1/cmd_vel", "router": "tcp/localhost:7447"},
+                "c": {},
+            }
+        }
     )
     assert settings.problems(["a", "b", "d"], Path()) == [
         "expected a table [backends.ros.robots.d] with its topics, found none",
         "robots.b: a obeys /tb1/cmd_vel, too: give each a `namespace`",
     ]
     assert settings.ports(["a"]) == [7447]
+    with pytest.raises(ValidationError, match="expected a router such as"):
+        RosSettings.model_validate({"router": "tcp/127.0.0.1:99999"})
     with pytest.raises(ConfigError, match=r"robots\.r"):
         RosDriver(DriverContext(name="r", model=robot_model("P2AT"), options={}))
 
@@ -263,4 +367,3 @@ def test_a_robot_without_a_laser_leaves_it_to_the_world() -> None:
     assert RosDriver(DriverContext(name="r", model=model, options=here)).measures == {"odometry", "battery"}
     bare = replace(model, sensors=tuple(spec for spec in model.sensors if spec.kind == "odometry"))
     assert RosDriver(DriverContext(name="r", model=bare, options=options("tcp/127.0.0.1:1"))).measures == {"odometry"}
-    assert math.isfinite(model.v_max)

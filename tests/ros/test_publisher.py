@@ -40,14 +40,19 @@ class Bench:
         self.mailbox, self.time, self._number = Mailbox(), 0.0, 0
         self.found: dict[str, tuple[str, dict[str, Any], bool]] = {}
         self.counts: dict[str, int] = {}
-        self.node = RosPublisher(
-            "ros", self.mailbox, KEYS, "/m", self.publish, robots={"ann": MODEL}, obstacles=(WALL,)
-        )
+        self.advertised: dict[str, str] = {}
+        self.node = RosPublisher("ros", self.mailbox, KEYS, "/m", self, robots={"ann": MODEL}, obstacles=(WALL,))
 
-    def publish(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]], lasting: bool) -> None:
+    def advertise(self, topic: str, of: str, lasting: bool = False) -> None:
+        self.advertised[topic] = of
+
+    def publish(self, topic: str, of: str, message: ros.Fields, lasting: bool = False) -> None:
+        self.found[topic] = of, decode(of, encode(of, message)), lasting
+        self.counts[topic] = self.counts.get(topic, 0) + 1
+
+    def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]], lasting: bool = False) -> None:
         for message in make():
-            self.found[topic] = of, decode(of, encode(of, message)), lasting
-            self.counts[topic] = self.counts.get(topic, 0) + 1
+            self.publish(topic, of, message, lasting)
 
     def say(self, topic: Topic[Any], body: m.Message, stamp: float | None = None) -> None:
         self._number += 1
@@ -182,26 +187,36 @@ def test_names_are_such_as_ros_allows(name: str, plain: str) -> None:
     assert ros_name(name) == plain
 
 
+def test_every_topic_that_does_not_last_is_advertised_before_its_first_message() -> None:
+    bench = Bench()
+    before = dict(bench.advertised)
+    test_readings_become_messages_in_frames_that_are_there()
+    assert before["/m/referee/calls"] == "std_msgs/String"
+    assert {topic.rpartition("/")[2] for topic in before} == {
+        "clock", "tf", "state", "calls", "odom", "pose", "scan", "range", "battery_state", "fix",
+    }  # fmt: skip
+
+
 def test_commands_become_a_lease_of_a_player() -> None:
-    """Shares of what the robot can do, within its limits, and only the newest; what is no number is left out."""
+    """Shares of what the robot can do, within its limits; what is no number is left out, and what waited too long."""
     bench, waiting = Bench(), list[ros.Fields]()
 
-    def take() -> list[ros.Fields]:
-        taken, waiting[:] = list(waiting), []
-        return taken
+    def newest() -> ros.Fields | None:
+        return waiting.pop() if waiting else None
 
-    bench.node = RosPublisher(
-        "ros", bench.mailbox, KEYS, "/m", bench.publish, robots={"ann": MODEL}, driven={"ann": take}
-    )
+    bench.node = RosPublisher("ros", bench.mailbox, KEYS, "/m", bench, robots={"ann": MODEL}, driven={"ann": newest})
 
-    def said(*speeds: tuple[float, float]) -> list[m.Manual]:
-        waiting[:] = [{"linear": {"x": v, "y": 0.0}, "angular": {"z": w}} for v, w in speeds]
-        bench.tick(1.0)
+    def drives(v: float, w: float, time: float) -> list[m.Manual]:
+        waiting[:] = [{"linear": {"x": v, "y": 0.0}, "angular": {"z": w}}]
+        bench.tick(time)
         return [out.message.body for out in bench.mailbox.collect() if isinstance(out.message.body, m.Manual)]
 
-    assert said() == []
-    (manual,) = said((9.0, 0.0), (MODEL.v_max / 2, -MODEL.w_max / 4))
+    assert drives(0.3, 0.0, 1.0) == [], "it came before the first tick"
+    (manual,) = drives(MODEL.v_max / 2, -MODEL.w_max / 4, 1.1)
     assert (manual.forward, manual.turn, manual.lease) == (0.5, -0.25, 0.3)
-    assert (said((9.0, -99.0))[0].forward, said((9.0, -99.0))[0].turn) == (1.0, -1.0)
-    assert said((math.nan, 0.0)) == []
+    (fast,) = drives(9.0, -99.0, 1.2)
+    assert (fast.forward, fast.turn) == (1.0, -1.0)
+    assert drives(math.nan, 0.0, 1.3) == []
+    assert drives(0.3, 0.0, 4.0) == [], "this process was frozen meanwhile"
+    assert drives(0.3, 0.0, 4.1) != []
     assert RosDriven("ann", MODEL).mode == "ROS"

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from vrg.errors import MessageError
 from vrg.hal.models import robot_model
+from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.odometry import Odometry
 from vrg.ros import messages as ros
@@ -24,6 +25,12 @@ def odometry(at: float, pose: Pose = Pose(0.0, 0.0, 0.0), twist: Twist = STILL) 
     return decode("nav_msgs/Odometry", encode("nav_msgs/Odometry", ros.odometry(at, "r", pose, twist)))
 
 
+def turned(**turn: float) -> dict[str, Any]:
+    message = odometry(1.0)
+    message["pose"]["pose"]["orientation"] = {"x": 0.0, "y": 0.0, "z": 0.0, "w": 0.0} | turn
+    return message
+
+
 def place(reported: Reported, now: float) -> Pose:
     (value,) = [s.value for s in reported.samples(now, now) if isinstance(s.value, Odometry)]
     return value.pose
@@ -37,7 +44,8 @@ def test_a_message_is_as_old_as_it_was_later_than_the_quickest(boot: float, dela
         sent = 0.5 * number
         reported.odometry(odometry(boot + sent), sent + delay)
         assert reported.age(sent + delay) == pytest.approx(delay - min(delays[: number + 1]), abs=1e-6)
-    assert reported.age(0.5 * number + delays[-1] + 2.0) == pytest.approx(2.0 + delays[-1] - min(delays), abs=1e-6)
+    late = delays[-1] - min(delays)
+    assert reported.age(0.5 * number + delays[-1] + 2.0) == pytest.approx(2.0 + late, abs=1e-6)
 
 
 def test_a_driver_that_repeats_itself_is_found_out() -> None:
@@ -55,12 +63,35 @@ def test_messages_that_come_late_for_a_long_time_stay_late() -> None:
     assert reported.age(0.1 * 59 + 0.6) == pytest.approx(0.6)
 
 
-def test_a_clock_that_is_set_back_begins_anew() -> None:
+def test_old_messages_that_alternate_are_as_old_as_the_first_of_them() -> None:
+    reported = Reported("r", MODEL)
+    for number in range(60):
+        reported.odometry(odometry(100.0 - 0.5 * (number % 2)), 0.1 * number)
+    assert reported.age(5.9) == pytest.approx(5.9)
+
+
+def test_one_that_was_overtaken_hides_no_silence() -> None:
+    reported = Reported("r", MODEL)
+    for number in range(10):
+        reported.odometry(odometry(100.0 + 0.1 * number), 0.1 * number)
+    reported.odometry(odometry(99.95), 1.0)
+    assert reported.age(1.5) == pytest.approx(0.6)
+
+
+def test_a_clock_that_is_set_back_is_followed() -> None:
     reported = Reported("r", MODEL)
     reported.odometry(odometry(1000.0, Pose(1.0, 0.0, 0.0)), 0.0)
     reported.odometry(odometry(10.0, Pose(1.01, 0.0, 0.0)), 0.1)
     assert reported.age(0.1) == pytest.approx(0.0)
-    assert place(reported, 0.1).x == pytest.approx(0.01)
+    assert place(reported, 0.1) == Pose(0.0, 0.0, 0.0)
+
+
+def test_a_scan_of_a_clock_that_is_ahead_grows_old_all_the_same() -> None:
+    reported = Reported("r", MODEL)
+    reported.odometry(odometry(10.0), 0.0)
+    reported.scan(ros.scan(1e6, "laser", 0.0, 0.1, 3.5, [1.0]) | {"range_min": 0.1}, 0.0)
+    (scan,) = [sample for sample in reported.samples(2.0, 2.0) if isinstance(sample.value, Laser)]
+    assert scan.age == 2.0
 
 
 @given(turns=st.lists(st.floats(-0.3, 0.3), min_size=1, max_size=60), start=st.floats(-3.0, 3.0))
@@ -80,16 +111,37 @@ def test_the_way_goes_on_where_the_robot_was_when_its_odometry_begins_anew() -> 
         reported.odometry(odometry(1.0 + 0.1 * number, Pose(3.0 + x, 0.0, 0.0)), 0.1 * number)
     reported.odometry(odometry(1.3, Pose(0.0, 0.0, 0.0)), 0.3)
     reported.odometry(odometry(1.4, Pose(0.02, 0.0, 0.0)), 0.4)
-    assert reported.begun_anew == 1
     assert place(reported, 0.4).x == pytest.approx(0.06)
+
+
+def test_a_robot_that_was_away_for_long_and_began_anew_stands_where_it_was() -> None:
+    reported = Reported("r", MODEL)
+    for number in range(20):
+        reported.odometry(odometry(1.0 + 0.1 * number, Pose(0.02 * number, 0.0, 0.0)), 0.1 * number)
+    assert reported.odometry(odometry(13.0, Pose(-2.0, 0.0, 0.0)), 12.0)
+    assert reported.odometry(odometry(1e6, Pose(5.0, 0.0, 0.0)), 13.0)
+    assert place(reported, 13.0).x == pytest.approx(0.38)
+    assert not reported.jumps(13.0)
+
+
+def test_two_nodes_that_publish_odometry_are_found_out() -> None:
+    reported = Reported("r", MODEL)
+    for number in range(6):
+        reported.odometry(odometry(1.0 + 0.1 * number, Pose(5.0 * (number % 2), 0.0, 0.0)), 0.1 * number)
+    assert reported.jumps(0.6)
+    assert not reported.jumps(20.0)
 
 
 @pytest.mark.parametrize(
     ("message", "words"),
     [
         (odometry(0.0), "with a time stamp"),
-        (odometry(1.0, Pose(math.nan, 0.0, 0.0)), "finite numbers"),
-        (odometry(1.0, twist=Twist(math.inf, 0.0)), "finite numbers"),
+        (odometry(1.0, Pose(math.nan, 0.0, 0.0)), "expected Odometry"),
+        (odometry(1.0, Pose(1e200, 0.0, 0.0)), "expected Odometry"),
+        (odometry(1.0, twist=Twist(math.inf, 0.0)), "expected Odometry"),
+        (turned(z=0.0, w=0.0), "a quaternion of length 1"),
+        (turned(y=1e200, w=1.0), "a quaternion of length 1"),
+        (turned(z=math.nan, w=1.0), "a quaternion of length 1"),
     ],
 )
 def test_what_is_no_odometry_is_refused_in_words(message: dict[str, Any], words: str) -> None:
@@ -103,7 +155,7 @@ def test_odometry_of_another_frame_is_refused() -> None:
 
 
 @given(
-    ranges=st.lists(st.floats(width=32), max_size=30),
+    ranges=st.lists(st.floats(width=32), min_size=1, max_size=30),
     shortest=st.floats(0.0, 0.5, width=32),
     yaw=st.floats(-math.pi, math.pi),
 )
@@ -111,12 +163,32 @@ def test_every_scan_that_can_be_decoded_has_finite_ranges(ranges: list[float], s
     reported = Reported("r", MODEL, scan_yaw=yaw)
     reported.odometry(odometry(1.0), 0.0)
     message = ros.scan(1.0, "laser", 0.0, 0.1, 3.5, ranges) | {"ranges": ranges, "range_min": shortest}
-    reported.scan(decode("sensor_msgs/LaserScan", encode("sensor_msgs/LaserScan", message)))
+    reported.scan(decode("sensor_msgs/LaserScan", encode("sensor_msgs/LaserScan", message)), 0.0)
     (scan,) = [s.value for s in reported.samples(0.0, 0.0) if isinstance(s.value, Laser)]
     assert scan.angle_min == pytest.approx(yaw)
     assert all(shortest <= r <= 3.5 for r in scan.ranges)
 
 
+def test_a_charge_is_a_share_or_in_per_cent_but_never_both() -> None:
+    def charges(*reported: float) -> list[float]:
+        robot, found = Reported("r", MODEL), []
+        robot.odometry(odometry(1.0), 0.0)
+        for percentage in reported:
+            robot.battery({"header": ros.header(1.0, ""), "percentage": percentage}, 0.0)
+            found += [s.value.charge for s in robot.samples(0.0, 0.0) if isinstance(s.value, Battery)]
+        return found
+
+    assert charges(0.5, 1.0) == [0.5, 1.0]
+    assert charges(50.0, 1.0) == [0.5, 0.01]
+    assert charges(math.nan, -1.0) == []
+
+
+@pytest.mark.parametrize("wrong", [{"angle_increment": 0.0}, {"ranges": []}, {"range_min": math.inf}])
+def test_a_scan_that_no_laser_makes_is_refused(wrong: dict[str, Any]) -> None:
+    with pytest.raises(MessageError, match="expected a scan"):
+        Reported("r", MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, 3.5, [1.0]) | {"range_min": 0.1} | wrong, 0.0)
+
+
 def test_a_scan_without_a_longest_range_is_refused() -> None:
     with pytest.raises(MessageError, match="expected a scan"):
-        Reported("r", MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, math.inf, [1.0]) | {"range_min": 0.0})
+        Reported("r", MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, math.inf, [1.0]) | {"range_min": 0.0}, 0.0)

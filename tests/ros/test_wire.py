@@ -135,7 +135,7 @@ def test_nodes_that_are_peers_find_one_another_and_the_match() -> None:
     assert names == {"vrg", "one", "two"}
 
 
-def test_what_nobody_subscribes_to_is_not_made() -> None:
+def test_a_topic_without_subscribers_is_not_made() -> None:
     endpoint, made = free_endpoint(), []
 
     def make() -> list[dict[str, str]]:
@@ -144,7 +144,10 @@ def test_what_nobody_subscribes_to_is_not_made() -> None:
 
     with open_router(endpoint), open_session(endpoint) as session, open_session(endpoint) as other:
         node = RosNode(session, 0, "vrg")
-        node.offer("/say", "std_msgs/String", make)
+        node.advertise("/say", "std_msgs/String")
+        for _ in range(20):
+            node.offer("/say", "std_msgs/String", make)
+            time.sleep(0.01)
         assert made == []
         take = other.collect_raw("0/say/**", 10)
         deadline = time.monotonic() + 60.0

@@ -88,7 +88,7 @@ class RouterLink:
         self._recipes: list[Recipe] = []
         self._declared: list[Declared] = []
         self._publishers: dict[str, _Publisher] = {}
-        self._kept: dict[str, tuple[Qos, deque[tuple[float, bytes, bytes | None]]]] = {}
+        self._kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
         self._beats = deque([time.monotonic()], maxlen=DOUBTFUL)
         self._lock = threading.RLock()
         self._lost, self._closing = threading.Event(), threading.Event()
@@ -142,7 +142,8 @@ class RouterLink:
 
         Args:
             perishable: True for an event that counts at once or never.
-            attachment: of a message that is lost with the link, or of a state.
+            attachment: of a message of another kind than the match's. It is lost while the link is, and waits for
+                nobody: one that stands still would hold up the match.
         """
         if qos is Qos.LATEST:
             # It does not wait for a session that is being replaced: the next message makes up for this one.
@@ -156,20 +157,22 @@ class RouterLink:
             elif not self._up:
                 return
         with self._lock:
-            if qos is not Qos.LATEST and not perishable:
+            if qos is not Qos.LATEST and not perishable and attachment is None:
                 kept = self._kept.get(key)
                 if kept is None:
                     kept = self._kept[key] = (qos, deque(maxlen=1 if qos is Qos.STATE else EVENTS_KEPT))
-                kept[1].append((time.monotonic(), payload, attachment))
+                kept[1].append((time.monotonic(), payload))
             if self._up:
-                self._publisher(key, qos).put(payload, attachment=attachment)
+                self._publisher(key, qos, waits=attachment is None).put(payload, attachment=attachment)
 
     def wanted(self, key: str) -> bool:
         """True if anybody subscribes to a key on which only the latest message counts; half a microsecond."""
-        if not self._up:
-            return False
         try:
-            publisher = self._publishers.get(key) or self._publisher(key, Qos.LATEST)
+            if (publisher := self._publishers.get(key)) is None:
+                with self._lock:
+                    if not self._up:
+                        return False
+                    publisher = self._publisher(key, Qos.LATEST)
             # The stub says bool, the library returns a MatchingStatus; an advanced publisher has none.
             return bool(getattr(getattr(publisher, "matching_status", None), "matching", True))
         except zenoh.ZError as error:
@@ -178,8 +181,9 @@ class RouterLink:
 
     def prepare(self, key: str, qos: Qos) -> None:
         """Declare the publisher of a key before its first message."""
-        if self._up:
-            self._publisher(key, qos)
+        with self._lock:
+            if self._up:
+                self._publisher(key, qos)
 
     def close(self) -> None:
         """Undeclare everything and close the connection. Idempotent."""
@@ -191,12 +195,12 @@ class RouterLink:
             self._keeper.join()
         self._shut()
 
-    def _publisher(self, key: str, qos: Qos) -> _Publisher:
-        """The publisher of a key on the session of now."""
+    def _publisher(self, key: str, qos: Qos, *, waits: bool = True) -> _Publisher:
+        """The publisher of a key on the session of now; see `_declare_publisher`."""
         with self._lock:
             publisher = self._publishers.get(key)
             if publisher is None:
-                publisher = self._publishers[key] = _declare_publisher(self._raw, key, qos)
+                publisher = self._publishers[key] = _declare_publisher(self._raw, key, qos, waits=waits)
             return publisher
 
     def _watch(self, raw: zenoh.Session) -> None:
@@ -263,9 +267,9 @@ class RouterLink:
     def _publish_kept(self, since: float) -> None:
         oldest = max(since, time.monotonic() - EVENT_LIFESPAN)
         for key, (qos, kept) in self._kept.items():
-            for at, payload, attachment in kept:
+            for at, payload in kept:
                 if qos is Qos.STATE:
-                    self._publisher(key, qos).put(payload, attachment=attachment)
+                    self._publisher(key, qos).put(payload)
                 elif at >= oldest:
                     self._publisher(key, qos).put(payload, attachment=REPUBLISHED)
 
@@ -283,14 +287,18 @@ class RouterLink:
             self._raw.close()  # type: ignore[no-untyped-call]
 
 
-def _declare_publisher(raw: zenoh.Session, key: str, qos: Qos) -> _Publisher:
-    """Declare the publisher of a key."""
+def _declare_publisher(raw: zenoh.Session, key: str, qos: Qos, *, waits: bool = True) -> _Publisher:
+    """Declare the publisher of a key.
+
+    Args:
+        waits: False drops what a subscriber is too slow for, in place of waiting for it.
+    """
     if qos is Qos.LATEST:
         return raw.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
     return zenoh.ext.declare_advanced_publisher(
         raw,
         key,
-        congestion_control=zenoh.CongestionControl.BLOCK,
+        congestion_control=zenoh.CongestionControl.BLOCK if waits else zenoh.CongestionControl.DROP,
         cache=zenoh.ext.CacheConfig(max_samples=1 if qos is Qos.STATE else EVENTS_KEPT),
         sample_miss_detection=zenoh.ext.MissDetectionConfig(heartbeat=0.5, sporadic_heartbeat=None),
         publisher_detection=True,

@@ -205,7 +205,7 @@ class Session:
         """Publish bytes that are no message of the match, as for programs of another kind.
 
         Args:
-            kept: True keeps them for those who subscribe later; otherwise they are lost while the link is.
+            kept: True keeps them for those who subscribe later. They are lost while the link is.
         """
         self._link.put(key, Qos.STATE if kept else Qos.LATEST, payload, attachment=attachment)
 

@@ -88,7 +88,7 @@ def _can() -> Finding:
 
 
 def _ros() -> Finding:
-    """What ROS 2 needs in order to see a match, and who of it is at the routers of this machine."""
+    """The settings that ROS 2 needs in order to see a match, and its nodes at the routers of this machine."""
     from vrg.ros.meeting import graph_of  # most commands have nothing to do with ROS
 
     wanted = "rmw_zenoh_cpp"

@@ -7,14 +7,15 @@ import typer
 
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached
+from vrg.commands.options import listening_address
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
 
 DOMAIN: Final = "ROS_DOMAIN_ID"
-BESIDE: Final = "tcp/127.0.0.1:7448"
-"""The router of ROS nodes beside a match whose own lets only seats in."""
+BESIDE: Final = 7448
+"""The port of the router of ROS nodes beside a match whose own lets only seats in; the next free one if it is taken."""
 
 
 def ros(
@@ -24,7 +25,7 @@ def ros(
         typer.Option(
             metavar="ENDPOINT",
             help="The router of ROS nodes, such as rmw_zenohd's. If none answers there, "
-            f"one is opened. By default the match's, or for a match with seats {BESIDE}.",
+            "one is opened. By default the match's, or one beside it for a match with seats.",
         ),
     ] = None,
     domain: Annotated[int, typer.Option(min=0, max=232, help="The domain of the ROS nodes.", envvar=DOMAIN)] = 0,
@@ -46,7 +47,7 @@ def typed_domain() -> int:
     Raises:
         ConfigError: it is none.
     """
-    typed = os.environ.get(DOMAIN, "0")
+    typed = os.environ.get(DOMAIN) or "0"
     if not typed.isdecimal() or int(typed) > 232:
         raise ConfigError(f"{DOMAIN}: expected a whole number from 0 to 232, got {typed!r}")
     return int(typed)
@@ -57,8 +58,13 @@ def ros_address(domain: int, to: str | None, *, secured: bool) -> str:
 
     Args:
         to: the router that was typed. secured: True if the match's router lets only seats in.
+
+    Raises:
+        LaunchError: no port is free for another router.
     """
-    return f"{domain}@{to or (BESIDE if secured else '')}"
+    if to is None and secured:
+        to = f"tcp/{listening_address(None, BESIDE, 'the router of ROS nodes')}"
+    return f"{domain}@{to or ''}"
 
 
 def ros_place(setup: "MatchSetup", where: str, endpoint: str) -> str:

@@ -6,6 +6,7 @@ processes only a player's own process imports a student's code.
 
 import contextlib
 import logging
+from collections import Counter
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -296,6 +297,9 @@ def ros_node(
         where: the domain, and the router of the ROS nodes, such as `0@tcp/127.0.0.1:7448`; without one it is that of
             the match. join: returns a session with a router; with that of the match if it is empty.
         official: True if the seat of this process may drive players.
+
+    Raises:
+        ConfigError: two players have the same name in ROS 2.
     """
     from vrg.config.files import ROS
     from vrg.ros.graph import RosNode
@@ -305,6 +309,9 @@ def ros_node(
     domain, _, router = where.partition("@")
     namespace = f"/{ros_name(setup.name)}"
     graph = RosNode(join(router), int(domain), "vrg", namespace)
+    names = Counter(ros_name(player.name) for player in setup.players)
+    if alike := [player.name for player in setup.players if names[ros_name(player.name)] > 1]:
+        raise ConfigError(f"expected players whose names differ in ROS 2, too, where {', '.join(alike)} are the same")
     wanted = [player.name for player in setup.players if player.strategy == "ros"]
     if wanted and not official:
         log.warning(
@@ -313,7 +320,7 @@ def ros_node(
     driven = {name: graph.commands(f"{namespace}/{ros_name(name)}/cmd_vel") for name in wanted if official}
     robots = {player.name: player.robot for player in setup.players}
     return RosPublisher(
-        ROS, Mailbox(), setup.keys, namespace, graph.offer, robots=robots, obstacles=setup.obstacles, driven=driven
+        ROS, Mailbox(), setup.keys, namespace, graph, robots=robots, obstacles=setup.obstacles, driven=driven
     )
 
 

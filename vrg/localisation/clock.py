@@ -20,12 +20,13 @@ class ClockOffset:
     Its result is late by what the least delayed message was on its way, which on one machine is about a millisecond.
 
     Args:
-        stopped: by how much every message of a second is later, s, if the clock has stood still for a while and goes
-            on; infinite for a clock that never does, so that whatever comes late counts as late.
+        kept: the time in s for which a message counts. stopped: by how much every message of a second is later, s, if
+            the clock has stood still for a while and goes on; infinite for a clock that never does, so that whatever
+            comes late counts as late.
     """
 
-    def __init__(self, stopped: float = STOPPED) -> None:
-        self._stopped = stopped
+    def __init__(self, kept: float = KEPT, stopped: float = STOPPED) -> None:
+        self._kept, self._stopped = kept, stopped
         self._best: deque[tuple[float, float]] = deque()
         """Arrivals and match time minus arrival, s: each is better than all that came after it."""
         self._newest: tuple[float, float] | None = None
@@ -45,7 +46,7 @@ class ClockOffset:
             self._best.pop()
         self._best.append((now, offset))
         recent = next(offset for arrival, offset in self._best if arrival >= now - _RECENT)
-        while self._best[0][0] < now - KEPT or self._best[0][1] > recent + self._stopped:
+        while self._best[0][0] < now - self._kept or self._best[0][1] > recent + self._stopped:
             self._best.popleft()
 
     def match_time(self, monotonic: float) -> float | None:

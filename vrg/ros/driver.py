@@ -4,7 +4,7 @@ import logging
 import math
 import queue
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,10 +13,10 @@ from vrg.hal.clock import REAL_CLOCK, Clock, Task
 from vrg.hal.driver import COMMAND_TIMEOUT, Driver, DriverContext
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.battery import Battery
-from vrg.hal.sensors.laser import Laser
+from vrg.hal.sensors.laser import RANGES_LIMIT, Laser
 from vrg.hal.sensors.odometry import Odometry
 from vrg.ros import messages as ros
-from vrg.ros.meeting import ODOMETRY, STAMPED, graph_of, met, no_router
+from vrg.ros.meeting import ODOMETRY, STAMPED, commanders, graph_of, met, no_router
 from vrg.ros.reported import Reported
 from vrg.ros.settings import RosSettings
 from vrg.ros.wire import ros_name
@@ -34,15 +34,23 @@ SILENT: Final = 0.5
 """The age in s of the odometry above which the robot is not driven."""
 ZEROS: Final = 1.0
 """The time in s for which a robot that was disarmed is commanded to stand. Then another node may drive it."""
+LAST_ZEROS: Final = 4
+"""The number of zeros that the thread commands before it ends."""
+HANGS: Final = 0.5
+"""The time in s without a round of the thread after which the robot is not driven."""
 PATIENCE: Final = 5.0
-"""The time in s to wait for the robot's nodes in the graph."""
+"""The time in s to wait for the router, and then for the robot's nodes in the graph."""
+LONGEST_SCAN: Final = 8 * RANGES_LIMIT + 1024
+"""The bytes of the longest scan that is decoded, which may have intensities."""
+Inlet = tuple[str, Callable[[], Mapping[str, Any] | None], Callable[[Mapping[str, Any], float], None]]
+"""A topic of the robot, what returns its newest message, and what takes it in at a monotonic time, s."""
 
 
 class RosDriver(Driver):
     """See `Driver`. ROS has no arming: this driver commands zeros, or nothing, while the robot is disarmed.
 
     A thread of its own repeats the command every PERIOD, and commands zeros when no new one has come for
-    COMMAND_TIMEOUT. If this process dies, the robot's own driver must stop it.
+    COMMAND_TIMEOUT. It alone publishes. If this process dies, the robot's own driver must stop it.
 
     Args:
         context: its options are those of `RosSettings`. clock: monotonic time, and the thread.
@@ -70,7 +78,8 @@ class RosDriver(Driver):
         self._changed: queue.Queue[None] = queue.Queue(maxsize=1)
         """Wakes the thread."""
         self._reported = self._no_report()
-        self._inlets: list[tuple[Callable[[], list[dict[str, Any]]], Callable[[dict[str, Any], float], None]]] = []
+        self._inlets: list[Inlet] = []
+        self._node: RosNode | None = None
         self._open: ExitStack | None = None
         self._session: Session | None = None
         self._task: Task | None = None
@@ -79,14 +88,15 @@ class RosDriver(Driver):
         self._command, self._commanded = STILL, -math.inf
         self._stood = -math.inf
         """The time since when the robot is commanded to stand, s."""
+        self._beat = -math.inf
+        """The time at which the thread last went round, s."""
         self._failure: BaseException | None = None
-        self._warned: set[str] = set()
 
     def connect(self) -> None:
         """Open a session with the router, and find the robot in the graph. Idempotent.
 
         Raises:
-            RobotError: there is no router, or no node that obeys commands and publishes odometry; it says which.
+            RobotError: there is no router, or no node that obeys commands and publishes odometry.
         """
         # Match files are checked, and players are sealed, by processes that must not have zenoh's threads yet.
         from vrg.bus.session import open_session  # noqa: PLC0415
@@ -96,21 +106,24 @@ class RosDriver(Driver):
             return
         with ExitStack() as stack:
             try:
-                session = stack.enter_context(open_session(self._router, shared_memory=False))
+                session = stack.enter_context(open_session(self._router, patience=PATIENCE, shared_memory=False))
             except BusError:
                 raise RobotError(f"{self.name}: {no_router(self._router)}") from None
             of = self._found(session)
             node = RosNode(session, self._domain, f"vrg_{ros_name(self.name)}", self._robot.place)
             self._reported, self._failure, self._closing = self._no_report(), None, False
-            self._inlets = [(node.subscribe(self._robot.topic(self._robot.odom), ODOMETRY), self._reported.odometry)]
+            place, report = self._robot.topic, self._reported
+            self._inlets = [
+                (place(self._robot.odom), node.subscribe(place(self._robot.odom), ODOMETRY), self._odometry)
+            ]
             if Laser.kind in self.measures:
-                scans = node.subscribe(self._robot.topic(self._robot.scan), "sensor_msgs/LaserScan")
-                self._inlets.append((scans, lambda message, _: self._reported.scan(message)))
+                scans = node.subscribe(place(self._robot.scan), "sensor_msgs/LaserScan", LONGEST_SCAN)
+                self._inlets.append((place(self._robot.scan), scans, report.scan))
             if Battery.kind in self.measures:
-                charges = node.subscribe(self._robot.topic(self._robot.battery), "sensor_msgs/BatteryState")
-                self._inlets.append((charges, lambda message, _: self._reported.battery(message)))
-            self._session = session
-            self._stood = self._clock.now()
+                charges = node.subscribe(place(self._robot.battery), "sensor_msgs/BatteryState")
+                self._inlets.append((place(self._robot.battery), charges, report.battery))
+            self._session, self._node = session, node
+            self._stood = self._beat = self._clock.now()
             self._task = self._clock.spawn(lambda: self._run(node, of), f"ros {self.name}")
             stack.callback(self._end)
             self._open = stack.pop_all()
@@ -148,10 +161,10 @@ class RosDriver(Driver):
         Raises:
             StaleDataError: not connected, or no odometry has come yet.
         """
+        if self._open is None:
+            raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
+        self._hear()
         with self._lock:
-            if self._open is None:
-                raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
-            self._hear()
             now = self._clock.now()
             age = self._reported.age(now)
             if age == math.inf:
@@ -181,9 +194,9 @@ class RosDriver(Driver):
 
     def emergency_stop(self) -> None:
         """Command zero speed, again and again, until `release`."""
+        self._engaged = True  # the thread looks at it first, whoever has the lock
         with self._lock:
             self._let_go()
-            self._engaged = True
         self._wake()
 
     def release(self) -> None:
@@ -191,6 +204,12 @@ class RosDriver(Driver):
         with self._lock:
             if self._engaged:
                 self._engaged, self._stood = False, self._clock.now()
+
+    def recover(self) -> None:
+        """Connect again if the thread has failed; the robot stays disarmed."""
+        if self._failure is not None:
+            self.close()
+            self.connect()
 
     def close(self) -> None:
         """Disarm, command the robot to stand, and close the session. Idempotent."""
@@ -212,36 +231,36 @@ class RosDriver(Driver):
         cmd_vel, odom = self._robot.topic(self._robot.cmd_vel), self._robot.topic(self._robot.odom)
         deadline = self._clock.now() + PATIENCE
         while True:
+            graph = graph_of(session, self._domain)
             try:
-                return met(graph_of(session, self._domain), cmd_vel, odom)
+                of = met(graph, cmd_vel, odom)
             except RobotError as error:
                 if self._clock.now() >= deadline:
                     raise RobotError(
                         f"{self.name}: {error}, in the domain {self._domain} of the router {self._router}: see "
                         "`namespace`, `domain` and `router` in [backends.ros]"
                     ) from None
-            self._clock.sleep(0.2)
+                self._clock.sleep(0.2)
+                continue
+            if others := commanders(graph, cmd_vel):
+                log.warning("%s: %s commands %s, too: stop it", self.name, " and ".join(others), cmd_vel)
+            return of
 
     def _run(self, node: "RosNode", of: str) -> None:
         """Take in what the robot reports, and repeat the command, until the driver is closed."""
-        topic = self._robot.topic(self._robot.cmd_vel)
         try:
-            while True:
+            while not self._closing:
+                self._hear()
                 with self._lock:
-                    self._hear()
+                    now = self._beat = self._clock.now()
                     if self._armed and (fault := self._fault()) is not None:
                         log.warning("%s: it is disarmed: %s", self.name, fault)
                         self._let_go()
-                    command, closing = self._wanted(), self._closing
-                    stamp = self._reported.stamp(self._clock.now())
-                    frame = self._reported.frame
+                    if self._session is not None and not self._session.connected:
+                        self._stood = now  # zeros are for a robot that can hear them
+                    command = self._wanted()
                 if command is not None:
-                    message = ros.twist(command)
-                    if of == STAMPED:
-                        message = {"header": {"stamp": stamp, "frame_id": frame}, "twist": message}
-                    node.publish(topic, of, message)
-                if closing:
-                    return
+                    self._command_robot(node, of, command)
                 with suppress(queue.Empty):
                     self._clock.take(self._changed, PERIOD)
         except BaseException as error:  # the readings have it as a fault
@@ -249,53 +268,65 @@ class RosDriver(Driver):
             with self._lock:
                 self._failure = error
                 self._let_go()
+        for _ in range(LAST_ZEROS):
+            with suppress(Exception):  # one that cannot be published must not keep back the next
+                self._command_robot(node, of, STILL)
+            self._clock.sleep(PERIOD)
+
+    def _command_robot(self, node: "RosNode", of: str, command: Twist) -> None:
+        message = ros.twist(command)
+        if of == STAMPED:
+            header = ros.header(self._reported.time(self._clock.now()), self._reported.frame)
+            message = {"header": header, "twist": message}
+        node.publish(self._robot.topic(self._robot.cmd_vel), of, message)
 
     def _end(self) -> None:
-        """End the thread; its last command is zero."""
+        """End the thread; its last commands are zeros."""
         self._closing = True
         self._wake()
         if self._task is not None:
             self._task.join(2.0)
-        self._session = None
+        self._session = self._node = None
 
     def _hear(self) -> None:
-        """Take in what has come. Needs the lock."""
-        now = self._clock.now()
-        before = self._reported.begun_anew
-        for take, into in self._inlets:
-            for message in take():
+        """Take in what has come. Only what is done with a decoded message waits for the lock."""
+        node = self._node
+        for topic, newest, into in self._inlets:
+            message = newest()
+            if message is not None and node is not None:
                 try:
-                    into(message, now)
-                except MessageError as error:
-                    self._warn(str(error))
-        if self._reported.begun_anew > before:
-            log.warning("%s: its odometry has begun anew; it is taken to stand where it was", self.name)
+                    with self._lock:
+                        into(message, self._clock.now())
+                except (MessageError, ArithmeticError, ValueError) as error:
+                    node.complain(topic, error)
 
-    def _warn(self, text: str) -> None:
-        """Log once what was not taken in."""
-        if text not in self._warned:
-            self._warned.add(text)
-            log.warning("%s: a message is left out: %s", self.name, text)
+    def _odometry(self, message: Mapping[str, Any], now: float) -> None:
+        """Take in odometry. Needs the lock."""
+        if self._reported.odometry(message, now) and not self._reported.jumps(now):
+            log.warning("%s: its odometry has begun anew; it is taken to stand where it was", self.name)
 
     def _fault(self) -> str | None:
         """The reason why the robot must not drive. Needs the lock."""
+        now = self._clock.now()
         if self._failure is not None:
-            return f"its driver has failed: {self._failure!r}"
+            return f"its driver has failed: {self._failure!r}: recover it"
+        if now - self._beat > HANGS:
+            return f"its driver has hung for {now - self._beat:.1f} s"
         if self._session is not None and not self._session.connected:
             return f"the link to the router {self._router} was lost"
-        age = self._reported.age(self._clock.now())
+        odom, age = self._robot.topic(self._robot.odom), self._reported.age(now)
         if age > SILENT:
-            topic = self._robot.topic(self._robot.odom)
-            since = "yet" if age == math.inf else f"for {age:.1f} s"
-            return f"no odometry on {topic} {since}"
+            return f"no odometry on {odom} {'yet' if age == math.inf else f'for {age:.1f} s'}"
+        if self._reported.jumps(now):
+            return f"the odometry on {odom} jumps to and fro: do two nodes publish it?"
         return None
 
     def _wanted(self) -> Twist | None:
         """The command to publish now; None leaves the robot to others. Needs the lock."""
         now = self._clock.now()
-        if self._armed:
+        if self._armed and not self._engaged:
             return self._command if now - self._commanded < COMMAND_TIMEOUT else STILL
-        return STILL if self._engaged or self._closing or now - self._stood < ZEROS else None
+        return STILL if self._engaged or now - self._stood < ZEROS else None
 
     def _let_go(self) -> None:
         """Disarm. Needs the lock."""

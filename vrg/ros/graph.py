@@ -3,9 +3,11 @@
 import itertools
 import logging
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, Final
 
+from vrg.bus.mailbox import is_power_of_ten
 from vrg.bus.session import Session
 from vrg.errors import MessageError
 from vrg.ros.cdr import Message, decode, encode
@@ -13,8 +15,12 @@ from vrg.ros.wire import Identity, Kind, Qos, attachment, data_key, gid_of
 
 log = logging.getLogger(__name__)
 
-KEPT: Final = 16
-"""The messages of a topic that are kept until they are taken."""
+KEPT: Final = 4
+"""The messages of a topic that are kept until they are taken. The newest counts; others may be of another type."""
+LONGEST: Final = 4096
+"""The bytes of the longest message that is decoded, of most types."""
+SHOWN: Final = 300
+"""The characters of a problem that are logged."""
 
 
 class Publisher:
@@ -45,8 +51,26 @@ class RosNode:
         self._session, self._domain, self._name, self._namespace, self._wall = session, domain, name, namespace, wall
         self._numbers = itertools.count(1)
         self._publishers: dict[str, Publisher] = {}
-        self._warned: set[tuple[str, str]] = set()
+        self._left_out: Counter[str] = Counter()
         session.declare_alive(lambda zid: self._identity(zid).token)
+
+    def advertise(self, topic: str, of: str, lasting: bool = False) -> Publisher:
+        """Show in the graph that a topic is published, and find out who subscribes to it. Idempotent; see `publish`."""
+        publisher = self._publishers.get(topic)
+        if publisher is not None:
+            return publisher
+        qos = Qos(transient=True, depth=1) if lasting else Qos()
+        publisher = self._publishers[topic] = Publisher(next(self._numbers), topic, of, qos, self._domain)
+
+        def token(zid: str) -> str:
+            found = self._identity(zid).endpoint(Kind.PUBLISHER, publisher.number, topic, of, qos)
+            publisher.gid = gid_of(found)
+            return found
+
+        self._session.declare_alive(token)
+        if not lasting:
+            self._session.wanted(publisher.key)  # whoever waits for the first message is known by then
+        return publisher
 
     def publish(self, topic: str, of: str, message: Message, lasting: bool = False) -> None:
         """Publish a message.
@@ -58,26 +82,28 @@ class RosNode:
         Raises:
             ValueError: the message is not of that type.
         """
-        self._send(self._publisher(topic, of, lasting), message)
+        self._send(self.advertise(topic, of, lasting), message)
 
     def offer(self, topic: str, of: str, make: Callable[[], Sequence[Message]], lasting: bool = False) -> None:
         """Publish the messages that `make` returns, if anybody subscribes to the topic, or they are lasting.
 
         Args, Raises: see `publish`.
         """
-        publisher = self._publisher(topic, of, lasting)
+        publisher = self.advertise(topic, of, lasting)
         if lasting or self._session.wanted(publisher.key):
             for message in make():
                 self._send(publisher, message)
 
-    def subscribe(self, topic: str, of: str) -> Callable[[], list[dict[str, Any]]]:
+    def subscribe(self, topic: str, of: str, longest: int = LONGEST) -> Callable[[], dict[str, Any] | None]:
         """Hear a topic.
 
         Args:
             topic: with its leading slash. of: the type, such as `geometry_msgs/Twist`.
+            longest: the bytes of the longest message that is decoded.
 
         Returns:
-            a function that takes the messages that have come since the last call, at most KEPT.
+            a function that returns the newest message that has come since the last call; None if none has. What cannot
+            be decoded is left out, and logged.
         """
         number = next(self._numbers)
         self._session.declare_alive(
@@ -87,55 +113,47 @@ class RosNode:
         # Those of a distribution without hashes, or with another definition, have another last chunk.
         take = self._session.collect_raw(f"{own.rpartition('/')[0]}/*", KEPT)
 
-        def messages() -> list[dict[str, Any]]:
-            found = []
-            for key, data in take():
+        def newest() -> dict[str, Any] | None:
+            for key, data in reversed(take()):
                 try:
                     if key != own:
                         raise MessageError(f"expected the definition of Jazzy and later, got {key.rpartition('/')[2]}")
-                    found.append(decode(of, data))
+                    if len(data) > longest:
+                        raise MessageError(f"expected {longest} bytes at most, got {len(data)}")
+                    return decode(of, data)
                 except MessageError as error:
-                    if (topic, str(error)) not in self._warned:
-                        self._warned.add((topic, str(error)))
-                        log.warning("%s: a message is ignored: %s", topic, error)
-            return found
+                    self.complain(topic, error)
+            return None
 
-        return messages
+        return newest
 
-    def commands(self, topic: str) -> Callable[[], list[dict[str, Any]]]:
+    def commands(self, topic: str) -> Callable[[], dict[str, Any] | None]:
         """Hear commands to a robot, of type geometry_msgs/Twist or TwistStamped.
 
         Returns:
-            a function that takes the twists that have come since the last call.
+            a function that returns the newest twist that has come since the last call; None if none has.
         """
         plain = self.subscribe(topic, "geometry_msgs/Twist")
         stamped = self.subscribe(topic, "geometry_msgs/TwistStamped")
-        return lambda: [*plain(), *(message["twist"] for message in stamped())]
+
+        def newest() -> dict[str, Any] | None:
+            found, other = plain(), stamped()
+            return found if other is None else other["twist"]
+
+        return newest
+
+    def complain(self, topic: str, problem: object) -> None:
+        """Log a message of a topic that is left out: the 1st, the 10th, the 100th and so on."""
+        self._left_out[topic] += 1
+        if is_power_of_ten(count := self._left_out[topic]):
+            log.warning("%s: a message is left out (number %d): %s", topic, count, str(problem)[:SHOWN])
 
     def _send(self, publisher: Publisher, message: Message) -> None:
         publisher.sequence += 1
         if publisher.message is not message:
             publisher.message, publisher.payload = message, encode(publisher.of, message)
-        told = attachment(publisher.sequence, self._wall(), publisher.gid)
-        self._session.put_raw(publisher.key, publisher.payload, told, kept=publisher.qos.transient)
-
-    def _publisher(self, topic: str, of: str, lasting: bool) -> Publisher:
-        found = self._publishers.get(topic)
-        if found is None:
-            found = self._publishers[topic] = self._advertise(topic, of, lasting)
-        return found
-
-    def _advertise(self, topic: str, of: str, lasting: bool) -> Publisher:
-        qos = Qos(transient=True, depth=1) if lasting else Qos()
-        publisher = Publisher(next(self._numbers), topic, of, qos, self._domain)
-
-        def token(zid: str) -> str:
-            found = self._identity(zid).endpoint(Kind.PUBLISHER, publisher.number, topic, of, qos)
-            publisher.gid = gid_of(found)
-            return found
-
-        self._session.declare_alive(token)
-        return publisher
+        attached = attachment(publisher.sequence, self._wall(), publisher.gid)
+        self._session.put_raw(publisher.key, publisher.payload, attached, kept=publisher.qos.transient)
 
     def _identity(self, zid: str) -> Identity:
         return Identity(self._domain, zid, 0, self._namespace, self._name)

@@ -38,11 +38,14 @@ def met(graph: Sequence[Endpoint], cmd_vel: str, odom: str) -> str:
         graph: the endpoints of its domain. cmd_vel, odom: its topics.
 
     Raises:
-        RobotError: it is not there, or of a distribution that VRG cannot exchange messages with.
+        RobotError: it is not there, of a distribution that VRG cannot exchange messages with, or there are two.
     """
     obeyed = _type(graph, Kind.SUBSCRIBER, cmd_vel, (STAMPED, TWIST))
     published = _type(graph, Kind.PUBLISHER, odom, (ODOMETRY,))
     if obeyed and published:
+        sources = _nodes(graph, Kind.PUBLISHER, odom)
+        if len(sources) > 1:
+            raise RobotError(f"expected one node that publishes {odom}, got {' and '.join(sources)}")
         return obeyed
     lacks = [] if obeyed else [f"a node that obeys {cmd_vel}"]
     lacks += [] if published else [f"one that publishes {odom}"]
@@ -50,6 +53,15 @@ def met(graph: Sequence[Endpoint], cmd_vel: str, odom: str) -> str:
     more = " ..." if len(topics) > _NAMED else ""
     seen = f"the topics {', '.join(topics[:_NAMED])}{more}" if topics else "no topic"
     raise RobotError(f"expected {' and '.join(lacks)}, got {seen}")
+
+
+def commanders(graph: Sequence[Endpoint], cmd_vel: str) -> list[str]:
+    """The nodes that command a robot. With the driver's own they would drive it by turns."""
+    return _nodes(graph, Kind.PUBLISHER, cmd_vel)
+
+
+def _nodes(graph: Sequence[Endpoint], kind: Kind, topic: str) -> list[str]:
+    return list(dict.fromkeys(each.node for each in graph if (each.kind, each.topic) == (kind, topic)))
 
 
 def _type(graph: Sequence[Endpoint], kind: Kind, topic: str, of: Sequence[str]) -> str | None:

@@ -24,8 +24,8 @@ CYLINDER, LINE_STRIP, TEXT = 3, 4, 9
 
 
 def stamp(seconds: float) -> Fields:
-    """The time of a message."""
-    nanoseconds = round(max(0.0, seconds) * 1e9)
+    """The time of a message, which can hold 68 years."""
+    nanoseconds = round(min(max(0.0, seconds), 2.0**31 - 1.0) * 1e9)
     return {"sec": nanoseconds // 1_000_000_000, "nanosec": nanoseconds % 1_000_000_000}
 
 

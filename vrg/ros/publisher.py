@@ -11,7 +11,7 @@ Besides `/clock`, `/tf` and `/tf_static`.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import ClassVar, Final
+from typing import ClassVar, Final, Protocol
 
 import msgspec
 
@@ -39,12 +39,28 @@ PERIOD: Final = 1 / 30
 """The match time in s between two ticks, and so between two messages of a topic."""
 CALL_SHOWN: Final = 4.0
 """The match time in s for which the marker of a call is shown."""
-SHOWN: Final = (BatterySpec, GpsSpec, LaserSpec, SonarSpec)
-"""The sensors that ROS has messages for."""
+ASLEEP: Final = 0.5
+"""The match time in s between two ticks from which on commands that came in between are dropped."""
+SHOWN: Final[Mapping[type[SensorSpec], tuple[str, str]]] = {
+    BatterySpec: ("battery_state", "sensor_msgs/BatteryState"),
+    GpsSpec: ("fix", "sensor_msgs/NavSatFix"),
+    LaserSpec: ("scan", "sensor_msgs/LaserScan"),
+    SonarSpec: ("range", "sensor_msgs/Range"),
+}
+"""The sensors that ROS has messages for: the topic and the type of each."""
 
-Publish = Callable[[str, str, Callable[[], Sequence[ros.Fields]], bool], None]
-"""Publishes messages, if anybody wants them: the topic with its leading slash, the type, what makes the messages, and
-True if those who come later need them."""
+
+class Outlet(Protocol):
+    """The part of `vrg.ros.graph.RosNode` by which messages are published. Nothing of it waits."""
+
+    def advertise(self, topic: str, of: str, lasting: bool = False) -> object:
+        """Show that a topic is published."""
+
+    def publish(self, topic: str, of: str, message: ros.Fields, lasting: bool = False) -> None:
+        """Publish a message."""
+
+    def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]], lasting: bool = False) -> None:
+        """Publish what `make` returns, if anybody subscribes to it."""
 
 
 class RosPublisher(Node):
@@ -52,10 +68,10 @@ class RosPublisher(Node):
 
     Args:
         name: of the node. mailbox: its mailbox. keys: the keys of the match. namespace: such as `/courtyard`.
-        publish: publishes messages; it must not wait.
+        outlet: publishes messages.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
-        driven: of each player that ROS drives, what returns the commands (geometry_msgs/Twist) that have come for it
-            since the last call.
+        driven: of each player that ROS drives, what returns the newest command (geometry_msgs/Twist) that has come for
+            it since the last call; None if none has.
     """
 
     kind: ClassVar[str] = "spectator"
@@ -66,32 +82,33 @@ class RosPublisher(Node):
         mailbox: Mailbox,
         keys: Keys,
         namespace: str,
-        publish: Publish,
+        outlet: Outlet,
         *,
         robots: Mapping[str, RobotModel],
         obstacles: Sequence[Region] = (),
-        driven: Mapping[str, Callable[[], Sequence[ros.Fields]]] = {},
+        driven: Mapping[str, Callable[[], ros.Fields | None]] = {},
     ) -> None:
         super().__init__(name, mailbox, PERIOD)
         self._driven = driven
         self._manual = {robot: keys.manual(robot) for robot in driven}
-        self._namespace, self._publish, self._robots, self._obstacles = namespace, publish, robots, tuple(obstacles)
+        self._namespace, self._outlet, self._robots, self._obstacles = namespace, outlet, robots, tuple(obstacles)
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses)
         self._states = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
-        shown = [(robot, spec) for robot, model in robots.items() for spec in model.sensors if isinstance(spec, SHOWN)]
+        shown = [(robot, spec) for robot, model in robots.items() for spec in model.sensors if type(spec) in SHOWN]
         self._sensors = {keys.sensor(spec.message, robot, spec.name).key: (robot, spec) for robot, spec in shown}
-        """Whose each reading is, by its key."""
+        """The robot and the sensor of each reading, by its key."""
         # One subscription for all robots: many of a key each cost more than what they bring.
         kinds = dict.fromkeys(spec.message for _, spec in shown)
         self._readings: list[Inlet[SensorMessage]] = [mailbox.subscribe(keys.sensor(kind)) for kind in kinds]
-        self._again = -math.inf
+        self._again = self._ticked = -math.inf
         self._game: Game = UNKNOWN_GAME
         self._lasting: list[tuple[str, str, ros.Fields]] = []
         """What lasts: topics, types and messages."""
         self._made_for: tuple[str, tuple[Zone, ...]] | None = None
         """The game and the zones that they were made for."""
+        self._advertise()
 
     def tick(self, tick: Tick) -> None:
         """Publish what is new."""
@@ -113,17 +130,33 @@ class RosPublisher(Node):
             if state.body.objects:
                 self._publish_markers(ros.things(state.stamp, self._placed(state.body), self._colour))
         for call in self._calls.take():
-            self._offer("referee/calls", "std_msgs/String", partial(_json, call.body))
+            self._outlet.publish(self._full("referee/calls"), "std_msgs/String", _json(call.body))
             if call.body.poses:
                 note = ros.note(call.stamp, call.body.number, call.body.text, call.body.poses[0], CALL_SHOWN)
                 self._publish_markers([note])
-        for robot, take in self._driven.items():
-            if commands := take():
-                self._drive(robot, commands[-1], 1.0 if clock is None else clock.body.rate)
+        # What came while this process, or the match, stood still is no command for now.
+        awake = tick.live and 0.0 <= tick.time - self._ticked < ASLEEP
+        self._ticked = tick.time
+        for robot, newest in self._driven.items():
+            if (command := newest()) is not None and awake:
+                self._drive(robot, command, 1.0 if clock is None else clock.body.rate)
+
+    def _advertise(self) -> None:
+        """Show every topic before its first message, so that nobody misses that."""
+        self._outlet.advertise("/clock", "rosgraph_msgs/Clock")
+        self._outlet.advertise("/tf", "tf2_msgs/TFMessage")
+        for topic in ("referee/state", "referee/calls"):
+            self._outlet.advertise(self._full(topic), "std_msgs/String")
+        for robot in self._robots:
+            self._outlet.advertise(self._full(f"{ros_name(robot)}/odom"), "nav_msgs/Odometry")
+            self._outlet.advertise(self._full(f"{ros_name(robot)}/pose"), "geometry_msgs/PoseStamped")
+        for robot, spec in self._sensors.values():
+            topic, of = SHOWN[type(spec)]
+            self._outlet.advertise(self._full(f"{ros_name(robot)}/{topic}"), of)
 
     def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields], *, lasting: bool = False) -> None:
         """Publish one message on a topic of the match, or on any with a leading slash."""
-        self._publish(self._full(topic), of, lambda: [make()], lasting)
+        self._outlet.offer(self._full(topic), of, lambda: [make()], lasting)
 
     def _full(self, topic: str) -> str:
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
@@ -146,7 +179,7 @@ class RosPublisher(Node):
             self._game = UNKNOWN_GAME if not state.game else game_of(state.game)
             self._lasting = list(self._made(now, state))
         for topic, of, message in self._lasting:
-            self._publish(self._full(topic), of, partial(_alone, message), True)
+            self._outlet.publish(self._full(topic), of, message, lasting=True)
 
     def _made(self, now: float, state: RefereeState) -> Iterator[tuple[str, str, ros.Fields]]:
         """The topic, the type and the message of each topic that lasts."""
@@ -192,40 +225,30 @@ class RosPublisher(Node):
         self._offer("/tf", "tf2_msgs/TFMessage", frames)
 
     def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
-        name = ros_name(robot)
-        frame = _frame(name, spec)
-        if isinstance(reading, Laser):
-            self._offer(f"{name}/scan", "sensor_msgs/LaserScan", partial(_scan, stamp, frame, reading))
-        elif isinstance(reading, Battery):
-            charge = partial(ros.battery, stamp, reading.charge)
-            self._offer(f"{name}/battery_state", "sensor_msgs/BatteryState", charge)
-        elif isinstance(reading, Sonar) and isinstance(spec, SonarSpec):
-            ranges = partial(_ranges, stamp, frame, reading, spec)
-            self._publish(self._full(f"{name}/range"), "sensor_msgs/Range", ranges, False)
-        elif isinstance(reading, Gps) and isinstance(spec, GpsSpec):
-            place, noise = (reading.latitude, reading.longitude), spec.position_noise
-            self._offer(f"{name}/fix", "sensor_msgs/NavSatFix", partial(ros.satellite_fix, stamp, frame, *place, noise))
+        topic, of = SHOWN[type(spec)]
+        make = partial(_measured, stamp, _frame(ros_name(robot), spec), spec, reading)
+        self._outlet.offer(self._full(f"{ros_name(robot)}/{topic}"), of, make)
 
 
-def _scan(stamp: float, frame: str, reading: Laser) -> ros.Fields:
-    ranges = memoryview(reading.data).cast("f")
-    return ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)
-
-
-def _ranges(stamp: float, frame: str, reading: Sonar, spec: SonarSpec) -> list[ros.Fields]:
-    """A message for each transducer."""
-    return [
-        ros.reach(stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max)
-        for number, distance in enumerate(reading.ranges)
-    ]
+def _measured(stamp: float, frame: str, spec: SensorSpec, reading: SensorMessage) -> list[ros.Fields]:
+    """The messages of a reading; a sonar has one for each transducer."""
+    if isinstance(reading, Laser):
+        ranges = memoryview(reading.data).cast("f")
+        return [ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)]
+    if isinstance(reading, Battery):
+        return [ros.battery(stamp, reading.charge)]
+    if isinstance(reading, Gps) and isinstance(spec, GpsSpec):
+        return [ros.satellite_fix(stamp, frame, reading.latitude, reading.longitude, spec.position_noise)]
+    if isinstance(reading, Sonar) and isinstance(spec, SonarSpec):
+        return [
+            ros.reach(stamp, f"{frame}_{number}", distance, spec.cone, spec.range_min, spec.range_max)
+            for number, distance in enumerate(reading.ranges)
+        ]
+    return []
 
 
 def _json(body: msgspec.Struct) -> ros.Fields:
     return {"data": msgspec.json.encode(body, enc_hook=str).decode()}
-
-
-def _alone(message: ros.Fields) -> list[ros.Fields]:
-    return [message]
 
 
 def _share(value: float) -> float:

@@ -1,15 +1,18 @@
-"""What a robot that runs ROS 2 has reported, as samples of its sensors, each with its age.
+"""The messages of a robot that runs ROS 2, as samples of its sensors, each with its age.
 
-Ages are judged by the stamps of the messages, not by when they came. So a message that was held up on its way is as old
-as it is, and a driver that repeats an old one is found out. A robot's clock may be any: what counts is how much later
-than the quickest of the last seconds a message came. The scan and the charge are stamped by the same clock.
+Ages are judged by the stamps of the messages, and no message is younger than the time since it came. So one that was
+held up on its way is as old as it is, and a driver that repeats an old one is found out. A robot's clock may be any
+that runs as fast as real time: what counts is how much later than the quickest of the last minutes a message came. The
+scan and the charge are taken to be stamped by the same clock.
 """
 
 import math
 from array import array
+from collections import deque
 from collections.abc import Mapping
 from typing import Any, Final
 
+from vrg.bus.codec import checked
 from vrg.bus.messages import SensorMessage
 from vrg.errors import MessageError
 from vrg.geometry import compose, inverse, wrap
@@ -23,8 +26,17 @@ from vrg.types import Pose, Twist
 
 Fields = Mapping[str, Any]
 
-JUMP: Final = (0.2, 0.5)
-"""How far, m and rad, the odometry may jump beyond what the robot can drive meanwhile, without being a new one."""
+KEPT: Final = 300.0
+"""The time in s for which the quickest message counts: clocks that differ by 100 ppm are 30 ms apart by then."""
+SET_BACK: Final = 10.0
+"""By how much a stamp is smaller than the last one, s, if the clock was set back, and the message is not just late."""
+LONGEST: Final = 1.0
+"""The longest time in s for which a robot is taken to have driven between two messages. Without any it is stopped."""
+WAY_SLACK: Final = 0.2
+TURN_SLACK: Final = 0.5
+"""The way in m, and the turn in rad, by which odometry may be ahead of what the robot can drive."""
+OFTEN: Final = (3, 5.0)
+"""So many new beginnings of odometry in so many seconds have a cause, such as two nodes that publish it."""
 
 
 def seconds(stamp: Fields) -> float:
@@ -45,79 +57,94 @@ class Reported:
         self.frame = frame
         """The frame of its body; if it was not given, that of its odometry."""
         self._given = frame
-        self._clock = ClockOffset(stopped=math.inf)
-        self._newest: dict[type[SensorSpec], tuple[float, SensorMessage]] = {}
-        """The newest of each sensor, with its stamp by the robot's clock."""
+        self._clock = ClockOffset(KEPT, stopped=math.inf)
+        self._newest: dict[type[SensorSpec], tuple[float, float, SensorMessage]] = {}
+        """The newest of each sensor: its stamp by the robot's clock, when it came by ours, and what it holds."""
         self._last: tuple[float, Pose] | None = None
         """The last odometry as it came: its stamp and its pose."""
         self._pose = Pose(0.0, 0.0, 0.0)
-        self.begun_anew = 0
-        """How often the odometry has begun anew."""
+        self._beginnings: deque[float] = deque(maxlen=OFTEN[0])
+        """The times at which the odometry has begun anew, s."""
+        self._per_cent = False
 
-    def stamp(self, now: float) -> Fields:
-        """The time of the robot's own clock at the monotonic time `now`, s, as a message has it."""
-        time = self._clock.match_time(now)
-        nanoseconds = 0 if time is None else round(max(0.0, time) * 1e9)
-        return {"sec": nanoseconds // 1_000_000_000, "nanosec": nanoseconds % 1_000_000_000}
+    def time(self, now: float) -> float:
+        """The time of the robot's own clock at the monotonic time `now`, s; 0 while it is not known."""
+        return self._clock.match_time(now) or 0.0
 
     def age(self, now: float) -> float:
         """The age of the newest odometry, s; infinite before the first."""
         found = self._newest.get(OdometrySpec)
-        return math.inf if found is None else self._age(found[0], now)
+        return math.inf if found is None else self._age(*found[:2], now)
 
-    def odometry(self, message: Fields, now: float) -> None:
-        """Take in nav_msgs/Odometry, at the monotonic time `now`, s.
+    def jumps(self, now: float) -> bool:
+        """True if the odometry has begun anew too often of late."""
+        return len(self._beginnings) == OFTEN[0] and now - self._beginnings[0] < OFTEN[1]
+
+    def odometry(self, message: Fields, now: float) -> bool:
+        """Take in nav_msgs/Odometry, at the monotonic time `now`, s. Return True if it has begun anew.
 
         Raises:
-            MessageError: a number is not finite, it has no stamp, or it is of another frame.
+            MessageError: a number is out of bounds or not finite, it has no stamp, or it is of another frame.
         """
         at, frame = seconds(message["header"]["stamp"]), message["child_frame_id"]
-        position, turn = message["pose"]["pose"]["position"], message["pose"]["pose"]["orientation"]
         linear, angular = message["twist"]["twist"]["linear"], message["twist"]["twist"]["angular"]
-        heading = math.atan2(
-            2.0 * (turn["w"] * turn["z"] + turn["x"] * turn["y"]), 1.0 - 2.0 * (turn["y"] ** 2 + turn["z"] ** 2)
-        )
-        pose = Pose(position["x"], position["y"], heading)
-        twist = Twist(linear["x"], angular["z"], linear["y"])
+        pose = _flat(message["pose"]["pose"])
         if self._given and frame != self._given:
-            raise MessageError(f"expected odometry of the frame {self._given}, got {frame!r}: see `frame`")
+            raise MessageError(f"expected odometry of the frame {self._given}, got {frame[:80]!r}: see `frame`")
         if at <= 0.0:
             raise MessageError("expected odometry with a time stamp, got none: its age cannot be judged")
-        if not (twist.is_finite and math.isfinite(pose.x + pose.y + pose.theta)):
-            raise MessageError(f"expected odometry of finite numbers, got {pose} and {twist}")
+        # In the bounds of messages of a match.
+        measured = checked(Odometry(pose=pose, twist=Twist(linear["x"], angular["z"], linear["y"])))
+        if self._last is not None and self._last[0] - SET_BACK < at <= self._last[0]:
+            return False  # it repeats itself, or was overtaken
         self.frame = self._given or frame
         self._clock.heard(at, now)
-        if self._last is not None and at <= self._last[0] < at + 1.0:
-            return  # it repeats itself, or comes late
-        self._pose = self._continued(at, pose)
+        anew = self._continue(at, pose)
         self._last = at, pose
-        self._newest[OdometrySpec] = at, Odometry(pose=self._pose, twist=twist)
+        self._newest[OdometrySpec] = at, now, Odometry(pose=self._pose, twist=measured.twist)
+        if anew:
+            self._beginnings.append(now)
+        return anew
 
-    def scan(self, message: Fields) -> None:
+    def scan(self, message: Fields, now: float) -> None:
         """Take in sensor_msgs/LaserScan. A beam that met nothing, or that cannot be trusted, reads the longest range.
+
+        Args:
+            now: the monotonic time, s.
 
         Raises:
             MessageError: it is none that a laser can make.
         """
         longest, shortest = float(message["range_max"]), float(message["range_min"])
-        angles = message["angle_min"] + self._scan_yaw, message["angle_increment"]
-        if not (math.isfinite(sum(angles)) and 0.0 < longest < math.inf and len(message["ranges"]) <= RANGES_LIMIT):
-            raise MessageError(f"expected a scan of finite angles and ranges, got {angles} and {longest}")
+        first, step, count = message["angle_min"] + self._scan_yaw, message["angle_increment"], len(message["ranges"])
+        good = math.isfinite(first + step) and step and 0 < count <= RANGES_LIMIT
+        if not (good and 0.0 < longest < math.inf and -math.inf < shortest < longest):
+            raise MessageError(
+                f"expected a scan of 1 to {RANGES_LIMIT} beams with finite angles and bounds, got {count} from {first} "
+                f"in steps of {step}, and ranges from {shortest} to {longest}"
+            )
         # REP 117: -inf is nearer than the sensor can measure, inf is nothing within its range, NaN is no measurement.
         ranges = array("f", (r if shortest <= r <= longest else longest for r in message["ranges"]))
         for index, distance in enumerate(message["ranges"]):
             if distance == -math.inf:
                 ranges[index] = max(0.0, shortest)
-        scan = Laser(angle_min=wrap(angles[0]), angle_step=angles[1], range_max=longest, data=ranges.tobytes())
-        self._newest[LaserSpec] = seconds(message["header"]["stamp"]), scan
+        scan = checked(Laser(angle_min=wrap(first), angle_step=step, range_max=longest, data=ranges.tobytes()))
+        self._newest[LaserSpec] = seconds(message["header"]["stamp"]), now, scan
 
-    def battery(self, message: Fields) -> None:
-        """Take in sensor_msgs/BatteryState. Without a charge it is left out; above 1 it is taken to be in per cent."""
+    def battery(self, message: Fields, now: float) -> None:
+        """Take in sensor_msgs/BatteryState. A charge that is not known is left out.
+
+        Some drivers report per cent: a robot does so from the first value above 1 on.
+
+        Args:
+            now: the monotonic time, s.
+        """
         charge = message["percentage"]
-        if math.isfinite(charge):
-            charge = charge / 100.0 if charge > 1.0 else charge
-            at = seconds(message["header"]["stamp"])
-            self._newest[BatterySpec] = at, Battery(charge=min(1.0, max(0.0, charge)))
+        if not 0.0 <= charge <= 100.0:
+            return
+        self._per_cent |= charge > 1.0
+        at = seconds(message["header"]["stamp"])
+        self._newest[BatterySpec] = at, now, Battery(charge=charge / 100.0 if self._per_cent else charge)
 
     def samples(self, now: float, match_time: float) -> list[Sample[SensorMessage]]:
         """A sample of each sensor that the model has and the robot has reported.
@@ -126,25 +153,41 @@ class Reported:
             now: monotonic time, s. match_time: the same instant as match time, by which samples are stamped, s.
         """
         found = []
-        for kind, (at, value) in self._newest.items():
+        for kind, (at, came, value) in self._newest.items():
             if (spec := self._model.sensor(kind)) is not None:
-                age = self._age(at, now)
+                age = self._age(at, came, now)
                 found.append(Sample(match_time - age, age, value, spec.name))
         return found
 
-    def _age(self, at: float, now: float) -> float:
-        time = self._clock.match_time(now)
-        return math.inf if time is None else max(0.0, time - at)
+    def _age(self, at: float, came: float, now: float) -> float:
+        return max(0.0, now - came, self.time(now) - at)
 
-    def _continued(self, at: float, pose: Pose) -> Pose:
-        """The pose since the first odometry: it goes on where the robot's own begins anew, and turns beyond pi."""
+    def _continue(self, at: float, pose: Pose) -> bool:
+        """Bring the pose since the first odometry up to a newer one. Return True if that has begun anew.
+
+        The pose turns beyond pi. Where the robot's own begins anew, the robot is taken to stand where it was.
+        """
         if self._last is None:
-            return self._pose
+            return False
         before, last = self._last
-        moved = compose(inverse(last), pose)
-        gone, turned, time = math.hypot(moved.x, moved.y), wrap(moved.theta), abs(at - before)
-        if gone > 2.0 * self._model.v_max * time + JUMP[0] or abs(turned) > 2.0 * self._model.w_max * time + JUMP[1]:
-            self.begun_anew += 1
-            return self._pose
+        time, moved = at - before, compose(inverse(last), pose)
+        most = min(time, LONGEST)
+        far = math.hypot(moved.x, moved.y) > 2.0 * self._model.v_max * most + WAY_SLACK
+        if time < 0.0 or far or abs(moved.theta) > 2.0 * self._model.w_max * most + TURN_SLACK:
+            return True
         there = compose(self._pose, moved)
-        return Pose(there.x, there.y, self._pose.theta + turned)
+        self._pose = Pose(there.x, there.y, self._pose.theta + moved.theta)
+        return False
+
+
+def _flat(pose: Fields) -> Pose:
+    """A pose on the ground.
+
+    Raises:
+        MessageError: its orientation is no quaternion of a rotation.
+    """
+    x, y, z, w = (pose["orientation"][name] for name in "xyzw")
+    if not 0.8 < x * x + y * y + z * z + w * w < 1.2:
+        raise MessageError(f"expected a quaternion of length 1, got x {x}, y {y}, z {z}, w {w}")
+    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    return Pose(pose["position"]["x"], pose["position"]["y"], heading)

@@ -4,13 +4,21 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Final
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from vrg.errors import BusError, RobotError
 from vrg.hal.settings import BackendSettings
 from vrg.tables import Table
 
-Endpoint = Annotated[str, Field(pattern=r"^tcp/.+:\d+$")]
+
+def _endpoint(value: str) -> str:
+    host, _, port = value.removeprefix("tcp/").rpartition(":")
+    if not (value.startswith("tcp/") and host and port.isdecimal() and 0 < int(port) < 65536):
+        raise ValueError(f"expected a router such as tcp/192.168.1.20:7447, got {value!r}")
+    return value.replace("/localhost:", "/127.0.0.1:")
+
+
+Endpoint = Annotated[str, AfterValidator(_endpoint)]
 _PATIENCE: Final = 3.0
 """The real time in s to wait for a router."""
 _NAME: Final = r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*"
@@ -87,7 +95,7 @@ class RosSettings(BackendSettings):
         return found
 
     def unproved(self, robots: Sequence[str]) -> list[str]:
-        """Their own watchdogs, which no message tells of."""
+        """Their own watchdogs, which no message proves."""
         return [
             f"{name}: its own driver must stop it when {self.robots[name].topic(self.robots[name].cmd_vel)} ceases, "
             "as nothing else does if this computer or the network fails: lift its wheels and try it (docs/ros.md)"
@@ -97,14 +105,17 @@ class RosSettings(BackendSettings):
     def missing_here(self, robots: Sequence[str]) -> list[str]:
         """Routers that do not answer, and robots that are not in the graph of ROS 2."""
         from vrg.bus.session import open_session  # noqa: PLC0415 - a match file is checked without
-        from vrg.ros.meeting import graph_of, met, no_router  # noqa: PLC0415
+        from vrg.ros.meeting import commanders, graph_of, met, no_router  # noqa: PLC0415
 
         found = []
         for name in robots:
             (router, domain), robot = self.reached(name), self.robots[name]
             try:
                 with open_session(router, patience=_PATIENCE) as session:
-                    met(graph_of(session, domain), robot.topic(robot.cmd_vel), robot.topic(robot.odom))
+                    graph = graph_of(session, domain)
+                met(graph, robot.topic(robot.cmd_vel), robot.topic(robot.odom))
+                if others := commanders(graph, robot.topic(robot.cmd_vel)):
+                    found.append(f"{name}: {' and '.join(others)} commands it: stop that before the match")
             except BusError:
                 found.append(f"{name}: {no_router(router)}")
             except RobotError as error:
