@@ -59,9 +59,9 @@ def test_a_robot_of_ros_plays_stands_and_is_waited_for(start: Callable[..., Matc
         match.go_on()
         bot.wait_until(lambda: bot.moving("bot"), "the robot to drive when it is heard again")
 
-        # The player dies: nothing commands the robot any more.
+        # The player freezes: nothing commands the robot any more, until another one takes its place.
         player = match.child("ann")
-        player.kill()
+        player.send_signal(signal.SIGSTOP)
         bot.wait_until(lambda: bot.standing("bot"), "the robot to stand without its player")
         match.wait_replaced("ann", player)
         match.go_on()

@@ -352,7 +352,13 @@ def joined(endpoint: str, stop: StopSignal | None = None) -> Iterator["Session"]
         try:
             session = stack.enter_context(open_session(endpoint, patience=JOINING, stop=stop))
         except BusError:
-            stack.enter_context(open_router(endpoint))
+            try:
+                stack.enter_context(open_router(endpoint))
+            except BusError as error:
+                raise BusError(
+                    f"expected a router at {endpoint}, or an address and a free port of this machine at which one can "
+                    f"be opened ({error})"
+                ) from None
             session = stack.enter_context(open_session(endpoint, stop=stop))
         yield session
 

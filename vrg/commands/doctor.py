@@ -89,16 +89,26 @@ def _can() -> Finding:
 
 def _ros() -> Finding:
     """The settings that ROS 2 needs in order to see a match, and its nodes at the routers of this machine."""
-    from vrg.ros.meeting import graph_of  # most commands have nothing to do with ROS
+    from vrg.commands.ros import BESIDE, typed_domain  # most commands have nothing to do with ROS
+    from vrg.ros.meeting import graph_of
 
     wanted = "rmw_zenoh_cpp"
     distribution, used = os.environ.get("ROS_DISTRO", ""), os.environ.get("RMW_IMPLEMENTATION", "")
     texts = []
+    try:
+        typed_domain()
+    except VrgError as error:
+        texts.append(str(error))
     if distribution == "humble":
         texts.append("Humble and VRG cannot exchange messages, as it has no hashes of types: take Jazzy or later")
     elif used != wanted:
-        texts.append(f"in the terminals of ROS 2: export RMW_IMPLEMENTATION={wanted}; then ros2 daemon stop")
-    for router in dict.fromkeys([DEFAULT_ENDPOINT, *(m.router for m in running() if m.router.startswith("tcp/"))]):
+        texts.append(
+            f"in the terminals of ROS 2: export RMW_IMPLEMENTATION={wanted}, and for another router than "
+            f"{DEFAULT_ENDPOINT} the line that `vrg play --ros` prints; then ros2 daemon stop; nodes need use_sim_time"
+        )
+    beside = f"tcp/127.0.0.1:{BESIDE}"
+    open_ones = [match.router for match in running() if match.router.startswith("tcp/")]
+    for router in dict.fromkeys([DEFAULT_ENDPOINT, beside, *open_ones]):
         try:
             with open_session(router, patience=0.5) as session:
                 graph = graph_of(session, "*")

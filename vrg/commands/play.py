@@ -9,6 +9,7 @@ from vrg.launch.fork_server import fork_server
 
 def check(match: GameArgument) -> None:
     """Say whether a match file can be played, or what is wrong with it."""
+    from vrg.commands.ros import undriven
     from vrg.config.loading import (  # `vrg play` must start quickly
         check_strategies,
         idle_machines,
@@ -28,7 +29,7 @@ def check(match: GameArgument) -> None:
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
     for remark in unproved_properties(setup):
         typer.echo(f"not proved: {remark}")
-    for note in filter(None, (idle_machines(setup), untried())):
+    for note in filter(None, (idle_machines(setup), untried(), *undriven(setup))):
         typer.echo(f"note: {note}")
 
 

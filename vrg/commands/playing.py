@@ -19,7 +19,7 @@ from vrg.commands.launching import Launch, Show
 from vrg.commands.options import has_display
 from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
-from vrg.commands.ros import ros_address, typed_domain
+from vrg.commands.ros import ros_address, typed_domain, undriven
 from vrg.commands.three import three_address
 from vrg.config.files import WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
@@ -78,6 +78,8 @@ def play_match(
     ros = ros_address(typed_domain(), None, secured=secured) if options.ros else None
     show = Show(console, window=window, record=options.record, page=page, live=live, three=three, ros=ros)
     show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
+    if not options.ros:
+        show.announce(*undriven(setup))
     if not options.steps:
         lacks = [text for _, table, robots in setup.backend_settings() for text in table.only_in_process(robots)]
         if lacks:

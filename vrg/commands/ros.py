@@ -1,12 +1,17 @@
 """The command `vrg show ros`, a running match in ROS 2; `vrg play --ros` shares its parts."""
 
 import os
+from collections.abc import Sequence
+from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from vrg.bus.process import run_node
+from vrg.bus.seats import SeatKind, seats_of_node
+from vrg.bus.session import DEFAULT_ENDPOINT, joined
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached
+from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import listening_address
 from vrg.errors import ConfigError
 
@@ -34,11 +39,23 @@ def ros(
 
     ROS nodes use rmw_zenoh; docs/ros.md has what they must set.
     """
+    from vrg.launch import nodes
+
     found = attached(on)
     setup, secured = found.known_setup(), not found.endpoint.startswith("tcp/")
-    where = ros_address(domain, to, secured=secured)
-    typer.echo(ros_place(setup, where, found.endpoint))
-    found.serve("ros", where)
+    where, seats = ros_address(domain, to, secured=secured), seats_of_node("ros", "")
+    credentials = credentials_for(found.endpoint, on.keys, *seats)
+    official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
+    with connected(found.endpoint, on.keys, *seats) as (stop, session), ExitStack() as stack:
+        node = nodes.ros_node(
+            setup,
+            where,
+            lambda router: stack.enter_context(joined(router, stop)) if router else session,
+            name=f"ros-{os.getpid()}",
+            official=official,
+        )
+        typer.echo(ros_place(setup, where, found.endpoint, drives=official))
+        run_node(node, session, setup.keys, stop)
 
 
 def typed_domain() -> int:
@@ -60,22 +77,46 @@ def ros_address(domain: int, to: str | None, *, secured: bool) -> str:
         to: the router that was typed. secured: True if the match's router lets only seats in.
 
     Raises:
+        ConfigError: `to` is no router that ROS nodes can connect to.
         LaunchError: no port is free for another router.
     """
-    if to is None and secured:
-        to = f"tcp/{listening_address(None, BESIDE, 'the router of ROS nodes')}"
-    return f"{domain}@{to or ''}"
+    from vrg.ros.settings import router_of
+
+    if to is None:
+        to = f"tcp/{listening_address(None, BESIDE, 'the router of ROS nodes')}" if secured else ""
+    else:
+        try:
+            router_of(to)
+        except ValueError as error:
+            raise ConfigError(f"--to: {error}") from None
+    return f"{domain}@{to}"
 
 
-def ros_place(setup: "MatchSetup", where: str, endpoint: str) -> str:
+def ros_place(setup: "MatchSetup", where: str, endpoint: str, *, drives: bool = True) -> str:
     """Words on where a match is in ROS 2.
 
     Args:
-        endpoint: of the match's router.
+        endpoint: of the match's router. drives: True if ROS may drive players.
     """
     from vrg.ros.wire import ros_name
 
     domain, _, router = where.partition("@")
-    driven = [player.name for player in setup.players if player.strategy == "ros"]
-    drives = f"; cmd_vel drives {', '.join(driven)}" if driven else ""
-    return f"in ROS 2: /{ros_name(setup.name)}, domain {domain}, router {router or endpoint}{drives}"
+    router = router or endpoint
+    words = f"in ROS 2: /{ros_name(setup.name)}, domain {domain}, router {router}"
+    if driven := _driven(setup):
+        words += f"; cmd_vel drives {', '.join(driven)}" if drives else "; a window's keys drive no player"
+    if router != DEFAULT_ENDPOINT:
+        reached = router.replace("0.0.0.0", "ADDRESS").replace("[::]", "ADDRESS")
+        words += f"""
+  for ROS nodes: export ZENOH_CONFIG_OVERRIDE='mode="client";connect/endpoints=["{reached}"]'"""
+    return words
+
+
+def undriven(setup: "MatchSetup") -> Sequence[str]:
+    """The reason, in words, why players stand in a match that ROS 2 does not see; none if there are no such players."""
+    driven = _driven(setup)
+    return [f"{', '.join(driven)}: driven by ROS 2 alone: add --ros, or run vrg show ros"] if driven else []
+
+
+def _driven(setup: "MatchSetup") -> list[str]:
+    return [player.name for player in setup.players if player.strategy == "ros"]

@@ -29,13 +29,13 @@ def free_port(host: str, wanted: int, tries: int = 20) -> int:
     raise OSError(f"no free port at {host} from {wanted} on: {reason}")
 
 
-def free_endpoint(host: str | None = None, *, secure: bool = False) -> str:
+def free_endpoint(host: str | None = None, *, secure: bool = False, usual: bool = True) -> str:
     """An endpoint with the default port, or with a free one if another program has that.
 
     Args:
         host: the address or name of this machine at which others reach it. The default is that of DEFAULT_ENDPOINT,
             which only processes of this machine reach.
-        secure: True for an endpoint of a match with seats.
+        secure: True for an endpoint of a match with seats. usual: False leaves the default port to others.
 
     Raises:
         OSError: there is no free port, or this machine has no such address.
@@ -43,7 +43,7 @@ def free_endpoint(host: str | None = None, *, secure: bool = False) -> str:
     own, port = DEFAULT_ENDPOINT.removeprefix("tcp/").split(":")
     wanted = own if host is None else host.strip("[]")
     problem: OSError | None = None
-    for candidate in (int(port), 0):
+    for candidate in (int(port), 0) if usual else (0,):
         addresses = socket.getaddrinfo(wanted, candidate, type=socket.SOCK_STREAM)
         try:
             found = _bound(addresses)

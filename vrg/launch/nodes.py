@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from vrg.blame import failure_of
 from vrg.bus.mailbox import Mailbox
+from vrg.config.files import ROS
 from vrg.config.setup import MatchSetup, radio_seed, source_seed, team_seed
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
@@ -289,19 +290,18 @@ def three_node(setup: MatchSetup, address: str) -> "ThreeNode":
 
 
 def ros_node(
-    setup: MatchSetup, where: str, join: "Callable[[str], Session]", *, official: bool = True
+    setup: MatchSetup, where: str, join: "Callable[[str], Session]", *, name: str = ROS, official: bool = True
 ) -> "RosPublisher":
     """Make the node that shows a match to ROS 2.
 
     Args:
         where: the domain, and the router of the ROS nodes, such as `0@tcp/127.0.0.1:7448`; without one it is that of
             the match. join: returns a session with a router; with that of the match if it is empty.
-        official: True if the seat of this process may drive players.
+        name: of the node. official: True if the seat of this process may drive players.
 
     Raises:
         ConfigError: two players have the same name in ROS 2.
     """
-    from vrg.config.files import ROS
     from vrg.ros.graph import RosNode
     from vrg.ros.publisher import RosPublisher
     from vrg.ros.wire import ros_name
@@ -314,13 +314,11 @@ def ros_node(
         raise ConfigError(f"expected players whose names differ in ROS 2, too, where {', '.join(alike)} are the same")
     wanted = [player.name for player in setup.players if player.strategy == "ros"]
     if wanted and not official:
-        log.warning(
-            "ROS drives nothing, as the seat of a window may not: cmd_vel of %s needs the official's keys", wanted
-        )
-    driven = {name: graph.commands(f"{namespace}/{ros_name(name)}/cmd_vel") for name in wanted if official}
+        log.warning("a window's keys drive no player: cmd_vel of %s needs those of the official", ", ".join(wanted))
+    driven = {one: graph.commands(f"{namespace}/{ros_name(one)}/cmd_vel") for one in wanted if official}
     robots = {player.name: player.robot for player in setup.players}
     return RosPublisher(
-        ROS, Mailbox(), setup.keys, namespace, graph, robots=robots, obstacles=setup.obstacles, driven=driven
+        name, Mailbox(), setup.keys, namespace, graph, robots=robots, obstacles=setup.obstacles, driven=driven
     )
 
 

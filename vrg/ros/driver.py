@@ -297,6 +297,7 @@ class RosDriver(Driver):
                 try:
                     with self._lock:
                         into(message, self._clock.now())
+                        node.problems.pop(topic, None)
                 except (MessageError, ArithmeticError, ValueError) as error:
                     node.complain(topic, error)
 
@@ -316,7 +317,9 @@ class RosDriver(Driver):
             return f"the link to the router {self._router} was lost"
         odom, age = self._robot.topic(self._robot.odom), self._reported.age(now)
         if age > SILENT:
-            return f"no odometry on {odom} {'yet' if age == math.inf else f'for {age:.1f} s'}"
+            problem = "" if self._node is None else self._node.problems.get(odom, "")
+            why = f", but what is left out: {problem}" if problem else ""
+            return f"no odometry on {odom} {'yet' if age == math.inf else f'for {age:.1f} s'}{why}"
         if self._reported.jumps(now):
             return f"the odometry on {odom} jumps to and fro: do two nodes publish it?"
         return None

@@ -52,6 +52,8 @@ class RosNode:
         self._numbers = itertools.count(1)
         self._publishers: dict[str, Publisher] = {}
         self._left_out: Counter[str] = Counter()
+        self.problems: dict[str, str] = {}
+        """The problem of the last message of a topic that was left out."""
         session.declare_alive(lambda zid: self._identity(zid).token)
 
     def advertise(self, topic: str, of: str, lasting: bool = False) -> Publisher:
@@ -145,8 +147,9 @@ class RosNode:
     def complain(self, topic: str, problem: object) -> None:
         """Log a message of a topic that is left out: the 1st, the 10th, the 100th and so on."""
         self._left_out[topic] += 1
+        self.problems[topic] = str(problem)[:SHOWN]
         if is_power_of_ten(count := self._left_out[topic]):
-            log.warning("%s: a message is left out (number %d): %s", topic, count, str(problem)[:SHOWN])
+            log.warning("%s: a message is left out (number %d): %s", topic, count, self.problems[topic])
 
     def _send(self, publisher: Publisher, message: Message) -> None:
         publisher.sequence += 1

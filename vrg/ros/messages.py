@@ -81,13 +81,22 @@ def transform(seconds: float, parent: str, child: str, at: Pose, height: float =
     }
 
 
-def scan(seconds: float, frame: str, angle_min: float, step: float, longest: float, ranges: Sequence[float]) -> Fields:
-    """sensor_msgs/LaserScan. A beam that met nothing reads infinity (REP 117)."""
+def scan(
+    seconds: float,
+    frame: str,
+    angle_min: float,
+    step: float,
+    longest: float,
+    ranges: Sequence[float],
+    scan_time: float = 0.0,
+) -> Fields:
+    """sensor_msgs/LaserScan. A beam that met nothing reads infinity (REP 117). `scan_time` is between two scans, s."""
     return {
         "header": header(seconds, frame),
         "angle_min": angle_min,
         "angle_max": angle_min + step * max(0, len(ranges) - 1),
         "angle_increment": step,
+        "scan_time": scan_time,
         "range_max": longest,
         "ranges": [value if value < longest else math.inf for value in ranges],
     }

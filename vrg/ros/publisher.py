@@ -8,6 +8,7 @@ robot `odom`, `pose`, `robot_description`, and what its sensors measure: `scan`,
 Besides `/clock`, `/tf` and `/tf_static`.
 """
 
+import logging
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -15,7 +16,7 @@ from typing import ClassVar, Final, Protocol
 
 import msgspec
 
-from vrg.bus.mailbox import Inlet, Mailbox
+from vrg.bus.mailbox import Inlet, Mailbox, is_power_of_ten
 from vrg.bus.messages import FieldObject, Manual, Poses, RefereeState, SensorMessage, Zone
 from vrg.bus.node import Node, Tick
 from vrg.bus.pacing import lease
@@ -32,6 +33,8 @@ from vrg.regions import Region
 from vrg.ros import messages as ros
 from vrg.ros.wire import ros_name
 from vrg.types import Pose
+
+log = logging.getLogger(__name__)
 
 AGAIN: Final = 2.0
 """The match time in s after which what late subscribers need is published again: map, descriptions, static frames."""
@@ -103,6 +106,8 @@ class RosPublisher(Node):
         kinds = dict.fromkeys(spec.message for _, spec in shown)
         self._readings: list[Inlet[SensorMessage]] = [mailbox.subscribe(keys.sensor(kind)) for kind in kinds]
         self._again = self._ticked = -math.inf
+        self._left_out = 0
+        """The number of commands that are no numbers."""
         self._game: Game = UNKNOWN_GAME
         self._lasting: list[tuple[str, str, ros.Fields]] = []
         """What lasts: topics, types and messages."""
@@ -168,6 +173,10 @@ class RosPublisher(Node):
         if math.isfinite(forward) and math.isfinite(turn):
             manual = Manual(forward=_share(forward), turn=_share(turn), lease=lease(rate))
             self.mailbox.publish(self._manual[robot], manual)
+            return
+        self._left_out += 1
+        if is_power_of_ten(self._left_out):
+            log.warning("%s: a command is left out (number %d): %s", robot, self._left_out, command)
 
     def _publish_markers(self, markers: list[ros.Fields]) -> None:
         self._offer("markers", "visualization_msgs/MarkerArray", lambda: {"markers": markers}, lasting=True)
@@ -234,7 +243,7 @@ def _measured(stamp: float, frame: str, spec: SensorSpec, reading: SensorMessage
     """The messages of a reading; a sonar has one for each transducer."""
     if isinstance(reading, Laser):
         ranges = memoryview(reading.data).cast("f")
-        return [ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges)]
+        return [ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges, 1 / spec.rate)]
     if isinstance(reading, Battery):
         return [ros.battery(stamp, reading.charge)]
     if isinstance(reading, Gps) and isinstance(spec, GpsSpec):

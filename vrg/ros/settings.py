@@ -11,14 +11,19 @@ from vrg.hal.settings import BackendSettings
 from vrg.tables import Table
 
 
-def _endpoint(value: str) -> str:
+def router_of(value: str) -> str:
+    """The endpoint of a router that ROS nodes can connect to.
+
+    Raises:
+        ValueError: it is none.
+    """
     host, _, port = value.removeprefix("tcp/").rpartition(":")
     if not (value.startswith("tcp/") and host and port.isdecimal() and 0 < int(port) < 65536):
         raise ValueError(f"expected a router such as tcp/192.168.1.20:7447, got {value!r}")
     return value.replace("/localhost:", "/127.0.0.1:")
 
 
-Endpoint = Annotated[str, AfterValidator(_endpoint)]
+Endpoint = Annotated[str, AfterValidator(router_of)]
 _PATIENCE: Final = 3.0
 """The real time in s to wait for a router."""
 _NAME: Final = r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*"

@@ -3,6 +3,8 @@
 import secrets
 from collections.abc import Callable, Mapping
 
+from vrg.bus.hosts import port_of
+from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.bus.stopping import StopSignal
 from vrg.config.files import HERE, Machine
 from vrg.config.setup import MatchSetup
@@ -73,7 +75,10 @@ def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secu
                 "[machines.here]"
             )
         try:
-            endpoint = free_endpoint(address, secure=secure)
+            # A router of the robots' own has the usual port, now or later.
+            usual = int(port_of(DEFAULT_ENDPOINT))
+            theirs = any(usual in settings.ports(robots) for _, settings, robots in setup.backend_settings())
+            endpoint = free_endpoint(address, secure=secure, usual=not theirs)
         except OSError as error:
             raise LaunchError(
                 f"no router can serve at {address}: {error}: write this machine's address into [machines.here]"
