@@ -354,7 +354,7 @@ def test_mistakes_in_the_match_file_are_found() -> None:
         "expected a table [backends.ros.robots.d] with its topics, found none",
         "robots.b: a obeys /tb1/cmd_vel, too: give each a `namespace`",
     ]
-    assert settings.ports(["a"]) == [7447]
+    assert settings.endpoints(["a"]) == ["tcp/127.0.0.1:7447"]
     with pytest.raises(ValidationError, match="expected a router such as"):
         RosSettings.model_validate({"router": "tcp/127.0.0.1:99999"})
     with pytest.raises(ConfigError, match=r"robots\.r"):

@@ -39,7 +39,7 @@ def place(reported: Reported, now: float) -> Pose:
 @given(boot=st.floats(1.0, 1e9), delays=st.lists(st.floats(0.0, 0.4), min_size=3, max_size=20))
 def test_a_message_is_as_old_as_it_was_later_than_the_quickest(boot: float, delays: list[float]) -> None:
     """Whatever the robot's clock reads, and whatever way all messages have in common."""
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number, delay in enumerate(delays):
         sent = 0.5 * number
         reported.odometry(odometry(boot + sent), sent + delay)
@@ -49,14 +49,14 @@ def test_a_message_is_as_old_as_it_was_later_than_the_quickest(boot: float, dela
 
 
 def test_a_driver_that_repeats_itself_is_found_out() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number in range(20):
         reported.odometry(odometry(5.0), 0.1 * number)
     assert reported.age(1.9) == pytest.approx(1.9)
 
 
 def test_messages_that_come_late_for_a_long_time_stay_late() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number in range(60):
         late = 0.6 if number > 10 else 0.0
         reported.odometry(odometry(100.0 + 0.1 * number), 0.1 * number + late)
@@ -64,14 +64,14 @@ def test_messages_that_come_late_for_a_long_time_stay_late() -> None:
 
 
 def test_old_messages_that_alternate_are_as_old_as_the_first_of_them() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number in range(60):
         reported.odometry(odometry(100.0 - 0.5 * (number % 2)), 0.1 * number)
     assert reported.age(5.9) == pytest.approx(5.9)
 
 
 def test_one_that_was_overtaken_hides_no_silence() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number in range(10):
         reported.odometry(odometry(100.0 + 0.1 * number), 0.1 * number)
     reported.odometry(odometry(99.95), 1.0)
@@ -79,7 +79,7 @@ def test_one_that_was_overtaken_hides_no_silence() -> None:
 
 
 def test_a_clock_that_is_set_back_is_followed() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     reported.odometry(odometry(1000.0, Pose(1.0, 0.0, 0.0)), 0.0)
     reported.odometry(odometry(10.0, Pose(1.01, 0.0, 0.0)), 0.1)
     assert reported.age(0.1) == pytest.approx(0.0)
@@ -87,7 +87,7 @@ def test_a_clock_that_is_set_back_is_followed() -> None:
 
 
 def test_a_scan_of_a_clock_that_is_ahead_grows_old_all_the_same() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     reported.odometry(odometry(10.0), 0.0)
     reported.scan(ros.scan(1e6, "laser", 0.0, 0.1, 3.5, [1.0]) | {"range_min": 0.1}, 0.0)
     (scan,) = [sample for sample in reported.samples(2.0, 2.0) if isinstance(sample.value, Laser)]
@@ -96,7 +96,7 @@ def test_a_scan_of_a_clock_that_is_ahead_grows_old_all_the_same() -> None:
 
 @given(turns=st.lists(st.floats(-0.3, 0.3), min_size=1, max_size=60), start=st.floats(-3.0, 3.0))
 def test_the_way_begins_at_zero_and_turns_beyond_pi(turns: list[float], start: float) -> None:
-    reported, heading = Reported("r", MODEL), start
+    reported, heading = Reported(MODEL), start
     reported.odometry(odometry(1.0, Pose(7.0, -2.0, start)), 0.0)
     assert place(reported, 0.0) == Pose(0.0, 0.0, 0.0)
     for number, turn in enumerate(turns, 1):
@@ -106,7 +106,7 @@ def test_the_way_begins_at_zero_and_turns_beyond_pi(turns: list[float], start: f
 
 
 def test_the_way_goes_on_where_the_robot_was_when_its_odometry_begins_anew() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number, x in enumerate((0.0, 0.02, 0.04)):
         reported.odometry(odometry(1.0 + 0.1 * number, Pose(3.0 + x, 0.0, 0.0)), 0.1 * number)
     reported.odometry(odometry(1.3, Pose(0.0, 0.0, 0.0)), 0.3)
@@ -115,7 +115,7 @@ def test_the_way_goes_on_where_the_robot_was_when_its_odometry_begins_anew() -> 
 
 
 def test_a_robot_that_was_away_for_long_and_began_anew_stands_where_it_was() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number in range(20):
         reported.odometry(odometry(1.0 + 0.1 * number, Pose(0.02 * number, 0.0, 0.0)), 0.1 * number)
     assert reported.odometry(odometry(13.0, Pose(-2.0, 0.0, 0.0)), 12.0)
@@ -125,7 +125,7 @@ def test_a_robot_that_was_away_for_long_and_began_anew_stands_where_it_was() -> 
 
 
 def test_two_nodes_that_publish_odometry_are_found_out() -> None:
-    reported = Reported("r", MODEL)
+    reported = Reported(MODEL)
     for number in range(6):
         reported.odometry(odometry(1.0 + 0.1 * number, Pose(5.0 * (number % 2), 0.0, 0.0)), 0.1 * number)
     assert reported.jumps(0.6)
@@ -146,12 +146,12 @@ def test_two_nodes_that_publish_odometry_are_found_out() -> None:
 )
 def test_what_is_no_odometry_is_refused_in_words(message: dict[str, Any], words: str) -> None:
     with pytest.raises(MessageError, match=words):
-        Reported("r", MODEL).odometry(message, 0.0)
+        Reported(MODEL).odometry(message, 0.0)
 
 
 def test_odometry_of_another_frame_is_refused() -> None:
     with pytest.raises(MessageError, match="expected odometry of the frame base_footprint, got 'r/base_link'"):
-        Reported("r", MODEL, "base_footprint").odometry(odometry(1.0), 0.0)
+        Reported(MODEL, "base_footprint").odometry(odometry(1.0), 0.0)
 
 
 @given(
@@ -160,7 +160,7 @@ def test_odometry_of_another_frame_is_refused() -> None:
     yaw=st.floats(-math.pi, math.pi),
 )
 def test_every_scan_that_can_be_decoded_has_finite_ranges(ranges: list[float], shortest: float, yaw: float) -> None:
-    reported = Reported("r", MODEL, scan_yaw=yaw)
+    reported = Reported(MODEL, scan_yaw=yaw)
     reported.odometry(odometry(1.0), 0.0)
     message = ros.scan(1.0, "laser", 0.0, 0.1, 3.5, ranges) | {"ranges": ranges, "range_min": shortest}
     reported.scan(decode("sensor_msgs/LaserScan", encode("sensor_msgs/LaserScan", message)), 0.0)
@@ -171,7 +171,7 @@ def test_every_scan_that_can_be_decoded_has_finite_ranges(ranges: list[float], s
 
 def test_a_charge_is_a_share_or_in_per_cent_but_never_both() -> None:
     def charges(*reported: float) -> list[float]:
-        robot, found = Reported("r", MODEL), []
+        robot, found = Reported(MODEL), []
         robot.odometry(odometry(1.0), 0.0)
         for percentage in reported:
             robot.battery({"header": ros.header(1.0, ""), "percentage": percentage}, 0.0)
@@ -186,9 +186,9 @@ def test_a_charge_is_a_share_or_in_per_cent_but_never_both() -> None:
 @pytest.mark.parametrize("wrong", [{"angle_increment": 0.0}, {"ranges": []}, {"range_min": math.inf}])
 def test_a_scan_that_no_laser_makes_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(MessageError, match="expected a scan"):
-        Reported("r", MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, 3.5, [1.0]) | {"range_min": 0.1} | wrong, 0.0)
+        Reported(MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, 3.5, [1.0]) | {"range_min": 0.1} | wrong, 0.0)
 
 
 def test_a_scan_without_a_longest_range_is_refused() -> None:
     with pytest.raises(MessageError, match="expected a scan"):
-        Reported("r", MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, math.inf, [1.0]) | {"range_min": 0.0}, 0.0)
+        Reported(MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, math.inf, [1.0]) | {"range_min": 0.0}, 0.0)

@@ -36,8 +36,11 @@ class BackendSettings(Table):
         """The things that these robots need and this machine lacks, in words, each with what to do."""
         return []
 
-    def ports(self, robots: Sequence[str]) -> list[int]:
-        """The TCP ports that the drivers of these robots connect to; a sealed player may connect to no others."""
+    def endpoints(self, robots: Sequence[str]) -> list[str]:
+        """The endpoints that the drivers of these robots connect to, such as `tcp/127.0.0.1:7447`.
+
+        A sealed player may connect to their ports, and to no others.
+        """
         return []
 
     def files(self, robots: Sequence[str]) -> list[str]:

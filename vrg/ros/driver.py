@@ -220,7 +220,7 @@ class RosDriver(Driver):
             stack.close()
 
     def _no_report(self) -> Reported:
-        return Reported(self.name, self.features, self._robot.frame, math.radians(self._robot.scan_yaw))
+        return Reported(self.features, self._robot.frame, math.radians(self._robot.scan_yaw))
 
     def _found(self, session: "Session") -> str:
         """Wait for the robot in the graph, and return the type of commands that it obeys.

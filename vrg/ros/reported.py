@@ -48,12 +48,12 @@ class Reported:
     """Takes in the messages of one robot.
 
     Args:
-        name: of the robot, for messages. model: its description. frame: the frame of its body; empty takes any.
+        model: its description. frame: the frame of its body; empty takes any.
         scan_yaw: the heading of its laser's frame on the robot, rad.
     """
 
-    def __init__(self, name: str, model: RobotModel, frame: str = "", scan_yaw: float = 0.0) -> None:
-        self._name, self._model, self._scan_yaw = name, model, scan_yaw
+    def __init__(self, model: RobotModel, frame: str = "", scan_yaw: float = 0.0) -> None:
+        self._model, self._scan_yaw = model, scan_yaw
         self.frame = frame
         """The frame of its body; if it was not given, that of its odometry."""
         self._given = frame

@@ -127,6 +127,6 @@ class RosSettings(BackendSettings):
                 found.append(f"{name}: {error}")
         return found
 
-    def ports(self, robots: Sequence[str]) -> list[int]:
-        """The ports of the routers."""
-        return [int(self.reached(name)[0].rpartition(":")[2]) for name in robots]
+    def endpoints(self, robots: Sequence[str]) -> list[str]:
+        """The routers."""
+        return [self.reached(name)[0] for name in robots]

@@ -3,7 +3,6 @@
 import secrets
 from collections.abc import Callable, Mapping
 
-from vrg.bus.hosts import port_of
 from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.bus.stopping import StopSignal
 from vrg.config.files import HERE, Machine
@@ -75,9 +74,8 @@ def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secu
                 "[machines.here]"
             )
         try:
-            # A router of the robots' own has the usual port, now or later.
-            usual = int(port_of(DEFAULT_ENDPOINT))
-            theirs = any(usual in settings.ports(robots) for _, settings, robots in setup.backend_settings())
+            # A router of the robots' own may have the usual port of this machine, now or later.
+            theirs = any(DEFAULT_ENDPOINT in table.endpoints(robots) for _, table, robots in setup.backend_settings())
             endpoint = free_endpoint(address, secure=secure, usual=not theirs)
         except OSError as error:
             raise LaunchError(

@@ -75,7 +75,7 @@ def _ports_of_robot(setup: MatchSetup, player: PlayerSetup) -> list[int]:
     """The TCP ports that the driver of a player's robot connects to."""
     for backend, settings, robots in setup.backend_settings():
         if backend == player.backend and player.name in robots:
-            return settings.ports([player.name])
+            return [_port(endpoint) for endpoint in settings.endpoints([player.name])]
     return []
 
 
