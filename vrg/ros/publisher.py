@@ -19,12 +19,12 @@ import msgspec
 from vrg.bus.mailbox import Inlet, Mailbox, is_power_of_ten
 from vrg.bus.messages import FieldObject, Manual, Poses, RefereeState, SensorMessage, Zone
 from vrg.bus.node import Node, Tick
-from vrg.bus.pacing import lease
+from vrg.bus.pacing import lease, match_speed
 from vrg.bus.topics import Keys
 from vrg.games import UNKNOWN_GAME, game_of
 from vrg.games.game import Game
 from vrg.hal.models import RobotModel
-from vrg.hal.sensors.battery import Battery, BatterySpec
+from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.gps import Gps, GpsSpec
 from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
@@ -43,14 +43,14 @@ PERIOD: Final = 1 / 30
 CALL_SHOWN: Final = 4.0
 """The match time in s for which the marker of a call is shown."""
 ASLEEP: Final = 0.5
-"""The match time in s between two ticks from which on commands that came in between are dropped."""
-SHOWN: Final[Mapping[type[SensorSpec], tuple[str, str]]] = {
-    BatterySpec: ("battery_state", "sensor_msgs/BatteryState"),
-    GpsSpec: ("fix", "sensor_msgs/NavSatFix"),
-    LaserSpec: ("scan", "sensor_msgs/LaserScan"),
-    SonarSpec: ("range", "sensor_msgs/Range"),
+"""The real time in s between two ticks from which on commands that came in between are dropped."""
+SHOWN: Final[Mapping[str, tuple[str, str]]] = {
+    Battery.kind: ("battery_state", "sensor_msgs/BatteryState"),
+    Gps.kind: ("fix", "sensor_msgs/NavSatFix"),
+    Laser.kind: ("scan", "sensor_msgs/LaserScan"),
+    Sonar.kind: ("range", "sensor_msgs/Range"),
 }
-"""The sensors that ROS has messages for: the topic and the type of each."""
+"""The kinds of sensors that ROS has messages for: the topic and the type of each."""
 
 
 class Outlet(Protocol):
@@ -99,7 +99,7 @@ class RosPublisher(Node):
         self._poses = mailbox.subscribe(keys.poses)
         self._states = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
-        shown = [(robot, spec) for robot, model in robots.items() for spec in model.sensors if type(spec) in SHOWN]
+        shown = [(robot, spec) for robot, model in robots.items() for spec in model.sensors if spec.kind in SHOWN]
         self._sensors = {keys.sensor(spec.message, robot, spec.name).key: (robot, spec) for robot, spec in shown}
         """The robot and the sensor of each reading, by its key."""
         # One subscription for all robots: many of a key each cost more than what they bring.
@@ -140,11 +140,12 @@ class RosPublisher(Node):
                 note = ros.note(call.stamp, call.body.number, call.body.text, call.body.poses[0], CALL_SHOWN)
                 self._publish_markers([note])
         # What came while this process, or the match, stood still is no command for now.
-        awake = tick.live and 0.0 <= tick.time - self._ticked < ASLEEP
+        rate = 1.0 if clock is None else clock.body.rate
+        awake = tick.live and 0.0 <= tick.time - self._ticked < ASLEEP * match_speed(rate)
         self._ticked = tick.time
         for robot, newest in self._driven.items():
             if (command := newest()) is not None and awake:
-                self._drive(robot, command, 1.0 if clock is None else clock.body.rate)
+                self._drive(robot, command, rate)
 
     def _advertise(self) -> None:
         """Show every topic before its first message, so that nobody misses that."""
@@ -156,7 +157,7 @@ class RosPublisher(Node):
             self._outlet.advertise(self._full(f"{ros_name(robot)}/odom"), "nav_msgs/Odometry")
             self._outlet.advertise(self._full(f"{ros_name(robot)}/pose"), "geometry_msgs/PoseStamped")
         for robot, spec in self._sensors.values():
-            topic, of = SHOWN[type(spec)]
+            topic, of = SHOWN[spec.kind]
             self._outlet.advertise(self._full(f"{ros_name(robot)}/{topic}"), of)
 
     def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields], *, lasting: bool = False) -> None:
@@ -234,7 +235,7 @@ class RosPublisher(Node):
         self._offer("/tf", "tf2_msgs/TFMessage", frames)
 
     def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
-        topic, of = SHOWN[type(spec)]
+        topic, of = SHOWN[spec.kind]
         make = partial(_measured, stamp, _frame(ros_name(robot), spec), spec, reading)
         self._outlet.offer(self._full(f"{ros_name(robot)}/{topic}"), of, make)
 
