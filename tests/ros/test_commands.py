@@ -1,17 +1,20 @@
 """A match in ROS 2 on the command line: where it is, and what is to be said about it."""
 
+import os
 import socket
 from pathlib import Path
 
 import pytest
 
 from vrg.bus.session import joined, open_router, open_session
+from vrg.commands import matches
 from vrg.commands.ros import BESIDE, ros_address, ros_place, typed_domain, undriven
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, ConfigError
 from vrg.launch import nodes
 from vrg.launch.endpoints import free_endpoint
+from vrg.launch.running import RunningMatch, registered
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -53,6 +56,18 @@ def test_the_place_of_a_match_has_what_ros_nodes_need(stand_in: MatchSetup) -> N
     other = ros_place(stand_in, "4@tcp/0.0.0.0:7448", "tls/127.0.0.1:7447", drives=False)
     assert "a window's keys drive no player" in other
     assert """export ZENOH_CONFIG_OVERRIDE='mode="client";connect/endpoints=["tcp/ADDRESS:7448"]'""" in other
+
+
+def test_what_shows_a_match_of_this_machine_ends_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    monkeypatch.setattr(matches, "LOOK", 0.0)
+    match = RunningMatch("m", "tcp/127.0.0.1:1", str(tmp_path), os.getpid())
+    with registered(match):
+        has_ended = matches.gone(match.match, match.router)
+        elsewhere = matches.gone("other", match.router)
+        assert not has_ended()
+    assert has_ended()
+    assert not elsewhere()
 
 
 def test_players_that_nothing_drives_are_named(stand_in: MatchSetup) -> None:

@@ -11,7 +11,7 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, joined
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached, connected, credentials_for
+from vrg.commands.matches import attached, connected, credentials_for, gone
 from vrg.commands.options import listening_address
 from vrg.errors import ConfigError
 
@@ -35,7 +35,7 @@ def ros(
     ] = None,
     domain: Annotated[int, typer.Option(min=0, max=232, help="The domain of the ROS nodes.", envvar=DOMAIN)] = 0,
 ) -> None:
-    """Let ROS 2 see a match: topics of each robot, tf, map, markers, referee and /clock, until Ctrl-C. It needs no ROS.
+    """Let ROS 2 see a match until it ends: topics of each robot, tf, map, markers, referee, /clock. It needs no ROS.
 
     ROS nodes use rmw_zenoh; docs/ros.md has what they must set.
     """
@@ -55,7 +55,7 @@ def ros(
             official=official,
         )
         typer.echo(ros_place(setup, where, found.endpoint, drives=official))
-        run_node(node, session, setup.keys, stop)
+        run_node(node, session, setup.keys, stop, finished=gone(found.name, found.endpoint))
 
 
 def typed_domain() -> int:

@@ -18,7 +18,7 @@ from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached, connected, credentials_for, setup_named, which_match
+from vrg.commands.matches import attached, connected, credentials_for, gone, setup_named, which_match
 from vrg.commands.options import (
     MatchArgument,
     PlayerArgument,
@@ -109,7 +109,7 @@ def ssl(
     referee: Annotated[str, typer.Option(metavar=AT, help="Where a game controller's are sent.")] = "224.5.23.1:10003",
     interface: Annotated[str, typer.Option(help="Address of this computer's network interface to send by.")] = "",
 ) -> None:
-    """Let the tools of the RoboCup Small Size League see a match: vision, tracker and referee, until Ctrl-C."""
+    """Let the tools of the RoboCup Small Size League see a match: vision, tracker and referee, until it ends."""
     from vrg.localisation.ssl.network import Sender
     from vrg.localisation.ssl.publisher import SslPublisher
 
@@ -121,7 +121,7 @@ def ssl(
     ):
         node = SslPublisher(f"ssl-{os.getpid()}", Mailbox(), Keys(name), sender.send, time.time)
         make_console().print(f"{name}: vision at {vision}, tracker at {tracker}, referee at {referee}", soft_wrap=True)
-        run_node(node, session, Keys(name), stop)
+        run_node(node, session, Keys(name), stop, finished=gone(name, endpoint))
 
 
 def _address(text: str) -> tuple[str, int]:
