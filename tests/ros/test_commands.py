@@ -75,6 +75,16 @@ def test_players_that_nothing_drives_are_named(stand_in: MatchSetup) -> None:
     assert undriven(load_match(EXAMPLES / "turtlebot.toml")) == []
 
 
+def test_the_seat_of_a_window_drives_no_player(stand_in: MatchSetup, caplog: pytest.LogCaptureFixture) -> None:
+    endpoint = free_endpoint()
+    with open_router(endpoint), open_session(endpoint) as session:
+        nodes.ros_node(stand_in, "0@", lambda _: session, official=False)
+        assert not [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
+        assert "a window's keys drive no player: cmd_vel of bot needs those of the official" in caplog.text
+        nodes.ros_node(stand_in, "0@", lambda _: session, name="other")
+        assert [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
+
+
 def test_players_whose_names_are_the_same_in_ros_are_refused(tmp_path: Path) -> None:
     text = (EXAMPLES / "turtlebot.toml").read_text(encoding="utf-8")
     file = tmp_path / "alike.toml"
