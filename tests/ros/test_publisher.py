@@ -50,9 +50,9 @@ class Bench:
         self.found[topic] = of, decode(of, encode(of, message)), lasting
         self.counts[topic] = self.counts.get(topic, 0) + 1
 
-    def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]], lasting: bool = False) -> None:
+    def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]]) -> None:
         for message in make():
-            self.publish(topic, of, message, lasting)
+            self.publish(topic, of, message)
 
     def say(self, topic: Topic[Any], body: m.Message, stamp: float | None = None) -> None:
         self._number += 1

@@ -95,6 +95,11 @@ def find_credentials(keys: Path, seats: Sequence[Seat]) -> Credentials:
     raise _missing(keys, f"the seat {' or '.join(map(str, seats))}")
 
 
+def is_official(credentials: Credentials | None) -> bool:
+    """True for the seat of the official, and where the router wants no seats: its process may decide and drive."""
+    return credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
+
+
 def find_credentials_of(keys: Path, kinds: Sequence[SeatKind]) -> Credentials:
     """The credentials of any seat of some kinds, whatever its name is, that a folder of keys has.
 

@@ -142,8 +142,8 @@ class RouterLink:
 
         Args:
             perishable: True for an event that counts at once or never.
-            attachment: of a message of another kind than the match's. It is lost while the link is, and waits for
-                nobody: one that stands still would hold up the match.
+            attachment: of a message of another kind than the match's. It is lost while the link is, and waits for no
+                subscriber: one that stands still would hold up the match.
         """
         if qos is Qos.LATEST:
             # It does not wait for a session that is being replaced: the next message makes up for this one.

@@ -12,9 +12,10 @@ import psutil
 import typer
 from rich.console import Console
 
+from vrg.bus.credentials import is_official
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
-from vrg.bus.seats import SeatKind, seats_of_node
+from vrg.bus.seats import seats_of_node
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import ListenOption, listening_address, make_console, port_at, web_address
@@ -38,7 +39,7 @@ def web(on: MatchOptions, listen: ListenOption = None) -> None:
     host, port = web_address(listen)
     found, seats = attached(on), seats_of_node("web", "")
     credentials = credentials_for(found.endpoint, on.keys, *seats)
-    official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
+    official = is_official(credentials)
     with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
         if state is not None:

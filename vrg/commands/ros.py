@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
+from vrg.bus.credentials import is_official
 from vrg.bus.process import run_node
-from vrg.bus.seats import SeatKind, seats_of_node
+from vrg.bus.seats import seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, joined
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for, gone
@@ -45,7 +46,7 @@ def ros(
     setup, secured = found.known_setup(), not found.endpoint.startswith("tcp/")
     where, seats = ros_address(domain, to, secured=secured), seats_of_node("ros", "")
     credentials = credentials_for(found.endpoint, on.keys, *seats)
-    official = credentials is None or credentials.common_name == SeatKind.OFFICIAL
+    official = is_official(credentials)
     with connected(found.endpoint, on.keys, *seats) as (stop, session), ExitStack() as stack:
         node = nodes.ros_node(
             setup,
@@ -103,7 +104,7 @@ def ros_place(setup: "MatchSetup", where: str, endpoint: str, *, drives: bool = 
     domain, _, router = where.partition("@")
     router = router or endpoint
     words = f"in ROS 2: /{ros_name(setup.name)}, domain {domain}, router {router}"
-    if driven := _driven(setup):
+    if driven := setup.driven_by_ros:
         words += f"; cmd_vel drives {', '.join(driven)}" if drives else "; a window's keys drive no player"
     if router != DEFAULT_ENDPOINT:
         reached = router.replace("0.0.0.0", "ADDRESS").replace("[::]", "ADDRESS")
@@ -114,9 +115,5 @@ def ros_place(setup: "MatchSetup", where: str, endpoint: str, *, drives: bool = 
 
 def undriven(setup: "MatchSetup") -> Sequence[str]:
     """The reason, in words, why players stand in a match that ROS 2 does not see; none if there are no such players."""
-    driven = _driven(setup)
+    driven = setup.driven_by_ros
     return [f"{', '.join(driven)}: driven by ROS 2 alone: add --ros, or run vrg show ros"] if driven else []
-
-
-def _driven(setup: "MatchSetup") -> list[str]:
-    return [player.name for player in setup.players if player.strategy == "ros"]

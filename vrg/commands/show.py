@@ -10,6 +10,7 @@ from typing import Annotated, Final
 import typer
 from rich.console import Console
 
+from vrg.bus.credentials import is_official
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
@@ -55,7 +56,7 @@ def window(on: MatchOptions, run: RunOption = None) -> None:
             obstacles=found.obstacles,
             run=run or found.run,
             explain=None if found.run is None else partial(explain, found.run),
-            official=credentials is None or credentials.common_name == SeatKind.OFFICIAL,
+            official=is_official(credentials),
         )
         run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
 

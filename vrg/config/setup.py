@@ -201,6 +201,11 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         return [player for player in self.players if player.localisation == FUSION]
 
     @property
+    def driven_by_ros(self) -> list[str]:
+        """The names of the players that ROS nodes drive."""
+        return [player.name for player in self.players if player.strategy == "ros"]
+
+    @property
     def physical(self) -> list[str]:
         """The names of the players whose robots are physical ones."""
         return [p.name for p in self.players if p.physical]

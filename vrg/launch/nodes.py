@@ -312,7 +312,7 @@ def ros_node(
     names = Counter(ros_name(player.name) for player in setup.players)
     if alike := [player.name for player in setup.players if names[ros_name(player.name)] > 1]:
         raise ConfigError(f"expected players whose names differ in ROS 2, too, where {', '.join(alike)} are the same")
-    wanted = [player.name for player in setup.players if player.strategy == "ros"]
+    wanted = setup.driven_by_ros
     if wanted and not official:
         log.warning("a window's keys drive no player: cmd_vel of %s needs those of the official", ", ".join(wanted))
     driven = {one: graph.commands(f"{namespace}/{ros_name(one)}/cmd_vel") for one in wanted if official}

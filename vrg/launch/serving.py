@@ -16,11 +16,11 @@ from typing import Any
 
 from vrg.blame import tell_of_refusals
 from vrg.bus.access import rules
-from vrg.bus.credentials import Credentials, find_credentials
+from vrg.bus.credentials import Credentials, find_credentials, is_official
 from vrg.bus.node import Node
 from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.refusals import refusals_logged
-from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.seats import seats_of_node
 from vrg.bus.session import Session, joined, open_router, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.setup import MatchSetup, write_setup
@@ -116,7 +116,7 @@ def serve(
             stack.enter_context(_students_code(setup.memory))
             node = nodes.player_node(setup, name)
         elif kind in DISPLAY_KINDS:
-            official = credentials is None or credentials.common_name == Seat(SeatKind.OFFICIAL).common_name
+            official = is_official(credentials)
             node, finished = _shown(
                 kind, setup, session, name, run, secret, official=official,
                 join=lambda to: stack.enter_context(joined(to, stop)) if to else session,

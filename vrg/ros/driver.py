@@ -69,6 +69,8 @@ class RosDriver(Driver):
             where = ("backends", "ros", "robots")
             raise ConfigError([Problem(f"expected its topics in [backends.ros.robots.{context.name}]", where)])
         self._robot = settings.robots[context.name]
+        topic = self._robot.topic
+        self._cmd_vel, self._odom = topic(self._robot.cmd_vel), topic(self._robot.odom)
         self._router, self._domain = settings.reached(context.name)
         lacks = {Laser.kind: not self._robot.scan, Battery.kind: not self._robot.battery}
         has = {spec.kind for spec in context.model.sensors}
@@ -112,16 +114,15 @@ class RosDriver(Driver):
             of = self._found(session)
             node = RosNode(session, self._domain, f"vrg_{ros_name(self.name)}", self._robot.place)
             self._reported, self._failure, self._closing = self._no_report(), None, False
-            place, report = self._robot.topic, self._reported
-            self._inlets = [
-                (place(self._robot.odom), node.subscribe(place(self._robot.odom), ODOMETRY), self._odometry)
-            ]
+            self._inlets = [(self._odom, node.subscribe(self._odom, ODOMETRY), self._odometry)]
             if Laser.kind in self.measures:
-                scans = node.subscribe(place(self._robot.scan), "sensor_msgs/LaserScan", LONGEST_SCAN)
-                self._inlets.append((place(self._robot.scan), scans, report.scan))
+                scan = self._robot.topic(self._robot.scan)
+                scans = node.subscribe(scan, "sensor_msgs/LaserScan", LONGEST_SCAN)
+                self._inlets.append((scan, scans, self._reported.scan))
             if Battery.kind in self.measures:
-                charges = node.subscribe(place(self._robot.battery), "sensor_msgs/BatteryState")
-                self._inlets.append((place(self._robot.battery), charges, report.battery))
+                battery = self._robot.topic(self._robot.battery)
+                charges = node.subscribe(battery, "sensor_msgs/BatteryState")
+                self._inlets.append((battery, charges, self._reported.battery))
             self._session, self._node = session, node
             self._stood = self._beat = self._clock.now()
             self._task = self._clock.spawn(lambda: self._run(node, of), f"ros {self.name}")
@@ -168,8 +169,7 @@ class RosDriver(Driver):
             now = self._clock.now()
             age = self._reported.age(now)
             if age == math.inf:
-                topic = self._robot.topic(self._robot.odom)
-                raise StaleDataError(f"{self.name}: expected odometry on {topic}, but none has come yet")
+                raise StaleDataError(f"{self.name}: expected odometry on {self._odom}, but none has come yet")
             fault = self._fault()
             return Readings(
                 stamp=self._now() - age,
@@ -194,7 +194,7 @@ class RosDriver(Driver):
 
     def emergency_stop(self) -> None:
         """Command zero speed, again and again, until `release`."""
-        self._engaged = True  # the thread looks at it first, whoever has the lock
+        self._engaged = True  # the thread looks at it first, also while another has the lock
         with self._lock:
             self._let_go()
         self._wake()
@@ -228,12 +228,11 @@ class RosDriver(Driver):
         Raises:
             RobotError: it is not there, or of a distribution that VRG cannot speak to.
         """
-        cmd_vel, odom = self._robot.topic(self._robot.cmd_vel), self._robot.topic(self._robot.odom)
         deadline = self._clock.now() + PATIENCE
         while True:
             graph = graph_of(session, self._domain)
             try:
-                of = met(graph, cmd_vel, odom)
+                of = met(graph, self._cmd_vel, self._odom)
             except RobotError as error:
                 if self._clock.now() >= deadline:
                     raise RobotError(
@@ -242,8 +241,8 @@ class RosDriver(Driver):
                     ) from None
                 self._clock.sleep(0.2)
                 continue
-            if others := commanders(graph, cmd_vel):
-                log.warning("%s: %s commands %s, too: stop it", self.name, " and ".join(others), cmd_vel)
+            if others := commanders(graph, self._cmd_vel):
+                log.warning("%s: %s commands %s, too: stop it", self.name, " and ".join(others), self._cmd_vel)
             return of
 
     def _run(self, node: "RosNode", of: str) -> None:
@@ -278,7 +277,7 @@ class RosDriver(Driver):
         if of == STAMPED:
             header = ros.header(self._reported.time(self._clock.now()), self._reported.frame)
             message = {"header": header, "twist": message}
-        node.publish(self._robot.topic(self._robot.cmd_vel), of, message)
+        node.publish(self._cmd_vel, of, message)
 
     def _end(self) -> None:
         """End the thread; its last commands are zeros."""
@@ -315,13 +314,12 @@ class RosDriver(Driver):
             return f"its driver has hung for {now - self._beat:.1f} s"
         if self._session is not None and not self._session.connected:
             return f"the link to the router {self._router} was lost"
-        odom, age = self._robot.topic(self._robot.odom), self._reported.age(now)
-        if age > SILENT:
-            problem = "" if self._node is None else self._node.problems.get(odom, "")
+        if (age := self._reported.age(now)) > SILENT:
+            problem = "" if self._node is None else self._node.problems.get(self._odom, "")
             why = f", but what is left out: {problem}" if problem else ""
-            return f"no odometry on {odom} {'yet' if age == math.inf else f'for {age:.1f} s'}{why}"
+            return f"no odometry on {self._odom} {'yet' if age == math.inf else f'for {age:.1f} s'}{why}"
         if self._reported.jumps(now):
-            return f"the odometry on {odom} jumps to and fro: do two nodes publish it?"
+            return f"the odometry on {self._odom} jumps to and fro: do two nodes publish it?"
         return None
 
     def _wanted(self) -> Twist | None:

@@ -27,7 +27,7 @@ class Publisher:
     """One topic that is published: its key, its number in the graph, and how many messages there have been."""
 
     def __init__(self, number: int, topic: str, of: str, qos: Qos, domain: int) -> None:
-        self.number, self.topic, self.of, self.qos = number, topic, of, qos
+        self.number, self.of, self.qos = number, of, qos
         self.key = data_key(domain, topic, of)
         self.sequence = 0
         self.message: Message | None = None
@@ -71,7 +71,7 @@ class RosNode:
 
         self._session.declare_alive(token)
         if not lasting:
-            self._session.wanted(publisher.key)  # whoever waits for the first message is known by then
+            self._session.wanted(publisher.key)  # so those who wait for the first message are known by then
         return publisher
 
     def publish(self, topic: str, of: str, message: Message, lasting: bool = False) -> None:
@@ -86,13 +86,13 @@ class RosNode:
         """
         self._send(self.advertise(topic, of, lasting), message)
 
-    def offer(self, topic: str, of: str, make: Callable[[], Sequence[Message]], lasting: bool = False) -> None:
-        """Publish the messages that `make` returns, if anybody subscribes to the topic, or they are lasting.
+    def offer(self, topic: str, of: str, make: Callable[[], Sequence[Message]]) -> None:
+        """Publish the messages that `make` returns, if anybody subscribes to the topic.
 
         Args, Raises: see `publish`.
         """
-        publisher = self.advertise(topic, of, lasting)
-        if lasting or self._session.wanted(publisher.key):
+        publisher = self.advertise(topic, of)
+        if self._session.wanted(publisher.key):
             for message in make():
                 self._send(publisher, message)
 

@@ -62,7 +62,7 @@ class Outlet(Protocol):
     def publish(self, topic: str, of: str, message: ros.Fields, lasting: bool = False) -> None:
         """Publish a message."""
 
-    def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]], lasting: bool = False) -> None:
+    def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]]) -> None:
         """Publish what `make` returns, if anybody subscribes to it."""
 
 
@@ -148,7 +148,7 @@ class RosPublisher(Node):
                 self._drive(robot, command, rate)
 
     def _advertise(self) -> None:
-        """Show every topic before its first message, so that nobody misses that."""
+        """Show every topic before its first message, so that subscribers get that, too."""
         self._outlet.advertise("/clock", "rosgraph_msgs/Clock")
         self._outlet.advertise("/tf", "tf2_msgs/TFMessage")
         for topic in ("referee/state", "referee/calls"):
@@ -160,9 +160,9 @@ class RosPublisher(Node):
             topic, of = SHOWN[spec.kind]
             self._outlet.advertise(self._full(f"{ros_name(robot)}/{topic}"), of)
 
-    def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields], *, lasting: bool = False) -> None:
-        """Publish one message on a topic of the match, or on any with a leading slash."""
-        self._outlet.offer(self._full(topic), of, lambda: [make()], lasting)
+    def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields]) -> None:
+        """Publish one message on a topic of the match, or on any with a leading slash, if anybody subscribes to it."""
+        self._outlet.offer(self._full(topic), of, lambda: [make()])
 
     def _full(self, topic: str) -> str:
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
@@ -180,7 +180,8 @@ class RosPublisher(Node):
             log.warning("%s: a command is left out (number %d): %s", robot, self._left_out, command)
 
     def _publish_markers(self, markers: list[ros.Fields]) -> None:
-        self._offer("markers", "visualization_msgs/MarkerArray", lambda: {"markers": markers}, lasting=True)
+        topic = self._full("markers")
+        self._outlet.publish(topic, "visualization_msgs/MarkerArray", {"markers": markers}, lasting=True)
 
     def _publish_lasting(self, now: float, state: RefereeState) -> None:
         """Publish what those need who come later. It is made anew only if the zones have changed."""
