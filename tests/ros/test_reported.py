@@ -63,6 +63,21 @@ def test_messages_that_come_late_for_a_long_time_stay_late() -> None:
     assert reported.age(0.1 * 59 + 0.6) == pytest.approx(0.6)
 
 
+def test_a_simulated_clock_that_stands_still_and_falls_behind_makes_no_message_old() -> None:
+    reported, simulated = Reported(MODEL), Reported(MODEL, simulated=True)
+    for number in range(60):
+        # It stands still for 2 s, and then runs at a third of real time.
+        at, now = (
+            (100.0 + 0.1 * number, 0.1 * number) if number < 20 else (102.0 + (number - 20) / 30, 2.0 + 0.1 * number)
+        )
+        for each in (reported, simulated):
+            each.odometry(odometry(at), now)
+        assert simulated.age(now) < 0.3
+        assert (reported.late() >= 2.0) == (number >= 20)
+        assert simulated.late() < 0.3
+    assert simulated.age(now + 0.6) >= 0.6
+
+
 def test_old_messages_that_alternate_are_as_old_as_the_first_of_them() -> None:
     reported = Reported(MODEL)
     for number in range(60):

@@ -308,13 +308,20 @@ class Match:
         self.observer.wait_until(lambda: self.observer.state.halted, "a halt")
         self.go_on()
 
-    def go_on(self) -> None:
-        """Wait until play goes on and everybody moves who may; whatever halts it, an official resumes it in time."""
+    def go_on(self, *beside: "Match") -> None:
+        """Wait until play goes on and everybody moves who may; whatever halts it, an official resumes it in time.
+
+        Args:
+            beside: other matches that have to go on as well.
+        """
         observer = self.observer
 
         def goes_on() -> bool:
             observer.resume()
-            return observer.playing and observer.moving(*self.movers)
+            for match in beside:
+                match.observer.look()
+                match.observer.resume()
+            return all(match.observer.playing and match.observer.moving(*match.movers) for match in (self, *beside))
 
         observer.wait_until(goes_on, "play to go on, and players to move")
 

@@ -29,25 +29,31 @@ y = 0.0
 heading = -90.0
 """
 
+ROBOT = """
+[backends.ros]
+router = "{router}"
+
+[backends.ros.robots.ann]
+namespace = "stand_in/bot"
+use_sim_time = true
+
+[[players]]"""
+
 
 def test_a_robot_of_ros_plays_stands_and_is_waited_for(start: Callable[..., Match], tmp_path: Path) -> None:
     (tmp_path / "stand_in").mkdir()
     with Match(tmp_path / "stand_in", STAND_IN, movers=(), options=["--ros"]) as other:
-        backend = (
-            f'[backends.ros]\nrouter = "{other.endpoint}"\n[backends.ros.robots.ann]\nnamespace = "stand_in/bot"\n\n'
-        )
-        text = long_match("rosy").replace("[[players]]", f"{backend}[[players]]", 1)
+        other.movers = ("bot",)  # it moves once the other match plays
+        text = long_match("rosy").replace("[[players]]", ROBOT.format(router=other.endpoint), 1)
         own = 'name = "ann"\nrole = "minnow"\nbackend = '
         match = start(text.replace(f'{own}"sim"', f'{own}"ros"'))
         bot = other.observer
-        bot.wait_until(lambda: bot.moving("bot"), "the robot that ROS drives to move")
-        match.observer.wait_moving("ann")
+        match.go_on(other)
 
         match.command("estop", "--reason", "test")
         bot.wait_until(lambda: bot.standing("bot"), "the robot to stand after the emergency stop")
         match.command("estop", "--release")
-        match.go_on()
-        bot.wait_until(lambda: bot.moving("bot"), "the robot to drive again")
+        match.go_on(other)
 
         # The robot falls silent: nothing of ROS is heard of it any more, and its lease ends.
         outlet = other.child("ros")
@@ -56,13 +62,11 @@ def test_a_robot_of_ros_plays_stands_and_is_waited_for(start: Callable[..., Matc
         bot.wait_until(lambda: bot.standing("bot"), "the robot that hears nothing to stand")
         match.observer.wait_until(lambda: silent in match.log("ann"), "the player to find out")
         outlet.send_signal(signal.SIGCONT)
-        match.go_on()
-        bot.wait_until(lambda: bot.moving("bot"), "the robot to drive when it is heard again")
+        match.go_on(other)
 
         # The player freezes: nothing commands the robot any more, until another one takes its place.
         player = match.child("ann")
         player.send_signal(signal.SIGSTOP)
         bot.wait_until(lambda: bot.standing("bot"), "the robot to stand without its player")
         match.wait_replaced("ann", player)
-        match.go_on()
-        bot.wait_until(lambda: bot.moving("bot"), "the robot to drive with its new player")
+        match.go_on(other)

@@ -220,7 +220,8 @@ class RosDriver(Driver):
             stack.close()
 
     def _no_report(self) -> Reported:
-        return Reported(self.features, self._robot.frame, math.radians(self._robot.scan_yaw))
+        robot = self._robot
+        return Reported(self.features, robot.frame, math.radians(robot.scan_yaw), simulated=robot.use_sim_time)
 
     def _found(self, session: "Session") -> str:
         """Wait for the robot in the graph, and return the type of commands that it obeys.
@@ -315,12 +316,21 @@ class RosDriver(Driver):
         if self._session is not None and not self._session.connected:
             return f"the link to the router {self._router} was lost"
         if (age := self._reported.age(now)) > SILENT:
-            problem = "" if self._node is None else self._node.problems.get(self._odom, "")
-            why = f", but what is left out: {problem}" if problem else ""
-            return f"no odometry on {self._odom} {'yet' if age == math.inf else f'for {age:.1f} s'}{why}"
+            return self._silence(age)
         if self._reported.jumps(now):
             return f"the odometry on {self._odom} jumps to and fro: do two nodes publish it?"
         return None
+
+    def _silence(self, age: float) -> str:
+        """The reason why there is no odometry that is fresh. Needs the lock."""
+        if (late := self._reported.late()) > SILENT:
+            return (
+                f"the odometry on {self._odom} is {late:.1f} s old when it comes: the link is slow, or the robot's "
+                "clock has stood still (a simulated robot needs `use_sim_time = true`)"
+            )
+        problem = "" if self._node is None else self._node.problems.get(self._odom, "")
+        why = f", but what is left out: {problem}" if problem else ""
+        return f"no odometry on {self._odom} {'yet' if age == math.inf else f'for {age:.1f} s'}{why}"
 
     def _wanted(self) -> Twist | None:
         """The command to publish now; None leaves the robot to others. Needs the lock."""

@@ -41,6 +41,7 @@ class RosRobot(Table):
         cmd_vel, odom, scan, battery: its topics, in its namespace, or anywhere with a leading slash. An empty `scan`
             or `battery` is one that it lacks: the world simulates such a laser.
         scan_yaw: the heading of its laser's frame on the robot, degrees.
+        use_sim_time: it is simulated, as by Gazebo, and stamps by a clock that may stop or fall behind real time.
         router, domain: for a robot with a router or a domain of its own, in place of those of [backends.ros].
     """
 
@@ -51,6 +52,7 @@ class RosRobot(Table):
     scan: MaybeTopicName = "scan"
     battery: MaybeTopicName = "battery_state"
     scan_yaw: float = Field(0.0, ge=-360.0, le=360.0)
+    use_sim_time: bool = False
     router: Endpoint | None = None
     domain: Domain | None = None
 
