@@ -309,6 +309,24 @@ def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_na
         clock.close()
 
 
+def test_a_robot_that_another_node_begins_to_command_is_left_to_it(robot: Robot, bench: RosBench) -> None:
+    armed(bench)
+    bench.run(Twist(0.3, 0.0), 0.5)
+    assert bench.driver.read().armed, "the driver's own commands are no other's"
+    with open_session(robot.endpoint) as session:
+        teleop, deadline = RosNode(session, DOMAIN, "teleop"), time.monotonic() + PATIENCE
+        while bench.driver.read().fault is None and time.monotonic() < deadline:
+            teleop.publish("/tb1/cmd_vel", "geometry_msgs/TwistStamped", {})
+            bench.advance(STEP)
+        assert "another node commands /tb1/cmd_vel" in str(bench.driver.read().fault)
+        assert not bench.driver.read().armed
+        assert bench.sent == (0.0, 0.0)
+    bench.advance(1.5)
+    armed(bench)
+    bench.run(Twist(0.3, 0.0), 0.5)
+    assert bench.speed == pytest.approx(0.3)
+
+
 def test_what_is_missing_in_the_graph_is_named() -> None:
     endpoint, clock = free_endpoint(), SimulatedClock()
     context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint), now=clock.now)

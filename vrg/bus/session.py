@@ -271,20 +271,25 @@ class Session:
             )
         )
 
-    def collect_raw(self, expression: str, limit: int) -> Callable[[], list[tuple[str, bytes]]]:
+    def collect_raw(self, expression: str, limit: int, *, own: bool = True) -> Callable[[], list[tuple[str, bytes]]]:
         """Keep what arrives from now on until it is taken, at most `limit` messages; beyond it the oldest are dropped.
 
         No Python runs when a message arrives. So who listens to everything never holds up the bus, however busy it is.
         The messages are as they came, also those under a wrong key. What was not yet taken when the link was lost is
         dropped.
 
+        Args:
+            own: False leaves out what this session publishes.
+
         Returns:
             a function that takes the messages: key and payload, in the order of arrival.
         """
+        origin = None if own else zenoh.Locality.REMOTE
         rings: deque[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]] = deque(maxlen=1)
 
         def declare(raw: zenoh.Session) -> zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]:
-            rings.append(raw.declare_subscriber(expression, zenoh.handlers.RingChannel(limit)))
+            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(limit)
+            rings.append(raw.declare_subscriber(expression, ring, allowed_origin=origin))
             return rings[0]
 
         self._link.declare(declare)

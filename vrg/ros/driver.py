@@ -34,6 +34,8 @@ SILENT: Final = 0.5
 """The age in s of the odometry above which the robot is not driven."""
 ZEROS: Final = 1.0
 """The time in s for which a robot that was disarmed is commanded to stand. Then another node may drive it."""
+OTHERS: Final = 1.0
+"""The time in s since the last command of another node for which the robot is left to that."""
 LAST_ZEROS: Final = 4
 """The number of zeros that the thread commands before it ends."""
 HANGS: Final = 0.5
@@ -92,6 +94,8 @@ class RosDriver(Driver):
         """The time since when the robot is commanded to stand, s."""
         self._beat = -math.inf
         """The time at which the thread last went round, s."""
+        self._overheard = -math.inf
+        """The time at which a command of another node was last heard, s."""
         self._failure: BaseException | None = None
 
     def connect(self) -> None:
@@ -123,9 +127,10 @@ class RosDriver(Driver):
                 battery = self._robot.topic(self._robot.battery)
                 charges = node.subscribe(battery, "sensor_msgs/BatteryState")
                 self._inlets.append((battery, charges, self._reported.battery))
-            self._session, self._node = session, node
+            others = node.overheard(self._cmd_vel)
+            self._session, self._node, self._overheard = session, node, -math.inf
             self._stood = self._beat = self._clock.now()
-            self._task = self._clock.spawn(lambda: self._run(node, of), f"ros {self.name}")
+            self._task = self._clock.spawn(lambda: self._run(node, of, others), f"ros {self.name}")
             stack.callback(self._end)
             self._open = stack.pop_all()
 
@@ -246,13 +251,15 @@ class RosDriver(Driver):
                 log.warning("%s: %s commands %s, too: stop it", self.name, " and ".join(others), self._cmd_vel)
             return of
 
-    def _run(self, node: "RosNode", of: str) -> None:
+    def _run(self, node: "RosNode", of: str, others: Callable[[], bool]) -> None:
         """Take in what the robot reports, and repeat the command, until the driver is closed."""
         try:
             while not self._closing:
                 self._hear()
                 with self._lock:
                     now = self._beat = self._clock.now()
+                    if others():
+                        self._overheard = now
                     if self._armed and (fault := self._fault()) is not None:
                         log.warning("%s: it is disarmed: %s", self.name, fault)
                         self._let_go()
@@ -315,14 +322,16 @@ class RosDriver(Driver):
             return f"its driver has hung for {now - self._beat:.1f} s"
         if self._session is not None and not self._session.connected:
             return f"the link to the router {self._router} was lost"
-        if (age := self._reported.age(now)) > SILENT:
-            return self._silence(age)
+        if now - self._overheard < OTHERS:
+            return f"another node commands {self._cmd_vel}, too: stop it (`vrg doctor` with the match file names it)"
         if self._reported.jumps(now):
             return f"the odometry on {self._odom} jumps to and fro: do two nodes publish it?"
-        return None
+        return self._silence(now)
 
-    def _silence(self, age: float) -> str:
+    def _silence(self, now: float) -> str | None:
         """The reason why there is no odometry that is fresh. Needs the lock."""
+        if (age := self._reported.age(now)) <= SILENT:
+            return None
         if (late := self._reported.late()) > SILENT:
             return (
                 f"the odometry on {self._odom} is {late:.1f} s old when it comes: the link is slow, or the robot's "

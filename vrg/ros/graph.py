@@ -11,7 +11,7 @@ from vrg.bus.mailbox import is_power_of_ten
 from vrg.bus.session import Session
 from vrg.errors import MessageError
 from vrg.ros.cdr import Message, decode, encode
-from vrg.ros.wire import Identity, Kind, Qos, attachment, data_key, gid_of
+from vrg.ros.wire import Identity, Kind, Qos, any_type_key, attachment, data_key, gid_of
 
 log = logging.getLogger(__name__)
 
@@ -143,6 +143,15 @@ class RosNode:
             return found if other is None else other["twist"]
 
         return newest
+
+    def overheard(self, topic: str) -> Callable[[], bool]:
+        """Listen for what others publish on a topic that this node publishes, too.
+
+        Returns:
+            a function that returns True if any has published a message of any type since the last call.
+        """
+        take = self._session.collect_raw(any_type_key(self._domain, topic), 1, own=False)
+        return lambda: bool(take())
 
     def complain(self, topic: str, problem: object) -> None:
         """Log a message of a topic that is left out: the 1st, the 10th, the 100th and so on."""

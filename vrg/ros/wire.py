@@ -119,6 +119,11 @@ def data_key(domain: int, topic: str, of: str) -> str:
     return f"{domain}/{topic.strip('/')}/{dds_name(of)}/{RIHS_PREFIX}{HASHES[of]}"
 
 
+def any_type_key(domain: int, topic: str) -> str:
+    """The key expression of the messages of a topic, whatever their type."""
+    return f"{domain}/{topic.strip('/')}/*/*"
+
+
 def dds_name(of: str) -> str:
     """The name of a type such as `nav_msgs/Odometry` as DDS has it."""
     package, name = of.split("/")
