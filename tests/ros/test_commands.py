@@ -78,7 +78,7 @@ def test_players_that_nothing_drives_are_named(stand_in: MatchSetup) -> None:
 def test_the_seat_of_a_window_drives_no_player(stand_in: MatchSetup, caplog: pytest.LogCaptureFixture) -> None:
     endpoint = free_endpoint()
     with open_router(endpoint), open_session(endpoint) as session:
-        nodes.ros_node(stand_in, "0@", lambda _: session, official=False)
+        nodes.ros_node(stand_in, "0@", lambda _: session, name="ros", official=False)
         assert not [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
         assert "a window's keys drive no player: cmd_vel of bot needs those of the official" in caplog.text
         nodes.ros_node(stand_in, "0@", lambda _: session, name="other")
@@ -95,7 +95,7 @@ def test_players_whose_names_are_the_same_in_ros_are_refused(tmp_path: Path) -> 
         open_session(endpoint) as session,
         pytest.raises(ConfigError, match=r"where ann-1, ann_1 are the same"),
     ):
-        nodes.ros_node(load_match(file), "0@", lambda _: session)
+        nodes.ros_node(load_match(file), "0@", lambda _: session, name="ros")
 
 
 def test_a_router_that_is_nowhere_is_named() -> None:

@@ -69,7 +69,10 @@ class Pacer:
             self._epoch, self._number = message.body.epoch, message.body.tick
         if not self.stalled and (cut or now - self._heard_at > STALL):
             self.stalled = True
-            log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.time)
+            if cut or self.heard:
+                log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.time)
+            else:
+                log.info("waiting for the world's clock")
         if restarted:
             self._last = -1
         return restarted

@@ -54,7 +54,7 @@ def examine(setup: MatchSetup, match_file: Path, machine: str) -> list[Finding]:
             lacks = settings.missing_here(robots)
             found += [Finding(backend, False, text) for text in lacks]
             if not lacks:
-                found.append(Finding(backend, True, f"what {', '.join(robots)} need is there"))
+                found.append(Finding(backend, True, f"everything for {', '.join(robots)} is there"))
     for name, table in setup.localisation.items():
         if setup.place.get(name, HERE) == machine:
             kind, own = read_source(table)

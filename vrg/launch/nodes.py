@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, TypeVar
 
 from vrg.blame import failure_of
 from vrg.bus.mailbox import Mailbox
-from vrg.config.files import ROS
 from vrg.config.setup import MatchSetup, radio_seed, source_seed, team_seed
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.run_folder import RunFolder
@@ -250,21 +249,20 @@ def recorder_node(setup: MatchSetup, folder: RunFolder) -> "Recorder":
     )
 
 
-def live_node(setup: MatchSetup, address: str) -> "LiveRecorder":
+def live_node(setup: MatchSetup, address: str, name: str) -> "LiveRecorder":
     """Make the node that shows in Foxglove, while a match is played, what a recorder would write.
 
     Args:
-        address: where its server listens, such as `127.0.0.1:8765`.
+        name: of the node. address: where its server listens, such as `127.0.0.1:8765`.
 
     Raises:
         LaunchError: Foxglove's SDK is not installed.
     """
-    from vrg.config.files import LIVE
     from vrg.recording.live import LiveRecorder, LiveServer
 
     host, _, port = address.rpartition(":")
     return LiveRecorder(
-        LIVE,
+        name,
         Mailbox(),
         setup.keys,
         lambda: LiveServer(setup.name, host.strip("[]"), int(port)),
@@ -273,24 +271,23 @@ def live_node(setup: MatchSetup, address: str) -> "LiveRecorder":
     )
 
 
-def three_node(setup: MatchSetup, address: str) -> "ThreeNode":
+def three_node(setup: MatchSetup, address: str, name: str) -> "ThreeNode":
     """Make the node that shows a match in three dimensions.
 
     Args:
-        address: where it is served, such as `127.0.0.1:8090`.
+        name: of the node. address: where it is served, such as `127.0.0.1:8090`.
 
     Raises:
         LaunchError: viser is not installed.
     """
-    from vrg.config.files import THREE
     from vrg.ui.three.node import ThreeNode
 
     robots = {player.name: player.robot for player in setup.players}
-    return ThreeNode(THREE, Mailbox(), setup.keys, theatre(setup, address), robots=robots, obstacles=setup.obstacles)
+    return ThreeNode(name, Mailbox(), setup.keys, theatre(setup, address), robots=robots, obstacles=setup.obstacles)
 
 
 def ros_node(
-    setup: MatchSetup, where: str, join: "Callable[[str], Session]", *, name: str = ROS, official: bool = True
+    setup: MatchSetup, where: str, join: "Callable[[str], Session]", *, name: str, official: bool = True
 ) -> "RosPublisher":
     """Make the node that shows a match to ROS 2.
 

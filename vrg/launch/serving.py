@@ -23,6 +23,7 @@ from vrg.bus.refusals import refusals_logged
 from vrg.bus.seats import seats_of_node
 from vrg.bus.session import Session, joined, open_router, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.config.files import LIVE, ROS, THREE
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, SandboxError, StrategyError
 from vrg.launch import nodes
@@ -119,7 +120,7 @@ def serve(
             official = is_official(credentials)
             node, finished = _shown(
                 kind, setup, session, name, run, secret, official=official,
-                join=lambda to: stack.enter_context(joined(to, stop)) if to else session,
+                join=lambda to: stack.enter_context(joined(to, stop)) if to else session, launched=leash,
             )  # fmt: skip
             idle = WINDOW_PERIOD
         else:
@@ -140,17 +141,23 @@ def _shown(
     *,
     official: bool,
     join: Callable[[str], Session],
+    launched: bool,
 ) -> tuple[Node, Callable[[], bool]]:
     """Make a node that shows the match to people, and what tells whether they have closed it.
 
     Args:
         join: returns a session with another router than the match's, or with the match's for an empty endpoint.
+        launched: True if it is one of the match; any number of others may be opened beside it.
     """
+
+    def named(usual: str) -> str:
+        return usual if launched else f"{usual}-{os.getpid()}"
+
     served: Mapping[str, Callable[[], Node]] = {
         "web": lambda: nodes.web_node(setup, secret),
-        "foxglove": lambda: nodes.live_node(setup, name),
-        "three": lambda: nodes.three_node(setup, name),
-        "ros": lambda: nodes.ros_node(setup, name, join, official=official),
+        "foxglove": lambda: nodes.live_node(setup, name, named(LIVE)),
+        "three": lambda: nodes.three_node(setup, name, named(THREE)),
+        "ros": lambda: nodes.ros_node(setup, name, join, name=named(ROS), official=official),
     }
     if kind in served:
         return served[kind](), _never
