@@ -41,6 +41,7 @@ class Bench:
         self.found: dict[str, tuple[str, dict[str, Any], bool]] = {}
         self.counts: dict[str, int] = {}
         self.advertised: dict[str, str] = {}
+        self.unwanted: set[str] = set()
         self.node = RosPublisher("ros", self.mailbox, KEYS, "/m", self, robots={"ann": MODEL}, obstacles=(WALL,))
 
     def advertise(self, topic: str, of: str, lasting: bool = False) -> None:
@@ -50,14 +51,18 @@ class Bench:
         self.found[topic] = of, decode(of, encode(of, message)), lasting
         self.counts[topic] = self.counts.get(topic, 0) + 1
 
+    def wanted(self, topic: str, of: str) -> bool:
+        return topic not in self.unwanted
+
     def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]]) -> None:
-        for message in make():
-            self.publish(topic, of, message)
+        if self.wanted(topic, of):
+            for message in make():
+                self.publish(topic, of, message)
 
     def say(self, topic: Topic[Any], body: m.Message, stamp: float | None = None) -> None:
         self._number += 1
         for inlet in self.mailbox.inlets:
-            if fnmatch(topic.key, inlet.topic.key):
+            if fnmatch(topic.key, inlet.topic.key) and inlet.admits(topic.key):
                 inlet.offer(Received(topic.key, self.time if stamp is None else stamp, self._number, body, "x/y"))
 
     def tick(self, time: float) -> None:
@@ -132,6 +137,7 @@ def test_what_late_subscribers_need_comes_again() -> None:
 def test_readings_become_messages_in_frames_that_are_there() -> None:
     bench = Bench()
     bench.say(KEYS.referee_state, state())
+    bench.tick(0.9)
     names = {spec.kind: spec.name for spec in MODEL.sensors}
     ranges = np.array([1.0, 8.0, 2.5], dtype=np.float32)
     laser = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=ranges.tobytes())
@@ -154,6 +160,21 @@ def test_readings_become_messages_in_frames_that_are_there() -> None:
     fix = bench.found["/m/ann/fix"][1]
     assert fix["latitude"] == pytest.approx(math.degrees(0.6))
     assert {scan["header"]["frame_id"], reach["header"]["frame_id"], fix["header"]["frame_id"]} <= static
+
+
+def test_readings_are_taken_only_while_somebody_subscribes_to_them() -> None:
+    bench = Bench()
+    (name,) = (spec.name for spec in MODEL.sensors if spec.kind == "battery")
+    (inlet,) = (inlet for inlet in bench.mailbox.inlets if inlet.topic.type is Battery)
+    counts = []
+    for number, wanted in enumerate((False, True, True, False, False)):
+        bench.unwanted = set() if wanted else {"/m/ann/battery_state"}
+        bench.tick(number)
+        bench.say(KEYS.sensor(Battery, "ann", name), Battery(charge=0.75))
+        counts.append(len(inlet.waiting))
+        bench.tick(number + 0.5)
+    assert counts == [0, 1, 1, 0, 0]
+    assert bench.counts["/m/ann/battery_state"] == 2
 
 
 def test_the_clock_and_the_referee_are_there() -> None:

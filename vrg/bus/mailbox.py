@@ -104,6 +104,10 @@ class Inlet(Generic[T]):
             self._latest = max(self.by_key.values(), key=_order)
         return self._latest
 
+    def only(self, keys: Collection[str]) -> None:
+        """From now on take messages from these keys only. Those from others are dropped unread, which costs little."""
+        self._keys, self._known = set(keys), True
+
     def take(self) -> list[Received[T]]:
         """Return the messages handed over since the last call.
 

@@ -86,15 +86,18 @@ class RosNode:
         """
         self._send(self.advertise(topic, of, lasting), message)
 
+    def wanted(self, topic: str, of: str) -> bool:
+        """True if anybody subscribes to a topic that is published, and does not last."""
+        return self._session.wanted(self.advertise(topic, of).key)
+
     def offer(self, topic: str, of: str, make: Callable[[], Sequence[Message]]) -> None:
         """Publish the messages that `make` returns, if anybody subscribes to the topic.
 
         Args, Raises: see `publish`.
         """
-        publisher = self.advertise(topic, of)
-        if self._session.wanted(publisher.key):
+        if self.wanted(topic, of):
             for message in make():
-                self._send(publisher, message)
+                self._send(self._publishers[topic], message)
 
     def subscribe(self, topic: str, of: str, longest: int = LONGEST) -> Callable[[], dict[str, Any] | None]:
         """Hear a topic.

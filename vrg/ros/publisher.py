@@ -62,6 +62,9 @@ class Outlet(Protocol):
     def publish(self, topic: str, of: str, message: ros.Fields, lasting: bool = False) -> None:
         """Publish a message."""
 
+    def wanted(self, topic: str, of: str) -> bool:
+        """True if anybody subscribes to it."""
+
     def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]]) -> None:
         """Publish what `make` returns, if anybody subscribes to it."""
 
@@ -104,7 +107,7 @@ class RosPublisher(Node):
         """The robot and the sensor of each reading, by its key."""
         # One subscription for all robots: many of a key each cost more than what they bring.
         kinds = dict.fromkeys(spec.message for _, spec in shown)
-        self._readings: list[Inlet[SensorMessage]] = [mailbox.subscribe(keys.sensor(kind)) for kind in kinds]
+        self._readings: list[Inlet[SensorMessage]] = [mailbox.subscribe(keys.sensor(kind), only=()) for kind in kinds]
         self._again = self._ticked = -math.inf
         self._left_out = 0
         """The number of commands that are no numbers."""
@@ -126,10 +129,11 @@ class RosPublisher(Node):
             self._publish_lasting(tick.time, state.body)
         for poses in self._poses.take():
             self._publish_poses(poses.stamp, poses.body)
+        wanted = [key for key, whose in self._sensors.items() if self._outlet.wanted(*self._shown(*whose))]
         for inlet in self._readings:
+            inlet.only(wanted)
             for reading in inlet.take():
-                if (whose := self._sensors.get(reading.key)) is not None:
-                    self._publish_reading(reading.stamp, *whose, reading.body)
+                self._publish_reading(reading.stamp, *self._sensors[reading.key], reading.body)
         if state is not None and self._states.take():
             self._offer("referee/state", "std_msgs/String", lambda: _json(state.body))
             if state.body.objects:
@@ -157,8 +161,7 @@ class RosPublisher(Node):
             self._outlet.advertise(self._full(f"{ros_name(robot)}/odom"), "nav_msgs/Odometry")
             self._outlet.advertise(self._full(f"{ros_name(robot)}/pose"), "geometry_msgs/PoseStamped")
         for robot, spec in self._sensors.values():
-            topic, of = SHOWN[spec.kind]
-            self._outlet.advertise(self._full(f"{ros_name(robot)}/{topic}"), of)
+            self._outlet.advertise(*self._shown(robot, spec))
 
     def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields]) -> None:
         """Publish one message on a topic of the match, or on any with a leading slash, if anybody subscribes to it."""
@@ -235,10 +238,14 @@ class RosPublisher(Node):
 
         self._offer("/tf", "tf2_msgs/TFMessage", frames)
 
-    def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
+    def _shown(self, robot: str, spec: SensorSpec) -> tuple[str, str]:
+        """The topic of a sensor, and its type."""
         topic, of = SHOWN[spec.kind]
+        return self._full(f"{ros_name(robot)}/{topic}"), of
+
+    def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
         make = partial(_measured, stamp, _frame(ros_name(robot), spec), spec, reading)
-        self._outlet.offer(self._full(f"{ros_name(robot)}/{topic}"), of, make)
+        self._outlet.offer(*self._shown(robot, spec), make)
 
 
 def _measured(stamp: float, frame: str, spec: SensorSpec, reading: SensorMessage) -> list[ros.Fields]:
