@@ -88,6 +88,8 @@ class RouterLink:
         self._recipes: list[Recipe] = []
         self._declared: list[Declared] = []
         self._publishers: dict[str, _Publisher] = {}
+        self._matching: dict[str, bool] = {}
+        """Whether anybody subscribes, by key."""
         self._kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
         self._beats = deque([time.monotonic()], maxlen=DOUBTFUL)
         self._lock = threading.RLock()
@@ -166,18 +168,30 @@ class RouterLink:
                 self._publisher(key, qos, waits=attachment is None).put(payload, attachment=attachment)
 
     def wanted(self, key: str) -> bool:
-        """True if anybody subscribes to a key on which only the latest message counts; half a microsecond."""
-        try:
-            if (publisher := self._publishers.get(key)) is None:
-                with self._lock:
-                    if not self._up:
-                        return False
-                    publisher = self._publisher(key, Qos.LATEST)
-            # The stub says bool, the library returns a MatchingStatus; an advanced publisher has none.
-            return bool(getattr(getattr(publisher, "matching_status", None), "matching", True))
-        except zenoh.ZError as error:
-            log.debug("the session was replaced meanwhile: %s", error)
-            return False
+        """True if anybody subscribes to a key on which only the latest message counts. It costs next to nothing."""
+        found = self._matching.get(key)
+        return self._watch_matching(key) if found is None else found
+
+    def _watch_matching(self, key: str) -> bool:
+        """Keep up with who subscribes to a key, as zenoh finds it out; return whether anybody does."""
+        with self._lock:
+            if not self._up:
+                return False
+            matching = self._matching
+
+            def changed(status: zenoh.MatchingStatus) -> None:
+                matching[key] = status.matching
+
+            try:
+                publisher = self._publisher(key, Qos.LATEST)
+                if isinstance(publisher, zenoh.ext.AdvancedPublisher):
+                    return True  # the library tells nothing of these
+                self._declared.append(publisher.declare_matching_listener(changed))
+                # The stub says bool, the library returns a MatchingStatus. What the listener has heard is newer.
+                return matching.setdefault(key, bool(getattr(publisher.matching_status, "matching", False)))
+            except zenoh.ZError as error:
+                log.debug("the session was replaced meanwhile: %s", error)
+                return False
 
     def prepare(self, key: str, qos: Qos) -> None:
         """Declare the publisher of a key before its first message."""
@@ -277,7 +291,7 @@ class RouterLink:
         """Undeclare everything and close the session."""
         with self._lock:
             items: list[Any] = [*self._declared, *self._publishers.values()]
-            self._declared, self._publishers = [], {}
+            self._declared, self._publishers, self._matching = [], {}, {}
         for item in items:
             try:
                 item.undeclare()

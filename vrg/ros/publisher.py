@@ -105,6 +105,8 @@ class RosPublisher(Node):
         shown = [(robot, spec) for robot, model in robots.items() for spec in model.sensors if spec.kind in SHOWN]
         self._sensors = {keys.sensor(spec.message, robot, spec.name).key: (robot, spec) for robot, spec in shown}
         """The robot and the sensor of each reading, by its key."""
+        self._places = {key: self._place(robot, spec) for key, (robot, spec) in self._sensors.items()}
+        """The topic and the type of each."""
         # One subscription for all robots: many of a key each cost more than what they bring.
         kinds = dict.fromkeys(spec.message for _, spec in shown)
         self._readings: list[Inlet[SensorMessage]] = [mailbox.subscribe(keys.sensor(kind), only=()) for kind in kinds]
@@ -129,11 +131,12 @@ class RosPublisher(Node):
             self._publish_lasting(tick.time, state.body)
         for poses in self._poses.take():
             self._publish_poses(poses.stamp, poses.body)
-        wanted = [key for key, whose in self._sensors.items() if self._outlet.wanted(*self._shown(*whose))]
+        wanted = [key for key, place in self._places.items() if self._outlet.wanted(*place)]
         for inlet in self._readings:
             inlet.only(wanted)
             for reading in inlet.take():
-                self._publish_reading(reading.stamp, *self._sensors[reading.key], reading.body)
+                make = partial(_measured, reading.stamp, *self._sensors[reading.key], reading.body)
+                self._outlet.offer(*self._places[reading.key], make)
         if state is not None and self._states.take():
             self._offer("referee/state", "std_msgs/String", lambda: _json(state.body))
             if state.body.objects:
@@ -160,8 +163,8 @@ class RosPublisher(Node):
         for robot in self._robots:
             self._outlet.advertise(self._full(f"{ros_name(robot)}/odom"), "nav_msgs/Odometry")
             self._outlet.advertise(self._full(f"{ros_name(robot)}/pose"), "geometry_msgs/PoseStamped")
-        for robot, spec in self._sensors.values():
-            self._outlet.advertise(*self._shown(robot, spec))
+        for topic, of in self._places.values():
+            self._outlet.advertise(topic, of)
 
     def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields]) -> None:
         """Publish one message on a topic of the match, or on any with a leading slash, if anybody subscribes to it."""
@@ -238,18 +241,14 @@ class RosPublisher(Node):
 
         self._offer("/tf", "tf2_msgs/TFMessage", frames)
 
-    def _shown(self, robot: str, spec: SensorSpec) -> tuple[str, str]:
-        """The topic of a sensor, and its type."""
+    def _place(self, robot: str, spec: SensorSpec) -> tuple[str, str]:
         topic, of = SHOWN[spec.kind]
         return self._full(f"{ros_name(robot)}/{topic}"), of
 
-    def _publish_reading(self, stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> None:
-        make = partial(_measured, stamp, _frame(ros_name(robot), spec), spec, reading)
-        self._outlet.offer(*self._shown(robot, spec), make)
 
-
-def _measured(stamp: float, frame: str, spec: SensorSpec, reading: SensorMessage) -> list[ros.Fields]:
+def _measured(stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage) -> list[ros.Fields]:
     """The messages of a reading; a sonar has one for each transducer."""
+    frame = _frame(ros_name(robot), spec)
     if isinstance(reading, Laser):
         ranges = memoryview(reading.data).cast("f")
         return [ros.scan(stamp, frame, reading.angle_min, reading.angle_step, reading.range_max, ranges, 1 / spec.rate)]
