@@ -253,7 +253,9 @@ def _conclude(
             plot(setup, folder)
         except (OSError, ValueError) as error:
             show.announce(f"no plot of the trajectories: {error}")
-    show.console.print(f"[bold]{escape(conclusion(result))}[/bold]{summary(result)}", soft_wrap=True)
+    # The reason of a failure is the last that the command prints.
+    words = "Given up" if failure is not None else conclusion(result)
+    show.console.print(f"[bold]{escape(words)}[/bold]{summary(result)}", soft_wrap=True)
     if result["stops"]["sentence"]:
         show.console.print(escape(result["stops"]["sentence"]), soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
