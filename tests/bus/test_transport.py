@@ -120,6 +120,10 @@ def test_only_the_keys_that_were_asked_for_are_heard(pair: tuple[Transport, Tran
     table.send((a, m.Report(mode="a", armed=True)), (b, m.Report(mode="b", armed=True)))
     table.receive_until(lambda: bool(inlet.by_key))
     assert set(inlet.by_key) == {b.key}
+    inlet.only([a.key])
+    table.send((a, m.Report(mode="c", armed=True)), (b, m.Report(mode="d", armed=True)))
+    table.receive_until(lambda: a.key in inlet.by_key)
+    assert [(r.key, r.body.mode) for r in inlet.by_key.values()] == [(b.key, "b"), (a.key, "c")]
 
 
 def test_who_publishes_what_it_subscribes_to_hears_itself(pair: tuple[Transport, Transport]) -> None:

@@ -40,6 +40,8 @@ def _can_be_sealed() -> None:
 def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The file that a strategy wants to write when it is imported."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))  # matches of others on this computer are none of these tests'
+    monkeypatch.setattr("vrg.launch.running._answers", lambda _: False)
     (tmp_path / "mine.py").write_text(ATTACK.format(target=str(tmp_path / "attacked")))
     text = short_match("m").replace('name = "ann"', 'name = "ann"\nstrategy = "mine.py:Mine"')
     (tmp_path / "match.toml").write_text(text)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from tests.ros.test_reported import odometry
 from tests.ros.test_wire import definitions
 from vrg.bus.session import open_router, open_session
 from vrg.errors import ConfigError, RobotError
@@ -309,6 +310,20 @@ def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_na
         clock.close()
 
 
+def test_odometry_that_is_old_when_it_comes_is_told_from_silence() -> None:
+    """The robot's clock has stood still for 2 s, as far as stamps tell."""
+    plain, simulated = (
+        RosDriver(DriverContext(name="r", model=robot_model("P2AT"), options=options("tcp/127.0.0.1:1", **more)))
+        for more in ({}, {"use_sim_time": True})
+    )
+    for driver in (plain, simulated):
+        driver._reported.odometry(odometry(100.0), 0.0)
+        driver._reported.odometry(odometry(100.1), 2.1)
+        assert "no odometry on /tb1/odom for" in str(driver._silence(5.0))
+    assert "the odometry on /tb1/odom is 2.0 s old when it comes" in str(plain._silence(2.2))
+    assert simulated._silence(2.2) is None
+
+
 def test_a_robot_that_another_node_begins_to_command_is_left_to_it(robot: Robot, bench: RosBench) -> None:
     armed(bench)
     bench.run(Twist(0.3, 0.0), 0.5)
@@ -321,7 +336,7 @@ def test_a_robot_that_another_node_begins_to_command_is_left_to_it(robot: Robot,
         assert "another node commands /tb1/cmd_vel" in str(bench.driver.read().fault)
         assert not bench.driver.read().armed
         assert bench.sent == (0.0, 0.0)
-    bench.advance(1.5)
+    bench.advance(3.5)
     armed(bench)
     bench.run(Twist(0.3, 0.0), 0.5)
     assert bench.speed == pytest.approx(0.3)

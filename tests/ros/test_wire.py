@@ -142,19 +142,25 @@ def test_a_topic_without_subscribers_is_not_made() -> None:
         made.append(1)
         return [{"data": "x"}]
 
-    with open_router(endpoint), open_session(endpoint) as session, open_session(endpoint) as other:
+    with open_router(endpoint), open_session(endpoint) as session:
         node = RosNode(session, 0, "vrg")
         node.advertise("/say", "std_msgs/String")
         for _ in range(20):
             node.offer("/say", "std_msgs/String", make)
             time.sleep(0.01)
         assert made == []
-        take = other.collect_raw("0/say/**", 10)
         deadline = time.monotonic() + 60.0
-        while not (found := take()) and time.monotonic() < deadline:
-            node.offer("/say", "std_msgs/String", make)
+        with open_session(endpoint) as other:
+            take = other.collect_raw("0/say/**", 10)
+            while not (found := take()) and time.monotonic() < deadline:
+                node.offer("/say", "std_msgs/String", make)
+                time.sleep(0.01)
+        assert found
+        while node.wanted("/say", "std_msgs/String") and time.monotonic() < deadline:
             time.sleep(0.01)
-    assert found
+        made.clear()
+        node.offer("/say", "std_msgs/String", make)
+        assert made == [], "the subscriber has gone"
 
 
 def test_what_lasts_is_there_for_those_who_come_later() -> None:

@@ -89,7 +89,7 @@ class RouterLink:
         self._declared: list[Declared] = []
         self._publishers: dict[str, _Publisher] = {}
         self._matching: dict[str, bool] = {}
-        """Whether anybody subscribes, by key."""
+        """True for each key to which anybody subscribes."""
         self._kept: dict[str, tuple[Qos, deque[tuple[float, bytes]]]] = {}
         self._beats = deque([time.monotonic()], maxlen=DOUBTFUL)
         self._lock = threading.RLock()
@@ -175,9 +175,9 @@ class RouterLink:
     def _watch_matching(self, key: str) -> bool:
         """Keep up with who subscribes to a key, as zenoh finds it out; return whether anybody does."""
         with self._lock:
-            if not self._up:
-                return False
             matching = self._matching
+            if not self._up or key in matching:  # another thread has asked meanwhile
+                return matching.get(key, False)
 
             def changed(status: zenoh.MatchingStatus) -> None:
                 matching[key] = status.matching
@@ -186,7 +186,9 @@ class RouterLink:
                 publisher = self._publisher(key, Qos.LATEST)
                 if isinstance(publisher, zenoh.ext.AdvancedPublisher):
                     return True  # the library tells nothing of these
-                self._declared.append(publisher.declare_matching_listener(changed))
+                # Otherwise each listener has a thread of its own.
+                at_once = zenoh.handlers.Callback(changed, indirect=False)
+                self._declared.append(publisher.declare_matching_listener(at_once))
                 # The stub says bool, the library returns a MatchingStatus. What the listener has heard is newer.
                 return matching.setdefault(key, bool(getattr(publisher.matching_status, "matching", False)))
             except zenoh.ZError as error:

@@ -133,10 +133,12 @@ class MemoryTransport:
             if self._strict:
                 message = decode(encode(message), out.topic.type, message.key)
             for inlet, on_arrival in routes:
+                if not inlet.admits(message.key):
+                    continue
                 inlet.offer(message)
                 if on_arrival is not None:
                     on_arrival(inlet)
 
     def _route(self, key: str) -> list[_End]:
         wild = (ends for of, ends in self._attached.items() if "*" in of and key_matches(of, key))
-        return [end for ends in (self._attached.get(key, []), *wild) for end in ends if end[0].admits(key)]
+        return [end for ends in (self._attached.get(key, []), *wild) for end in ends]

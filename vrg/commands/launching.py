@@ -118,7 +118,9 @@ class Launch:
                 soft_wrap=True,
             )
         elif not hosts and launched.endpoint != DEFAULT_ENDPOINT:
-            console.print(f"router {launched.endpoint}: the usual port belongs to the robots, or is taken", soft_wrap=True)
+            console.print(
+                f"router {launched.endpoint}: the usual port belongs to the robots, or is taken", soft_wrap=True
+            )
         if (hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
             console.print(
                 f"[yellow]another program has port {port_of(DEFAULT_ENDPOINT)}: the router uses port "

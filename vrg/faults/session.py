@@ -28,15 +28,15 @@ class _Ends(dict[str, list[Arrive]]):
     """What takes in the messages of a session, by key.
 
     Args:
-        entries: of each subscription its key expression, what tells whether it admits a key, and what takes it in.
+        entries: of each subscription its key expression, and what takes in what it admits.
     """
 
-    def __init__(self, entries: Sequence[tuple[str, Callable[[str], bool], Arrive]]) -> None:
+    def __init__(self, entries: Sequence[tuple[str, Arrive]]) -> None:
         super().__init__()
         self._entries = entries
 
     def __missing__(self, key: str) -> list[Arrive]:
-        found = [arrive for of, admits, arrive in self._entries if key_matches(of, key) and admits(key)]
+        found = [arrive for of, arrive in self._entries if key_matches(of, key)]
         self[key] = found
         return found
 
@@ -76,7 +76,7 @@ class SimulatedSession:
         self._was_reachable = True
         self._inbox: list[list[Payload]] = []
         self._outbox: list[list[Payload]] = []
-        self._entries: list[tuple[str, Callable[[str], bool], Arrive]] = []
+        self._entries: list[tuple[str, Arrive]] = []
         self.ends = _Ends(self._entries)
         network.sessions.append(self)
         network.after(CLOCK_CHECK_PERIOD, self._beat)
@@ -94,7 +94,7 @@ class SimulatedSession:
     def attach(self, mailbox: Mailbox, on_arrival: OnArrival | None = None) -> None:
         """Bring to a mailbox what it subscribes to, and the states that were published before."""
         for inlet, arrive in self.arrivals.attach(mailbox, on_arrival):
-            self._entries.append((inlet.topic.key, inlet.admits, arrive))
+            self._entries.append((inlet.topic.key, arrive))
         self.ends.clear()
         states = [inlet.topic.key for inlet in mailbox.inlets if inlet.topic.qos is Qos.STATE]
         self._take(self._network.kept(lambda key: any(key_matches(of, key) for of in states), Qos.STATE))

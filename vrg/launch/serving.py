@@ -157,7 +157,7 @@ def _shown(
         "web": lambda: nodes.web_node(setup, secret),
         "foxglove": lambda: nodes.live_node(setup, name, named(LIVE)),
         "three": lambda: nodes.three_node(setup, name, named(THREE)),
-        "ros": lambda: nodes.ros_node(setup, name, join, name=named(ROS), official=official),
+        "ros": lambda: nodes.ros_node(setup, name, join, name=ROS, official=official),
     }
     if kind in served:
         return served[kind](), _never

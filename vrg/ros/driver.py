@@ -34,7 +34,7 @@ SILENT: Final = 0.5
 """The age in s of the odometry above which the robot is not driven."""
 ZEROS: Final = 1.0
 """The time in s for which a robot that was disarmed is commanded to stand. Then another node may drive it."""
-OTHERS: Final = 1.0
+OTHERS: Final = 3.0
 """The time in s since the last command of another node for which the robot is left to that."""
 LAST_ZEROS: Final = 4
 """The number of zeros that the thread commands before it ends."""
@@ -332,9 +332,10 @@ class RosDriver(Driver):
         """The reason why there is no odometry that is fresh. Needs the lock."""
         if (age := self._reported.age(now)) <= SILENT:
             return None
-        if (late := self._reported.late()) > SILENT:
+        delay = self._reported.delay()
+        if age - delay <= SILENT < delay:
             return (
-                f"the odometry on {self._odom} is {late:.1f} s old when it comes: the link is slow, or the robot's "
+                f"the odometry on {self._odom} is {delay:.1f} s old when it comes: the link is slow, or the robot's "
                 "clock has stood still (a simulated robot needs `use_sim_time = true`)"
             )
         problem = "" if self._node is None else self._node.problems.get(self._odom, "")

@@ -87,7 +87,7 @@ class RosNode:
         self._send(self.advertise(topic, of, lasting), message)
 
     def wanted(self, topic: str, of: str) -> bool:
-        """True if anybody subscribes to a topic that is published, and does not last."""
+        """True if anybody subscribes to a topic, which does not last; it is advertised then."""
         return self._session.wanted(self.advertise(topic, of).key)
 
     def offer(self, topic: str, of: str, make: Callable[[], Sequence[Message]]) -> None:

@@ -63,7 +63,7 @@ class Outlet(Protocol):
         """Publish a message."""
 
     def wanted(self, topic: str, of: str) -> bool:
-        """True if anybody subscribes to it."""
+        """True if anybody subscribes to a topic, which does not last."""
 
     def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]]) -> None:
         """Publish what `make` returns, if anybody subscribes to it."""
@@ -105,7 +105,7 @@ class RosPublisher(Node):
         shown = [(robot, spec) for robot, model in robots.items() for spec in model.sensors if spec.kind in SHOWN]
         self._sensors = {keys.sensor(spec.message, robot, spec.name).key: (robot, spec) for robot, spec in shown}
         """The robot and the sensor of each reading, by its key."""
-        self._places = {key: self._place(robot, spec) for key, (robot, spec) in self._sensors.items()}
+        self._topics = {key: self._topic_of(robot, spec) for key, (robot, spec) in self._sensors.items()}
         """The topic and the type of each."""
         # One subscription for all robots: many of a key each cost more than what they bring.
         kinds = dict.fromkeys(spec.message for _, spec in shown)
@@ -131,12 +131,12 @@ class RosPublisher(Node):
             self._publish_lasting(tick.time, state.body)
         for poses in self._poses.take():
             self._publish_poses(poses.stamp, poses.body)
-        wanted = [key for key, place in self._places.items() if self._outlet.wanted(*place)]
+        wanted = [key for key, topic in self._topics.items() if self._outlet.wanted(*topic)]
         for inlet in self._readings:
             inlet.only(wanted)
             for reading in inlet.take():
                 make = partial(_measured, reading.stamp, *self._sensors[reading.key], reading.body)
-                self._outlet.offer(*self._places[reading.key], make)
+                self._outlet.offer(*self._topics[reading.key], make)
         if state is not None and self._states.take():
             self._offer("referee/state", "std_msgs/String", lambda: _json(state.body))
             if state.body.objects:
@@ -163,7 +163,7 @@ class RosPublisher(Node):
         for robot in self._robots:
             self._outlet.advertise(self._full(f"{ros_name(robot)}/odom"), "nav_msgs/Odometry")
             self._outlet.advertise(self._full(f"{ros_name(robot)}/pose"), "geometry_msgs/PoseStamped")
-        for topic, of in self._places.values():
+        for topic, of in self._topics.values():
             self._outlet.advertise(topic, of)
 
     def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields]) -> None:
@@ -241,7 +241,7 @@ class RosPublisher(Node):
 
         self._offer("/tf", "tf2_msgs/TFMessage", frames)
 
-    def _place(self, robot: str, spec: SensorSpec) -> tuple[str, str]:
+    def _topic_of(self, robot: str, spec: SensorSpec) -> tuple[str, str]:
         topic, of = SHOWN[spec.kind]
         return self._full(f"{ros_name(robot)}/{topic}"), of
 

@@ -3,8 +3,8 @@
 Ages are judged by the stamps of the messages, and no message is younger than the time since it came. So one that was
 held up on its way is as old as it is, and a driver that repeats an old one is found out. A robot's clock may be any
 that runs as fast as real time: what counts is how much later than the quickest of the last minutes a message came. A
-simulated clock stops and falls behind, so there only the last moment counts. The scan and the charge are taken to be
-stamped by the same clock.
+simulated clock stops and falls behind, so by its stamps only repeated messages are found out. The scan and the charge
+are taken to be stamped by the same clock.
 """
 
 import math
@@ -29,8 +29,6 @@ Fields = Mapping[str, Any]
 
 KEPT: Final = 300.0
 """The time in s for which the quickest message counts: clocks that differ by 100 ppm are 30 ms apart by then."""
-KEPT_SIMULATED: Final = 0.4
-"""The same in s for a simulated robot: however slowly its clock runs, it adds less than this to an age."""
 SET_BACK: Final = 10.0
 """By how much a stamp is smaller than the last one, s, if the clock was set back, and the message is not just late."""
 LONGEST: Final = 1.0
@@ -61,7 +59,8 @@ class Reported:
         self.frame = frame
         """The frame of its body; if it was not given, that of its odometry."""
         self._given = frame
-        self._clock = ClockOffset(KEPT_SIMULATED if simulated else KEPT, stopped=math.inf)
+        self._simulated = simulated
+        self._clock = ClockOffset() if simulated else ClockOffset(KEPT, stopped=math.inf)
         self._newest: dict[type[SensorSpec], tuple[float, float, SensorMessage]] = {}
         """The newest of each sensor: its stamp by the robot's clock, when it came by ours, and what it holds."""
         self._last: tuple[float, Pose] | None = None
@@ -80,10 +79,10 @@ class Reported:
         found = self._newest.get(OdometrySpec)
         return math.inf if found is None else self._age(*found[:2], now)
 
-    def late(self) -> float:
+    def delay(self) -> float:
         """The age of the newest odometry when it came, s; 0 before the first."""
         found = self._newest.get(OdometrySpec)
-        return 0.0 if found is None else self.time(found[1]) - found[0]
+        return 0.0 if found is None else self._age(*found[:2], found[1])
 
     def jumps(self, now: float) -> bool:
         """True if the odometry has begun anew too often of late."""
@@ -169,7 +168,7 @@ class Reported:
         return found
 
     def _age(self, at: float, came: float, now: float) -> float:
-        return max(0.0, now - came, self.time(now) - at)
+        return max(0.0, now - came) if self._simulated else max(0.0, now - came, self.time(now) - at)
 
     def _continue(self, at: float, pose: Pose) -> bool:
         """Bring the pose since the first odometry up to a newer one. Return True if that has begun anew.

@@ -18,6 +18,8 @@ from vrg.types import quantised
 
 PERIOD, TICKS = 0.1, 5
 """The time between two decisions, s, and the steps of physics in it."""
+COMMANDS = 8
+"""The number of last commands of a player that are kept is a multiple of this, as each is machine code of its own."""
 
 
 class Variation(NamedTuple):
@@ -86,14 +88,14 @@ def minds(matches: int, players: int, delay: int) -> Records:
 
     Fields: `poses`: as published; `velocities`: their estimates, m/s; `own`: each player's own measured pose and twist;
     `steps`: the decisions in this match so far; `late`: by how many decisions commands are late; `loss`: their lost
-    share; `wanted`, shape (players, decisions, 2): the last commands, in m/s and rad/s.
+    share; `wanted`, shape (players, decisions, 2): the last commands, in m/s and rad/s, at least as many as needed.
     """
     return records(
         matches,
         poses=(float, players, 3),
         velocities=(float, players, 2),
         own=(float, players, 5),
-        wanted=(float, players, delay + 1, 2),
+        wanted=(float, players, -(-(delay + 1) // COMMANDS) * COMMANDS, 2),
         loss=(float,),
         steps=(int,),
         late=(int,),
@@ -179,7 +181,7 @@ def publish(m: Record, k: Record, jumped: bool) -> None:
 
 def keep(k: Record, chance: Record, n: int, v: float, w: float) -> None:
     """Keep what a player wants, unless this command is lost."""
-    for late in range(k.wanted.shape[1] - 1, 0, -1):
+    for late in range(k.late, 0, -1):
         k.wanted[n, late, 0], k.wanted[n, late, 1] = k.wanted[n, late - 1, 0], k.wanted[n, late - 1, 1]
     if k.loss == 0.0 or uniform(chance) >= k.loss:
         k.wanted[n, 0, 0], k.wanted[n, 0, 1] = quantised(v), quantised(w)

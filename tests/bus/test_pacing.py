@@ -1,0 +1,31 @@
+"""When a node is ticked, by the clock messages that its process hears."""
+
+import logging
+
+import pytest
+
+from vrg.bus import messages as m
+from vrg.bus.codec import Received
+from vrg.bus.node import Tick
+from vrg.bus.pacing import STALL, Pacer
+
+
+def clock(time: float) -> Received[m.Clock]:
+    body = m.Clock(time=time, tick=round(time / 0.02), epoch=0, rate=1.0, estop=False)
+    return Received("m/clock", time, body.tick, body, "world/1")
+
+
+def test_a_clock_that_stops_is_a_warning_and_one_that_has_not_begun_is_none(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO)
+    pacer = Pacer(0.1, 0.0)
+    assert pacer.tick() is None
+    pacer.hear([], 2.0 * STALL, cut=False)
+    assert pacer.tick() == Tick(0.0, live=False)
+    pacer.hear([clock(5.0)], 3.0, cut=False)
+    assert pacer.tick() == Tick(5.0)
+    pacer.hear([], 3.0 + 2.0 * STALL, cut=False)
+    assert pacer.tick() == Tick(5.0, live=False)
+    assert [(record.levelname, record.message) for record in caplog.records] == [
+        ("INFO", "waiting for the world's clock"),
+        ("WARNING", "the world's clock has stopped at 5.00 s"),
+    ]
