@@ -1,5 +1,6 @@
-"""How a command finds the match or the run that is meant, and what `vrg run list` tells of a folder of runs."""
+"""The match or the run that a command means, the list of the runs in a folder, and the files that commands write."""
 
+import errno
 import json
 import os
 from collections.abc import Iterator
@@ -13,6 +14,7 @@ from typer.testing import CliRunner
 from vrg.cli import make_app
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, ended_run
+from vrg.commands.options import write_text
 from vrg.commands.run import listed
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import write_setup
@@ -121,3 +123,24 @@ def test_a_match_elsewhere_is_known_by_its_file() -> None:
     assert (found.endpoint, found.run, len(found.known_setup().players)) == ("tcp/lab:7447", None, 7)
     with pytest.raises(ConfigError, match="type its match file"):
         attached(MatchOptions("final", "tcp/lab:7447")).known_setup()
+
+
+def test_a_file_is_replaced_in_one_step_and_stays_where_it_cannot_be(tmp_path: Path) -> None:
+    file, link = tmp_path / "sue.cal.toml", tmp_path / "link.toml"
+    file.write_text("old")
+    link.symlink_to(file)
+    with pytest.MonkeyPatch.context() as full:
+
+        def write_a_part(path: Path, data: bytes) -> None:
+            with path.open("wb") as out:
+                out.write(data[:2])
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+        full.setattr(Path, "write_bytes", write_a_part)
+        with pytest.raises(ConfigError, match="cannot be written: No space left on device: choose another place"):
+            write_text(file, "new text")
+    assert file.read_text() == "old"
+    write_text(link, "new")
+    assert (file.read_text(), link.is_symlink()) == ("new", True)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["link.toml", "sue.cal.toml"]
+    write_text(Path("/dev/null"), "as /dev/stdout")

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from vrg.commands import can_options
-from vrg.commands.options import GameArgument, OutputOption, PlayerArgument, lasting
+from vrg.commands.options import GameArgument, OutputOption, PlayerArgument, lasting, write_text
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.settings import can_settings
@@ -80,7 +80,7 @@ def calibrate(
         raise ConfigError(f"{player}: a measurement that cannot be: {error}") from None
     finally:
         train.close()
-    where.write_text(calibration_text(found), encoding="utf-8")
+    write_text(where, calibration_text(found))
     typer.echo(f"Written to {where}.")
     if wiring.calibration is None or own != where:
         typer.echo(f'To use it, write `calibration = "{where.name}"` below [backends.can.robots.{player}] of {match}.')

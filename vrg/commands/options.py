@@ -291,12 +291,18 @@ def listening_address(typed: str | None, usual: int, what: str) -> str:
 
 
 def write_text(file: Path, text: str | bytes) -> None:
-    """Write a file that a person has named.
+    """Write a file that a person has named. One that was there is replaced in one step.
 
     Raises:
-        ConfigError: it cannot be written.
+        ConfigError: it cannot be written; what was there still is.
     """
+    from vrg.launch.run_folder import write_whole
+
+    data = text.encode() if isinstance(text, str) else text
     try:
-        file.write_bytes(text.encode() if isinstance(text, str) else text)
+        if file.exists() and not file.is_file():
+            file.write_bytes(data)  # such as /dev/stdout
+        else:
+            write_whole(file.resolve(), data)
     except OSError as error:
         raise ConfigError(f"{file}: cannot be written: {error.strerror}: choose another place") from None
