@@ -225,6 +225,7 @@ def test_a_driver_that_fails_commands_zeros_and_can_be_recovered(
     armed(bench)
     bench.run(Twist(0.3, 0.0), 0.5)
     assert bench.sent == (0.3, 0.0)
+    before = bench.odometry.pose
     with monkeypatch.context() as broken:
         broken.setattr(Reported, "age", lambda *_: 1 / 0)
         bench.clock.sleep(0.5)
@@ -236,8 +237,10 @@ def test_a_driver_that_fails_commands_zeros_and_can_be_recovered(
         bench.driver.drive(Twist(0.3, 0.0))
     bench.driver.recover()
     armed(bench)
+    assert bench.odometry.pose == before, "it stands where it was"
     bench.run(Twist(0.3, 0.0), 0.5)
     assert bench.speed == pytest.approx(0.3)
+    assert bench.odometry.pose.x > before.x + 0.1
 
 
 def test_a_driver_whose_thread_hangs_is_a_fault(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -81,7 +81,12 @@ class RosDriver(Driver):
         self._lock = threading.Lock()
         self._changed: queue.Queue[None] = queue.Queue(maxsize=1)
         """Wakes the thread."""
-        self._reported = self._no_report()
+        self._reported = Reported(
+            self.features,
+            self._robot.frame,
+            math.radians(self._robot.scan_yaw),
+            simulated=self._robot.use_sim_time,
+        )
         self._inlets: list[Inlet] = []
         self._node: RosNode | None = None
         self._open: ExitStack | None = None
@@ -117,7 +122,8 @@ class RosDriver(Driver):
                 raise RobotError(f"{self.name}: {no_router(self._router)}") from None
             of = self._found(session)
             node = RosNode(session, self._domain, f"vrg_{ros_name(self.name)}", self._robot.place)
-            self._reported, self._failure, self._closing = self._no_report(), None, False
+            self._reported.forget()
+            self._failure, self._closing = None, False
             self._inlets = [(self._odom, node.subscribe(self._odom, ODOMETRY), self._odometry)]
             if Laser.kind in self.measures:
                 scan = self._robot.topic(self._robot.scan)
@@ -223,10 +229,6 @@ class RosDriver(Driver):
             stack, self._open = self._open, None
         if stack is not None:
             stack.close()
-
-    def _no_report(self) -> Reported:
-        robot = self._robot
-        return Reported(self.features, robot.frame, math.radians(robot.scan_yaw), simulated=robot.use_sim_time)
 
     def _found(self, session: "Session") -> str:
         """Wait for the robot in the graph, and return the type of commands that it obeys.

@@ -70,6 +70,11 @@ class Reported:
         """The times at which the odometry has begun anew, s."""
         self._per_cent = False
 
+    def forget(self) -> None:
+        """Forget what the sensors have measured, as the robot is connected anew. Its way goes on where it was."""
+        self._newest.clear()
+        self._beginnings.clear()
+
     def time(self, now: float) -> float:
         """The time of the robot's own clock at the monotonic time `now`, s; 0 while it is not known."""
         return self._clock.match_time(now) or 0.0
