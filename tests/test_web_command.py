@@ -88,7 +88,7 @@ def test_the_page_runs_where_the_match_is_launched_and_its_tokens_are_in_no_argu
     page = admission("127.0.0.1", 8080, [player.name for player in setup.players])
     found = {s.name: s for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False, page=page)}
     web = found[WEB]
-    assert placed(setup, window=False, record=False, web=True)[WEB] == "here"
+    assert placed(setup, window=False, record=False, served=[WEB])[WEB] == "here"
     assert read_admission(web.secret) == page
     assert not web.essential
     assert all(token not in repr(web) for token in (page.official, *page.seats.values()))

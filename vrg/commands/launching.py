@@ -3,9 +3,9 @@
 import contextlib
 import threading
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -21,10 +21,10 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
-from vrg.commands import three
 from vrg.commands.page import foxglove_link, print_links
 from vrg.commands.ros import ros_place
-from vrg.config.files import HERE, LIVE, ROS, THREE, WEB
+from vrg.commands.three import three_link
+from vrg.config.files import HERE, LIVE, THREE, WEB
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.events import EventLog
@@ -54,18 +54,14 @@ class Show:
         console: where texts are printed.
         window: True opens the spectator. record: True records for Foxglove and the plot.
         page: where browsers see it, and who may do what there; None serves no page.
-        live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
-        three: where it is shown in three dimensions; None without that.
-        ros: where ROS 2 sees it; None without that.
+        served: where LIVE, THREE and ROS serve it, as `specs` has it.
     """
 
     console: Console
     window: bool
     record: bool
     page: Admission | None = None
-    live: str | None = None
-    three: str | None = None
-    ros: str | None = None
+    served: Mapping[str, str] = field(default_factory=dict)
 
     def announce(self, *texts: str) -> None:
         """Print what happens to the processes, unless the terminal is gone: the match does not depend on it."""
@@ -142,12 +138,8 @@ class Launch:
                 progress.update(task, advance=1, description=name)
                 if name == WEB and show.page is not None:
                     print_links(show.page, show.console)
-                if name == LIVE and show.live is not None:
-                    show.console.print(foxglove_link(show.live), soft_wrap=True)
-                if name == THREE and show.three is not None:
-                    show.console.print(three.three_link(show.three), soft_wrap=True)
-                if name == ROS and show.ros is not None:
-                    show.console.print(ros_place(setup, show.ros, launched.endpoint), soft_wrap=True)
+                if (where := show.served.get(name)) is not None:
+                    show.console.print(_place(setup, name, where, launched.endpoint), soft_wrap=True)
 
             def started(_session: Session) -> None:
                 progress.stop()
@@ -234,9 +226,7 @@ class Launch:
                         record=show.record,
                         keys=keys,
                         page=show.page,
-                        live=show.live,
-                        three=show.three,
-                        ros=show.ros,
+                        served=show.served,
                     ),
                     endpoint,
                     setup.keys,
@@ -277,6 +267,16 @@ class Launch:
 
         addresses = [host_of(endpoint) for endpoint in endpoints]
         return stack.enter_context(keys_for(self.setup.roster, self.keys, datetime.now(UTC), addresses))
+
+
+def _place(setup: MatchSetup, process: str, where: str, endpoint: str) -> str:
+    """Words on where LIVE, THREE or ROS serves a match.
+
+    Args:
+        endpoint: of the match's router.
+    """
+    links = {LIVE: foxglove_link, THREE: three_link}
+    return links[process](where) if process in links else ros_place(setup, where, endpoint)
 
 
 def _reached(remote: dict[str, RemoteHost], show: Show, stop: Stop) -> bool:

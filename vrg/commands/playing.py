@@ -21,7 +21,7 @@ from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
 from vrg.commands.ros import ros_address, typed_domain, undriven
 from vrg.commands.three import three_address
-from vrg.config.files import WINDOW
+from vrg.config.files import LIVE, ROS, THREE, WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
@@ -72,11 +72,11 @@ def play_match(
     keys = None if options.seats is False else options.keys
     names = [player.name for player in setup.players]
     page = None if address is None else open_page(*address, names, keys=keys)
-    live = live_address(None) if options.foxglove else None
-    three = three_address(None) if options.three else None
     secured = not options.steps and (keys is not None or (setup.has_seats if options.seats is None else options.seats))
-    ros = ros_address(typed_domain(), None, secured=secured) if options.ros else None
-    show = Show(console, window=window, record=options.record, page=page, live=live, three=three, ros=ros)
+    served = {LIVE: live_address(None)} if options.foxglove else {}
+    served |= {THREE: three_address(None)} if options.three else {}
+    served |= {ROS: ros_address(typed_domain(), None, secured=secured)} if options.ros else {}
+    show = Show(console, window=window, record=options.record, page=page, served=served)
     show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
     if not options.ros:
         show.announce(*undriven(setup))

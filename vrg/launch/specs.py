@@ -1,6 +1,8 @@
 """The processes of a match, and those of them that run on one machine."""
 
+from collections.abc import Collection, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from vrg.bus.seats import Seat, seats_of_node
@@ -19,24 +21,18 @@ def placed(
     *,
     window: bool,
     record: bool,
-    web: bool = False,
-    live: bool = False,
-    three: bool = False,
-    ros: bool = False,
+    served: Collection[str] = (),
 ) -> dict[str, str]:
     """The machine of each process of a match, by the process' name, in the order in which they are started.
 
     Args:
-        window: True opens the spectator. record: True runs the recorder. web: True serves the page. live: True lets
-            Foxglove connect. three: True serves the view in three dimensions. ros: True shows it to ROS 2.
+        window: True opens the spectator. record: True runs the recorder.
+        served: the names of the processes that serve views of the match to other programs.
     """
     names = ["world", "referee", *setup.trackers, *(companion.name for companion in setup.companions)]
     names += ["recorder"] if record else []
     names += [WINDOW] if window else []
-    names += [WEB] if web else []
-    names += [LIVE] if live else []
-    names += [THREE] if three else []
-    names += [ROS] if ros else []
+    names += served
     names += [player.name for player in setup.players]
     routers = {"router": setup.place.get("router", HERE)}
     routers |= {f"router-{name}": name for name, machine in setup.machines.items() if machine.router}
@@ -93,9 +89,7 @@ def specs(
     upstream: str | None = None,
     keys: Path | None = None,
     page: "Admission | None" = None,
-    live: str | None = None,
-    three: str | None = None,
-    ros: str | None = None,
+    served: Mapping[str, str] = MappingProxyType({}),
 ) -> list[ProcessSpec]:
     """The processes of a match that run on one machine, the router first.
 
@@ -109,9 +103,8 @@ def specs(
         upstream: the endpoint of the router of the match, if the machine has a further one.
         keys: the folder of the keys of the seats on that machine; None in a match without them.
         page: where the page is served, and for whom; None without one.
-        live: where Foxglove can connect, such as `127.0.0.1:8765`; None if it cannot.
-        three: where the view in three dimensions is served; None without one.
-        ros: the domain and the router of ROS 2, as `vrg.launch.nodes.ros_node` has it; None does not show it there.
+        served: where the processes LIVE, THREE and ROS serve, such as `127.0.0.1:8765`, by their names; as
+            `vrg.launch.nodes` has it. Those that are missing do not run.
     """
     run, given = str(folder.resolve()), None if keys is None else str(keys)
     companions = {companion.name: companion for companion in setup.companions}
@@ -124,8 +117,7 @@ def specs(
         if kind == "router":
             job = Job(kind=kind, router=endpoint, run=run, keys=given, upstream=upstream)
             return ProcessSpec(process, job.arguments, None, 0, 3)
-        served = {WINDOW: window_of(setup)[1], WEB: "", LIVE: live or "", THREE: three or "", ROS: ros or ""}
-        name = served.get(process, process)
+        name = {WINDOW: window_of(setup)[1], WEB: "", **served}.get(process, process)
         # Most of what shows the match is a spectator on the bus.
         shown = "spectator" if kind in ("developer", "web", "foxglove", "three", "ros") else kind
         return ProcessSpec(
@@ -140,13 +132,5 @@ def specs(
             secret=page.encoded() if page is not None and process == WEB else "",
         )
 
-    where = placed(
-        setup,
-        window=window,
-        record=record,
-        web=page is not None,
-        live=live is not None,
-        three=three is not None,
-        ros=ros is not None,
-    )
+    where = placed(setup, window=window, record=record, served=[*([] if page is None else [WEB]), *served])
     return [spec(process) for process, at in where.items() if at == machine]
