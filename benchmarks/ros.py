@@ -1,9 +1,9 @@
 """The cost of ROS 2 for a match: processor time of the publisher and of the match, and missed ticks.
 
 One match over processes with `--ros`, at rate 1, which none, one like rviz2 and one that wants every topic listen to in
-turns, several rounds, so that all hear the same match on the same machine. A listener is a process that takes the
-messages and counts them; it decodes none. CPU is the share of one core, from /proc; ticks and missed ticks are from the
-pulses of the nodes.
+turns, several rounds, so that all hear the same match on the same machine; and before it that match without `--ros`. A
+listener is a process that takes the messages and counts them; it decodes none. CPU is the share of one core, from
+/proc; ticks and missed ticks are from the pulses of the nodes.
 """
 
 import multiprocessing
@@ -19,6 +19,7 @@ from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 
 NAME = "ros_benchmark"
+ALONE = "match without ROS"
 LISTENERS = {
     "none": [],
     "like rviz2": ["0/tf/**", "0/tf_static/**", *(f"0/{NAME}/{t}/**" for t in ("map", "markers", "shark1/scan"))],
@@ -54,6 +55,13 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         write_match(folder, options.robots, engine="pybullet", lasers=True, name=NAME)
+        alone = playing(folder, "--headless", "--no-record", patience=PATIENCE)
+        with alone as launcher, open_session(endpoint_of(launcher.pid)) as session:
+            time.sleep(5.0)
+            costs = Costs(launcher.pid, session, Keys(NAME), "ros")
+            time.sleep(5.0)
+            found[ALONE] = [costs.over(seconds) for _ in range(rounds)]
+            heard[ALONE] = [(0.0, 0.0)]
         with playing(folder, "--headless", "--ros", "--no-record", until="in ROS 2", patience=PATIENCE) as launcher:
             endpoint = endpoint_of(launcher.pid)
             with open_session(endpoint) as session:
@@ -79,7 +87,7 @@ def main() -> None:
             "messages/s": median([count for count, _ in heard[name]]),
             "kB/s": 1e-3 * median([size for _, size in heard[name]]),
         }
-        for name in LISTENERS
+        for name in (ALONE, *LISTENERS)
     ]
     note = f"{options.robots} robots, PyBullet with lasers, {rounds} times {seconds:g} s each"
     show("A match that ROS 2 sees", rows, [note], as_json=options.json)
