@@ -328,18 +328,31 @@ def test_odometry_that_is_old_when_it_comes_is_told_from_silence() -> None:
 
 
 def test_a_robot_that_another_node_begins_to_command_is_left_to_it(robot: Robot, bench: RosBench) -> None:
-    armed(bench)
-    bench.run(Twist(0.3, 0.0), 0.5)
-    assert bench.driver.read().armed, "the driver's own commands are no other's"
+    bench.driver.connect()
     with open_session(robot.endpoint) as session:
         teleop, deadline = RosNode(session, DOMAIN, "teleop"), time.monotonic() + PATIENCE
-        while bench.driver.read().fault is None and time.monotonic() < deadline:
-            teleop.publish("/tb1/cmd_vel", "geometry_msgs/TwistStamped", {})
-            bench.advance(STEP)
-        assert "another node commands /tb1/cmd_vel" in str(bench.driver.read().fault)
-        assert not bench.driver.read().armed
+
+        def command() -> None:
+            while bench.driver.read().fault is None and time.monotonic() < deadline:
+                teleop.publish("/tb1/cmd_vel", "geometry_msgs/TwistStamped", {})
+                bench.advance(STEP)
+            assert "another node commands /tb1/cmd_vel" in str(bench.driver.read().fault)
+            assert not bench.driver.read().armed
+
+        bench.advance(0.1)
+        command()
+        assert not bench.driver.read().latched, "it was not armed"
+        bench.advance(1.5)
+        armed(bench)
+        bench.run(Twist(0.3, 0.0), 0.5)
+        assert bench.driver.read().armed, "the driver's own commands are no other's"
+        command()
         assert bench.sent == (0.0, 0.0)
-    bench.advance(3.5)
+    bench.advance(3.0)
+    with pytest.raises(RobotError, match="another node"):
+        bench.driver.drive(Twist(0.3, 0.0))
+    assert bench.driver.read().latched
+    bench.driver.recover()
     armed(bench)
     bench.run(Twist(0.3, 0.0), 0.5)
     assert bench.speed == pytest.approx(0.3)

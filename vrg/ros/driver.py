@@ -34,7 +34,7 @@ SILENT: Final = 0.5
 """The age in s of the odometry above which the robot is not driven."""
 ZEROS: Final = 1.0
 """The time in s for which a robot that was disarmed is commanded to stand. Then another node may drive it."""
-OTHERS: Final = 3.0
+OTHERS: Final = 1.0
 """The time in s since the last command of another node for which the robot is left to that."""
 LAST_ZEROS: Final = 4
 """The number of zeros that the thread commands before it ends."""
@@ -101,6 +101,8 @@ class RosDriver(Driver):
         """The time at which the thread last went round, s."""
         self._overheard = -math.inf
         """The time at which a command of another node was last heard, s."""
+        self._taken = False
+        """True once a command of another node was heard while the robot was armed, until a person recovers it."""
         self._failure: BaseException | None = None
 
     def connect(self) -> None:
@@ -188,6 +190,7 @@ class RosDriver(Driver):
                 armed=self._armed,
                 estop=self._engaged,
                 fault=f"{self.name}: {fault}" if fault else None,
+                latched=self._taken or self._failure is not None,
                 samples=self._reported.samples(now, self._now()),
             )
 
@@ -217,7 +220,8 @@ class RosDriver(Driver):
                 self._engaged, self._stood = False, self._clock.now()
 
     def recover(self) -> None:
-        """Connect again if the thread has failed; the robot stays disarmed."""
+        """Take the robot back from other nodes, and connect again if the thread has failed. It stays disarmed."""
+        self._taken = False
         if self._failure is not None:
             self.close()
             self.connect()
@@ -262,6 +266,7 @@ class RosDriver(Driver):
                     now = self._beat = self._clock.now()
                     if others():
                         self._overheard = now
+                        self._taken |= self._armed
                     if self._armed and (fault := self._fault()) is not None:
                         log.warning("%s: it is disarmed: %s", self.name, fault)
                         self._let_go()
@@ -319,13 +324,13 @@ class RosDriver(Driver):
         """The reason why the robot must not drive. Needs the lock."""
         now = self._clock.now()
         if self._failure is not None:
-            return f"its driver has failed: {self._failure!r}: recover it"
+            return f"its driver has failed: {self._failure!r}"
         if now - self._beat > HANGS:
             return f"its driver has hung for {now - self._beat:.1f} s"
         if self._session is not None and not self._session.connected:
             return f"the link to the router {self._router} was lost"
-        if now - self._overheard < OTHERS:
-            return f"another node commands {self._cmd_vel}, too: stop it (`vrg doctor` with the match file names it)"
+        if self._taken or now - self._overheard < OTHERS:
+            return f"another node commands {self._cmd_vel}, too: stop it"
         if self._reported.jumps(now):
             return f"the odometry on {self._odom} jumps to and fro: do two nodes publish it?"
         return self._silence(now)
