@@ -18,6 +18,7 @@ pytestmark = pytest.mark.system
 def watched(arena: Arena, display: str) -> Iterator[Match]:
     """A match with a window on it."""
     match = arena.start(long_match("watched"), environment={"DISPLAY": display}, window=True)
+    match.wait_said("Play Round")  # play may begin before the window is open; one that dies by then ends the match
     yield match
     match.close()
 
