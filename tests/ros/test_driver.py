@@ -26,6 +26,7 @@ from vrg.launch.endpoints import free_endpoint
 from vrg.ros.cdr import Message, encode
 from vrg.ros.driver import RosDriver
 from vrg.ros.graph import RosNode
+from vrg.ros.meeting import commanders, graph_of
 from vrg.ros.reported import Reported
 from vrg.ros.settings import RosSettings
 from vrg.ros.wire import data_key
@@ -306,7 +307,11 @@ def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_na
         base.advertise("/tb1/odom", "nav_msgs/Odometry")
         teleop.advertise("/tb1/cmd_vel", "geometry_msgs/Twist")
         with RosDriver(context, clock=clock):
-            assert "r: /teleop commands /tb1/cmd_vel, too: stop it" in caplog.text
+            assert "r: /tb1/cmd_vel is commanded by /teleop, too: stop that" in caplog.text
+            clock.sleep(0.2)
+            assert "/tb1/vrg_r" in commanders(graph_of(session, DOMAIN), "/tb1/cmd_vel")
+            lacks = RosSettings.model_validate(options(endpoint)).missing_here(["r"])
+            assert lacks == ["r: it is commanded by /teleop: stop that before the match"]
         teleop.advertise("/tb1/odom", "nav_msgs/Odometry")
         with pytest.raises(RobotError, match="expected one node that publishes /tb1/odom, got /base and /teleop"):
             RosDriver(context, clock=clock).connect()

@@ -16,10 +16,9 @@ from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.laser import RANGES_LIMIT, Laser
 from vrg.hal.sensors.odometry import Odometry
 from vrg.ros import messages as ros
-from vrg.ros.meeting import ODOMETRY, STAMPED, commanders, graph_of, met, no_router
+from vrg.ros.meeting import ODOMETRY, STAMPED, commanders, graph_of, met, no_router, node_name
 from vrg.ros.reported import Reported
 from vrg.ros.settings import RosSettings
-from vrg.ros.wire import ros_name
 from vrg.types import STILL, Twist
 
 if TYPE_CHECKING:
@@ -123,7 +122,7 @@ class RosDriver(Driver):
             except BusError:
                 raise RobotError(f"{self.name}: {no_router(self._router)}") from None
             of = self._found(session)
-            node = RosNode(session, self._domain, f"vrg_{ros_name(self.name)}", self._robot.place)
+            node = RosNode(session, self._domain, node_name(self.name), self._robot.place)
             self._reported.forget()
             self._failure, self._closing = None, False
             self._inlets = [(self._odom, node.subscribe(self._odom, ODOMETRY), self._odometry)]
@@ -254,7 +253,7 @@ class RosDriver(Driver):
                 self._clock.sleep(0.2)
                 continue
             if others := commanders(graph, self._cmd_vel):
-                log.warning("%s: %s commands %s, too: stop it", self.name, " and ".join(others), self._cmd_vel)
+                log.warning("%s: %s is commanded by %s, too: stop that", self.name, self._cmd_vel, " and ".join(others))
             return of
 
     def _run(self, node: "RosNode", of: str, others: Callable[[], bool]) -> None:
@@ -343,7 +342,7 @@ class RosDriver(Driver):
         if age - delay <= SILENT < delay:
             return (
                 f"the odometry on {self._odom} is {delay:.1f} s old when it comes: the link is slow, or the robot's "
-                "clock has stood still (a simulated robot needs `use_sim_time = true`)"
+                "clock has stood still (a simulated robot needs `use_sim_time = true` in the match file)"
             )
         problem = "" if self._node is None else self._node.problems.get(self._odom, "")
         why = f", but what is left out: {problem}" if problem else ""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
 from vrg.errors import BusError, RobotError
-from vrg.ros.wire import Endpoint, Kind, endpoint_of, graph_key
+from vrg.ros.wire import Endpoint, Kind, endpoint_of, graph_key, ros_name
 
 if TYPE_CHECKING:
     from vrg.bus.session import Session
@@ -12,6 +12,11 @@ if TYPE_CHECKING:
 TWIST, STAMPED, ODOMETRY = "geometry_msgs/Twist", "geometry_msgs/TwistStamped", "nav_msgs/Odometry"
 _NAMED: Final = 12
 """The number of topics that a message names."""
+
+
+def node_name(player: str) -> str:
+    """The name of the node of a player's driver, without its namespace."""
+    return f"vrg_{ros_name(player)}"
 
 
 def no_router(endpoint: str) -> str:

@@ -112,7 +112,7 @@ class RosSettings(BackendSettings):
     def missing_here(self, robots: Sequence[str]) -> list[str]:
         """Routers that do not answer, and robots that are not in the graph of ROS 2."""
         from vrg.bus.session import open_session  # noqa: PLC0415 - a match file is checked without
-        from vrg.ros.meeting import commanders, graph_of, met, no_router  # noqa: PLC0415
+        from vrg.ros.meeting import commanders, graph_of, met, no_router, node_name  # noqa: PLC0415
 
         found = []
         for name in robots:
@@ -121,8 +121,9 @@ class RosSettings(BackendSettings):
                 with open_session(router, patience=_PATIENCE) as session:
                     graph = graph_of(session, domain)
                 met(graph, robot.topic(robot.cmd_vel), robot.topic(robot.odom))
-                if others := commanders(graph, robot.topic(robot.cmd_vel)):
-                    found.append(f"{name}: {' and '.join(others)} commands it: stop that before the match")
+                own = f"{robot.place}/{node_name(name)}"  # the driver of a match that runs already
+                if others := [node for node in commanders(graph, robot.topic(robot.cmd_vel)) if node != own]:
+                    found.append(f"{name}: it is commanded by {' and '.join(others)}: stop that before the match")
             except BusError:
                 found.append(f"{name}: {no_router(router)}")
             except RobotError as error:
