@@ -2,17 +2,21 @@
 
 import asyncio
 import json
+import os
 import socket
 import struct
 from collections.abc import Awaitable, Callable, Iterator
-from typing import Any
+from typing import Any, cast
 
 import aiohttp
 import pytest
 
 from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.session import Session
 from vrg.bus.topics import Keys
+from vrg.config.loading import load_match, match_path
+from vrg.launch import serving
 from vrg.recording.foxglove import time_of
 from vrg.recording.live import LiveRecorder, LiveServer
 from vrg.recording.records import TwistRecord
@@ -147,3 +151,17 @@ def test_a_port_that_another_program_has_ends_nothing_but_this(server: LiveServe
     synthetic.Match(keys).step(recorder, 0.0, 0)
     assert recorder.fault is not None
     assert f"127.0.0.1:{port}" in recorder.fault
+
+
+def test_one_that_is_opened_beside_that_of_the_match_has_another_name() -> None:
+    setup = load_match(match_path("practice"))
+
+    def name(*, launched: bool) -> str:
+        node, _ = serving._shown(
+            "foxglove", setup, cast(Session, None), "127.0.0.1:0", None, "",
+            official=True, join=lambda _: cast(Session, None), launched=launched,
+        )  # fmt: skip
+        return node.name
+
+    assert name(launched=True) == "foxglove"
+    assert name(launched=False) == f"foxglove-{os.getpid()}"
