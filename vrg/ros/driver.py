@@ -220,7 +220,8 @@ class RosDriver(Driver):
 
     def recover(self) -> None:
         """Take the robot back from other nodes, and connect again if the thread has failed. It stays disarmed."""
-        self._taken = False
+        with self._lock:
+            self._taken = False
         if self._failure is not None:
             self.close()
             self.connect()

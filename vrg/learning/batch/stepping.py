@@ -95,7 +95,7 @@ def minds(matches: int, players: int, delay: int) -> Records:
         poses=(float, players, 3),
         velocities=(float, players, 2),
         own=(float, players, 5),
-        wanted=(float, players, -(-(delay + 1) // COMMANDS) * COMMANDS, 2),
+        wanted=(float, players, (delay // COMMANDS + 1) * COMMANDS, 2),
         loss=(float,),
         steps=(int,),
         late=(int,),
