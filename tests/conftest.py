@@ -3,16 +3,20 @@
 import gc
 import os
 import signal
+from collections.abc import Iterator
 
 import pytest
 from hypothesis import settings
 
 from tests.vcan import require_vcan
+from tests.warm import WarmServers
 
 # No test asserts a time: on a busy machine any example may take long. Continuous integration judges a change by the
-# same examples as the one before; on a desk new ones are tried.
-settings.register_profile("untimed", settings.default, deadline=None, derandomize="CI" in os.environ)
-settings.load_profile("untimed")
+# same examples as the one before; on a desk new ones are tried. `make test-all` takes the second profile.
+UNTIMED = settings(deadline=None, derandomize="CI" in os.environ)
+settings.register_profile("brief", UNTIMED, max_examples=25)
+settings.register_profile("thorough", UNTIMED, max_examples=500)
+settings.load_profile("brief")
 
 
 def pytest_configure() -> None:
@@ -31,3 +35,15 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """Tests marked `vcan` run only where there is one; asked before their fixtures open it."""
     if item.get_closest_marker("vcan") is not None:
         require_vcan()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _warm_servers() -> Iterator[None]:
+    """Strategies are tried, and games of experiments are played, by forks of servers that all tests share."""
+    servers = WarmServers()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("vrg.launch.trial.fork_server", servers.fork_server)
+        for module in ("contenders", "workers"):
+            patch.setattr(f"vrg.evaluation.{module}.server_for", servers.server_for)
+        yield
+    servers.end()

@@ -5,7 +5,7 @@ from random import Random
 
 import msgspec
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector, touch
@@ -177,7 +177,6 @@ def gap(first: Region, second: Region) -> float:
     return math.dist(here, there)
 
 
-@settings(deadline=None)
 @given(some_region, some_region)
 def test_regions_touch_if_going_to_and_fro_between_them_ends_at_one_point(first: Region, second: Region) -> None:
     overlap, apart = gap(first.shrunk(1e-3), second) < 1e-9, gap(first, second) > 2 * CHORD

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import msgspec
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.bus.codec import Received, checked, decode, encode
@@ -230,7 +230,6 @@ lots = ["rug", "urn", "vase"]
 books = st.dictionaries(st.tuples(st.sampled_from(ALL), st.sampled_from(lots)), costs, max_size=9)
 
 
-@settings(deadline=None, max_examples=150)
 @given(books, st.randoms(use_true_random=False), st.floats(1.0, 2.0))
 def test_the_order_of_bids_does_not_matter(
     told: Mapping[tuple[str, str], float], rng: random.Random, clock: float
@@ -251,7 +250,6 @@ def test_a_bid_counts_whether_it_is_heard_before_or_after_the_winner_gives_back(
     assert [winner(end) for end in ends] == ["bob", "bob"]
 
 
-@settings(deadline=None, max_examples=150)
 @given(
     st.lists(
         st.tuples(st.sampled_from([*ALL, "dan"]), st.sampled_from([*lots, "nothing"]), st.none() | costs), max_size=40

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.evaluation.games import OVER, GameRecord, Pairing, Played, ScheduledGame
@@ -28,7 +28,6 @@ GAMES = st.lists(
 
 
 @given(rows=GAMES, data=st.data())
-@settings(deadline=None)
 def test_the_order_of_the_games_changes_no_rating_and_no_choice(rows: list[GameRecord], data: st.DataObject) -> None:
     shuffled = data.draw(st.permutations(rows))
     assert ratings(NAMES, shuffled) == ratings(NAMES, rows)
@@ -41,7 +40,6 @@ def total(found: Fit, among: list[str], information: np.ndarray) -> float:
 
 
 @given(rows=GAMES)
-@settings(deadline=None)
 def test_no_other_pair_of_games_makes_the_ratings_more_certain(rows: list[GameRecord]) -> None:
     """Against what comes out if the information of each possible pair of games is added, and the matrix inverted."""
     found, among = fit(NAMES, rows), NAMES[1:]

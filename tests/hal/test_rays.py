@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vrg.hal.sim.map import load_map
@@ -51,7 +51,6 @@ def holds_origin(box: tuple[float, ...]) -> bool:
     return abs(u) <= length / 2 + 1e-3 and abs(v) <= width / 2 + 1e-3
 
 
-@settings(max_examples=150, deadline=None)
 @given(boxes, discs, angle, st.sampled_from([math.pi / 2, math.pi, 1.9 * math.pi]))
 def test_every_beam_reads_the_nearest_body(bodies: list, circles: list, heading: float, fov: float) -> None:  # type: ignore[type-arg]
     assume(not any(holds_origin(box) for box in bodies))
@@ -69,7 +68,6 @@ def test_every_beam_reads_the_nearest_body(bodies: list, circles: list, heading:
     assert np.all(close | grazing)
 
 
-@settings(max_examples=60, deadline=None)
 @given(boxes, place, place, angle)
 def test_turning_and_moving_everything_together_changes_nothing(
     bodies: list,

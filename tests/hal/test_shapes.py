@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.hal.sim.shapes import Box, Circle, box_edges, box_gap, boxes_touch, circle_gap, circle_touches
@@ -31,14 +31,12 @@ def grid(b: Box) -> list[tuple[float, float]]:
     ]
 
 
-@settings(max_examples=200, deadline=None)
 @given(box, box)
 def test_a_point_in_both_boxes_means_that_they_touch(a: Box, b: Box) -> None:
     if any(inside(b, x, y, -1e-6) for x, y in grid(a)):
         assert boxes_touch(a, b)
 
 
-@settings(max_examples=200, deadline=None)
 @given(box, box)
 def test_moving_out_along_the_normal_frees_a_box(a: Box, b: Box) -> None:
     gap = box_gap(a, b)
@@ -52,7 +50,6 @@ def test_touching_is_mutual(a: Box, b: Box) -> None:
     assert box_gap(a, b).distance == pytest.approx(box_gap(b, a).distance, abs=1e-9)
 
 
-@settings(max_examples=200, deadline=None)
 @given(box, circle)
 def test_moving_out_along_the_normal_frees_a_box_from_a_circle(b: Box, c: Circle) -> None:
     gap = circle_gap(b, c)

@@ -6,7 +6,7 @@ from operator import itemgetter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.localisation.driving import Drive
@@ -41,7 +41,6 @@ def driven(twists: list[tuple[float, float]]) -> list[tuple[float, Pose]]:
 TWISTS = st.lists(st.tuples(st.floats(-0.7, 0.7), st.floats(-1.5, 1.5)), min_size=3, max_size=9)
 
 
-@settings(max_examples=50, deadline=None)
 @given(TWISTS, st.data())
 def test_late_fixes_count_as_if_they_had_come_in_time(twists: list[tuple[float, float]], data: st.DataObject) -> None:
     """Whatever the order in which odometry and fixes come, the estimate is the same."""

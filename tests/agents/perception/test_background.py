@@ -5,7 +5,7 @@ import warnings
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.agents.perception.scenes import FULL_TURN, HALF_TURN, box, look, room, together
@@ -44,7 +44,6 @@ def between_beams(scan: Scan, point: Vector) -> bool:
 ranges_lists = st.lists(st.floats(0.5, 7.9) | st.just(8.0), min_size=1, max_size=60)
 
 
-@settings(deadline=None, max_examples=200)
 @given(ranges_lists, st.lists(st.tuples(st.floats(-9, 11), st.floats(-8, 12)), min_size=1, max_size=20))
 def test_a_point_is_free_only_where_the_laser_saw_through_it(ranges: list[float], points: list[Vector]) -> None:
     seen = fan_of(ranges)
@@ -56,7 +55,6 @@ def test_a_point_is_free_only_where_the_laser_saw_through_it(ranges: list[float]
         assert is_free == seen_through(seen, point, spread=SPREAD, margin=OBSTACLE_MARGIN)
 
 
-@settings(deadline=None, max_examples=100)
 @given(st.floats(-20, 20), st.floats(-20, 20), st.lists(st.tuples(st.floats(-9, 11), st.floats(-8, 12)), min_size=1))
 def test_a_full_turn_knows_all_directions_whatever_its_heading(
     heading: float, first: float, points: list[Vector]

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from tests.agents.perception.scenes import FULL_TURN, box, chain, look, room, together
@@ -127,7 +127,6 @@ def test_no_return_is_of_two_robots() -> None:
     assert groups == [beams.tolist()]
 
 
-@settings(deadline=None, max_examples=200)
 @given(
     st.lists(
         st.tuples(st.sampled_from([1.0, 1.2, 2.0, 2.3, 2.35, 5.0, math.inf]) | st.floats(0.5, 7.9), st.booleans()),

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.agents.perception.line import COMMON, SAME_ERROR, TrackedLine, fitted
@@ -74,7 +74,6 @@ coordinates = st.floats(-50, 50)
 times = st.lists(st.floats(0, 60), min_size=2, max_size=10, unique_by=lambda t: round(t, 1))
 
 
-@settings(deadline=None, max_examples=100)
 @given(times, st.data())
 def test_equal_errors_give_the_straight_lines_of_ordinary_least_squares(when: list[float], data: st.DataObject) -> None:
     seen = [sighting(data.draw(coordinates), data.draw(coordinates), t) for t in when]
@@ -94,7 +93,6 @@ def test_a_course_may_lead_anywhere_also_straight_up_the_map(velocity: Vector) -
     assert line.at(10.0) == pytest.approx((3.0 + velocity[0] * 10.0, -1.0 + velocity[1] * 10.0))
 
 
-@settings(deadline=None, max_examples=50)
 @given(st.integers(0, 10_000), st.integers(2, 12), st.none() | st.floats(0.1, 3.0), st.floats(-5, 10))
 def test_each_sighting_counts_by_the_inverse_of_its_covariance(
     seed: int, count: int, speed: float | None, time: float
@@ -110,7 +108,6 @@ def test_each_sighting_counts_by_the_inverse_of_its_covariance(
     assert line.velocity_covariance == pytest.approx(covariance[np.ix_((1, 3), (1, 3))], rel=1e-4, abs=1e-8)
 
 
-@settings(deadline=None, max_examples=50)
 @given(st.integers(0, 10_000), st.integers(2, 12), st.randoms(use_true_random=False))
 def test_the_order_of_sightings_does_not_matter(seed: int, count: int, rng: random.Random) -> None:
     seen = drawn(np.random.default_rng(seed), count)
@@ -123,7 +120,6 @@ def test_the_order_of_sightings_does_not_matter(seed: int, count: int, rng: rand
     )  # fmt: skip
 
 
-@settings(deadline=None, max_examples=50)
 @given(st.integers(0, 10_000), st.floats(-20, 20), st.floats(-20, 20))
 def test_the_time_from_which_a_course_counts_does_not_matter(seed: int, one: float, other: float) -> None:
     seen = drawn(np.random.default_rng(seed), 5)
@@ -312,7 +308,6 @@ def test_an_offset_of_each_source_is_fitted_with_the_course() -> None:
     assert line.velocity_covariance == pytest.approx(expected[np.ix_((1, 3), (1, 3))])
 
 
-@settings(deadline=None, max_examples=50)
 @given(st.integers(0, 10_000), st.integers(2, 12), st.randoms(use_true_random=False), st.floats(-20, 20))
 def test_neither_order_nor_time_nor_parts_matter_for_sightings_of_several(
     seed: int, count: int, rng: random.Random, time: float
@@ -328,7 +323,6 @@ def test_neither_order_nor_time_nor_parts_matter_for_sightings_of_several(
         assert (other.count, other.first, other.last) == (one.count, one.first, one.last)
 
 
-@settings(deadline=None, max_examples=50)
 @given(st.integers(0, 10_000), st.integers(1, 12), st.floats(-math.pi, math.pi), st.floats(-30, 30))
 def test_who_turns_and_moves_the_map_turns_and_moves_the_course(seed: int, count: int, turn: float, by: float) -> None:
     c, s = math.cos(turn), math.sin(turn)

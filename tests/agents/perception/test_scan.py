@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.agents.perception.scan import Scan, make_scan, scan_of
@@ -108,7 +108,6 @@ def test_beams_of_a_range_finder_that_looks_back_from_the_left_are_put_on_the_ma
 places = st.builds(Pose, st.floats(-50, 50), st.floats(-50, 50), st.floats(-10, 10))
 
 
-@settings(deadline=None, max_examples=50)
 @given(places, st.floats(-1, 1), st.lists(st.floats(0.01, 7.9), min_size=1, max_size=20))
 def test_every_point_is_as_far_from_the_laser_as_its_range_says(pose: Pose, mount: float, ranges: list[float]) -> None:
     seen = make_scan(ranges, pose, mount=mount, angle_min=-1.0, angle_step=0.1, range_max=8.0)
@@ -116,7 +115,6 @@ def test_every_point_is_as_far_from_the_laser_as_its_range_says(pose: Pose, moun
     assert np.hypot(*(seen.points - seen.origin).T) == pytest.approx(np.array(ranges))
 
 
-@settings(deadline=None, max_examples=50)
 @given(places, st.floats(-2, 2), st.floats(-3, 3), st.floats(-2, 2))
 def test_an_even_motion_is_what_many_small_steps_lead_to(pose: Pose, v: float, w: float, dt: float) -> None:
     steps = 2000
@@ -127,7 +125,6 @@ def test_an_even_motion_is_what_many_small_steps_lead_to(pose: Pose, v: float, w
     assert there.theta == pytest.approx(pose.theta + w * dt)
 
 
-@settings(deadline=None, max_examples=50)
 @given(places, st.floats(-2, 2), st.floats(-3, 3), st.floats(0, 2))
 def test_who_goes_back_the_way_that_it_came_is_where_it_was(pose: Pose, v: float, w: float, dt: float) -> None:
     back = along_arc(along_arc(pose, Twist(v, w), dt), Twist(v, w), -dt)

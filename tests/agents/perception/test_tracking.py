@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.agents.perception.line import fitted
@@ -271,7 +271,6 @@ def test_no_evidence_is_nobody() -> None:
     assert watched([sighting(0, 0, 0.0)]).track_of([]) is None
 
 
-@settings(deadline=None, max_examples=30)
 @given(st.integers(0, 1000), st.randoms(use_true_random=False))
 def test_sightings_that_come_late_and_out_of_order_give_the_same_course(seed: int, mixer: random.Random) -> None:
     """Each comes up to 0.5 s too late, as over a slow radio. None is so far out that it seems to be another robot."""
@@ -357,7 +356,6 @@ def picture(heard: Sequence[tuple[float, str, list[Sighting]]]) -> list[tuple[fl
     return sorted((*t.line.at(5.0), *t.line.covariance_at(5.0), t.line.count) for t in tracker.tracks)
 
 
-@settings(deadline=None, max_examples=30)
 @given(st.integers(0, 1000), st.randoms(use_true_random=False))
 def test_who_hears_the_team_late_twice_or_in_another_order_knows_the_same(seed: int, mixer: random.Random) -> None:
     """Messages come up to half a second late, and a third of them comes twice."""

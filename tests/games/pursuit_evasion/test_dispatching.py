@@ -5,7 +5,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 
@@ -112,7 +112,6 @@ def test_of_two_intruders_that_one_is_detected_which_is_nearer() -> None:
     assert counts(state) == {"i0": 1, "i1": 1}
 
 
-@settings(deadline=None, max_examples=100)
 @given(st.integers(0, 10_000))
 def test_sightings_are_counted_as_by_hand(seed: int) -> None:
     """Two intruders that stand; random sightings in one tick, from anybody and any time, each a distinct one.
@@ -431,7 +430,6 @@ def test_a_disqualified_bidder_in_a_real_match_is_never_sent() -> None:
         assert auction is None or i < 5 or auction.winner != "p1"
 
 
-@settings(deadline=None, max_examples=40)
 @given(st.integers(0, 10_000))
 def test_whatever_players_do_the_books_are_in_order(seed: int) -> None:
     """Anything may be seen, bid and given back, players drop out, robots are anywhere."""

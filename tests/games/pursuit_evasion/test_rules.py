@@ -8,7 +8,7 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.games.pursuit_evasion.making import (
@@ -745,7 +745,6 @@ def test_every_reason_is_given_at_once() -> None:
     assert "i1 drives straight on" in told
 
 
-@settings(deadline=None, max_examples=200)
 @given(st.floats(-15, 25), st.floats(-15, 25), st.floats(-math.pi, math.pi))
 def test_who_is_refused_is_who_does_not_come_in_when_driven_step_by_step(x: float, y: float, theta: float) -> None:
     way = np.linspace(0.0, 60.0, 6001)[:, None] * np.array([math.cos(theta), math.sin(theta)]) + (x, y)
@@ -833,7 +832,6 @@ def test_a_wrong_escape_that_an_official_undoes_does_not_happen_again_where_it_s
 # The journal.
 
 
-@settings(deadline=None, max_examples=50)
 @given(st.integers(0, 10_000))
 def test_the_state_survives_the_journal(seed: int) -> None:
     rng = np.random.default_rng(seed)

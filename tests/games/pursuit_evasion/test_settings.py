@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy.spatial import ConvexHull
@@ -125,7 +125,6 @@ def bends(corners: list[Vector]) -> list[float]:
     return made
 
 
-@settings(deadline=None, max_examples=100)
 @given(points, st.integers(0, 20), st.booleans())
 def test_the_hull_of_any_points_is_accepted_from_any_corner_and_either_way_round(
     some: list[Vector], first: int, clockwise: bool
@@ -139,7 +138,6 @@ def test_the_hull_of_any_points_is_accepted_from_any_corner_and_either_way_round
     assert made.region.contains(x, y)
 
 
-@settings(deadline=None, max_examples=100)
 @given(points, st.randoms(use_true_random=False))
 def test_corners_out_of_order_are_refused(some: list[Vector], rng: random.Random) -> None:
     corners = hull(some)
@@ -152,7 +150,6 @@ def test_corners_out_of_order_are_refused(some: list[Vector], rng: random.Random
     assert (not_convex(mixed) is None) == in_order
 
 
-@settings(deadline=None, max_examples=100)
 @given(points, st.integers(0, 20), st.floats(0.05, 0.9))
 def test_a_corner_that_is_pushed_inwards_is_refused(some: list[Vector], which: int, how_far: float) -> None:
     corners = hull(some)

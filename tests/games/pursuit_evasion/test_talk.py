@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.agents.perception.background import Snapshot
@@ -42,7 +42,6 @@ def heard(said: Any) -> Words:
     return got
 
 
-@settings(deadline=None, max_examples=100)
 @given(poses, twists, st.lists(sightings, max_size=12), st.none() | snapshots)
 def test_what_is_said_arrives(pose: Pose, twist: Twist, seen: list[Sighting], free: Snapshot | None) -> None:
     got = heard(words(pose, twist, seen, free))
@@ -171,7 +170,6 @@ nearly = st.fixed_dictionaries(
 )
 
 
-@settings(deadline=None, max_examples=150)
 @given(things | nearly)
 def test_nothing_that_can_be_said_stops_who_listens(said: Any) -> None:
     got = understood(sent(said))
@@ -180,7 +178,6 @@ def test_nothing_that_can_be_said_stops_who_listens(said: Any) -> None:
         got.snapshot.contains(np.array([[0.0, 0.0], [1.0, 2.0]]))
 
 
-@settings(deadline=None, max_examples=150)
 @given(nearly)
 def test_what_is_understood_is_what_messages_can_hold(said: Any) -> None:
     """So that who listens can draw it and tell it to others."""

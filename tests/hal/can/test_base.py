@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.geometry import along_arc, compose
@@ -65,7 +65,6 @@ class Run:
         return Estimate(float(np.float32(position)), self._speeds[node], self._now)
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.tuples(speeds, speeds, st.integers(1, 60)), min_size=1, max_size=8),
     st.sampled_from([0.0, -3e4, 2.5e5]),

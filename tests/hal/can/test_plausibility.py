@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.hal.can.plausibility import FOLLOWING_TIMEOUT, STALL_TIMEOUT, MotorLimits, Plausibility
@@ -49,7 +49,6 @@ class Rig:
         return self.check.judge(velocity, way, self.now, driven=on)
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 2.0)), min_size=1, max_size=8), st.floats(0.01, 0.5))
 def test_a_motor_that_obeys_is_never_accused(orders: list[tuple[float, float]], response: float) -> None:
     rig = Rig()
@@ -58,7 +57,6 @@ def test_a_motor_that_obeys_is_never_accused(orders: list[tuple[float, float]], 
         assert rig.run(setpoint, seconds) is None
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 2.0)), min_size=1, max_size=8),
     st.floats(BOUNDS.change, 1000.0),

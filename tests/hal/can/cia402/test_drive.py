@@ -3,7 +3,7 @@
 import struct
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
@@ -225,7 +225,6 @@ class TestDrive:
         assert wire.ask(Object.RPDO_MAPPING + 1).unsigned == 0, "the set-up is forgotten"
 
     @given(st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)), max_size=40))
-    @settings(max_examples=100, deadline=None)
     def test_no_frame_is_too_strange_for_it(self, frames: list[tuple[int, bytes]]) -> None:
         wire = Wire().prepare()
         for identifier, data in frames:

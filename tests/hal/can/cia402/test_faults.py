@@ -1,7 +1,7 @@
 """What goes wrong with a CiA 402 drive, as its axis tells it."""
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
@@ -139,7 +139,6 @@ class TestFaults:
             assert "malformed" in wire.axis.odd
 
     @given(st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)), max_size=30), st.booleans())
-    @settings(max_examples=50, deadline=None)
     def test_no_frame_is_too_strange_to_be_heard(self, frames: list[tuple[int, bytes]], prepared: bool) -> None:
         wire = Wire().prepare() if prepared else Wire()
         for identifier, data in frames:
