@@ -1,9 +1,10 @@
-# make play    plays a match of Sharks and Minnows and shows it
-# make test    runs every check and test, in lots: scripts/lots
-# make vcan    runs the tests on a CAN bus only, on a virtual one that it makes itself
-# make setup   makes .venv, which all of the above do by themselves
+# make play      plays a match of Sharks and Minnows and shows it
+# make test      runs the checks and tests of every change, in lots: scripts/lots
+# make test-all  runs everything, with many more examples, seeds and whole matches: before a capability is done
+# make vcan      runs the tests on a CAN bus only, on a virtual one that it makes itself
+# make setup     makes .venv, which all of the above do by themselves
 
-.PHONY: setup play test lint unit system vcan lock clean
+.PHONY: setup play test test-all lint unit system vcan lock clean
 
 VENV := .venv/bin
 
@@ -15,6 +16,9 @@ play: setup
 
 test: setup
 	@$(VENV)/python scripts/lots
+
+test-all: setup
+	@$(VENV)/python scripts/lots --all
 
 # Some of the lots alone. `scripts/lots --list` tells them all.
 unit: setup

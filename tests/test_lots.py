@@ -29,7 +29,7 @@ def lots(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
 
 def paths(lots: ModuleType, marks: str) -> list[Path]:
     """The files and folders of all lots whose tests have these marks."""
-    commands = [command for lot in lots.all_lots() for command in lot.commands if "pytest" in command]
+    commands = [command for lot in lots.all_lots(thorough=True) for command in lot.commands if "pytest" in command]
     return [ROOT / path for command in commands if marks in command for path in command if path.startswith("tests/")]
 
 
@@ -66,12 +66,13 @@ def test_all_lots_run_and_the_end_says_how_to_repeat_what_failed(
 
     failed = "FAILED tests/test_a.py::test_b[x - y] - AssertionError: no"
     broken = (*says("....", failed, "1 failed, 3 passed in 1.00s", status=1), *lots.PYTEST, "-m", "not system")
+    slow = ("2.25s call     tests/test_a.py::test_slow[x y]", "0.50s setup    tests/test_a.py::test_slow[x y]")
     monkeypatch.setattr(
         lots,
         "all_lots",
-        lambda: [
-            lots.Lot("first", (says("one"), says("2 passed in 0.10s", status=0))),
-            lots.Lot("broken", (broken,), weight=2),
+        lambda thorough: [
+            lots.Lot("first", (says("one"), says(*slow, "2 passed in 0.10s"))),
+            lots.Lot("broken", (broken,)),
             lots.Lot("checks", (says("found 3 errors", status=2), says("never said"))),
             lots.Lot("nothing", (("/nowhere/command",),)),
             lots.Lot("last", (says("5 passed, 1 skipped in 9.00s"),)),
@@ -80,8 +81,9 @@ def test_all_lots_run_and_the_end_says_how_to_repeat_what_failed(
     monkeypatch.setattr(sys, "argv", ["lots"])
     assert lots.main() == 1
     printed = capsys.readouterr().out
-    for line in (r"first    green  0:0\d  2 passed", r"broken   RED    0:0\d  1 failed, 3 passed",
-                 r"checks   RED    0:0\d  found 3 errors", r"last     green  0:0\d  5 passed, 1 skipped"):  # fmt: skip
+    for line in (r"first    green  0:0\d +\d s  2 passed", r"broken   RED    0:0\d +\d s  1 failed, 3 passed",
+                 r"checks   RED    0:0\d +\d s  found 3 errors", r"last     green  0:0\d +\d s  5 passed, 1 skipped",
+                 r" 2\.8 s  tests/test_a\.py::test_slow\[x y\]"):  # fmt: skip
         assert re.search(line, printed), f"{line}\n{printed}"
     assert re.search(r"nothing +RED .*No such file", printed)
     assert "3 of 5 lots are red" in printed
@@ -98,7 +100,7 @@ def test_a_name_that_no_lot_has_is_told() -> None:
         [sys.executable, ROOT / "scripts" / "lots", "none"], capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 2
-    assert "expected beginnings of system-2, system-3, vcan-tools" in done.stderr
+    assert "expected beginnings of unit-launch, unit-evaluation, unit-games" in done.stderr
 
 
 def test_what_failed_is_run_once_more_alone_and_named(
@@ -126,8 +128,35 @@ def test_what_failed_is_run_once_more_alone_and_named(
         (many, 1, "1 of 2 lots are red"),
     ):
         ended.unlink(missing_ok=True)
-        monkeypatch.setattr(lots, "all_lots", lambda failed=failed: [first(*failed), beside()])
+        monkeypatch.setattr(lots, "all_lots", lambda thorough, failed=failed: [first(*failed), beside()])
         assert lots.main() == status
         printed = capsys.readouterr().out
         assert re.search(told, printed), printed
         assert ("first-again-1" in printed) == (failed != many)
+
+
+def test_what_computes_runs_first_and_lots_in_real_time_run_two_at_once(
+    lots: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Each lot writes which lots run while it begins, itself included."""
+    running = tmp_path / "running"
+    running.mkdir()
+
+    def lot(name: str, *, real_time: bool) -> object:
+        code = (
+            "import os, pathlib, sys, time; folder, name = pathlib.Path(sys.argv[1]), sys.argv[2];"
+            "(folder / name).touch(); pathlib.Path(folder.parent, name).write_text(' '.join(os.listdir(folder)));"
+            "time.sleep(0.5); (folder / name).unlink(); print('1 passed')"
+        )
+        return lots.Lot(name, ((sys.executable, "-c", code, str(running), name),), real_time)
+
+    made = [lot(f"real{number}", real_time=True) for number in range(4)]
+    made += [lot(f"unit{number}", real_time=False) for number in range(3)]
+    monkeypatch.setattr(lots, "all_lots", lambda thorough: made)
+    monkeypatch.setattr(sys, "argv", ["lots", "--at-once", "3"])
+    assert lots.main() == 0
+    beside = {path.name: set(path.read_text().split()) for path in tmp_path.glob("*[0-9]")}
+    assert len(beside) == 7
+    for name, others in beside.items():
+        assert all(other[:4] == name[:4] for other in others), "nothing computes beside a lot in real time"
+        assert len(others) <= (2 if name.startswith("real") else 3)
