@@ -88,18 +88,26 @@ def processes_that_name(folder: Path) -> list[int]:
 
 
 @pytest.mark.parametrize(
-    ("script", "status"), [("exit 0", 0), ("exit 3", 3), ("exit 130", 130), ("kill -SEGV $$", 139)]
+    ("script", "status"),
+    [
+        ("exit 3", 3),
+        pytest.param("exit 0", 0, marks=pytest.mark.thorough),
+        pytest.param("exit 130", 130, marks=pytest.mark.thorough),
+        pytest.param("kill -SEGV $$", 139, marks=pytest.mark.thorough),
+    ],
 )
 def test_the_commands_status_is_passed_on(start: Start, script: str, status: int) -> None:
     assert start("bash", "-c", script).status() == status
 
 
+@pytest.mark.thorough
 def test_a_command_that_does_not_exist_has_the_shells_status(start: Start) -> None:
     running = start("no-such-command")
     assert running.status() == 127
     assert "no-such-command" in running.err
 
 
+@pytest.mark.thorough
 def test_arguments_folder_environment_and_umask_arrive_as_they_are(start: Start, tmp_path: Path) -> None:
     folder = tmp_path / "a 'folder' $HOME"
     folder.mkdir()
@@ -123,6 +131,7 @@ def test_arguments_folder_environment_and_umask_arrive_as_they_are(start: Start,
     assert got == environment
 
 
+@pytest.mark.thorough
 def test_output_arrives_while_the_command_runs_each_on_its_own_stream(start: Start) -> None:
     running = start(
         "bash", "-c", "printf 'one\\ntwo\\r\\n\\001'; echo problem >/dev/stderr; echo ready; read -rt 600 <> <(:)"
@@ -151,7 +160,9 @@ except KeyboardInterrupt:
 """
 
 
-@pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 42), (signal.SIGTERM, 55)])
+@pytest.mark.parametrize(
+    ("sent", "status"), [(signal.SIGINT, 42), pytest.param(signal.SIGTERM, 55, marks=pytest.mark.thorough)]
+)
 def test_a_signal_reaches_the_command_which_ends_as_it_likes(start: Start, sent: signal.Signals, status: int) -> None:
     running = start(sys.executable, "-c", SAYS_HOW_IT_ENDS)
     running.wait_for("ready")
@@ -160,6 +171,7 @@ def test_a_signal_reaches_the_command_which_ends_as_it_likes(start: Start, sent:
     assert running.out == f"ready\ngot {sent.name}\n"
 
 
+@pytest.mark.thorough
 def test_two_run_at_once_and_leave_no_files(start: Start, tmp_path: Path) -> None:
     folder = tmp_path / "temporary"
     folder.mkdir()
@@ -175,6 +187,7 @@ def test_two_run_at_once_and_leave_no_files(start: Start, tmp_path: Path) -> Non
     assert list(folder.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_when_with_vcan_is_killed_nothing_is_left(start: Start, tmp_path: Path) -> None:
     folder = tmp_path / "temporary"
     folder.mkdir()
@@ -198,12 +211,14 @@ print(hex(number), data[:length].decode())
 """
 
 
+@pytest.mark.thorough
 def test_there_is_a_can_interface(start: Start) -> None:
     running = start(sys.executable, "-c", SENDS_AND_RECEIVES)
     assert running.status() == 0, running.err
     assert running.out == "0x123 abc\n"
 
 
+@pytest.mark.thorough
 def test_frames_can_be_lost_on_purpose(start: Start) -> None:
     """By netem, which the user-mode kernel has; this machine's kernel may not."""
     lossy = 'test "$VRG_VCAN" = native || { tc qdisc add dev vcan0 root netem loss 100% && ! "$@"; }'
@@ -212,6 +227,7 @@ def test_frames_can_be_lost_on_purpose(start: Start) -> None:
     assert running.status() == 0, running.err
 
 
+@pytest.mark.thorough
 def test_the_tests_find_the_interface(start: Start) -> None:
     code = "from tests.vcan import is_up; print(is_up(), is_up('lo'), is_up('vcan7'))"
     running = start(sys.executable, "-c", code, cwd=Path(__file__).parents[1])

@@ -8,7 +8,7 @@ import pytest
 from tests.system.harness import Match
 from vrg.recording.reader import read_tracks
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 RACE = """
 name = "long-race"

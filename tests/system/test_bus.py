@@ -82,6 +82,7 @@ def test_bad_messages_on_every_key_are_dropped_and_play_goes_on(match: Match) ->
     assert match.said().count("started again") == restarts
 
 
+@pytest.mark.thorough
 def test_who_looks_after_a_match_is_told_how_many_messages_were_refused(match: Match) -> None:
     match.abused = True
     stray = encode(Received(match.keys.drive("ann").key, 1.0, 0, Drive(twist=Twist(0.0, 0.0)), "player/ann/1"))
@@ -115,6 +116,7 @@ def test_who_joins_late_is_told_at_once_what_holds(match: Match) -> None:
     match.observer.wait_until(lambda: match.observer.heard.limits == late.heard.limits, "the same limits")
 
 
+@pytest.mark.thorough
 def test_who_joins_late_is_not_given_old_calls_as_new(match: Match) -> None:
     old = [call.number for record in read_journal(match.run.journal)[1] for call in record.calls]
     assert old, "the begin of the round was called"
@@ -148,6 +150,7 @@ def test_topics_are_listed_with_rates_and_nodes(match: Match) -> None:
     assert "clock" in match.command("topic", "list", "--for", "0.5")
 
 
+@pytest.mark.thorough
 def test_a_topic_is_echoed_as_plain_data(match: Match) -> None:
     lines = match.command("topic", "echo", "robot/*/drive", "--count", "8", "--json").splitlines()
     drives = [json.loads(line) for line in lines]
@@ -156,6 +159,7 @@ def test_a_topic_is_echoed_as_plain_data(match: Match) -> None:
     assert {drive["key"].split("/")[3] for drive in drives} <= set(PLAYERS)
 
 
+@pytest.mark.thorough
 def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
     rows = [json.loads(line) for line in match.command("topic", "hz", "clock", "--json", "--count", "2").splitlines()]
     assert len(rows) == 2
@@ -163,6 +167,7 @@ def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
     assert rows[-1]["gap_max_ms"] > 0.0
 
 
+@pytest.mark.thorough
 def test_the_sensors_of_a_robot_are_shown_while_it_plays(match: Match) -> None:
     where = (match.keys.match, "--router", match.endpoint)
     expected = ("181 beams", "sonar rings", "satellites", "encoders main", "charge")
@@ -179,6 +184,7 @@ def test_the_sensors_of_a_robot_are_shown_while_it_plays(match: Match) -> None:
     assert f"expected one of {', '.join(PLAYERS)}, got 'nobody'" in nobody.stderr
 
 
+@pytest.mark.thorough
 def test_the_readings_of_sensors_come_line_by_line_where_there_is_no_terminal(match: Match, tmp_path: Path) -> None:
     command = ["show", "sensors", PLAYERS[0], match.keys.match, "--router", match.endpoint]
     printed = tmp_path / "printed"
@@ -186,6 +192,7 @@ def test_the_readings_of_sensors_come_line_by_line_where_there_is_no_terminal(ma
         wait_until(lambda: "laser front: 181 beams" in printed.read_text(), "a reading while the command goes on")
 
 
+@pytest.mark.thorough
 def test_what_a_robot_sees_is_saved_while_it_plays(match: Match, tmp_path: Path) -> None:
     where = (match.keys.match, "--router", match.endpoint)
     saved = match.vrg("show", "camera", PLAYERS[0], *where, "--output", str(tmp_path / "seen.png"))

@@ -123,6 +123,7 @@ def test_a_commander_that_dies_or_loses_its_gamepad_while_it_drives(tmp_path: Pa
             assert moved <= last + BRAKING
 
 
+@pytest.mark.thorough
 def test_priorities_reach_the_team_and_end_with_the_commander(tmp_path: Path) -> None:
     text = lease_match(REDS).replace('[teams.red]\nstrategy = "still.py:Still"', '[teams.red]\nstrategy = "team-flag"')
     (tmp_path / "still.py").write_text(STILL, encoding="utf-8")

@@ -21,7 +21,10 @@ from vrg.types import STILL
 
 pytestmark = pytest.mark.system
 
-FAULTS = pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "hangs"])
+FAULTS = pytest.mark.parametrize(
+    "fault",
+    [pytest.param(signal.SIGKILL, id="dies"), pytest.param(signal.SIGSTOP, id="hangs", marks=pytest.mark.thorough)],
+)
 STOP_TIME = 0.3
 """s of match time in which a robot that is left alone stands."""
 

@@ -10,7 +10,7 @@ import pytest
 
 from tests.system.harness import PLAYERS, Match
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
 def test_it_hears_streams_and_processes_and_its_buttons_halt_and_continue(match: Match, display: str) -> None:

@@ -18,7 +18,7 @@ from vrg.errors import VrgError
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.reader import read_tracks
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
 def fill(path: Path) -> None:

@@ -41,6 +41,7 @@ def test_a_second_one_is_refused(match: Match, tmp_path: Path) -> None:
     assert match.said().count("started again") == restarts
 
 
+@pytest.mark.thorough
 def test_a_second_coordinator_of_the_same_run_folder_is_refused(match: Match) -> None:
     """Its journal is locked, whatever router the second one asks."""
     done = match.vrg(

@@ -54,7 +54,10 @@ def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None
     assert not list((run.path).glob(".*")), "no half-written file is left"
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+@pytest.mark.parametrize(
+    "number",
+    [pytest.param(signal.SIGINT, id="Ctrl-C"), pytest.param(signal.SIGTERM, id="SIGTERM", marks=pytest.mark.thorough)],
+)
 def test_a_match_that_is_interrupted_says_so_and_leaves_nobody(
     start: Callable[..., Match], number: signal.Signals
 ) -> None:
@@ -70,6 +73,7 @@ def test_a_match_that_is_interrupted_says_so_and_leaves_nobody(
     read_journal(match.run.journal)
 
 
+@pytest.mark.thorough
 def test_an_interrupt_while_processes_start_leaves_nobody(arena: Arena, tmp_path: Path) -> None:
     arena.clear()
     match = Match(tmp_path, long_match("early"))
@@ -85,6 +89,7 @@ def test_an_interrupt_while_processes_start_leaves_nobody(arena: Arena, tmp_path
         match.close()
 
 
+@pytest.mark.thorough
 def test_nobody_outlives_a_launcher_that_is_killed(start: Callable[..., Match]) -> None:
     match = start(long_match("orphans"))
     assert len(match.survivors()) == 10, "the launcher, its fork server and eight nodes"

@@ -9,7 +9,7 @@ from tests.launch.test_contained import BROKEN
 from tests.system.harness import Match, long_match
 from vrg.bus.messages import DISQUALIFIED
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 CULPRITS = {
     "raiser": ("Raises", "it fails too often: ZeroDivisionError: float division by zero (broken.py, line 10, in act)"),

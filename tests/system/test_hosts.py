@@ -148,6 +148,7 @@ def test_a_killed_process_of_another_host_is_started_again_there(match: Match, l
     match.wait_said("h2: ann was killed by signal 9: started again")
 
 
+@pytest.mark.thorough
 def test_when_an_agent_is_killed_its_processes_end_and_others_take_their_places(match: Match, lab: Lab) -> None:
     observer, host = match.observer, lab.hosts["h3"]
     old, agent = process_of(host, "player", "bob"), host.agent()
@@ -179,6 +180,7 @@ def test_a_link_that_is_cut_for_a_moment_stops_the_robots_behind_it(match: Match
     assert old.is_running(), "it needed no other process"
 
 
+@pytest.mark.thorough
 def test_a_host_whose_link_stays_cut_stops_its_own_processes_and_comes_back(match: Match, lab: Lab) -> None:
     """The world is there: nobody has a clock, and all robots stand, as the world does not step without it."""
     host = lab.hosts["h1"]
@@ -194,6 +196,7 @@ def test_a_host_whose_link_stays_cut_stops_its_own_processes_and_comes_back(matc
     match.wait_said("h1 is back: world runs again")
 
 
+@pytest.mark.thorough
 def test_a_machine_that_does_not_answer_halts_play_and_its_players_are_not_blamed(match: Match, lab: Lab) -> None:
     observer, host = match.observer, lab.hosts["h3"]
     host.cut()
@@ -207,6 +210,7 @@ def test_a_machine_that_does_not_answer_halts_play_and_its_players_are_not_blame
     plays_on(match)
 
 
+@pytest.mark.thorough
 def test_logs_are_in_the_run_folder_while_the_match_runs(match: Match) -> None:
     match.observer.wait_until((match.run.logs / "world.log").exists, "the world's log")
     match.observer.wait_until((match.run.logs / "ann.log").exists, "ann's log")
@@ -230,6 +234,7 @@ def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Ma
         match.close()
 
 
+@pytest.mark.thorough
 def test_roboflag_over_three_hosts_is_played_to_its_end(lab: Lab, tmp_path: Path, shared: Match) -> None:
     shared.close()
     text = GAMES.get("roboflag").default_match().read_text(encoding="utf-8")
@@ -253,6 +258,7 @@ def test_roboflag_over_three_hosts_is_played_to_its_end(lab: Lab, tmp_path: Path
         assert left == [], "what was fetched is deleted, and so are the keys"
 
 
+@pytest.mark.thorough
 def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path: Path, shared: Match) -> None:
     shared.close()
     text = spread(lab, "checked").replace('[machines.h2]\nhost = "h2"', '[machines.h2]\nhost = "10.77.0.99"')
@@ -283,6 +289,7 @@ def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path:
     assert lab.hosts["h1"].processes() == []
 
 
+@pytest.mark.thorough
 def test_two_sites_with_a_router_each_lose_the_link_between_them(lab: Lab, tmp_path: Path, shared: Match) -> None:
     """The processes of h3 use the router of h2; when the link of h2 is cut, both hear nobody else any more."""
     shared.close()
@@ -305,6 +312,7 @@ def test_two_sites_with_a_router_each_lose_the_link_between_them(lab: Lab, tmp_p
         assert old.is_running(), "it needed no other process"
 
 
+@pytest.mark.thorough
 def test_wall_clocks_that_are_wrong_and_are_set_in_the_match_harm_nothing_and_a_frozen_launcher_loses_its_lease(
     lab: Lab, tmp_path: Path, shared: Match
 ) -> None:

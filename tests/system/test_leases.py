@@ -125,7 +125,9 @@ def given_back(match: Match, names: tuple[str, ...]) -> None:
 
 
 @pytest.mark.system
-@pytest.mark.parametrize("link", [None, UDP], ids=["virtual", "can"])
+@pytest.mark.parametrize(
+    "link", [pytest.param(None, id="virtual"), pytest.param(UDP, id="can", marks=pytest.mark.thorough)]
+)
 def test_four_led_robots_stop_when_the_referee_falls_silent(tmp_path: Path, link: Link | None) -> None:
     (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
     with Match(tmp_path, lease_match(LED, link), movers=()) as match:

@@ -14,6 +14,7 @@ NAMES = ("red1", "red2")
 
 @IN_REAL_TIME
 @pytest.mark.system
+@pytest.mark.thorough
 @pytest.mark.vcan
 @pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["killed", "frozen"])
 def test_led_robots_on_can_stop_when_the_referee_falls_silent(tmp_path: Path, fault: signal.Signals) -> None:

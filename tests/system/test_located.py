@@ -7,7 +7,7 @@ import pytest
 
 from tests.system.harness import MINNOWS, Match, long_match
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 LOCATED = ("ann", "bob")
 

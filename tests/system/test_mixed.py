@@ -154,7 +154,10 @@ def test_bodies_are_told_apart_and_time_is_real(mixed: Match) -> None:
     assert observer.heard.robots["cid"]
 
 
-@pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "freezes"])
+@pytest.mark.parametrize(
+    "fault",
+    [pytest.param(signal.SIGKILL, id="dies"), pytest.param(signal.SIGSTOP, id="freezes", marks=pytest.mark.thorough)],
+)
 def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Tap, fault: signal.Signals) -> None:
     observer = mixed.observer
     old = mixed.child("ann")
@@ -174,6 +177,7 @@ def test_the_drives_stop_the_motors_of_a_player_that_fails(mixed: Match, tap: Ta
     assert before.y - 60.0 < now.y < before.y + 5.0
 
 
+@pytest.mark.thorough
 def test_a_player_in_an_endless_loop_drives_no_motor_and_hears_the_emergency_stop(
     mixed: Match, tap: Tap, strategies: Path
 ) -> None:
@@ -203,6 +207,7 @@ def test_a_player_in_an_endless_loop_drives_no_motor_and_hears_the_emergency_sto
     plays_on(mixed, tap, "ann", "bob")
 
 
+@pytest.mark.thorough
 def test_a_drive_that_faults_halts_the_match_until_an_official_recovers_it(mixed: Match, tap: Tap) -> None:
     vrg_can(mixed, "fault", "error", "--id", "2", "--value", "0x2000")
     halted_because(mixed, "bob: node 2: MOTOR_OVER_TEMP")
@@ -230,6 +235,7 @@ def test_the_emergency_stop_reaches_the_drives_and_is_released_by_hand(mixed: Ma
     plays_on(mixed, tap, "ann", "bob")
 
 
+@pytest.mark.thorough
 def test_a_button_at_a_drive_halts_the_match(mixed: Match, tap: Tap) -> None:
     observer = mixed.observer
     vrg_can(mixed, "fault", "estop", "--id", "1")
@@ -254,6 +260,7 @@ def test_drives_that_die_are_missed_and_come_back_after_a_recovery(mixed: Match,
     plays_on(mixed, tap, "ann", "bob")
 
 
+@pytest.mark.thorough
 def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothing(
     mixed: Match, tap: Tap, tmp_path: Path
 ) -> None:
@@ -287,6 +294,7 @@ def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothin
     plays_on(mixed, tap, "ann")
 
 
+@pytest.mark.thorough
 def test_a_robot_that_was_carried_goes_on_where_an_official_says_that_it_stands(mixed: Match, tap: Tap) -> None:
     observer = mixed.observer
     mixed.command("official", "halt", "--reason", "ann is carried")
@@ -307,6 +315,7 @@ def test_a_robot_that_was_carried_goes_on_where_an_official_says_that_it_stands(
         assert drifted < 0.1 + robot_model("P2AT").v_max * (poses.stamp - placed), "it drives on from its place"
 
 
+@pytest.mark.thorough
 def test_a_match_of_robots_of_two_protocols_and_virtual_ones_is_played_to_its_end(start: Callable[..., Match]) -> None:
     text = match_text(
         "mixed-short", length=13.0, width=9.0, zone=2.5, rules="pass_limit = 10.0", rate=2.0, wiring=WIRING

@@ -12,7 +12,7 @@ from tests.vcan import IN_REAL_TIME, INTERFACE, VCAN
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive import messages
 
-pytestmark = [pytest.mark.system, pytest.mark.vcan]
+pytestmark = [pytest.mark.thorough, pytest.mark.system, pytest.mark.vcan]
 
 WIRING = {"ann": (0, 1), "bob": (2, 3)}
 

@@ -8,7 +8,7 @@ import pytest
 from tests.system.conftest import Arena
 from tests.system.harness import Match, long_match
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
 def test_two_matches_that_start_at_once_are_both_played(arena: Arena, tmp_path: Path) -> None:

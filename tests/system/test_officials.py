@@ -45,12 +45,14 @@ def test_an_official_halts_and_resumes(match: Match) -> None:
     observer.wait_until(lambda: observer.state.clock > clock, "the play clock to go on")
 
 
+@pytest.mark.thorough
 def test_a_resume_of_what_is_not_halted_is_refused(match: Match) -> None:
     done = match.vrg("official", "resume")
     assert done.returncode == 1
     assert "play is not halted" in done.stdout
 
 
+@pytest.mark.thorough
 def test_an_official_lets_robots_recover(match: Match) -> None:
     assert "recover cid: asked by" in match.command("official", "recover", "cid")
     assert "recover all robots: asked by" in match.command("official", "recover", "--reason", "new battery")
@@ -113,6 +115,7 @@ def test_an_emergency_stop_holds_until_it_is_released_and_play_is_resumed(match:
     match.resume()
 
 
+@pytest.mark.thorough
 def test_an_official_ends_the_match(start: Callable[..., Match]) -> None:
     match = start(long_match("ended"))
     assert "ended by" in match.command("official", "end", "--reason", "rain")

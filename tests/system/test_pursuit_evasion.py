@@ -11,7 +11,7 @@ from vrg.bus.messages import Auction
 from vrg.config.loading import match_path
 from vrg.coordinator.journal import read_journal
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 RULES = """
 [radio]

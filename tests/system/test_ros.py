@@ -8,7 +8,7 @@ import pytest
 
 from tests.system.harness import Match, long_match
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 STAND_IN = """
 name = "stand_in"

@@ -98,6 +98,7 @@ def test_a_cheat_harms_only_itself_and_is_named(sealed: tuple[Match, Path]) -> N
     observer.wait_moving(*HONEST_MINNOWS)
 
 
+@pytest.mark.thorough
 def test_sealed_players_get_in_again_after_the_router_has_died(sealed: tuple[Match, Path]) -> None:
     match, _ = sealed
     for name in ("shark", *HONEST_MINNOWS):
@@ -110,6 +111,7 @@ def test_sealed_players_get_in_again_after_the_router_has_died(sealed: tuple[Mat
     wait_until(lambda: noted(match.run.path / "players" / "ann" / "notes"), "notes in the player's folder")
 
 
+@pytest.mark.thorough
 def test_a_match_file_switches_sandboxes_off(start: Callable[..., Match], tmp_path: Path) -> None:
     text = "sandbox = false\n" + text_of(tmp_path, "unsealed")
     match = start(text, seats=True, environment={"VRG_PLAYER_FOLDER": str(tmp_path)})

@@ -199,6 +199,7 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
     assert len(log) < 20_000, "a flood of refusals fills no disk"
 
 
+@pytest.mark.thorough
 def test_what_was_recorded_and_is_said_again_moves_no_robot(guarded: Match) -> None:
     keys, observer = guarded.keys, guarded.observer
     drive, manual = keys.drive("ann").key, keys.manual("ann").key
@@ -244,6 +245,7 @@ def test_a_player_stops_all_robots_but_only_an_official_lets_them_go(guarded: Ma
     guarded.resume()
 
 
+@pytest.mark.thorough
 def test_nobody_hears_what_the_other_team_says(guarded: Match) -> None:
     keys = guarded.keys
     said = put(keys.say("minnows", "bob").key, m.Say(words=b"\xa6secret"))
@@ -262,6 +264,7 @@ def test_nobody_hears_what_the_other_team_says(guarded: Match) -> None:
         assert window.heard == []
 
 
+@pytest.mark.thorough
 def test_a_window_watches_and_decides_nothing(guarded: Match) -> None:
     keys, observer = guarded.keys, guarded.observer
     window = seat(guarded, Seat(SeatKind.WINDOW)).folder
@@ -276,6 +279,7 @@ def test_a_window_watches_and_decides_nothing(guarded: Match) -> None:
     assert observer.playing or observer.stalled
 
 
+@pytest.mark.thorough
 def test_a_commander_commands_its_own_team_only(guarded: Match) -> None:
     keys = guarded.keys
     own = put(keys.order("minnows").key, m.TeamOrder(priority=None, lease=0.5))
@@ -303,6 +307,7 @@ def write_seat(folder: Path, made: KeyPair, authority: KeyPair) -> Credentials:
     return Credentials(folder, folder.name)
 
 
+@pytest.mark.thorough
 def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guarded: Match) -> None:
     keys = guarded.keys
     lines = guarded.command("topic", "echo", "robot/*/drive", "--count", "3", "--json").splitlines()
@@ -334,6 +339,7 @@ def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guar
     assert f"{keys.root}/robot/ann/drive" not in topics
 
 
+@pytest.mark.thorough
 def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guarded: Match) -> None:
     guarded.lose_router()
     late = guarded.join()
@@ -344,6 +350,7 @@ def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guard
         assert not spy.got(*forged)
 
 
+@pytest.mark.thorough
 def test_a_certificate_of_another_authority_or_an_expired_one_is_refused(guarded: Match, tmp_path: Path) -> None:
     now = datetime.now(UTC)
     good = seat(guarded, ANN)
@@ -381,6 +388,7 @@ def test_who_has_no_certificate_is_refused(guarded: Match) -> None:
     assert guarded.observer.playing or guarded.observer.stalled
 
 
+@pytest.mark.thorough
 def test_a_player_that_floods_the_bus_is_cut_off_and_named(guarded: Match) -> None:
     keys, observer = guarded.keys, guarded.observer
     observer.wait_until(lambda: observer.playing, "play")

@@ -23,7 +23,10 @@ def watched(arena: Arena, display: str) -> Iterator[Match]:
     match.close()
 
 
-@pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "hangs"])
+@pytest.mark.parametrize(
+    "fault",
+    [pytest.param(signal.SIGKILL, id="dies"), pytest.param(signal.SIGSTOP, id="hangs", marks=pytest.mark.thorough)],
+)
 def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: Match, fault: signal.Signals) -> None:
     observer = watched.observer
 
@@ -38,6 +41,7 @@ def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: Match, fa
     observer.undisturbed(fail)
 
 
+@pytest.mark.thorough
 def test_the_end_is_shown_until_the_window_is_closed(arena: Arena, display: str) -> None:
     match = arena.start(short_match("ending"), environment={"DISPLAY": display}, window=True)
     try:

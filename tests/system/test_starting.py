@@ -53,6 +53,7 @@ def launch(tmp_path: Path) -> Iterator[Callable[..., Match]]:
         match.close()
 
 
+@pytest.mark.thorough
 def test_files_of_the_working_folder_are_not_taken_for_the_package_or_the_library(
     launch: Callable[..., Match], tmp_path: Path
 ) -> None:
@@ -65,6 +66,7 @@ def test_files_of_the_working_folder_are_not_taken_for_the_package_or_the_librar
     assert "the wrong" not in match.said()
 
 
+@pytest.mark.thorough
 def test_a_player_that_ends_its_program_while_it_starts_is_out_and_the_others_play(
     start: Callable[..., Match], tmp_path: Path
 ) -> None:
@@ -76,6 +78,7 @@ def test_a_player_that_ends_its_program_while_it_starts_is_out_and_the_others_pl
     match.observer.wait_until(lambda: match.observer.state.player("bob").state == DISQUALIFIED, "bob to be out")  # type: ignore[union-attr]
 
 
+@pytest.mark.thorough
 def test_ctrl_c_during_the_start_ends_it(launch: Callable[..., Match], tmp_path: Path) -> None:
     (tmp_path / "blocks").touch()
     match = launch(with_strategy(long_match("interrupted"), tmp_path, BLOCKS))
@@ -85,6 +88,7 @@ def test_ctrl_c_during_the_start_ends_it(launch: Callable[..., Match], tmp_path:
     assert "Interrupted" in match.said()
 
 
+@pytest.mark.thorough
 def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., Match], tmp_path: Path) -> None:
     match = start(with_strategy(long_match("blocking"), tmp_path, BLOCKS))
     observer = match.observer
@@ -107,6 +111,7 @@ def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., M
     assert {name: match.child(name).pid for name in others} == before
 
 
+@pytest.mark.thorough
 def test_with_the_other_policy_a_player_that_stays_away_halts_the_match(
     start: Callable[..., Match], tmp_path: Path
 ) -> None:
@@ -133,6 +138,7 @@ def _called(observer: Observer, text: str) -> bool:
 
 
 @pytest.mark.parametrize("with_launcher", [True, False], ids=["everything", "all-but-the-launcher-and-the-router"])
+@pytest.mark.thorough
 def test_a_stall_that_hits_everybody_kills_nobody(match: Match, with_launcher: bool) -> None:
     before, said = {name: match.child(name).pid for name in EVERYBODY}, match.said()
     # A router that answers nobody while the launcher asks is killed, and rightly.
@@ -156,6 +162,7 @@ def test_a_stall_that_hits_everybody_kills_nobody(match: Match, with_launcher: b
 
 
 @pytest.mark.parametrize("fault", [signal.SIGKILL, signal.SIGSTOP], ids=["dies", "freezes"])
+@pytest.mark.thorough
 def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fault: signal.Signals) -> None:
     match = start(patient(long_match("forkless")))
     observer = match.observer
@@ -174,6 +181,7 @@ def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fa
     assert match.wait_ended() == 130
 
 
+@pytest.mark.thorough
 def test_a_node_in_an_endless_loop_does_not_outlive_its_launcher(launch: Callable[..., Match], tmp_path: Path) -> None:
     """Nobody is left to kill it, and it never looks whether it should stop."""
     code = 'from pathlib import Path\nPath(__file__).with_name("loops").touch()\nwhile True:\n    pass\n'

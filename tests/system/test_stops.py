@@ -14,7 +14,7 @@ from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction, at_rest
 from vrg.recording.stops import REST_TIME
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 TICK = 0.02
 """The match time in s between two ticks of the world."""

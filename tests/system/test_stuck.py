@@ -8,7 +8,7 @@ import pytest
 
 from tests.system.harness import STUCK_ONCE, Match, long_match, patient
 
-pytestmark = pytest.mark.system
+pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 
 def test_a_player_in_an_endless_loop_is_stopped_and_started_again(start: Callable[..., Match], tmp_path: Path) -> None:
