@@ -124,6 +124,7 @@ def test_a_player_cannot_pose_as_the_router(ann: Credentials, folder: KeysFolder
         assert "do not accept each other" in refused(endpoint, official)
 
 
+@pytest.mark.thorough  # zenoh gives up after ten seconds
 def test_a_router_without_keys_is_none_for_a_seat(ann: Credentials) -> None:
     endpoint = free()
     with (

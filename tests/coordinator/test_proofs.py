@@ -46,13 +46,20 @@ def played(folder: Path, setup: MatchSetup, seconds: float) -> RunFolder:
     return run
 
 
+def courtyard(folder: Path, seed: int) -> MatchSetup:
+    """The match of the thesis, in which nobody needs a laser."""
+    file = folder / "courtyard.toml"
+    file.write_text("lasers = false\n" + match_path("sharks-and-minnows").read_text())
+    return load_match(file, engine="planar", seed=seed)
+
+
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, tuple[MatchSetup, RunFolder]]:
     base = tmp_path_factory.mktemp("runs")
     flags = base / "flags.toml"
     flags.write_text(match_text(four_each("aggressive", "balanced"), rules="round_time = 60.0"))
     setups = {
-        "sharks-and-minnows": (load_match(match_path("sharks-and-minnows"), engine="planar", seed=3), 300.0),
+        "sharks-and-minnows": (courtyard(base, seed=3), 300.0),
         "pursuit-evasion": (load_match(match_path("pursuit-evasion"), engine="planar").at_rate(0), 300.0),
         "roboflag": (load_match(flags), 90.0),
     }
@@ -165,7 +172,7 @@ def test_a_recording_that_shows_a_robot_elsewhere_is_found(
 ) -> None:
     """Its evidence and its journal agree, but what people watch is of another match."""
     setup, run = runs["sharks-and-minnows"]
-    other = played(tmp_path / "other", load_match(match_path("sharks-and-minnows"), engine="planar", seed=4), 20.0)
+    other = played(tmp_path / "other", courtyard(tmp_path, seed=4), 20.0)
     run_with_other = RunFolder(tmp_path / "mixed")
     run_with_other.prepare()
     for source, target in ((run.journal, run_with_other.journal), (run.evidence, run_with_other.evidence)):

@@ -32,11 +32,10 @@ class StrategyContract:
         for player in setup.players:
             assert strategy_of(setup, player.name).name == player.name
 
-    def test_it_plays_and_what_it_answers_can_go_over_the_wire(self, match_file: Path, tmp_path: Path) -> None:
-        ending, _ = self.played(match_file, tmp_path / "run")
+    def test_it_plays_over_the_wire_and_the_same_seed_gives_the_same_match(
+        self, match_file: Path, tmp_path: Path
+    ) -> None:
+        (ending, first), (_, second) = (self.played(match_file, tmp_path / name) for name in ("first", "second"))
         assert ending.time > 0.0
-
-    def test_the_same_seed_gives_the_same_match(self, match_file: Path, tmp_path: Path) -> None:
-        journals = [self.played(match_file, tmp_path / str(number))[1] for number in range(2)]
-        if journals[0] != journals[1]:
+        if first != second:
             pytest.fail("two matches of one seed differ: does it use a random source or a clock of its own?")

@@ -38,6 +38,8 @@ class TestRules(RuleBookContract):
 
 
 class TestPlayer(StrategyContract):
+    seconds = 10.0
+
     @pytest.fixture
     def match_file(self, tmp_path: Path) -> Path:
         file = tmp_path / "match.toml"

@@ -26,6 +26,8 @@ class TestRules(RuleBookContract):
 
 
 class TestPlayers(StrategyContract):
+    seconds = 30.0
+
     @pytest.fixture
     def match_file(self, tmp_path: Path) -> Path:
         file = tmp_path / "match.toml"

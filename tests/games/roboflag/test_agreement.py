@@ -357,7 +357,9 @@ class Game:
         return self._at((round(place[0] / GRID / 0.5) * GRID * 0.5, round(place[1] / GRID / 0.5) * GRID * 0.5))
 
 
-@pytest.mark.parametrize("chunk", range(CHUNKS))
+@pytest.mark.parametrize(
+    "chunk", [*range(3), *(pytest.param(chunk, marks=pytest.mark.thorough) for chunk in range(3, CHUNKS))]
+)
 def test_both_referees_agree_at_every_tick(chunk: int) -> None:
     counted: Counter[str] = Counter()
     for number in range(GAMES // CHUNKS):

@@ -21,9 +21,9 @@ BODIES = 0.45
 
 MATCHES = [
     ("aggressive", "conservative", 0),
-    ("balanced", "mixed", 1),
-    ("aggressive-two-groups", "tag-defense", 2),
-    ("flagged-safety", "hail-mary", 3),
+    pytest.param("balanced", "mixed", 1, marks=pytest.mark.thorough),
+    pytest.param("aggressive-two-groups", "tag-defense", 2, marks=pytest.mark.thorough),
+    pytest.param("flagged-safety", "hail-mary", 3, marks=pytest.mark.thorough),
 ]
 
 

@@ -23,6 +23,8 @@ class TestRules(RuleBookContract):
 
 
 class TestPlayer(StrategyContract):
+    seconds = 30.0
+
     @pytest.fixture
     def match_file(self, tmp_path: Path) -> Path:
         file = tmp_path / "match.toml"
