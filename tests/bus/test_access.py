@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.naming import names
 from vrg.bus.access import NODE_OF_SEAT, hears, in_words, lines, may_publish, rules, speaks
-from vrg.bus.names import chunk_of, is_name
+from vrg.bus.names import chunk_of
 from vrg.bus.seats import NAMED, Roster, Seat, SeatKind, seats_of_node
 from vrg.bus.topics import Keys, Qos, TopicLine, key_matches, router_alive
 
@@ -228,10 +229,10 @@ def test_the_router_is_no_subject_of_its_own_rules() -> None:
     assert "router" not in {s["id"] for s in ACCESS["subjects"]}
 
 
-names = st.text(min_size=1, max_size=12).filter(is_name)
+NAMES = names(12)
 
 
-@given(st.dictionaries(names, st.sampled_from(["red", "blue"]), min_size=1, max_size=5))
+@given(st.dictionaries(NAMES, st.sampled_from(["red", "blue"]), min_size=1, max_size=5))
 def test_whatever_the_players_are_called_nobody_drives_anothers_robot(teams: dict[str, str]) -> None:
     roster = Roster("m", teams)
     line = Keys.drive
@@ -288,7 +289,7 @@ def test_a_node_without_a_seat_is_refused() -> None:
         seats_of_node("ghost", "")
 
 
-@given(names, names)
+@given(NAMES, NAMES)
 def test_two_seats_never_share_a_common_name(one: str, other: str) -> None:
     first, second = Seat(SeatKind.PLAYER, one), Seat(SeatKind.PLAYER, other)
     assert (first.common_name == second.common_name) is (one == other)

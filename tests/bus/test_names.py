@@ -6,8 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.naming import names
 from vrg.bus import messages as m
-from vrg.bus.names import check_name, chunk_of, is_name, name_of, normal
+from vrg.bus.names import check_name, chunk_of, name_of, normal
 from vrg.bus.topics import Keys, key_matches, name_in
 from vrg.errors import ConfigError
 from vrg.hal.sensors import message_class
@@ -33,7 +34,7 @@ def test_a_mark_that_is_typed_after_its_letter_is_the_same_name() -> None:
     assert normal("Jose\u0301") == "José"
 
 
-@given(st.text(min_size=1, max_size=64).map(normal).filter(is_name))
+@given(names())
 def test_a_key_is_ascii_and_tells_the_name_again(name: str) -> None:
     chunk = chunk_of(name)
     assert re.fullmatch(r"[A-Za-z0-9_-]+", chunk)

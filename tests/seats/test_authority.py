@@ -6,9 +6,8 @@ import pytest
 from cryptography import x509
 from cryptography.x509.oid import ExtendedKeyUsageOID
 from hypothesis import given, settings
-from hypothesis import strategies as st
 
-from vrg.bus.names import is_name
+from tests.naming import names
 from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.errors import ConfigError
 from vrg.seats.authority import (
@@ -99,14 +98,14 @@ def test_a_private_key_is_not_in_a_log_by_accident() -> None:
 
 
 @settings(max_examples=15, deadline=None)
-@given(st.text(min_size=1, max_size=64).filter(is_name))
+@given(names())
 def test_a_player_of_any_name_gets_a_certificate(name: str) -> None:
     seat = Seat(SeatKind.PLAYER, name)
     assert validity(make_seat(AUTHORITY, seat, NOW, LASTS).certificate).common_name == seat.common_name
 
 
 @settings(max_examples=5, deadline=None)
-@given(st.text(min_size=1, max_size=64).filter(is_name))
+@given(names())
 def test_a_match_of_any_name_gets_an_authority(name: str) -> None:
     authority = make_authority(name, NOW)
     assert is_of(make_seat(authority, ANN, NOW, LASTS).certificate, authority.certificate)

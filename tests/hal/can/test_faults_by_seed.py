@@ -10,7 +10,7 @@ from vrg.testing.can_faults.__main__ import main
 from vrg.testing.can_faults.life import Life, live
 
 PROTOCOLS = ("odrive", "cia402", "moteus", "vesc")
-LIVES = 4
+LIVES = 2
 """The lives of robots of each protocol; `make test-all` plays a thousand."""
 SEARCHED = 24
 """The lives in which broken code must be found."""
