@@ -47,8 +47,6 @@ def test_every_file_with_tests_is_in_a_lot(lots: ModuleType, monkeypatch: pytest
         for path in files
         if re.search(pattern, path.read_text())
         and not (marks == lots.FAST and "tests/system/" in str(path))
-        # What is marked for a virtual CAN bus as a whole is no test of processes on the loopback.
-        and not (marks == lots.SYSTEM and re.search(marked[lots.VCAN], path.read_text()) and "vcan" in path.stem)
         if not any(path.is_relative_to(given) for given in paths(lots, marks))
     ]
     assert not missing, "\n".join(missing)

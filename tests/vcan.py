@@ -1,21 +1,13 @@
 """The CAN interface that tests marked `vcan` use, and the bus of those that need no CAN in the kernel."""
 
-import os
 import socket
 import struct
 import sys
-
-import pytest
 
 from tests.requirements import missing
 from vrg.hal.can.link import Link
 
 INTERFACE = "vcan0"
-IN_REAL_TIME = pytest.mark.skipif(
-    os.environ.get("VRG_VCAN") == "uml",
-    reason="a user-mode kernel has one CPU and is too slow for a dozen processes in real time",
-)
-"""For whole matches, which are tested with CAN frames in multicast where the kernel has no CAN."""
 VCAN = Link(channel=INTERFACE)
 UDP = Link(interface="udp_multicast", channel="239.74.163.7")
 """A bus on which each frame is a datagram to a multicast group."""
