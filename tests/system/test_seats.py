@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from tests.system.conftest import Arena
-from tests.system.harness import DEADLINE, MINNOWS, PLAYERS, Match, long_match, patient, short_match, wait_until
+from tests.system.harness import DEADLINE, PLAYERS, Match, long_match, patient, short_match, wait_until
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
 from vrg.bus.configuration import client_settings
@@ -262,40 +262,6 @@ def test_nobody_hears_what_the_other_team_says(guarded: Match) -> None:
             guarded.observer.time_passes(0.5, "in which others might hear it")
         assert opponent.heard == []
         assert window.heard == []
-
-
-@pytest.mark.thorough
-def test_a_window_watches_and_decides_nothing(guarded: Match) -> None:
-    keys, observer = guarded.keys, guarded.observer
-    window = seat(guarded, Seat(SeatKind.WINDOW)).folder
-    halt = put(keys.official.key, m.Official(action=m.OfficialAction.HALT, by="window"))
-    drive = put(keys.manual("ann").key, m.Manual(forward=0.0, turn=1.0, lease=1.0), observer.now)
-    with Spy(guarded) as spy:
-        shown = [keys.poses.key, *(keys.report(name).key for name in PLAYERS)]
-        heard = rogue(guarded, window, put=[halt, drive], until=[keys.clock.key, *shown])
-        assert not spy.got(*halt)
-        assert not spy.got(*drive)
-    assert set(shown) <= set(heard)
-    assert observer.playing or observer.stalled
-
-
-@pytest.mark.thorough
-def test_a_commander_commands_its_own_team_only(guarded: Match) -> None:
-    keys = guarded.keys
-    own = put(keys.order("minnows").key, m.TeamOrder(priority=None, lease=0.5))
-    other = put(keys.order("sharks").key, m.TeamOrder(priority=None, lease=0.5))
-    foreign = put(keys.manual("shark").key, m.Manual(forward=1.0, turn=0.0, lease=0.5))
-    commander = seat(guarded, Seat(SeatKind.COMMANDER, "minnows")).folder
-    with Spy(guarded) as spy:
-        team = [keys.report(name).key for name in MINNOWS]
-        listen = [keys.report().key, keys.poses.key]
-        heard = rogue(guarded, commander, put=[own, other, foreign], listen=listen, until=[keys.clock.key, *team])
-        guarded.observer.wait_until(lambda: spy.got(*own), "its own order")
-        assert not spy.got(*other)
-        assert not spy.got(*foreign)
-    assert set(team) <= set(heard)
-    assert keys.report("shark").key not in heard
-    assert keys.poses.key not in heard
 
 
 def write_seat(folder: Path, made: KeyPair, authority: KeyPair) -> Credentials:

@@ -11,7 +11,6 @@ import pytest
 
 from tests.system.harness import PLAYERS, Match, long_match, patient, short_match, wait_until
 from tests.system.observer import Observer
-from vrg.bus.messages import DISQUALIFIED
 
 pytestmark = pytest.mark.system
 
@@ -67,18 +66,6 @@ def test_files_of_the_working_folder_are_not_taken_for_the_package_or_the_librar
 
 
 @pytest.mark.thorough
-def test_a_player_that_ends_its_program_while_it_starts_is_out_and_the_others_play(
-    start: Callable[..., Match], tmp_path: Path
-) -> None:
-    code = 'import os\nprint("no such gripper", flush=True)\nos._exit(7)\n'
-    match = start(with_strategy(long_match("stillborn"), tmp_path, code), movers=("ann", "cid"))
-    assert "bob: ended with status 7: no such gripper: disqualified" in match.said()
-    player = match.observer.state.player("bob")
-    assert player is not None
-    match.observer.wait_until(lambda: match.observer.state.player("bob").state == DISQUALIFIED, "bob to be out")  # type: ignore[union-attr]
-
-
-@pytest.mark.thorough
 def test_ctrl_c_during_the_start_ends_it(launch: Callable[..., Match], tmp_path: Path) -> None:
     (tmp_path / "blocks").touch()
     match = launch(with_strategy(long_match("interrupted"), tmp_path, BLOCKS))
@@ -109,28 +96,6 @@ def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., M
     match.child("bob").kill()
     observer.wait_until(lambda: _called(observer, "bob plays again from the next pass"), "bob to be back")
     assert {name: match.child(name).pid for name in others} == before
-
-
-@pytest.mark.thorough
-def test_with_the_other_policy_a_player_that_stays_away_halts_the_match(
-    start: Callable[..., Match], tmp_path: Path
-) -> None:
-    text = long_match("strict").replace("seed = 5", 'seed = 5\non_fault = "halt"')
-    match = start(with_strategy(text, tmp_path, BLOCKS))
-    observer = match.observer
-    (tmp_path / "blocks").touch()
-    match.child("bob").kill()
-
-    def missed() -> bool:
-        if observer.stalled:
-            observer.resume()
-        return observer.state.halted is not None and not observer.stalled
-
-    observer.wait_until(missed, "bob to be missed")
-    assert "bob has not reported" in (observer.state.halted or "")
-    (tmp_path / "blocks").unlink()
-    match.child("bob").kill()
-    match.resume()
 
 
 def _called(observer: Observer, text: str) -> bool:
