@@ -22,7 +22,7 @@ from vrg.hal.can.workshop.moteus import MoteusListener
 from vrg.hal.clock import REAL_CLOCK
 from vrg.hal.models import robot_model
 
-pytestmark = pytest.mark.vcan
+pytestmark = [pytest.mark.vcan, pytest.mark.thorough]
 
 PATIENCE = 180.0
 ON = ("--channel", INTERFACE)
@@ -69,7 +69,6 @@ def node(tmp_path: Path) -> Iterator[Callable[..., "subprocess.Popen[bytes]"]]:
         yield start
 
 
-@pytest.mark.thorough
 def test_scan_tells_who_is_there(node: Callable[..., object]) -> None:
     node("--id", "0", "--id", "5", "--serial", "4660")
     vrg("can", "fault", "error", *ON, "--id", "5", "--value", "0x2200")
@@ -83,7 +82,6 @@ def test_scan_tells_who_is_there(node: Callable[..., object]) -> None:
     assert "24.0" in text
 
 
-@pytest.mark.thorough
 def test_scan_finds_two_drives_with_one_id(node: Callable[..., object]) -> None:
     node("--id", "3", "--serial", "170")
     node("--id", "3", "--serial", "187")
@@ -91,14 +89,12 @@ def test_scan_finds_two_drives_with_one_id(node: Callable[..., object]) -> None:
     assert "odrive 3: 2 drives have this id: AA, BB" in text
 
 
-@pytest.mark.thorough
 def test_scan_of_an_empty_bus_says_so() -> None:
     done = vrg("can", "scan", *ON, "--for", "0.5")
     assert done.returncode == 1
     assert "no drives" in done.stdout
 
 
-@pytest.mark.thorough
 def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) -> None:
     node("--id", "2")
     command = [sys.executable, "-m", "vrg", "can", "monitor", *ON, "--ask"]
@@ -123,7 +119,6 @@ def test_monitor_shows_a_drive_that_falls_silent(node: Callable[..., object]) ->
     assert "no heartbeat for" in out
 
 
-@pytest.mark.thorough
 def test_monitor_only_listens(node: Callable[..., object]) -> None:
     node("--id", "2")
     node("--protocol", "cia402", "--id", "9")
@@ -167,7 +162,6 @@ def test_a_drive_is_turned_stopped_and_given_another_id(node: Callable[..., obje
 
 
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
-@pytest.mark.thorough
 def test_a_node_stops_when_it_is_told(node: Callable[..., "subprocess.Popen[bytes]"], how: signal.Signals) -> None:
     process = node("--id", "1")
     process.send_signal(how)
@@ -190,7 +184,6 @@ def test_a_node_stops_when_it_is_told(node: Callable[..., "subprocess.Popen[byte
         (("can", "fault", "error", *ON, "--id", "0", "--value", "much"), "expected a whole number"),
     ],
 )
-@pytest.mark.thorough
 def test_what_cannot_be_is_said(arguments: tuple[str, ...], words: str) -> None:
     done = vrg(*arguments)
     assert done.returncode in (1, 2)
@@ -198,7 +191,6 @@ def test_what_cannot_be_is_said(arguments: tuple[str, ...], words: str) -> None:
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.thorough
 def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., object], tmp_path: Path) -> None:
     node("--id", "0", "--id", "1")
     match = tmp_path / "match.toml"
@@ -240,7 +232,6 @@ def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., ob
     assert min(speeds[1]) < -10.0
 
 
-@pytest.mark.thorough
 def test_a_calibration_file_that_does_not_fit_is_said_before_a_match(tmp_path: Path) -> None:
     match = tmp_path / "match.toml"
     text = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, link=VCAN, can="")

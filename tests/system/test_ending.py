@@ -17,7 +17,7 @@ pytestmark = pytest.mark.system
 
 
 def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None:
-    match = start(short_match("short", pass_limit=25.0, rate=3.0))
+    match = start(short_match("short", pass_limit=12.0, rate=3.0))
     assert match.play_out() == 0
     said, run = match.said(), match.run
     assert "killed" not in said

@@ -126,11 +126,18 @@ def given_back(match: Match, names: tuple[str, ...]) -> None:
 
 @pytest.mark.system
 @pytest.mark.parametrize(
-    "link", [pytest.param(None, id="virtual"), pytest.param(UDP, id="can", marks=pytest.mark.thorough)]
+    ("link", "faults"),
+    [
+        pytest.param(None, [signal.SIGKILL], id="virtual, dies"),
+        pytest.param(None, [signal.SIGSTOP], id="virtual, hangs", marks=pytest.mark.thorough),
+        pytest.param(UDP, [signal.SIGKILL, signal.SIGSTOP], id="can, dies and hangs", marks=pytest.mark.thorough),
+    ],
 )
-def test_four_led_robots_stop_when_the_referee_falls_silent(tmp_path: Path, link: Link | None) -> None:
+def test_four_led_robots_stop_when_the_referee_falls_silent(
+    tmp_path: Path, link: Link | None, faults: list[signal.Signals]
+) -> None:
     (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
     with Match(tmp_path, lease_match(LED, link), movers=()) as match:
-        check_leases(match, LED, signal.SIGKILL)
-        given_back(match, LED)
-        check_leases(match, LED, signal.SIGSTOP)
+        for fault in faults:
+            check_leases(match, LED, fault)
+            given_back(match, LED)

@@ -26,8 +26,8 @@ lasers = false
 [rules]
 x = [-5.0, 5.0]
 y = [-8.0, 8.0]
-passes = 2
-pass_limit = 15.0
+passes = 1
+pass_limit = 10.0
 """
 PLAYERS = (("shark", "shark", 0.0, -7.0), ("annika", "minnow", -3.0, 7.0), ("bob", "minnow", 3.0, 7.0))
 ANNIKA = """

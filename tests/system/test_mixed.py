@@ -334,6 +334,7 @@ def test_a_match_of_robots_of_two_protocols_and_virtual_ones_is_played_to_its_en
         assert np.ptp(tracks[name].y) > 2.0, f"{name} has hardly moved"
 
 
+@pytest.mark.thorough
 def test_a_wrong_id_is_said_before_anything_moves(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> None:
     arena.clear()
     folder = tmp_path_factory.mktemp("wrong")

@@ -6,5 +6,6 @@ from tests.system.test_benchmarks import run
 
 
 @pytest.mark.vcan
+@pytest.mark.thorough
 def test_it_runs() -> None:
     run("can")
