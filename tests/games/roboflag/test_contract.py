@@ -69,7 +69,7 @@ def test_all_nine_strategies_are_registered() -> None:
 
 @pytest.mark.parametrize("strategy", NAMES)
 class TestStrategies(StrategyContract):
-    seconds = 15.0
+    seconds = 8.0
 
     @pytest.fixture
     def match_file(self, strategy: str, tmp_path: Path) -> Path:

@@ -41,7 +41,7 @@ def standing_times(seen: Sequence[Moment], name: str) -> dict[str, float]:
 
 @pytest.mark.parametrize(("red", "blue", "seed"), MATCHES)
 def test_a_match_looks_played(red: str, blue: str, seed: int, tmp_path: Path) -> None:
-    seen = watched(tmp_path, four_each(red, blue), 100.0, seed)
+    seen = watched(tmp_path, four_each(red, blue), 60.0, seed)
     names = [player.name for player in seen[-1].state.players]
     for name in names:
         for mode, time in standing_times(seen, name).items():
