@@ -38,12 +38,10 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _warm_servers() -> Iterator[None]:
-    """Strategies are tried, and games of experiments are played, by forks of servers that all tests share."""
+def warm_servers() -> Iterator[WarmServers]:
+    """Strategies are tried by forks of one server that all tests share."""
     servers = WarmServers()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("vrg.launch.trial.fork_server", servers.fork_server)
-        for module in ("contenders", "workers"):
-            patch.setattr(f"vrg.evaluation.{module}.server_for", servers.server_for)
-        yield
+        yield servers
     servers.end()

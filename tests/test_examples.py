@@ -12,7 +12,8 @@ ROOT = Path(__file__).parents[1]
 
 
 def test_a_match_with_players_of_ones_own_is_played(tmp_path: Path) -> None:
-    command = ["play", str(ROOT / "examples" / "my_match.toml"), "--in-process", "--runs", str(tmp_path)]
+    match = str(ROOT / "examples" / "my_match.toml")
+    command = ["play", match, "--in-process", "--engine", "planar", "--runs", str(tmp_path)]
     done = subprocess.run(
         [sys.executable, "-m", "vrg", *command], cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False
     )

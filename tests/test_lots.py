@@ -45,8 +45,7 @@ def test_every_file_with_tests_is_in_a_lot(lots: ModuleType, monkeypatch: pytest
         f"{path.relative_to(ROOT)} in {marks!r}"
         for marks, pattern in (*marked.items(), (lots.FAST, r"def test_|Contract\)"))
         for path in files
-        if re.search(pattern, path.read_text())
-        and not (marks == lots.FAST and "tests/system/" in str(path))
+        if re.search(pattern, path.read_text()) and not (marks == lots.FAST and "tests/system/" in str(path))
         if not any(path.is_relative_to(given) for given in paths(lots, marks))
     ]
     assert not missing, "\n".join(missing)

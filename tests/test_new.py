@@ -53,7 +53,7 @@ def good(vrg: Vrg, *arguments: str) -> str:
 def played(match_file: Path, folder: Path) -> Ending:
     """Play a match in one process to its end."""
     folder.mkdir()
-    setup, run = load_match(match_file), RunFolder(folder)
+    setup, run = load_match(match_file, engine="planar"), RunFolder(folder)
     with open_journal(setup, run) as journal:
         return play(setup, journal, limit=400.0, logs=folder)
 

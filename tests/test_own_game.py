@@ -45,7 +45,7 @@ def vrg(installed: dict[str, str], folder: Path, *arguments: str) -> subprocess.
     return subprocess.run(command, cwd=folder, env=installed, capture_output=True, text=True, timeout=300, check=False)
 
 
-@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+@pytest.mark.parametrize("engine", ["planar", pytest.param("pybullet", marks=pytest.mark.thorough)])
 def test_the_lion_catches_the_man(installed: dict[str, str], tmp_path: Path, engine: str) -> None:
     done = vrg(installed, tmp_path, "play", "lion-and-man", "--in-process", "--headless", "--engine", engine)
     assert done.returncode == 0, done.stderr
@@ -65,7 +65,9 @@ def test_an_arena_that_is_not_convex_is_refused_with_its_line(installed: dict[st
 
 
 def test_the_robot_with_the_compass_drives_north(installed: dict[str, str], tmp_path: Path) -> None:
-    done = vrg(installed, tmp_path, "play", str(ROBOT / "match.toml"), "--in-process", "--headless")
+    done = vrg(
+        installed, tmp_path, "play", str(ROBOT / "match.toml"), "--in-process", "--headless", "--engine", "planar"
+    )
     assert done.returncode == 0, done.stderr
     code = (
         "from pathlib import Path; from vrg.recording.reader import read_tracks;"

@@ -72,6 +72,7 @@ def run(line: str, folder: Path) -> str:
     return before + out if serves else out
 
 
+@pytest.mark.thorough
 def test_a_first_player_is_written_step_by_step(tmp_path: Path) -> None:
     file = tmp_path / "ann.py"
     for _, text in sorted([*shell_lines(FIRST), *((number, block) for number, block in blocks(FIRST))]):
@@ -85,6 +86,7 @@ def test_a_first_player_is_written_step_by_step(tmp_path: Path) -> None:
 
 
 @pytest.mark.system
+@pytest.mark.thorough
 def test_a_class_plays_its_tournament_and_its_final(tmp_path: Path) -> None:
     names = {"ann": "Ann", "bob": "Bob", "Anna Maria": "AnnaMaria"}
     (tmp_path / "class").mkdir()

@@ -1,12 +1,13 @@
 """A match that is over in a moment, and strategies that play it in all kinds of ways."""
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
+from tests.warm import WarmServers
 from vrg.bus.stopping import StopSignal
 from vrg.cli import main
 from vrg.config.loading import load_match
@@ -27,10 +28,10 @@ lasers = false
 
 [rules]
 x = [-3.0, 3.0]
-y = [-5.0, 5.0]
-zone_depth = 2.0
+y = [-4.0, 4.0]
+zone_depth = 1.5
 passes = 1
-pass_limit = 40.0
+pass_limit = 15.0
 lineup = "place"
 slowest = 0.9
 
@@ -38,22 +39,22 @@ slowest = 0.9
 name = "shark"
 role = "shark"
 x = 0.0
-y = -4.0
+y = -3.2
 heading = 90.0
 
 [[players]]
 name = "ann"
 role = "minnow"
-x = -1.5
-y = 4.0
+x = -1.8
+y = 3.2
 heading = -90.0
 
 [[players]]
 name = "bob"  # it has one of its own, which is replaced
 role = "minnow"
 strategy = "sharks-and-minnows"
-x = 1.5
-y = 4.0
+x = 1.8
+y = 3.2
 heading = -90.0
 """
 PLAYERS = """
@@ -92,7 +93,7 @@ class Remembers(SharksAndMinnowsPlayer):
         played.append(name)
 
     def act(self, view):
-        return STILL if len(played) > 4 else super().act(view)
+        return STILL if len(played) > 2 else super().act(view)
 """
 
 
@@ -100,13 +101,31 @@ OWN = "from vrg.agents import STILL, Strategy, Twist\n\n\nclass Mine(Strategy):\
 """The beginning of the file of a strategy, up to what it returns."""
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _warm_games(warm_servers: WarmServers) -> Iterator[None]:
+    """Games are played by forks of one server, too."""
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("contenders", "workers"):
+            patch.setattr(f"vrg.evaluation.{module}.server_for", warm_servers.server_for)
+        yield
+
+
+def match_in(folder: Path) -> Path:
+    """The match file, with `players.py` beside it."""
+    file = folder / "tiny.toml"
+    file.write_text(MATCH, encoding="utf-8")
+    (folder / "players.py").write_text(PLAYERS, encoding="utf-8")
+    return file
+
+
+def unsealed(match: Path) -> None:
+    """Let the strategies of a match be played in the process of the game, which takes half the time."""
+    match.write_text(MATCH.replace("lasers = false", "lasers = false\nsandbox = false"), encoding="utf-8")
+
+
 @pytest.fixture
 def match(tmp_path: Path) -> Path:
-    """The match file, with `players.py` beside it."""
-    file = tmp_path / "tiny.toml"
-    file.write_text(MATCH, encoding="utf-8")
-    (tmp_path / "players.py").write_text(PLAYERS, encoding="utf-8")
-    return file
+    return match_in(tmp_path)
 
 
 class Never:
@@ -134,11 +153,14 @@ def play(match: Path) -> Play:
         pairs: int = 2,
         jobs: int = 2,
         seed: int = 0,
+        sealed: bool = False,
         limit: float = 3600.0,
         play_all: bool = True,
         stop: StopSignal | None = None,
         told: Callable[[GameRecord], None] = lambda _: None,
     ) -> list[GameRecord]:
+        if not sealed:
+            unsealed(match)
         setup = load_match(match)
         found = contenders([target(match, name) for name in (first, second)])
         definition = define(setup, found, seed=seed, limit=limit)

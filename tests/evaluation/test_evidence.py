@@ -101,7 +101,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("confidence", [0.8, 0.95])
+@pytest.mark.parametrize("confidence", [pytest.param(0.8, marks=pytest.mark.thorough), 0.95])
 @pytest.mark.parametrize("chances", CASES.values(), ids=CASES)
 def test_whoever_looks_after_every_pair_is_as_rarely_wrong_as_promised(
     chances: npt.NDArray[np.float64], confidence: float

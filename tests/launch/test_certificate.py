@@ -3,21 +3,21 @@
 import itertools
 import json
 import math
-import os
-import subprocess
-import sys
+import shutil
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
 from tests.system.harness import long_match
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Official, OfficialAction, Poses, at_rest
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Topic
+from vrg.cli import make_app
 from vrg.commands.stops import rows
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
@@ -131,12 +131,8 @@ def test_the_result_holds_the_certificate(run: tuple[RunFolder, MatchSetup, Offi
 
 
 def vrg(*arguments: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-P", "-m", "vrg", *arguments], capture_output=True, text=True, timeout=600, check=False,
-        stdin=subprocess.DEVNULL,
-        env={**os.environ, "COLUMNS": "250"},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(make_app(), arguments, env={"COLUMNS": "250"})
+    assert done.exit_code == 0, done.output
     return done.stdout
 
 
@@ -187,8 +183,11 @@ def test_without_a_recording_the_incidents_are_told_and_that_no_stop_is_known(tm
     assert "is not known" in vrg("run", "stops", str(folder.path))
 
 
-def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(tmp_path: Path) -> None:
-    folder, setup, _ = played(tmp_path, PLAN, until=13.0)
+def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(
+    run: tuple[RunFolder, MatchSetup, Official_], tmp_path: Path
+) -> None:
+    setup, folder = run[1], RunFolder(tmp_path / "torn")
+    shutil.copytree(run[0].path, folder.path)
     whole = certificate_of(setup, folder)
     data = folder.recording.read_bytes()
     folder.recording.write_bytes(data[: round(len(data) * 0.6)])

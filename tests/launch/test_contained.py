@@ -111,16 +111,18 @@ CULPRITS = {
 }
 
 
-def match_with(folder: Path, kind: str, more: str = "") -> Path:
-    """A short match in which bob plays by a class of BROKEN."""
+def match_with(folder: Path, *kinds: str, more: str = "") -> Path:
+    """A short match in which bob, and then cid, play by classes of BROKEN."""
     (folder / "broken.py").write_text(BROKEN)
-    text = short_match("broken").replace('name = "bob"', f'name = "bob"\nstrategy = "broken.py:{kind}"')
+    text = short_match("broken")
+    for name, kind in zip(("bob", "cid"), kinds, strict=False):
+        text = text.replace(f'name = "{name}"', f'name = "{name}"\nstrategy = "broken.py:{kind}"')
     (folder / "match.toml").write_text(text.replace("seed = 5", f"seed = 5\nmemory = 300\n{more}"))
     return folder / "match.toml"
 
 
-def played(folder: Path, kind: str, more: str = "") -> tuple[Ending, list[Call]]:
-    setup = load_match(match_with(folder, kind, more))
+def played(folder: Path, *kinds: str, more: str = "") -> tuple[Ending, list[Call]]:
+    setup = load_match(match_with(folder, *kinds, more=more))
     run = RunFolder(folder)
     run.prepare()
     with open_journal(setup, run) as journal:
@@ -128,22 +130,28 @@ def played(folder: Path, kind: str, more: str = "") -> tuple[Ending, list[Call]]
     return ending, [call for record in read_journal(run.journal)[1] for call in record.calls]
 
 
-@pytest.mark.parametrize("kind", list(CULPRITS))
-def test_the_culprit_is_named_and_the_others_play_on(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+# Those that flood, or fill the memory, are alone in their process.
+TOGETHER = [("Raises", "Nan"), ("Leaves", "Odd"), ("Interrupts", "Silly")]
+ALONE = [(kind,) for kind in CULPRITS if not any(kind in kinds for kinds in TOGETHER)]
+
+
+@pytest.mark.parametrize("kinds", [*TOGETHER, *ALONE], ids="-".join)
+def test_the_culprits_are_named_and_the_others_play_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kinds: tuple[str, ...]
 ) -> None:
     # In real time: a slow machine takes long to fill the memory.
-    monkeypatch.setattr(bounds, "BUDGET", 0.5 if kind == "Loops" else 60.0)
-    ending, calls = played(tmp_path, kind)
+    monkeypatch.setattr(bounds, "BUDGET", 0.5 if "Loops" in kinds else 60.0)
+    ending, calls = played(tmp_path, *kinds)
     assert ending.state.stage is Stage.GAME_OVER
-    out = [call.text for call in calls if call.rule == "disqualified"]
-    assert len(out) == 1
-    assert out[0].startswith(f"bob is disqualified: {CULPRITS[kind]}")
-    assert "broken.py, line " in out[0] or len(out[0]) > 300, "a long answer is cut"
-    bob = ending.state.player("bob")
-    assert bob is not None
-    assert (bob.state, bob.may_move) == (DISQUALIFIED, False)
-    assert "broken.py" in (tmp_path / "logs" / "bob.log").read_text()
+    out = {call.players[0]: call.text for call in calls if call.rule == "disqualified"}
+    assert len(out) == len(kinds)
+    for name, kind in zip(("bob", "cid"), kinds, strict=False):
+        assert out[name].startswith(f"{name} is disqualified: {CULPRITS[kind]}")
+        assert "broken.py, line " in out[name] or len(out[name]) > 300, "a long answer is cut"
+        player = ending.state.player(name)
+        assert player is not None
+        assert (player.state, player.may_move) == (DISQUALIFIED, False)
+        assert "broken.py" in (tmp_path / "logs" / f"{name}.log").read_text()
 
 
 GREEDY = """
@@ -225,9 +233,9 @@ class Raises(Strategy):
 """
 
 
-@pytest.mark.parametrize("kind", ["Bids", "Mode", "Floats", "Sees", "Raises"])
-def test_no_object_of_a_strategy_ends_the_match(tmp_path: Path, kind: str) -> None:
-    path = match_with(tmp_path, kind)
+@pytest.mark.parametrize("kinds", [("Bids", "Mode"), ("Floats", "Sees"), ("Raises",)], ids="-".join)
+def test_no_object_of_a_strategy_ends_the_match(tmp_path: Path, kinds: tuple[str, ...]) -> None:
+    path = match_with(tmp_path, *kinds)
     (tmp_path / "broken.py").write_text(ODD)
     setup, run = load_match(path), RunFolder(tmp_path)
     run.prepare()
@@ -287,10 +295,12 @@ def test_who_fails_once_goes_on_with_a_fresh_strategy(tmp_path: Path) -> None:
 
 def test_a_match_that_is_to_halt_ends_and_says_why(tmp_path: Path) -> None:
     with pytest.raises(LaunchError, match=r"bob: it fails too often: ZeroDivisionError.*broken\.py, line 10"):
-        played(tmp_path, "Raises", 'on_fault = "halt"')
+        played(tmp_path, "Raises", more='on_fault = "halt"')
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
+@pytest.mark.parametrize(
+    "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)], ids=["Ctrl-C", "SIGTERM"]
+)
 def test_an_endless_loop_ends_at_the_first_signal(tmp_path: Path, number: signal.Signals) -> None:
     match = match_with(tmp_path, "Loops")
     marked = BROKEN.replace(

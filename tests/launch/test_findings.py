@@ -1,3 +1,4 @@
+import functools
 from pathlib import Path
 
 import pytest
@@ -12,26 +13,25 @@ from vrg.localisation.source import SOURCES
 
 @pytest.fixture
 def quiet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """No other command is run: what they find is tested elsewhere."""
+    """Of other commands only `vrg check` is run, once for each match file: what they find is tested elsewhere."""
+    monkeypatch.setattr(findings, "_run", functools.cache(findings._run))
     monkeypatch.setattr(findings, "_doctor", lambda: [Finding("python", True, "3.11.7"), Finding("numpy", True, "2")])
 
 
 @pytest.mark.usefixtures("quiet")
-@pytest.mark.parametrize("lacking", [None, "a sandbox needs Linux"])
-def test_whether_players_can_be_sealed_is_asked_where_they_run(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, lacking: str | None
-) -> None:
-    monkeypatch.setattr(findings, "missing", lambda: lacking)
+def test_whether_players_can_be_sealed_is_asked_where_they_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "bob.py").write_text(
         "from vrg.agents import Strategy\nclass Bob(Strategy):\n    def act(self, view):\n        return None\n"
     )
     setup = load(tmp_path, MACHINES, bob='machine = "lab2"\nstrategy = "bob.py:Bob"')
-    here = {finding.what: finding for finding in examine(setup, tmp_path / "match.toml", "here")}
-    there = {finding.what: finding for finding in examine(setup, tmp_path / "match.toml", "lab2")}
-    assert "sandbox" not in here, "ann's strategy is VRG's own"
-    assert there["sandbox"].good == (lacking is None)
-    assert there["sandbox"].text == (lacking or "the players bob can be sealed")
-    assert "numpy" not in there, "of what is good only what matters is told"
+    for lacking in (None, "a sandbox needs Linux"):
+        monkeypatch.setattr(findings, "missing", lambda lacking=lacking: lacking)
+        here = {finding.what: finding for finding in examine(setup, tmp_path / "match.toml", "here")}
+        there = {finding.what: finding for finding in examine(setup, tmp_path / "match.toml", "lab2")}
+        assert "sandbox" not in here, "ann's strategy is VRG's own"
+        assert there["sandbox"].good == (lacking is None)
+        assert there["sandbox"].text == (lacking or "the players bob can be sealed")
+        assert "numpy" not in there, "of what is good only what matters is told"
 
 
 @pytest.mark.usefixtures("quiet")

@@ -101,8 +101,7 @@ def test_an_end_that_is_reported_late_keeps_its_status(server: ForkServer, tmp_p
 
 def test_a_server_that_is_frozen_is_given_up(server: ForkServer, tmp_path: Path) -> None:
     child = run(server, tmp_path / "log", "sleeps")
-    (process,) = (p for p in psutil.Process().children() if "vrg.launch.forking" in p.cmdline())
-    process.suspend()
+    psutil.Process(server._pid).suspend()
     child.kill()
     wait_until(lambda: child.poll() is not None, "the end to be seen")
     assert child.poll() == UNKNOWN_STATUS
@@ -117,7 +116,7 @@ def test_what_a_process_has_started_ends_with_it(server: ForkServer, tmp_path: P
     wait_until(lambda: len(log.read_text().split()) == 4, "all to be started")
     left = {int(word) for word in log.read_text().split()} - {child.pid}
     if how == "server killed":
-        (process,) = (p for p in psutil.Process().children() if "vrg.launch.forking" in p.cmdline())
+        process = psutil.Process(server._pid)
         process.kill()
         process.wait()
     if how != "ends":

@@ -28,7 +28,7 @@ class Game:
     """A match in lockstep, every message through the codec, with the display of one player."""
 
     def __init__(self, match: str, player: str, folder: Path, stack: ExitStack) -> None:
-        setup = load_match(match_path(match), engine="planar")
+        setup = load_match(match_path(match), engine="planar", lasers=False)
         run = RunFolder(folder)
         run.prepare()
         journal = stack.enter_context(nodes.open_journal(setup, run))
@@ -86,6 +86,7 @@ def test_goto_and_reset_in_the_game_of_the_display(tmp_path: Path, stack: ExitSt
     assert (game.hud.board.mode, game.hud.board.holder) == ("Waiting", "its own strategy")
 
 
+@pytest.mark.thorough
 def test_a_player_of_another_game_is_sent_and_plays_on_when_it_is_given_back(tmp_path: Path, stack: ExitStack) -> None:
     game = Game("sharks-and-minnows", "player1", tmp_path, stack)
     game.run(4.0)

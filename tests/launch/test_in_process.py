@@ -1,20 +1,25 @@
 """A whole match in one process: it ends, it is repeatable, and its players behave."""
 
+import functools
 import itertools
 import math
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import typer
 from mcap.reader import make_reader
 from msgspec import structs
+from typer.testing import CliRunner
 
+from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node, Tick
+from vrg.cli import make_app
 from vrg.commands import playing
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
@@ -83,18 +88,28 @@ def setup_for(engine: str, seed: int) -> MatchSetup:
     return load_match(match_path("sharks-and-minnows"), engine=engine, seed=seed, lasers=False)
 
 
-def played(folder: Path, engine: str, seed: int) -> tuple[Ending, bytes, Witness]:
-    folder.mkdir(exist_ok=True)
-    setup, run = setup_for(engine, seed), RunFolder(folder)
-    witness = Witness(setup)
-    with open_journal(setup, run) as journal:
-        ending = play(setup, journal, watchers=[witness], limit=900.0, strict=True)
-    return ending, run.journal.read_bytes(), witness
+Played = tuple[Ending, Path, Witness]
+WITH_PYBULLET = pytest.param("pybullet", marks=pytest.mark.thorough)
 
 
-@pytest.mark.parametrize("engine", ["planar", "pybullet"])
-def test_the_match_of_the_thesis_is_played_to_its_end(tmp_path: Path, engine: str) -> None:
-    ending, _, witness = played(tmp_path, engine, 0)
+@pytest.fixture(scope="module")
+def played(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, int], Played]:
+    """Plays the match of the thesis to its end, each once only: how it ended, its journal, and what was seen."""
+
+    @functools.cache
+    def whole(engine: str, seed: int) -> Played:
+        setup, run = setup_for(engine, seed), RunFolder(tmp_path_factory.mktemp("match"))
+        witness = Witness(setup)
+        with open_journal(setup, run) as journal:
+            ending = play(setup, journal, watchers=[witness], limit=900.0, strict=True)
+        return ending, run.journal, witness
+
+    return whole
+
+
+@pytest.mark.parametrize("engine", ["planar", WITH_PYBULLET])
+def test_the_match_of_the_thesis_is_played_to_its_end(played: Callable[[str, int], Played], engine: str) -> None:
+    ending, _, witness = played(engine, 0)
     state = ending.state
     assert state.stage is Stage.GAME_OVER
     assert state.winner in ("sharks", "minnows")
@@ -105,27 +120,36 @@ def test_the_match_of_the_thesis_is_played_to_its_end(tmp_path: Path, engine: st
     assert witness.stood > 100
 
 
-@pytest.mark.parametrize("engine", ["planar", "pybullet"])
-def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Path, engine: str) -> None:
+@pytest.mark.parametrize(
+    ("engine", "field"),
+    [
+        ("planar", TINY),
+        *(pytest.param(engine, "of the thesis", marks=pytest.mark.thorough) for engine in ("planar", "pybullet")),
+    ],
+    ids=["tiny", "thesis planar", "thesis pybullet"],
+)
+def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Path, engine: str, field: str) -> None:
     journals = []
     match = tmp_path / "match.toml"
-    match.write_text(match_path("sharks-and-minnows").read_text().replace("[rules]", "[rules]\npasses = 1"))
-    for i, (seed, hashes) in enumerate(((4, "1"), (4, "2"), (5, "1"))[: 2 if engine == "pybullet" else 3]):
-        command = ("play", str(match), "--in-process", "--engine", engine, "--seed", str(seed))
-        runs = tmp_path / str(i)
-        subprocess.run(
-            [sys.executable, "-m", "vrg", *command, "--no-record", "--runs", str(runs)],
-            env={**os.environ, "PYTHONHASHSEED": hashes},
-            check=True,
-            timeout=600,
-            capture_output=True,
-        )
+    thesis = match_path("sharks-and-minnows").read_text().replace("[rules]", "[rules]\npasses = 1")
+    match.write_text(TINY if field == TINY else thesis)
+    for seed, hashes in ((4, "1"), (4, "2"), (5, "")):
+        runs = tmp_path / f"{seed} {hashes}"
+        command = ["play", str(match), "--in-process", "--engine", engine, "--seed", str(seed), "--no-record"]
+        command += ["--runs", str(runs)]
+        if hashes:
+            environment = {**os.environ, "PYTHONHASHSEED": hashes}
+            subprocess.run(
+                [sys.executable, "-m", "vrg", *command], env=environment, check=True, timeout=600, capture_output=True
+            )
+        else:
+            assert CliRunner().invoke(make_app(), command).exit_code == 0
         journals.append(next(runs.glob("*/journal.jsonl")).read_bytes())
     assert journals[0] == journals[1]
-    assert journals[0] not in journals[2:], "another seed gives another match"
+    assert journals[0] != journals[2], "another seed gives another match"
 
 
-@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+@pytest.mark.parametrize("engine", ["planar", WITH_PYBULLET])
 def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engine: str) -> None:
     found = []
     for camera in (False, True):
@@ -136,7 +160,7 @@ def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engi
         setup, witness = structs.replace(setup, players=players), Witness(setup)
         seen = witness.mailbox.subscribe(setup.keys.sensor(Camera))
         with open_journal(setup, run) as journal:
-            play(setup, journal, watchers=[witness], pace=lambda time: time < 25.0, strict=True)
+            play(setup, journal, watchers=[witness], pace=lambda time: time < 12.0, strict=True)
         assert len(seen.by_key) == (len(players) if camera else 0)
         poses = witness.poses.latest
         assert poses is not None
@@ -144,15 +168,16 @@ def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engi
     assert found[0] == found[1]
 
 
-def test_nobody_runs_into_anybody_but_a_shark_into_its_prey(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seeds", [1, pytest.param(3, marks=pytest.mark.thorough)])
+def test_nobody_runs_into_anybody_but_a_shark_into_its_prey(played: Callable[[str, int], Played], seeds: int) -> None:
     """Two that flee may brush against each other for a moment."""
-    touches = [touch for seed in range(3) for touch in played(tmp_path / str(seed), "planar", seed)[2].touches]
+    touches = [touch for seed in range(seeds) for touch in played("planar", seed)[2].touches]
     assert len(touches) <= 5, "each counts for a tenth of a second"
 
 
-def test_the_journal_tells_the_whole_story(tmp_path: Path) -> None:
-    ending, _, _ = played(tmp_path, "planar", 1)
-    _, records = read_journal(tmp_path / "journal.jsonl")
+def test_the_journal_tells_the_whole_story(played: Callable[[str, int], Played]) -> None:
+    ending, journal, _ = played("planar", 0)
+    _, records = read_journal(journal)
     calls = [call for record in records for call in record.calls]
     assert [c.number for c in calls] == list(range(1, len(calls) + 1))
     tags = [c for c in calls if c.rule in ("tag", "out_of_bounds") and c.players[0] != "player1"]
@@ -213,12 +238,14 @@ class Circler(Strategy):
 """
 
 
+@pytest.mark.thorough
 def test_a_player_that_never_lines_up_does_not_keep_the_others_from_playing(tmp_path: Path) -> None:
     (tmp_path / "circler.py").write_text(CIRCLER)
     text = match_path("sharks-and-minnows").read_text()
     minnow = 'name = "player7"\nrole = "minnow"'
     assert minnow in text
-    (tmp_path / "match.toml").write_text(text.replace(minnow, minnow + '\nstrategy = "circler.py:Circler"'))
+    text = text.replace(minnow, minnow + '\nstrategy = "circler.py:Circler"').replace("[rules]", "[rules]\npasses = 2")
+    (tmp_path / "match.toml").write_text(text)
     # With this seed it does not happen to circle over its mark in the second pass.
     setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False, seed=0)
     with open_journal(setup, RunFolder(tmp_path)) as journal:
@@ -245,11 +272,11 @@ def test_a_recording_and_a_window_show_the_walls_of_the_map(tmp_path: Path) -> N
 
 
 def test_players_may_have_names_in_their_own_language(tmp_path: Path) -> None:
-    text = match_path("sharks-and-minnows").read_text().replace('"player2"', '"Ольга"').replace('"player3"', '"José"')
+    text = TINY.replace('"ann"', '"Ольга"').replace('"bob"', '"José"')
     (tmp_path / "match.toml").write_text(text, encoding="utf-8")
-    setup, run = load_match(tmp_path / "match.toml", engine="planar", lasers=False), RunFolder(tmp_path)
+    setup, run = load_match(tmp_path / "match.toml"), RunFolder(tmp_path)
     recorder = recorder_node(setup, run)
     with open_journal(setup, run) as journal:
-        ending = play(setup, journal, watchers=[recorder], limit=900.0, strict=True)
+        ending = play(setup, journal, watchers=[recorder], strict=True)
     assert ending.state.stage is Stage.GAME_OVER
     assert {"Ольга", "José"} < set(read_tracks(run.recording))

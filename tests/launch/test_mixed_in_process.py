@@ -49,29 +49,31 @@ def played(folder: Path, setup: MatchSetup, limit: float, *, strict: bool = Fals
 
 
 def test_two_runs_have_equal_journals_and_every_robot_plays(tmp_path: Path) -> None:
-    setup = load_match(MIXED, engine="planar")
-    first, tour, journal = played(tmp_path / "a", setup, 30.0, strict=True)
-    _, _, again = played(tmp_path / "b", setup, 30.0)
+    setup = load_match(MIXED, engine="planar", lasers=False)
+    first, tour, journal = played(tmp_path / "a", setup, 20.0, strict=True)
+    _, _, again = played(tmp_path / "b", setup, 20.0)
     assert journal == again
     state: RefereeState = first.state
     assert state.stage is Stage.PLAY_ROUND
     assert tour.halts == {None}
     assert not first.failures
-    assert min(tour.ways[name] for name in PHYSICAL) > 2.0, tour.ways
+    assert min(tour.ways[name] for name in PHYSICAL) > 1.0, tour.ways
     assert not tour.out
     assert not tour.touches
 
 
-@pytest.mark.parametrize("protocol", ["odrive", "cia402", "moteus", "vesc"])
-def test_every_protocol_plays(tmp_path: Path, protocol: str) -> None:
+@pytest.mark.parametrize(
+    "protocol", ["vesc", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("cia402", "moteus"))]
+)
+def test_other_protocols_than_odrive_play_too(tmp_path: Path, protocol: str) -> None:
     text = MIXED.read_text().replace('protocol = "odrive"', f'protocol = "{protocol}"')
     text = text.replace("left = [0]", "left = [1]").replace("right = [1]", "right = [4]")
     if protocol == "vesc":
         text = text.replace("ratio = 50.0", "ratio = 50.0\noptions = { pole_pairs = 7 }")
     (tmp_path / "match.toml").write_text(text)
-    _, tour, _ = played(tmp_path / "run", load_match(tmp_path / "match.toml", engine="planar"), 20.0)
+    _, tour, _ = played(tmp_path / "run", load_match(tmp_path / "match.toml", engine="planar", lasers=False), 15.0)
     assert tour.halts == {None}
-    assert min(tour.ways[name] for name in PHYSICAL) > 1.0, tour.ways
+    assert min(tour.ways[name] for name in PHYSICAL) > 0.5, tour.ways
 
 
 def test_real_motor_controllers_are_refused(tmp_path: Path) -> None:

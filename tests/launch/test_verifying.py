@@ -10,7 +10,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.hal.sim.engines import ENGINES
-from vrg.launch import in_process, nodes
+from vrg.launch import bounds, in_process, nodes
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import StepLog
 
@@ -34,8 +34,17 @@ def played(folder: Path, setup: MatchSetup, *, limit: float = 3600.0, verify: bo
     return run
 
 
-@pytest.mark.parametrize("game", ["sharks-and-minnows", "roboflag", "pursuit-evasion"])
-@pytest.mark.parametrize("engine", sorted(ENGINES.names()))
+BRIEF = {("sharks-and-minnows", "planar"), ("roboflag", "pybullet")}
+
+
+@pytest.mark.parametrize(
+    ("game", "engine"),
+    [
+        pytest.param(game, engine, marks=() if (game, engine) in BRIEF else pytest.mark.thorough)
+        for game in ("sharks-and-minnows", "roboflag", "pursuit-evasion")
+        for engine in sorted(ENGINES.names())
+    ],
+)
 def test_every_game_is_the_same_twice_on_every_engine(tmp_path: Path, game: str, engine: str) -> None:
     setup = load_match(match_path(game), engine=engine).at_rate(0.0)
     run = played(tmp_path / "run", setup, limit=7.5)
@@ -45,7 +54,7 @@ def test_every_game_is_the_same_twice_on_every_engine(tmp_path: Path, game: str,
 def test_the_copies_leave_nothing_in_the_run(tmp_path: Path) -> None:
     (tmp_path / "tiny.toml").write_text(TINY)
     setup = load_match(tmp_path / "tiny.toml").at_rate(0.0)
-    plain, verified = (played(tmp_path / str(verify), setup, verify=verify) for verify in (False, True))
+    plain, verified = (played(tmp_path / str(verify), setup, verify=verify, limit=8.0) for verify in (False, True))
     names = sorted(path.relative_to(plain.path) for path in plain.path.rglob("*"))
     assert names == sorted(path.relative_to(verified.path) for path in verified.path.rglob("*"))
     for name in ("journal.jsonl", "evidence.bin", "steps.jsonl", "recording.mcap"):
@@ -70,8 +79,9 @@ def test_what_depends_on_something_else_is_found_with_its_second_and_its_node(tm
     ],
 )
 def test_a_copy_that_ends_is_named_and_a_decision_without_end_is_the_same_twice(
-    tmp_path: Path, deed: str, words: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, deed: str, words: str
 ) -> None:
+    monkeypatch.setattr(bounds, "BUDGET", 0.5)  # the copies are forks of this process
     text = FORGETFUL.replace("SOMETHING if", "0.0 if").replace("class", "STARTED = os.getpid()\nclass")
     act = f"        if view.time > 4.5:\n            {deed}\n        return"
     (tmp_path / "forgetful.py").write_text(text.replace("        return", act))
@@ -79,7 +89,8 @@ def test_a_copy_that_ends_is_named_and_a_decision_without_end_is_the_same_twice(
     (tmp_path / "tiny.toml").write_text(text)
     setup = load_match(tmp_path / "tiny.toml").at_rate(0.0)
     if not words:
-        assert "still deciding after 5 s" in (played(tmp_path / "run", setup).logs / "ann.log").read_text()
+        run = played(tmp_path / "run", setup, limit=8.0)
+        assert "still deciding after 0.5 s" in (run.logs / "ann.log").read_text()
         return
     with pytest.raises(LaunchError, match=words):
         played(tmp_path / "run", setup)

@@ -1,5 +1,6 @@
 """Situations and matches for tests of learning."""
 
+import functools
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
@@ -25,6 +26,12 @@ from vrg.types import STILL, Pose, Twist, Vector
 GAMES_LEARNED = ("sharks-and-minnows", "roboflag", "pursuit-evasion")
 
 
+@functools.cache
+def shipped(game: str) -> MatchSetup:
+    """The match that a game ships."""
+    return load_match(match_path(game))
+
+
 class Situation:
     """A hand-made instant of play in the match that a game ships.
 
@@ -36,7 +43,7 @@ class Situation:
     def __init__(
         self, game: str, poses: Mapping[str, Pose] | None = None, clock: float = 0.0, **change: object
     ) -> None:
-        self.setup: MatchSetup = load_match(match_path(game))
+        self.setup: MatchSetup = shipped(game)
         found = GAMES.get(game).load_learning()
         assert found is not None
         self.learning: Learning = found

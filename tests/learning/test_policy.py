@@ -85,9 +85,9 @@ def test_it_drives_to_its_mark_as_the_games_own_strategy_does(file: Path, tmp_pa
     """A match whose referee puts nobody on a mark cannot begin otherwise."""
     match = match_with(Path(file.name), tmp_path)
     text = match.read_text(encoding="utf-8").replace("y = -30.0", "y = -28.5")
-    match.write_text(text.replace("[rules]", '[rules]\nlineup = "drive"'), encoding="utf-8")
+    match.write_text(text.replace("[rules]", 'lasers = false\n[rules]\nlineup = "drive"'), encoding="utf-8")
     setup = load_match(match, engine="planar")
-    ending = play(setup, NoJournal(), limit=40.0)
+    ending = play(setup, NoJournal(), limit=12.0)
     assert not ending.failures
     assert ending.state.stage is not Stage.INITIALIZE
     assert ending.state.clock > 0.0 or ending.state.round > 1
@@ -225,8 +225,8 @@ def test_emulated_drives_do_what_a_policy_wants(file: Path, tmp_path: Path) -> N
     assert text.count('backend = "can"') == 2
     match = tmp_path / "match.toml"
     match.write_text(text.replace('backend = "can"', f'backend = "can"\nstrategy = "{file.name}"'), encoding="utf-8")
-    setup = load_match(match, engine="planar")
-    ending = play(setup, NoJournal(), limit=40.0)
+    setup = load_match(match, engine="planar", lasers=False)
+    ending = play(setup, NoJournal(), limit=12.0)
     assert not ending.failures
     assert ending.state.clock > 0.0
     assert not any(player.state == DISQUALIFIED for player in ending.state.players)
@@ -327,8 +327,8 @@ def test_a_policy_cannot_practise(file: Path) -> None:
 
 
 def test_a_policy_is_compared_with_the_shipped_strategy(file: Path, tmp_path: Path) -> None:
-    match = short_match(tmp_path, SHARKS, rules="passes = 1\npass_limit = 3.0")
-    output = run("compare", str(file), SHARKS, "--match", str(match), "--games", "2", "--jobs", "2",
+    match = short_match(tmp_path, SHARKS, rules="passes = 1\npass_limit = 1.0", top="lasers = false")
+    output = run("compare", str(file), SHARKS, "--match", str(match), "--games", "2", "--jobs", "1",
                  "--output", str(tmp_path / "compared"))  # fmt: skip
     assert "2 games played" in output
     assert "policy" in output

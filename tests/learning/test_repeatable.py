@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.learning.making import GAMES_LEARNED, short_match
+from tests.learning.making import GAMES_LEARNED, digest, short_match
 from vrg.agents.strategy import Strategy, decided
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
@@ -16,33 +16,36 @@ from vrg.launch.nodes import open_journal, strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.learning.environment import MatchEnvironment
 
-HASH = "from tests.learning.making import digest; print(digest({game!r}, {seed}, {max_time}))"
+HASH = "from tests.learning.making import digest; print(*(digest(game, 4, {play}) for game in {games}))"
 
 
-@pytest.mark.parametrize("game", GAMES_LEARNED)
-def test_one_seed_gives_one_match_in_every_process(game: str) -> None:
-    found = []
-    for seed, hashes in ((4, "1"), (4, "2"), (5, "1")):
-        out = subprocess.run(
-            [sys.executable, "-c", HASH.format(game=game, seed=seed, max_time=40.0)],
-            env={**os.environ, "PYTHONHASHSEED": hashes},
-            capture_output=True,
-            text=True,
-            check=True,
-            timeout=600,
-        )
-        found.append(out.stdout.strip())
-    assert len(found[0]) == 64
-    assert found[0] == found[1]
-    assert found[2] != found[0]
+@pytest.mark.parametrize(
+    ("games", "play"),
+    [(("sharks-and-minnows", "roboflag"), 4.0), pytest.param(GAMES_LEARNED, 40.0, marks=pytest.mark.thorough)],
+)
+def test_one_seed_gives_one_match_in_every_process(games: tuple[str, ...], play: float) -> None:
+    """Also in one that hashes texts otherwise."""
+    out = subprocess.run(
+        [sys.executable, "-c", HASH.format(games=games, play=play)],
+        env={**os.environ, "PYTHONHASHSEED": "2718"},
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=600,
+    )
+    found = [digest(game, 4, play) for game in games]
+    assert out.stdout.split() == found
+    assert {digest(game, 5, play) for game in games}.isdisjoint(found)
 
 
 @pytest.mark.parametrize(
     ("game", "rules"),
     [
-        ("sharks-and-minnows", "passes = 1"),
-        ("roboflag", "round_time = 20.0\nsudden_death = 5.0"),
-        ("pursuit-evasion", ""),
+        ("sharks-and-minnows", "passes = 1\npass_limit = 4.0"),
+        ("roboflag", "round_time = 4.0\nsudden_death = 1.0"),
+        pytest.param("sharks-and-minnows", "passes = 1", marks=pytest.mark.thorough),
+        pytest.param("roboflag", "round_time = 20.0\nsudden_death = 5.0", marks=pytest.mark.thorough),
+        pytest.param("pursuit-evasion", "", marks=pytest.mark.thorough),
     ],
 )
 def test_a_match_of_strategies_is_the_same_as_without_an_environment(tmp_path: Path, game: str, rules: str) -> None:

@@ -94,7 +94,11 @@ def test_a_banner_appears(scene_at, changes, colour, heading):
     assert close_to(colours_near(plain, left_end, 5), colour) == 0
 
 
-def test_no_banner_moves_the_field(scene_at):
+@pytest.mark.parametrize(
+    "size",
+    [(800, 600), (400, 700), *(pytest.param(size, marks=pytest.mark.thorough) for size in ((1280, 800), (1920, 1080)))],
+)
+def test_no_banner_moves_the_field(scene_at, size):
     every = [
         {},
         {"stage": m.Stage.INITIALIZE, "waiting": [f"{name} is not on its mark" for name in "abcdefgh"]},
@@ -102,8 +106,7 @@ def test_no_banner_moves_the_field(scene_at):
         {"estop": True, "live": False, "halted": "smoke"},
         {"stage": m.Stage.GAME_OVER, "winner": "sharks"},
     ]
-    for size in [(800, 600), (1280, 800), (1920, 1080), (400, 700)]:
-        assert len({painted(scene_at(10.0, **changes), size)[1] for changes in every}) == 1, size
+    assert len({painted(scene_at(10.0, **changes), size)[1] for changes in every}) == 1
 
 
 def test_the_field_fills_the_window_as_far_as_its_shape_allows(scene_at):
@@ -379,7 +382,9 @@ def test_names_do_not_cover_bodies(scene_at):
         assert named.get_at(centre) == nameless.get_at(centre), body.name
 
 
-@pytest.mark.parametrize("size", [(1, 1), (3, 900), (200, 120), (520, 200), (3840, 2160)])
+@pytest.mark.parametrize(
+    "size", [(1, 1), (3, 900), (200, 120), (520, 200), pytest.param((3840, 2160), marks=pytest.mark.thorough)]
+)
 def test_any_size_can_be_drawn(scene_at, size):
     painted(scene_at(13.5, halted="x", estop=True), size, driving="nemo")
     painted(Scene(), size)

@@ -1,6 +1,7 @@
 """The plot of the trajectories."""
 
 import colorsys
+import contextlib
 import dataclasses
 
 import matplotlib.colors
@@ -20,9 +21,9 @@ from vrg.ui.labels import Labels
 from vrg.ui.plot import plot_trajectories
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """The axes of each plot that is made."""
+@contextlib.contextmanager
+def kept_axes():
+    """The axes of each plot that is made meanwhile."""
     kept: list[Axes] = []
     made = plot._figure
 
@@ -31,8 +32,24 @@ def drawn(monkeypatch):
         kept.extend(panels)
         return figure, panels, metre
 
-    monkeypatch.setattr(plot, "_figure", keep)
-    return kept
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(plot, "_figure", keep)
+        yield kept
+
+
+@pytest.fixture
+def drawn():
+    with kept_axes() as kept:
+        yield kept
+
+
+@pytest.fixture(scope="module")
+def usual(recorded, tmp_path_factory):
+    """The picture of the recorded match, and its two panels."""
+    picture = tmp_path_factory.mktemp("plot") / "plot.png"
+    with kept_axes() as panels:
+        plot_trajectories(recorded, picture, title="A match")
+    return picture, *panels
 
 
 def tag_at(call, clock):
@@ -44,18 +61,17 @@ def words(axes):
     return [text.get_text() for text in axes.texts]
 
 
-def test_each_pass_has_a_panel_with_equal_axes(recorded, drawn, tmp_path):
-    plot_trajectories(recorded, tmp_path / "plot.png", title="A match")
+def test_each_pass_has_a_panel_with_equal_axes(usual):
+    file, *drawn = usual
     assert [axes.get_title() for axes in drawn] == ["Pass 1", "Pass 2"]
     assert all(axes.get_aspect() == 1.0 for axes in drawn)
-    picture = matplotlib.image.imread(tmp_path / "plot.png")
+    picture = matplotlib.image.imread(file)
     assert picture.shape[0] > 600
     assert picture.shape[1] > 600
 
 
-def test_players_calls_and_zones_are_named(recorded, drawn, tmp_path):
-    plot_trajectories(recorded, tmp_path / "plot.png")
-    first, second = drawn
+def test_players_calls_and_zones_are_named(usual):
+    _, first, second = usual
     assert set(synthetic.NAMES) <= set(words(first))
     assert {"gill 0:09.0 by bruce", "squirt 0:12.5", "safe zone", "start"} <= set(words(first))
     assert "gill 0:09.0 by bruce" not in words(second)
@@ -112,9 +128,8 @@ def lines_of(axes, colour):
     return sum(abs(colorsys.rgb_to_hsv(*one)[0] - hue) < 0.03 for one in drawn)
 
 
-def test_players_have_shades_of_the_colour_of_their_role_in_windows(recorded, drawn, tmp_path):
-    plot_trajectories(recorded, tmp_path / "plot.png")
-    first, second = drawn
+def test_players_have_shades_of_the_colour_of_their_role_in_windows(usual):
+    _, first, second = usual
     assert (lines_of(first, VERMILLION), lines_of(first, SKY_BLUE)) == (2, 5)
     assert lines_of(second, VERMILLION) == 4, "two minnows are sharks in the second pass"
     tracks = [line.get_color() for line in first.lines if len(line.get_xdata()) > 2]
@@ -133,12 +148,12 @@ def test_a_long_round_has_several_panels(recorded, drawn, tmp_path):
     assert seen >= sum(int(track.playing.sum()) for track in tracks.values()), "every sample is in a panel"
 
 
-def test_the_field_is_turned_as_in_windows(recorded, drawn, tmp_path):
-    plot_trajectories(recorded, tmp_path / "plot.png")
-    assert drawn[0].get_xlabel() == "y, m"
-    low, high = drawn[0].get_xlim()
+def test_the_field_is_turned_as_in_windows(usual):
+    _, first, _ = usual
+    assert first.get_xlabel() == "y, m"
+    low, high = first.get_xlim()
     assert low < synthetic.Y_MIN < synthetic.Y_MAX < high
-    assert drawn[0].yaxis.get_major_formatter()(-20.0, 0) == "20", "x, which is positive, points down"
+    assert first.yaxis.get_major_formatter()(-20.0, 0) == "20", "x, which is positive, points down"
 
 
 def test_the_panel_shows_the_whole_of_every_zone(recorded, drawn, tmp_path):
@@ -159,9 +174,8 @@ def test_words_keep_away_from_the_border_where_there_is_room(drawn):
     assert figure is axes.figure
 
 
-def test_physical_robots_are_dashed(recorded, drawn, tmp_path):
-    plot_trajectories(recorded, tmp_path / "plot.png")
-    long = [line for line in drawn[0].lines if len(line.get_xdata()) > 1]
+def test_physical_robots_are_dashed(usual):
+    long = [line for line in usual[1].lines if len(line.get_xdata()) > 1]
     dashed = {line.get_color(): line.get_linestyle() for line in long}
     assert sorted(dashed.values()).count("--") == 2
     assert len(dashed) == 7, "each player has a colour of its own"

@@ -84,7 +84,7 @@ class GameProcess:
         self._begin(sealed=(seals(setup) or seals(goes_on)) and missing() is None)
 
     def _begin(self, *, sealed: bool) -> None:
-        arguments = [str(self.folder), str(self._limit), *(["sealed"] if sealed else [])]
+        arguments = [str(self.folder.absolute()), str(self._limit), *(["sealed"] if sealed else [])]
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             if self._branch is not None:

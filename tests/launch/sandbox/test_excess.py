@@ -129,7 +129,7 @@ def test_folders_may_go_away_while_they_are_looked_through(own: Path, tmp_path: 
     maker = threading.Thread(target=make_and_delete)
     maker.start()
     try:
-        assert {excess(tmp_path, "ann", os.getpid()) for _ in range(200)} == {None}
+        assert {excess(tmp_path, "ann", os.getpid()) for _ in range(50)} == {None}
     finally:
         stop.set()
         maker.join()

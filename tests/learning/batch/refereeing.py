@@ -1,11 +1,12 @@
 """Plays matches in a batch, lets the referee of a match judge the same poses, and compares the calls of both."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import structs
 
 from vrg.bus.messages import Stage
 from vrg.config.rules import rulebook_of
@@ -34,6 +35,12 @@ class Compared:
     matches: int = 0
     calls: dict[str, int] = field(default_factory=dict)
     differences: list[str] = field(default_factory=list)
+
+
+def smaller(setup: MatchSetup, players: Collection[str], **rules: object) -> MatchSetup:
+    """The match with these players alone, and with other values of some rules."""
+    kept = [player for player in setup.players if player.name in players]
+    return structs.replace(setup, players=kept, rules={**setup.rules, **rules})
 
 
 class Judged:

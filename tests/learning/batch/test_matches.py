@@ -9,7 +9,9 @@ import pytest
 from msgspec import structs
 
 from tests.learning.batch import test_roboflag, test_sharks_and_minnows
+from tests.learning.batch.refereeing import smaller
 from vrg.config.loading import load_match, match_path
+from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.learning.batch.matches import Batch
 from vrg.learning.batch.stepping import Variation
@@ -32,15 +34,15 @@ def played(batch: Batch, steps: int = 40) -> list[npt.NDArray[np.float32]]:
 
 
 @pytest.mark.parametrize("setup", [SHARKS, SHORT], ids=["sharks and minnows", "roboflag"])
-def test_threads_and_other_matches_change_nothing(setup) -> None:
-    one, two = played(Batch(setup, 5, vary=VARIED, threads=1)), played(Batch(setup, 5, vary=VARIED, threads=2))
+def test_threads_and_other_matches_change_nothing(setup: MatchSetup, small: bool) -> None:
+    one, two = (played(Batch(setup, 3, vary=VARIED, threads=t), 8 if small else 40) for t in (1, 2))
     assert all(np.array_equal(a, b) for a, b in zip(one, two, strict=True))
     assert np.abs(one[-1][0] - one[-1][1]).max() > 1e-3
     assert all(np.abs(seen).max() <= 1.0 for seen in one)
 
 
-def test_a_match_that_ends_begins_anew_in_the_same_step() -> None:
-    batch = Batch(SHORT, 3)
+def test_a_match_that_ends_begins_anew_in_the_same_step(in_python: None) -> None:
+    batch = Batch(SHORT, 1)
     first = batch.reset().copy()
     ended = 0
     for n in range(100):
@@ -51,18 +53,18 @@ def test_a_match_that_ends_begins_anew_in_the_same_step() -> None:
             assert batch.teams[out.winners[at]] == "draw"
             assert np.array_equal(out.observations[at], first[at])
             assert not np.array_equal(out.last[at], first[at])
-    assert ended == 3  # two rounds of 3 s and sudden death of 2 s
+    assert ended == 1  # two rounds of 3 s and sudden death of 2 s
 
 
-def test_a_match_is_truncated_where_that_is_asked_for() -> None:
-    batch = Batch(SHARKS, 2, most=7)
+def test_a_match_is_truncated_where_that_is_asked_for(in_python: None) -> None:
+    batch = Batch(SHARKS, 2, most=4)
     batch.reset()
-    cut = [batch.step(random(batch, n)).truncated.tolist() for n in range(14)]
-    assert cut == [[n % 7 == 6] * 2 for n in range(14)]
+    cut = [batch.step(random(batch, n)).truncated.tolist() for n in range(8)]
+    assert cut == [[n % 4 == 3] * 2 for n in range(8)]
 
 
 @pytest.mark.parametrize("threads", [1, 2])
-def test_actions_that_cannot_be_are_refused_and_change_nothing(threads: int) -> None:
+def test_actions_that_cannot_be_are_refused_and_change_nothing(threads: int, in_python: None) -> None:
     batch, other = Batch(SHARKS, 2, threads=threads), Batch(SHARKS, 2, threads=threads)
     batch.reset()
     other.reset()
@@ -83,20 +85,26 @@ def test_a_game_or_a_robot_that_cannot_be_is_refused() -> None:
         Batch(structs.replace(SHARKS, players=players), 2)
 
 
-def test_players_of_all_matches_are_rows_of_a_vector_environment() -> None:
-    environment = VectorMatches(Batch(SHORT, 3))
+def test_players_of_all_matches_are_rows_of_a_vector_environment(in_python: None) -> None:
+    """A match of 2 s has a second round and sudden death: it begins anew once, with its last observations."""
+    setup = smaller(SHORT, ("red1", "blue1"), round_time=0.5, sudden_death=0.5)
+    environment = VectorMatches(Batch(setup, 3))
     seen, infos = environment.reset(seed=1)
     assert infos["able"].all()
-    assert seen.shape == environment.observation_space.shape == (24, environment.batch.length)
-    for n in range(90):
+    assert seen.shape == environment.observation_space.shape == (6, environment.batch.length)
+    ended = 0
+    for n in range(30):
         seen, rewards, terminated, truncated, infos = environment.step(environment.action_space.sample() * 0.1)
-        assert rewards.shape == terminated.shape == truncated.shape == infos["able"].shape == (24,)
+        assert rewards.shape == terminated.shape == truncated.shape == infos["able"].shape == (6,)
         assert ("final_obs" in infos) == bool(terminated.any()), n
+        ended += int(terminated.any())
+    assert ended
     environment.close()
     with pytest.raises(ConfigError, match="one seed"):
         environment.reset(seed=[1, 2, 3])
 
 
+@pytest.mark.thorough
 def test_without_numba_the_same_code_plays_the_same() -> None:
     """Slowly, in Python alone."""
     program = (

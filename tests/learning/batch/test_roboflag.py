@@ -1,13 +1,16 @@
 """RoboFlag in a batch: the same calls at the same looks as the referee of a match."""
 
 import numpy as np
-from msgspec import structs
+import pytest
 
-from tests.learning.batch.refereeing import Singles, compare
+from tests.learning.batch.refereeing import Singles, compare, smaller
 from vrg.config.loading import load_match, match_path
 from vrg.learning.batch.observing import OWN
 
 SETUP = load_match(match_path("roboflag"))
+SMALL = smaller(
+    SETUP, ("red1", "red2", "red3", "blue2", "blue3"), scale=1.7, round_time=25.0, sudden_death=5.0, captures=1
+)
 PLACES, SLOTS = OWN + 9, OWN + 9 + 4 * 4
 SLOT = 12
 
@@ -28,9 +31,16 @@ def drives(seen: Singles, rng: np.random.Generator) -> Singles:
     return np.stack((np.clip(1.2 - np.abs(bearing), 0.1, 1.0), turn), axis=-1).astype(np.float32)
 
 
+def test_the_calls_of_a_small_match_are_those_of_the_referee(in_python: None) -> None:
+    found = compare(SMALL, 1, drives, ended=1, seed=21)
+    assert not found.differences
+    assert {"tag", "flag", "home", "capture", "time"} <= found.calls.keys()
+
+
+@pytest.mark.thorough
 def test_the_calls_are_those_of_the_referee() -> None:
-    rules = {**SETUP.rules, "round_time": 50.0, "sudden_death": 10.0, "captures": 2}
-    found = compare(structs.replace(SETUP, rules=rules), 24, drives, ended=24)
+    setup = smaller(SETUP, [p.name for p in SETUP.players], round_time=50.0, sudden_death=10.0, captures=2)
+    found = compare(setup, 24, drives, ended=24)
     assert not found.differences
     assert found.calls["tag"] > 100
     assert min(found.calls[rule] for rule in ("flag", "home", "capture", "time", "sudden_death")) > 3

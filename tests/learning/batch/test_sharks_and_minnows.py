@@ -1,12 +1,14 @@
 """Sharks and Minnows in a batch: the same calls at the same looks as the referee of a match."""
 
 import numpy as np
+import pytest
 
-from tests.learning.batch.refereeing import Singles, compare
+from tests.learning.batch.refereeing import Singles, compare, smaller
 from vrg.config.loading import load_match, match_path
 from vrg.learning.batch.observing import OWN
 
 SETUP = load_match(match_path("sharks-and-minnows"))
+SMALL = smaller(SETUP, [f"player{n}" for n in range(1, 7)], y=[-32.0, -14.4], pass_limit=25.0)
 OTHERS, SLOT = OWN + 8 + 2 * 4, 12
 """Where the slots of other players begin in an observation, and their length."""
 
@@ -26,6 +28,13 @@ def drives(seen: Singles, rng: np.random.Generator) -> Singles:
     return np.stack((np.clip(1.2 - np.abs(bearing), 0.1, 1.0), turn), axis=-1).astype(np.float32)
 
 
+def test_the_calls_of_a_small_match_are_those_of_the_referee(in_python: None) -> None:
+    found = compare(SMALL, 1, drives, ended=1, seed=26)
+    assert not found.differences
+    assert {"tag", "pass_limit", "pass_over", "new_shark"} <= found.calls.keys()
+
+
+@pytest.mark.thorough
 def test_the_calls_are_those_of_the_referee() -> None:
     found = compare(SETUP, 32, drives, ended=60)
     assert not found.differences

@@ -59,7 +59,7 @@ def test_tags_in_a_picture_are_located_within_what_is_told_of_their_error(view: 
         assert turned < min(math.radians(0.7), 4.0 * located.heading)
 
 
-@pytest.mark.parametrize("pose", [Pose(0.3, 0.1, 0.4), Pose(-0.9, 0.5, -2.0)])
+@pytest.mark.parametrize("pose", [Pose(0.3, 0.1, 0.4), pytest.param(Pose(-0.9, 0.5, -2.0), marks=pytest.mark.thorough)])
 def test_the_deviations_are_those_that_noise_makes(pose: Pose) -> None:
     rng = np.random.default_rng(9)
     corners, noise = ASLANT.project(sheet_at(pose, 0.2, (0.15, 0.15))), 0.3

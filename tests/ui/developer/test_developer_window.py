@@ -1,5 +1,6 @@
 """The developers' view on SDL's dummy display: events become decisions, and what is known becomes pixels."""
 
+import itertools
 import time
 
 import pygame
@@ -186,8 +187,14 @@ def test_every_overlay_and_tab_has_its_words():
     assert set(words.TABS) == set(Tab)
 
 
-@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (800, 600), (500, 800), (120, 90), (3000, 500)])
-@pytest.mark.parametrize("players", [0, 2, 16, 40])
+SIZES = ((1280, 720), (1920, 1080), (800, 600), (500, 800), (120, 90), (3000, 500))
+USUAL = [(0, (800, 600)), (2, (120, 90)), (16, (1280, 720)), (40, (500, 800))]
+OTHERS = [case for case in itertools.product((0, 2, 16, 40), SIZES) if case not in USUAL]
+
+
+@pytest.mark.parametrize(
+    ("players", "size"), [*USUAL, *(pytest.param(*case, marks=pytest.mark.thorough) for case in OTHERS)]
+)
 def test_every_size_of_window_is_drawn(size, players):
     bench = Bench(players, size)
     try:

@@ -116,7 +116,16 @@ def test_what_is_wrong_is_told_beside_its_field_with_its_line(tmp_path: Path) ->
     assert page.set("players.1.x", "17")["problems"] == []
 
 
-@pytest.mark.parametrize("game", ["sharks-and-minnows", "pursuit-evasion", "roboflag", "hud", "practice"])
+@pytest.mark.parametrize(
+    "game",
+    [
+        "sharks-and-minnows",
+        "hud",
+        "practice",
+        pytest.param("pursuit-evasion", marks=pytest.mark.thorough),
+        pytest.param("roboflag", marks=pytest.mark.thorough),
+    ],
+)
 def test_every_rule_of_a_game_has_words_and_can_be_set_to_its_own_value(tmp_path: Path, game: str) -> None:
     page = page_in(tmp_path)
     page.ask("open", game=game)
