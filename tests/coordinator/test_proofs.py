@@ -60,8 +60,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, tuple[MatchSe
     flags.write_text(match_text(four_each("aggressive", "balanced"), rules="round_time = 60.0"))
     setups = {
         "sharks-and-minnows": (courtyard(base, seed=3), 300.0),
-        "pursuit-evasion": (load_match(match_path("pursuit-evasion"), engine="planar").at_rate(0), 300.0),
-        "roboflag": (load_match(flags), 90.0),
+        "pursuit-evasion": (load_match(match_path("pursuit-evasion"), engine="planar").at_rate(0), 45.0),
+        "roboflag": (load_match(flags), 70.0),
     }
     return {name: (setup, played(base / name, setup, limit)) for name, (setup, limit) in setups.items()}
 

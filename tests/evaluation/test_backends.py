@@ -140,7 +140,9 @@ def ended(backend: Workers) -> list[tuple[ScheduledGame, Played]]:
     return found
 
 
-@pytest.mark.parametrize(("kind", "pairs"), [("fake ray", 1), pytest.param("ray", 2, marks=WITH_RAY)])
+@pytest.mark.parametrize(
+    ("kind", "pairs"), [pytest.param("fake ray", 1, marks=pytest.mark.thorough), pytest.param("ray", 2, marks=WITH_RAY)]
+)
 def test_a_cluster_gives_the_same_results_as_this_computer(bench: Bench, kind: str, pairs: int) -> None:
     rows: dict[str, list[GameRecord]] = {}
     for name in ("here", kind):

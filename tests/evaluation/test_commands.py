@@ -210,6 +210,7 @@ RAY = pytest.param(
 WHERE = pytest.mark.parametrize("where", [pytest.param((), id="processes"), RAY])
 
 
+@pytest.mark.thorough
 @pytest.mark.system
 @WHERE
 def test_ctrl_c_ends_a_comparison_with_what_is_there(match: Path, where: Sequence[str]) -> None:

@@ -140,6 +140,7 @@ def _host(stack: contextlib.ExitStack, folder: Path, name: str, address: str, nu
         time.sleep(0.01)
     host = LabHost(name, address, state, holder, link=f"vrg{number}")
     run("ip", "link", "add", host.link, "type", "veth", "peer", "name", "eth0", "netns", str(holder.pid))
+    stack.callback(run, "ip", "link", "del", host.link)  # a namespace gives its links back only some time after its end
     run("ip", "link", "set", host.link, "master", BRIDGE)
     run("ip", "link", "set", host.link, "up")
     run(*host.inside("ip", "address", "add", f"{address}/24", "dev", "eth0"))

@@ -41,7 +41,7 @@ def views_of(pictures: list[np.ndarray], board: Board = BOARD) -> list[BoardView
 @pytest.fixture(scope="module")
 def tilted() -> list[BoardView]:
     """What is seen of a board that is held up well."""
-    return views_of(boards_held_up(BOARD, 14, np.random.default_rng(1), tilt=0.5))
+    return views_of(boards_held_up(BOARD, 10, np.random.default_rng(1), tilt=0.5))
 
 
 def test_a_lens_is_found_from_pictures_of_a_board(tilted: list[BoardView]) -> None:
@@ -83,6 +83,7 @@ def test_blurred_pictures_are_refused_and_say_so() -> None:
         calibrated([blurred] * 12)
 
 
+@pytest.mark.thorough
 def test_boards_that_are_never_tilted_say_nothing_of_the_focal_length() -> None:
     views = views_of(boards_held_up(BOARD, 9, np.random.default_rng(4), tilt=0.02))
     assert len(views) == 9

@@ -105,7 +105,7 @@ def test_a_node_and_a_replay_show_the_match_to_a_browser(recorded) -> None:
     with chromium(*WEBGL) as browser:
         node.start()
         try:
-            page = Visitor(browser, f"http://127.0.0.1:{node.theatre.server.get_port()}", (480, 300))
+            page = Visitor(browser, f"http://127.0.0.1:{node.theatre.server.get_port()}", (240, 150))
             number = 0
             deadline = time.monotonic() + 120.0
             while "Sharks" not in page.page.content() and time.monotonic() < deadline:
@@ -130,7 +130,7 @@ def test_a_node_and_a_replay_show_the_match_to_a_browser(recorded) -> None:
 
         def wait(_seconds: float) -> bool:
             if not seen:
-                seen.append(Visitor(browser, f"http://127.0.0.1:{port}", (480, 300)))
+                seen.append(Visitor(browser, f"http://127.0.0.1:{port}", (240, 150)))
             seen[0].page.wait_for_timeout(30)
             return "Pause" in seen[0].page.content() and "Minnows" in seen[0].page.content()
 
