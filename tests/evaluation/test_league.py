@@ -120,6 +120,7 @@ def test_a_league_goes_on_with_what_its_authors_change(vrg: Vrg, tmp_path: Path)
     assert "as sharks against dora 1" in leader.out
 
 
+@pytest.mark.thorough
 def test_the_settings_of_a_league_are_fixed_and_its_games_are_played_again(vrg: Vrg, tmp_path: Path) -> None:
     folder = files(tmp_path / "class", ann=LAZY, bob=AHEAD)
     assert vrg("league", "play", "class", "--match", "tiny.toml", "--games", "1").status == 0

@@ -1,7 +1,7 @@
 """Simulated matches with faults: the same by the same seed, sound as they are, and unsound with a planted mistake."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -169,12 +169,24 @@ PLANTED_CAN: dict[str, tuple[int, list[tuple[Any, str, Any]]]] = {
 }
 
 
-@pytest.mark.parametrize("mistake", PLANTED)
+OTHERS = ("journal: a torn line stays", "journal: the clock is forgotten in a restart",
+          "journal: evidence is not written", "executor: what comes twice is taken twice",
+          "world: a restart is no new epoch", "executor: the wall clock paces a node",
+          "driver: it is never disarmed after a stop that it has missed", "device: it does not recover",
+          "drives: no watchdog")  # fmt: skip
+"""Mistakes that only `make test-all` plants."""
+
+
+def planted(mistakes: Iterable[str]) -> list[Any]:
+    return [pytest.param(one, marks=[pytest.mark.thorough] if one in OTHERS else []) for one in mistakes]
+
+
+@pytest.mark.parametrize("mistake", planted(PLANTED))
 def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, mistake: str) -> None:
     assert_found(setup, *PLANTED[mistake])
 
 
-@pytest.mark.parametrize("mistake", PLANTED_CAN)
+@pytest.mark.parametrize("mistake", planted(PLANTED_CAN))
 def test_a_mistake_planted_in_a_robot_with_drives_is_found_by_its_seed(can_setup: MatchSetup, mistake: str) -> None:
     assert_found(can_setup, *PLANTED_CAN[mistake])
 

@@ -188,6 +188,7 @@ def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_p
         assert words in str(refused.exception)
 
 
+@pytest.mark.thorough
 def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its motors are weaker, slower and later than the model's, and its wheels larger than VRG believes."""
     motor = "motor = { friction = 0.1, delay = 0.06, current_limit = 10.0, velocity_limit = 44.0 }"

@@ -253,7 +253,9 @@ def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkey
     runs = []
     for name, speed in (("odd", "0.4"), ("other", "0.5")):
         (home / f"{name}.py").write_text(ODD.replace("HOME", str(home)).replace("0.4", speed))
-        (home / "tiny.toml").write_text(MATCH.replace("odd.py", f"{name}.py"))
+        (home / "tiny.toml").write_text(
+            MATCH.replace("odd.py", f"{name}.py").replace("passes = 1", "passes = 1\npass_limit = 4.0")
+        )
         command = ["play", "tiny.toml", "--in-process", "--headless", "--runs", name]
         done = CliRunner().invoke(make_app(), command)
         assert done.exit_code == 0, done.output

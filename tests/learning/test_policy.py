@@ -326,6 +326,7 @@ def test_a_policy_cannot_practise(file: Path) -> None:
     assert "expected a strategy for practice, got one that plays sharks-and-minnows alone" in str(wrong.exception)
 
 
+@pytest.mark.thorough
 def test_a_policy_is_compared_with_the_shipped_strategy(file: Path, tmp_path: Path) -> None:
     match = short_match(tmp_path, SHARKS, rules="passes = 1\npass_limit = 1.0", top="lasers = false")
     output = run("compare", str(file), SHARKS, "--match", str(match), "--games", "2", "--jobs", "1",

@@ -25,7 +25,9 @@ def as_in_a_batch(setup: MatchSetup) -> MatchSetup:
 
 
 @pytest.mark.parametrize(
-    ("game", "led"), [(test_sharks_and_minnows, False), (test_roboflag, True)], ids=["sharks and minnows", "roboflag"]
+    ("game", "led"),
+    [(test_sharks_and_minnows, False), pytest.param(test_roboflag, True, marks=pytest.mark.thorough)],
+    ids=["sharks and minnows", "roboflag"],
 )
 def test_the_same_actions_are_the_same_match(game: ModuleType, led: bool, small: bool) -> None:
     """To the end, or where tagged players are led around others, to the first of them."""
