@@ -150,7 +150,7 @@ def test_what_computes_runs_first_and_lots_in_real_time_run_two_at_once(
     made = [lot(f"real{number}", real_time=True) for number in range(4)]
     made += [lot(f"unit{number}", real_time=False) for number in range(3)]
     monkeypatch.setattr(lots, "all_lots", lambda thorough: made)
-    monkeypatch.setattr(sys, "argv", ["lots", "--at-once", "3"])
+    monkeypatch.setattr(sys, "argv", ["lots", "--load", "3"])
     assert lots.main() == 0
     beside = {path.name: set(path.read_text().split()) for path in tmp_path.glob("*[0-9]")}
     assert len(beside) == 7

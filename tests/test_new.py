@@ -69,6 +69,7 @@ def with_line(text: str, after: str, line: str) -> str:
     return text.replace(f"\n{after}\n", f"\n{after}\n{line}\n")
 
 
+@pytest.mark.thorough
 class TestPlayer(StrategyContract):
     @pytest.fixture
     def match_file(self, vrg: Vrg, tmp_path: Path) -> Path:

@@ -173,7 +173,7 @@ def test_a_game_is_counted_while_it_is_played_and_never_more_than_there_are_jobs
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("deadly", ["Dies", "KillsParent"])
+@pytest.mark.parametrize("deadly", [pytest.param("Dies", marks=pytest.mark.thorough), "KillsParent"])
 def test_a_strategy_that_kills_takes_only_its_own_game_with_it(bench: Bench, kind: str, deadly: str) -> None:
     broken, good = bench.experiment(deadly, "Ahead", "broken"), bench.experiment("sharks-and-minnows", "Ahead", "good")
     backend = bench.workers(kind, broken, jobs=1)

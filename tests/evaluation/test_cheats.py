@@ -39,13 +39,13 @@ def outcome(played: Played) -> list[Any]:
     return [played.ended, played.winner, played.score, played.play_time, played.calls, played.failures]
 
 
-@pytest.mark.parametrize("cheat", ["Everything", "Kills"])
+@pytest.mark.parametrize("cheat", ["Everything", pytest.param("Kills", marks=pytest.mark.thorough)])
 def test_a_strategy_that_is_sealed_reaches_nothing_that_decides(match: Path, honest: Played, cheat: str) -> None:
     assert honest.ended == OVER
     assert outcome(game(match, cheat)) == outcome(honest)
 
 
-@pytest.mark.parametrize("cheat", ["Exits", "Forges"])
+@pytest.mark.parametrize("cheat", ["Exits", pytest.param("Forges", marks=pytest.mark.thorough)])
 def test_who_breaks_the_line_to_the_referee_is_named_and_loses(match: Path, cheat: str) -> None:
     found = game(match, cheat)
     assert (found.ended, found.winner) == (OVER, "sharks")
@@ -61,12 +61,12 @@ def test_without_a_seal_an_honest_game_is_valid(match: Path) -> None:
     ("cheat", "words"),
     [
         ("Zones", "pass 1 of 1 is over, 2 minnows left: by the rules there is no such call"),
-        ("Points", "points is {'sharks': 0, 'minnows': 99} in the journal"),
-        ("Winner", "its journal or its evidence ends early"),
-        ("Code", "the journal lacks: ann is tagged"),
-        ("Score", "an official has decided, but there is none: set-score"),
         ("Stops", "nobody is there who may halt it: emergency stop by x"),
-        ("Accuse", "an official has decided, but there is none: disqualify"),
+        pytest.param("Points", "points is {'sharks': 0, 'minnows': 99} in the journal", marks=pytest.mark.thorough),
+        pytest.param("Winner", "its journal or its evidence ends early", marks=pytest.mark.thorough),
+        pytest.param("Code", "the journal lacks: ann is tagged", marks=pytest.mark.thorough),
+        pytest.param("Score", "an official has decided, but there is none: set-score", marks=pytest.mark.thorough),
+        pytest.param("Accuse", "an official has decided, but there is none: disqualify", marks=pytest.mark.thorough),
     ],
 )
 def test_without_a_seal_who_changes_the_referee_is_named_and_loses(match: Path, cheat: str, words: str) -> None:

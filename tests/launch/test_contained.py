@@ -135,7 +135,14 @@ TOGETHER = [("Raises", "Nan"), ("Leaves", "Odd"), ("Interrupts", "Silly")]
 ALONE = [(kind,) for kind in CULPRITS if not any(kind in kinds for kinds in TOGETHER)]
 
 
-@pytest.mark.parametrize("kinds", [*TOGETHER, *ALONE], ids="-".join)
+@pytest.mark.parametrize(
+    "kinds",
+    [
+        *TOGETHER[:1],
+        *ALONE,
+        *(pytest.param(kinds, marks=pytest.mark.thorough) for kinds in TOGETHER[1:]),
+    ],
+)
 def test_the_culprits_are_named_and_the_others_play_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kinds: tuple[str, ...]
 ) -> None:
@@ -233,7 +240,9 @@ class Raises(Strategy):
 """
 
 
-@pytest.mark.parametrize("kinds", [("Bids", "Mode"), ("Floats", "Sees"), ("Raises",)], ids="-".join)
+@pytest.mark.parametrize(
+    "kinds", [("Bids", "Mode"), pytest.param(("Floats", "Sees"), marks=pytest.mark.thorough), ("Raises",)]
+)
 def test_no_object_of_a_strategy_ends_the_match(tmp_path: Path, kinds: tuple[str, ...]) -> None:
     path = match_with(tmp_path, *kinds)
     (tmp_path / "broken.py").write_text(ODD)

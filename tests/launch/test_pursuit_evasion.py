@@ -145,7 +145,13 @@ def test_the_same_seed_gives_the_same_journal_also_with_a_bad_radio(tmp_path: Pa
     assert journals[0] == journals[1]
 
 
-@pytest.mark.parametrize("radio", ["loss = 1.0", "range = 0.5", "loss = 0.3\ndelay = 0.2", "bandwidth = 100"])
+@pytest.mark.parametrize(
+    "radio",
+    [
+        "loss = 0.3\ndelay = 0.2",
+        *(pytest.param(one, marks=pytest.mark.thorough) for one in ("loss = 1.0", "range = 0.5", "bandwidth = 100")),
+    ],
+)
 def test_a_match_with_a_bad_radio_ends_by_its_rules(tmp_path: Path, radio: str) -> None:
     ending, calls = played(setup_of(tmp_path, f"[radio]\n{radio}"), tmp_path)
     assert ending.state.stage is Stage.GAME_OVER
@@ -262,9 +268,7 @@ def wild_match(folder: Path, seed: int) -> MatchSetup:
     return load_match(folder / "wild.toml").at_rate(0)
 
 
-@pytest.mark.parametrize(
-    "seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.thorough) for seed in (0, *range(3, 12)))]
-)
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.thorough) for seed in (0, *range(2, 12)))])
 def test_every_match_ends_with_each_intruder_accounted_for_or_the_time_up(tmp_path: Path, seed: int) -> None:
     setup = wild_match(tmp_path, seed)
     ending, calls = played(setup, tmp_path)

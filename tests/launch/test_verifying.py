@@ -34,7 +34,7 @@ def played(folder: Path, setup: MatchSetup, *, limit: float = 3600.0, verify: bo
     return run
 
 
-BRIEF = {("sharks-and-minnows", "planar"), ("roboflag", "pybullet")}
+BRIEF = {("sharks-and-minnows", "planar")}
 
 
 @pytest.mark.parametrize(

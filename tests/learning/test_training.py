@@ -155,6 +155,7 @@ def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.Monkey
     assert (tmp_path / "curve.png").stat().st_size > 1000
 
 
+@pytest.mark.thorough
 def test_lessons_bring_the_policy_nearer_to_the_teacher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
     monkeypatch.setattr(sys.modules["lessons"], "BATCH", 256)
