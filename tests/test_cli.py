@@ -121,7 +121,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], str | None, str]] = {
 }
 
 
-@pytest.mark.parametrize("command", ["play", "check"])
+@pytest.mark.parametrize("command", ["play", pytest.param("check", marks=pytest.mark.thorough)])
 @pytest.mark.parametrize(("changes", "place", "said"), BAD.values(), ids=BAD)
 def test_a_bad_match_file_is_refused_with_its_line(
     vrg: Callable[..., Done], command: str, changes: list[tuple[str, str]], place: str | None, said: str

@@ -54,10 +54,8 @@ def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None
     assert not list((run.path).glob(".*")), "no half-written file is left"
 
 
-@pytest.mark.parametrize(
-    "number",
-    [pytest.param(signal.SIGINT, id="Ctrl-C"), pytest.param(signal.SIGTERM, id="SIGTERM", marks=pytest.mark.thorough)],
-)
+@pytest.mark.thorough  # one that is interrupted while people watch it ends in test_web
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
 def test_a_match_that_is_interrupted_says_so_and_leaves_nobody(
     start: Callable[..., Match], number: signal.Signals
 ) -> None:
