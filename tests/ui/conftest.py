@@ -1,7 +1,7 @@
 """No display, no sound card; scenes of the made-up match."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -9,12 +9,13 @@ import pytest
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 os.environ["SDL_AUDIODRIVER"] = "dummy"
 
+from matplotlib.axes import Axes
+
 from tests.ui import synthetic
-from vrg.bus import messages as m
+from tests.ui.pictures import kept_axes
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
 from vrg.recording.recorder import Recorder
-from vrg.ui.builder import SceneBuilder
 from vrg.ui.scene import Scene
 
 
@@ -26,18 +27,14 @@ def keys() -> Keys:
 @pytest.fixture
 def scene_at() -> Callable[..., Scene]:
     """Makes the scene at a time of the made-up match; fields of the referee's state can be replaced."""
+    return synthetic.scene_at
 
-    def make(time: float, *, live: bool = True, estop: bool = False, **changes: object) -> Scene:
-        builder = SceneBuilder(obstacles=synthetic.OBSTACLES)
-        for tick in range(int(time * 10) + 1):
-            builder.clock(m.Clock(time=tick / 10, tick=tick, epoch=0, rate=1.0, estop=estop))
-            builder.poses(synthetic.poses(tick / 10), tick / 10)
-        builder.referee(synthetic.state(time, **changes))
-        for call in synthetic.calls(time):
-            builder.call(call, call.clock)
-        return builder.build(live)
 
-    return make
+@pytest.fixture
+def drawn() -> Iterator[list[Axes]]:
+    """The axes of each plot that is made."""
+    with kept_axes() as kept:
+        yield kept
 
 
 @pytest.fixture(scope="session")

@@ -5,6 +5,7 @@ first pass one minnow is tagged and one leaves the field; in the second they are
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from vrg.bus import messages as m
@@ -14,6 +15,8 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose, Twist
+from vrg.ui.builder import SceneBuilder
+from vrg.ui.scene import Scene
 
 X_MIN, X_MAX, Y_MIN, Y_MAX = 16.0, 26.0, -32.0, -13.0
 PASS_TIME = 20.0
@@ -151,6 +154,38 @@ def calls(time: float) -> list[m.Call]:
     return [call for call in both if call.clock <= time]
 
 
+def report(name: str) -> m.Report:
+    """What a player says of itself."""
+    mode = "Shark/Chase" if name in SHARKS else "Minnow/Cross"
+    return m.Report(mode=mode, armed=True, command=COMMAND, battery=0.8)
+
+
+def scene_at(
+    time: float,
+    *,
+    live: bool = True,
+    estop: bool = False,
+    sizes: Mapping[str, tuple[float, float]] | None = None,
+    reports: bool = False,
+    **changes: object,
+) -> Scene:
+    """The scene at a time of the match; fields of the referee's state can be replaced.
+
+    Args:
+        sizes: of bodies. reports: whether the players have said something of themselves.
+    """
+    builder = SceneBuilder(sizes=sizes, obstacles=OBSTACLES)
+    for tick in range(int(time * 10) + 1):
+        builder.clock(m.Clock(time=tick / 10, tick=tick, epoch=0, rate=1.0, estop=estop))
+        builder.poses(poses(tick / 10), tick / 10)
+    builder.referee(state(time, **changes))
+    for call in calls(time):
+        builder.call(call, call.clock)
+    for name in NAMES if reports else ():
+        builder.report(name, report(name))
+    return builder.build(live)
+
+
 @dataclass(frozen=True)
 class Match:
     """Says it all on a mailbox, as an executor would."""
@@ -174,8 +209,6 @@ class Match:
             if time - node.period < call.clock <= time:
                 self.say(mailbox, keys.referee_event, call, time, call.number)  # type: ignore[arg-type]
         for name in NAMES:
-            mode = "Shark/Chase" if name in SHARKS else "Minnow/Cross"
-            report = m.Report(mode=mode, armed=True, command=COMMAND, battery=0.8)
-            self.say(mailbox, keys.report(name), report, time, number)  # type: ignore[arg-type]
+            self.say(mailbox, keys.report(name), report(name), time, number)  # type: ignore[arg-type]
         mailbox.handover(time)
         node.tick(Tick(time))

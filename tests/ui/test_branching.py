@@ -8,6 +8,7 @@ import pygame
 import pytest
 
 from tests.ui import synthetic
+from tests.ui.pictures import content
 from vrg.recording.recorded import read_recorded
 from vrg.ui.branching import Choice, Taken
 from vrg.ui.proof import Proof
@@ -84,15 +85,11 @@ def press(window: ReplayWindow, *keys: int) -> None:
         window.frame(0.0)
 
 
-def picture(window: ReplayWindow) -> bytes:
-    return pygame.image.tobytes(pygame.display.get_surface(), "RGB")
-
-
 def test_f_asks_and_the_match_that_comes_of_it_is_shown_from_that_instant(window: ReplayWindow, brancher: Made) -> None:
     press(window, pygame.K_RIGHT)
-    before, time = picture(window), window.playback.time
+    before, time = content(), window.playback.time
     press(window, pygame.K_f)
-    assert picture(window) != before
+    assert content() != before
     assert not window.playback.playing
     press(window, pygame.K_DOWN, pygame.K_RETURN, pygame.K_DOWN, pygame.K_RETURN)
     assert brancher.begun == [(time, "bob", "shy")]

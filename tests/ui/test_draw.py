@@ -7,6 +7,7 @@ import pygame
 import pytest
 
 from tests.ui import synthetic
+from tests.ui.pictures import close_to, colours_near, content, painted, where
 from vrg.bus import messages as m
 from vrg.colours import GREY, SKY_BLUE, VERMILLION
 from vrg.games import GAMES, game_of
@@ -15,37 +16,16 @@ from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose
 from vrg.ui import ground, palette, text
 from vrg.ui.banner import Help, banners
-from vrg.ui.draw import Painter
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Flash, Scene
 from vrg.ui.text import Face, Fonts
 from vrg.ui.window import save_png
 
 
-def colours_near(surface, point, radius=14):
-    """How many pixels of each colour there are around a point."""
-    found = {}
-    for dx in range(-radius, radius + 1):
-        for dy in range(-radius, radius + 1):
-            place = (round(point[0]) + dx, round(point[1]) + dy)
-            if surface.get_rect().collidepoint(place):
-                colour = tuple(surface.get_at(place))[:3]
-                found[colour] = found.get(colour, 0) + 1
-    return found
-
-
-def close_to(colours, wanted, tolerance=6):
-    return sum(n for c, n in colours.items() if max(abs(a - b) for a, b in zip(c, wanted, strict=True)) <= tolerance)
-
-
-def where(scene, view, name):
-    pose = next(body.pose for body in scene.bodies if body.name == name)
-    return view.point(pose.x, pose.y)
-
-
-def painted(scene, size=(1280, 800), **options):
-    surface = pygame.Surface(size)
-    return surface, Painter().draw(surface, scene, **options)
+@pytest.fixture
+def scene() -> Scene:
+    """The made-up match after 10 s."""
+    return synthetic.scene_at(10.0)
 
 
 @pytest.mark.parametrize("size", [(1280, 800), (600, 900)])
@@ -65,8 +45,7 @@ def test_roles_differ_also_without_colour():
 
 def test_a_picture_can_be_written_without_a_display(scene_at, tmp_path):
     scene = scene_at(5.0)
-    surface = pygame.Surface((900, 600))
-    view = Painter().draw(surface, scene)
+    surface, view = painted(scene, (900, 600))
     save_png(surface, tmp_path / "match.png")
     picture = pygame.image.load(str(tmp_path / "match.png"))
     assert picture.get_size() == (900, 600)
@@ -109,8 +88,7 @@ def test_no_banner_moves_the_field(scene_at, size):
     assert len({painted(scene_at(10.0, **changes), size)[1] for changes in every}) == 1
 
 
-def test_the_field_fills_the_window_as_far_as_its_shape_allows(scene_at):
-    scene = scene_at(10.0)
+def test_the_field_fills_the_window_as_far_as_its_shape_allows(scene, scene_at):
     _, view = painted(scene, (1280, 720))
     [field] = [zone for zone in scene.zones if zone.kind == "field"]
     _, _, width, height = view.box(field.region.bounds)
@@ -151,19 +129,12 @@ def test_the_list_of_24_players_leaves_room_for_the_referees_words(scene_at, siz
         few, players=tuple(dataclasses.replace(few.players[i % 7], name=f"player{i}") for i in range(24))
     )
     without = dataclasses.replace(many, calls=())
-    drawn = []
-    for scene in (many, without):
-        surface = pygame.Surface(size)
-        Painter().draw(surface, scene)
-        drawn.append(pygame.image.tobytes(surface, "RGB"))
-    assert drawn[0] != drawn[1], "the calls are seen"
+    assert content(painted(many, size)[0]) != content(painted(without, size)[0]), "the calls are seen"
 
 
 def test_the_keys_are_listed_over_the_field_when_asked_for(scene_at):
-    plain, listed = pygame.Surface((1280, 800)), pygame.Surface((1280, 800))
-    Painter().draw(plain, scene_at(10.0))
-    Painter().draw(listed, scene_at(10.0), keys=[("Q", "close window")])
-    assert pygame.image.tobytes(plain, "RGB") != pygame.image.tobytes(listed, "RGB")
+    listed, _ = painted(scene_at(10.0), keys=[("Q", "close window")])
+    assert content(painted(scene_at(10.0))[0]) != content(listed)
 
 
 def test_banners_say_why(scene_at):
@@ -214,7 +185,7 @@ def test_a_halt_says_how_it_is_left(scene_at):
 def test_the_way_out_is_a_line_of_the_banner_in_the_window(scene_at):
     def head(**changes):
         surface, _ = painted(scene_at(10.0, **changes))
-        return pygame.image.tobytes(surface.subsurface((0, 0, 400, 80)), "RGB")
+        return content(surface.subsurface((0, 0, 400, 80)))
 
     assert head(halted="a cable", way_out="plug it in") != head(halted="a cable")
 
@@ -230,8 +201,7 @@ def test_a_flash_is_drawn_where_it_happened_and_fades(scene_at):
     assert colours[1] < 50
 
 
-def test_speed_and_a_low_battery_are_in_the_list_of_players(scene_at):
-    scene = scene_at(10.0)
+def test_speed_and_a_low_battery_are_in_the_list_of_players(scene, scene_at):
 
     def drawn(**changes):
         players = tuple(dataclasses.replace(p, **changes) if p.name == "nemo" else p for p in scene.players)
@@ -265,11 +235,10 @@ def test_physical_robots_have_a_white_rim_on_the_field_and_in_the_panel(scene_at
     assert white(mixed, place) > white(virtual, place) + 60
     corner = pygame.Rect(790, 764, 180, 30)
     legend = (surface.subsurface(corner), painted(virtual)[0].subsurface(corner))
-    assert pygame.image.tobytes(legend[0], "RGB") != pygame.image.tobytes(legend[1], "RGB")
+    assert content(legend[0]) != content(legend[1])
 
 
-def test_a_long_fault_takes_lines_of_its_own_in_the_panel(scene_at):
-    scene = scene_at(10.0)
+def test_a_long_fault_takes_lines_of_its_own_in_the_panel(scene, scene_at):
     fault = "axis 2 (node 5) has latched: overvoltage at 58.2 V while it braked"
     ailing = tuple(dataclasses.replace(p, fault=fault if p.name == "nemo" else None) for p in scene.players)
     plain, _ = painted(scene)
@@ -279,8 +248,7 @@ def test_a_long_fault_takes_lines_of_its_own_in_the_panel(scene_at):
     assert close_to(colours_near(plain, below_nemo, 60), palette.CAUTION, 40) == 0
 
 
-def test_the_driven_player_is_ringed(scene_at):
-    scene = scene_at(10.0)
+def test_the_driven_player_is_ringed(scene, scene_at):
     plain, view = painted(scene)
     ringed, _ = painted(scene, driving="nemo")
     place = where(scene, view, "nemo")
@@ -372,8 +340,7 @@ def test_walls_are_drawn(scene_at):
     assert tuple(surface.get_at([round(v) for v in view.point(26.8, -20.0)]))[:3] == palette.WALL
 
 
-def test_names_do_not_cover_bodies(scene_at):
-    scene = scene_at(10.0)
+def test_names_do_not_cover_bodies(scene, scene_at):
     bare = dataclasses.replace(scene, bodies=tuple(dataclasses.replace(b, name="") for b in scene.bodies))
     named, view = painted(scene)
     nameless, _ = painted(bare)

@@ -3,20 +3,18 @@
 import io
 from importlib.metadata import EntryPoint
 
-import pygame
 import pytest
 from matplotlib.colors import to_rgb
 from rich.console import Console
 
 from tests.ui import synthetic
+from tests.ui.pictures import close_to, colours_near, painted, where
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.colours import GREY, ORANGE, PURPLE
 from vrg.games import GAMES, UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment, Role
 from vrg.recording.recorder import Recorder
-from vrg.ui import plot
-from vrg.ui.draw import Painter
 from vrg.ui.plot import plot_trajectories
 from vrg.ui.table import status_line, table
 
@@ -52,25 +50,6 @@ def installed(monkeypatch):
     assert game_of("capture") == CAPTURE
 
 
-def pixels(surface, area, colour):
-    """How many pixels of about this colour there are in an area."""
-    places = [(x, y) for x in range(area.left, area.right) for y in range(area.top, area.bottom)]
-    near = [max(abs(a - b) for a, b in zip(surface.get_at(place)[:3], colour, strict=True)) <= 6 for place in places]
-    return sum(near)
-
-
-def painted(scene):
-    surface = pygame.Surface((1280, 800))
-    view = Painter().draw(surface, scene)
-
-    def about(name):
-        pose = next(body.pose for body in scene.bodies if body.name == name)
-        x, y = view.point(pose.x, pose.y)
-        return pygame.Rect(round(x) - 14, round(y) - 14, 28, 28)
-
-    return surface, about
-
-
 def text_of(renderable):
     console = Console(file=io.StringIO(), force_terminal=True, color_system="truecolor", width=120)
     console.print(renderable)
@@ -89,30 +68,16 @@ def recorded(path, keys, **changes):
     return path
 
 
-@pytest.fixture
-def drawn(monkeypatch):
-    """The axes of each plot that is made."""
-    kept = []
-    made = plot._figure
-
-    def keep(*args):
-        figure, panels, metre = made(*args)
-        kept.extend(panels)
-        return figure, panels, metre
-
-    monkeypatch.setattr(plot, "_figure", keep)
-    return kept
-
-
 @pytest.mark.usefixtures("installed")
 def test_the_window_draws_another_packages_game_in_its_colours(scene_at):
     scene = scene_at(5.0, **CHANGES)
     assert [body.out_of_play for body in scene.bodies[:4]] == [False, False, False, True]
-    surface, about = painted(scene)
+    surface, view = painted(scene)
     for name, colour in (("bruce", ORANGE), ("nemo", PURPLE), ("marlin", GREY)):
-        assert pixels(surface, about(name), colour) > 60, name
-    for plate, colour in ((620, PURPLE), (860, ORANGE)):
-        assert pixels(surface, pygame.Rect(plate, 38, 60, 6), colour) > 100, "a team has the colour of its first role"
+        assert close_to(colours_near(surface, where(scene, view, name)), colour) > 60, name
+    for plate, colour in ((650, PURPLE), (890, ORANGE)):
+        told = close_to(colours_near(surface, (plate, 41), 2), colour)
+        assert told > 15, "a team has the colour of its first role"
 
 
 @pytest.mark.usefixtures("installed")
@@ -146,9 +111,10 @@ def test_the_plot_marks_the_calls_that_another_packages_game_names(keys, drawn, 
 def test_a_game_that_is_not_installed_here_is_shown_in_every_view(scene_at, keys, drawn, tmp_path):
     assert game_of("capture") is UNKNOWN_GAME
     scene = scene_at(5.0, **CHANGES)
-    surface, about = painted(scene)
+    surface, view = painted(scene)
     for name, role in (("bruce", "guard"), ("nemo", "runner")):
-        assert pixels(surface, about(name), UNKNOWN_GAME.style(role).colour) > 60, name
+        colour = UNKNOWN_GAME.style(role).colour
+        assert close_to(colours_near(surface, where(scene, view, name)), colour) > 60, name
     assert status_line(scene) == "0:05.0  Play Round, round 2 of 2; reds 3, blues 1; 3 of 3 players in play"
     assert "Capture" in text_of(table(scene)), "its name is known"
     plot_trajectories(recorded(tmp_path / "match.mcap", keys, **{**CHANGES, "round": 1}), tmp_path / "plot.png")

@@ -1,7 +1,6 @@
 """The plot of the trajectories."""
 
 import colorsys
-import contextlib
 import dataclasses
 
 import matplotlib.colors
@@ -9,9 +8,9 @@ import matplotlib.image
 import msgspec
 import numpy as np
 import pytest
-from matplotlib.axes import Axes
 
 from tests.ui import synthetic
+from tests.ui.pictures import kept_axes
 from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION
 from vrg.recording.reader import read_calls, read_tracks
@@ -19,28 +18,6 @@ from vrg.regions import Circle, Rectangle
 from vrg.ui import plot
 from vrg.ui.labels import Labels
 from vrg.ui.plot import plot_trajectories
-
-
-@contextlib.contextmanager
-def kept_axes():
-    """The axes of each plot that is made meanwhile."""
-    kept: list[Axes] = []
-    made = plot._figure
-
-    def keep(*args):
-        figure, panels, metre = made(*args)
-        kept.extend(panels)
-        return figure, panels, metre
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plot, "_figure", keep)
-        yield kept
-
-
-@pytest.fixture
-def drawn():
-    with kept_axes() as kept:
-        yield kept
 
 
 @pytest.fixture(scope="module")

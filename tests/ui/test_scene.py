@@ -15,6 +15,12 @@ from vrg.ui.headline import headline
 from vrg.ui.scene import Scene, clock_text
 
 
+@pytest.fixture
+def builder() -> SceneBuilder:
+    """What makes scenes, and has heard nothing yet."""
+    return SceneBuilder()
+
+
 def test_a_scene_shows_every_body_with_its_role_and_state(scene_at):
     scene = scene_at(13.5)
     bodies = {body.name: body for body in scene.bodies}
@@ -22,6 +28,7 @@ def test_a_scene_shows_every_body_with_its_role_and_state(scene_at):
     assert (bodies["bruce"].role, bodies["bruce"].physical) == ("shark", True)
     assert (bodies["gill"].state, bodies["gill"].out_of_play) == ("inactive", True)
     assert not bodies["nemo"].out_of_play
+    assert not any(player.out_of_play for player in scene_at(13.5, game="a-game-from-elsewhere").players)
     assert bodies["nemo"].pose == synthetic.pose_at("nemo", 13.5)
 
 
@@ -31,17 +38,6 @@ def test_a_scene_tells_the_match(scene_at):
     assert (scene.clock, scene.time, scene.halted, scene.waiting) == (13.5, 13.5, "a cable", ("dory is not armed",))
     assert scene.score == (("sharks", 2), ("minnows", 0))
     assert [call.rule for call in scene.calls] == ["tag", "out_of_bounds"]
-
-
-def test_a_scene_says_how_a_halt_is_left(scene_at):
-    assert scene_at(1.0, halted="a cable", way_out="plug it in").way_out == "plug it in"
-    assert scene_at(1.0).way_out is None
-
-
-def test_who_is_out_of_play_is_the_games_word(scene_at):
-    gone = {player.name for player in scene_at(13.5).players if player.out_of_play}
-    assert gone == {"gill", "squirt"}
-    assert not any(player.out_of_play for player in scene_at(13.5, game="a-game-from-elsewhere").players)
 
 
 def test_before_the_first_message_a_scene_is_empty_and_not_live():
@@ -54,16 +50,14 @@ def test_a_trail_has_a_bounded_length(scene_at):
     assert trail[-1] == (synthetic.pose_at("bruce", 30.0).x, synthetic.pose_at("bruce", 30.0).y)
 
 
-def test_a_robot_that_is_placed_elsewhere_leaves_no_trail_across_the_field():
-    builder = SceneBuilder()
+def test_a_robot_that_is_placed_elsewhere_leaves_no_trail_across_the_field(builder):
     for tick, x in enumerate((0.0, 0.2, 0.4, 9.0)):
         body = m.Body(name="a", pose=Pose(x, 0.0, 0.0), twist=Twist(1.0, 0.0), physical=False)
         builder.poses(m.Poses(bodies=(body,)), tick * 0.2)
     assert builder.build(True).bodies[0].trail == ((9.0, 0.0),)
 
 
-def test_trails_begin_anew_when_the_world_restarts():
-    builder = SceneBuilder()
+def test_trails_begin_anew_when_the_world_restarts(builder):
     builder.clock(m.Clock(time=5.0, tick=5, epoch=0, rate=1.0, estop=False))
     builder.poses(synthetic.poses(5.0), 5.0)
     builder.clock(m.Clock(time=4.0, tick=4, epoch=1, rate=1.0, estop=False))
@@ -71,15 +65,13 @@ def test_trails_begin_anew_when_the_world_restarts():
     assert all(len(body.trail) == 1 for body in builder.build(True).bodies)
 
 
-def test_only_the_last_calls_are_kept():
-    builder = SceneBuilder()
+def test_only_the_last_calls_are_kept(builder):
     for number in range(1, CALLS_KEPT + 10):
         builder.call(m.Call(number=number, rule="tag", text="", players=(), poses=(), clock=0.0), 0.0)
     assert [call.number for call in builder.build(True).calls] == list(range(10, CALLS_KEPT + 10))
 
 
-def test_what_an_official_was_refused_pushes_no_call_off_the_list():
-    builder = SceneBuilder()
+def test_what_an_official_was_refused_pushes_no_call_off_the_list(builder):
     builder.call(m.Call(number=1, rule="tag", text="", players=(), poses=(), clock=0.0), 0.0)
     for number in range(2, 100):
         builder.call(m.Call(number=number, rule="refused", text="", players=(), poses=(), clock=0.0), 0.0)
@@ -91,8 +83,7 @@ def flashes(builder, time, rate=1.0):
     return builder.build(True).flashes
 
 
-def test_a_tag_flashes_where_it_happened_for_a_moment():
-    builder = SceneBuilder()
+def test_a_tag_flashes_where_it_happened_for_a_moment_but_not_again_when_the_world_restarts(builder):
     builder.referee(synthetic.state(9.0))
     builder.call(synthetic.calls(9.0)[0], 9.0)
     [flash] = flashes(builder, 9.5)
@@ -101,19 +92,11 @@ def test_a_tag_flashes_where_it_happened_for_a_moment():
     assert flash.share == pytest.approx(0.5 / FLASH_SECONDS)
     assert flashes(builder, 9.0 + FLASH_SECONDS) == ()
     assert len(flashes(builder, 9.0 + FLASH_SECONDS, rate=4.0)) == 1, "a moment is real time"
-
-
-def test_what_was_called_before_a_restart_of_the_world_does_not_flash_again():
-    builder = SceneBuilder()
-    builder.referee(synthetic.state(9.0))
-    builder.call(synthetic.calls(9.0)[0], 9.0)
-    assert flashes(builder, 9.1)
     builder.clock(m.Clock(time=9.0, tick=1, epoch=1, rate=1.0, estop=False))
     assert builder.build(True).flashes == ()
 
 
-def test_only_calls_that_the_game_marks_flash():
-    builder = SceneBuilder()
+def test_only_calls_that_the_game_marks_flash(builder):
     builder.referee(synthetic.state(9.0))
     for rule in ("begin", "pass_over", "refused", "disqualified"):
         pose = synthetic.pose_at("gill", 9.0)
@@ -121,8 +104,7 @@ def test_only_calls_that_the_game_marks_flash():
     assert [flash.word for flash in flashes(builder, 9.1)] == ["disqualified"]
 
 
-def test_a_players_speed_and_battery_are_known():
-    builder = SceneBuilder()
+def test_a_players_speed_and_battery_are_known(builder):
     builder.referee(synthetic.state(0.0))
     assert (builder.build(True).player("dory").speed, builder.build(True).player("dory").battery) == (None, None)
     builder.poses(synthetic.poses(0.0), 0.0)
@@ -131,8 +113,7 @@ def test_a_players_speed_and_battery_are_known():
     assert (dory.speed, dory.battery) == (0.9, 0.25)
 
 
-def test_the_emergency_stop_is_shown_until_it_is_released_everywhere():
-    builder = SceneBuilder()
+def test_the_emergency_stop_is_shown_until_it_is_released_everywhere(builder):
     builder.estop(m.Estop(by="anna", reason="smoke"))
     assert builder.build(True).estop
     assert builder.build(True).estop_reason == "pressed by anna: smoke"
@@ -143,8 +124,7 @@ def test_the_emergency_stop_is_shown_until_it_is_released_everywhere():
     assert not builder.build(True).estop
 
 
-def test_a_player_says_what_it_does_and_what_ails_it():
-    builder = SceneBuilder()
+def test_a_player_says_what_it_does_and_what_ails_it(builder):
     builder.referee(synthetic.state(0.0))
     builder.report("dory", m.Report(mode="Minnow/Cross", armed=True, manual=True, fault="no laser"))
     dory = builder.build(True).player("dory")
@@ -187,8 +167,7 @@ def test_words_are_written_as_people_write_them():
     assert clock_text(math.nextafter(0.3, 0)) == "0:00.3"
 
 
-def test_the_headline_tells_why_the_score_is_so_and_what_goes_on_now():
-    builder = SceneBuilder()
+def test_the_headline_tells_why_the_score_is_so_and_what_goes_on_now(builder):
     builder.referee(synthetic.state(1.0, round=1))
     builder.call(m.Call(number=1, rule="tag", text="gill is tagged by bruce", players=(), poses=(), clock=9.0), 9.0)
     assert headline(builder.build(True)).reason == "0:09  gill is tagged by bruce"
@@ -220,9 +199,6 @@ def test_the_score_names_who_is_ahead_and_what_may_come_while_nobody_moves():
 
 
 def test_robots_out_of_play_are_told_apart_where_that_has_more_than_one_reason():
-    assert [game_of("pursuit-evasion").remark(state) for state in ("captured", "escaped", "crossing")] == [
-        "captured",
-        "escaped",
-        "",
-    ]
+    remarks = [game_of("pursuit-evasion").remark(state) for state in ("captured", "escaped", "crossing")]
+    assert remarks == ["captured", "escaped", ""]
     assert game_of("sharks-and-minnows").remark("inactive") == ""

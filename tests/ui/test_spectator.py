@@ -11,15 +11,17 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.bus.pacing import LEASE
-from vrg.ui.driving import SLOW
 from vrg.ui.spectator import HOLD, Spectator
 from vrg.ui.window import display_available
+from vrg.ui.window_node import FRAME
 
 
 @pytest.fixture
-def window(keys, tmp_path):
+def window(keys, tmp_path, match):
+    """The window after its first tick."""
     spectator = Spectator("spectator", Mailbox(), keys, size=(640, 480), run=tmp_path)
+    assert not pygame.display.get_init()
+    match.step(spectator, 5.0, 0)
     yield spectator
     spectator.stop()
 
@@ -37,23 +39,11 @@ def said(node):
     return [out.message.body for out in node.mailbox.collect()]
 
 
-def test_the_window_opens_at_the_first_tick_and_shows_the_match(window, match):
-    assert not pygame.display.get_init()
-    match.step(window, 5.0, 0)
+def test_the_window_opens_at_the_first_tick_and_shows_the_match(window):
     shown = pygame.display.get_surface()
     assert shown.get_size() == (640, 480)
     assert len({tuple(shown.get_at((x, y))) for x in range(0, 640, 7) for y in range(0, 480, 7)}) > 10
     assert window.scene.clock == 5.0
-
-
-def test_keys_become_messages(window, match):
-    match.step(window, 5.0, 0)
-    press(pygame.K_SPACE)
-    press(pygame.K_h)
-    match.step(window, 5.1, 1)
-    stop, halt = said(window)
-    assert stop == m.Estop(by="spectator")
-    assert halt.action is m.OfficialAction.HALT
 
 
 def test_when_it_is_over_enter_asks_to_watch_it_again_if_it_is_recorded(keys, tmp_path, match):
@@ -81,32 +71,7 @@ def test_when_it_is_over_enter_asks_to_watch_it_again_if_it_is_recorded(keys, tm
     assert window.closed
 
 
-def test_driving_by_hand_publishes_each_tick_until_it_is_given_back(window, match):
-    match.step(window, 5.0, 0)
-    press(pygame.K_TAB)
-    press(pygame.K_UP)
-    for number in range(1, 4):
-        match.step(window, 5.0 + number / 30, number)
-    assert said(window) == [m.Manual(forward=SLOW, turn=0.0, lease=LEASE)] * 3
-    pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_UP, mod=0))
-    match.step(window, 5.2, 4)
-    press(pygame.K_ESCAPE)
-    match.step(window, 5.3, 5)
-    match.step(window, 5.4, 6)
-    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=lease) for lease in (LEASE, 0.0)]
-
-
-def test_losing_the_keyboard_lets_go_of_the_arrows(window, match):
-    match.step(window, 5.0, 0)
-    press(pygame.K_TAB)
-    press(pygame.K_UP)
-    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
-    match.step(window, 5.1, 1)
-    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=LEASE)]
-
-
 def test_a_player_that_is_gone_is_not_driven(window, match):
-    match.step(window, 5.0, 0)
     press(pygame.K_TAB)
     match.step(window, 5.1, 1)
     match.step(window, 5.2, 2, players=synthetic.players(5.2)[1:])
@@ -116,44 +81,7 @@ def test_a_player_that_is_gone_is_not_driven(window, match):
     assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
 
 
-def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(window, match):
-    match.step(window, 5.0, 0)
-    press(pygame.K_TAB)
-    press(pygame.K_UP)
-    press(pygame.K_SPACE)
-    window.mailbox.handover(5.0)
-    window.tick(Tick(5.0, live=False))
-    assert said(window) == [m.Estop(by="spectator")]
-    assert not window.scene.live
-
-
-@pytest.mark.parametrize("how", ["key", "button"])
-def test_closing_the_window_is_seen_by_the_executor(window, match, how):
-    match.step(window, 5.0, 0)
-    assert not window.closed
-    if how == "key":
-        press(pygame.K_q)
-    else:
-        pygame.event.post(pygame.event.Event(pygame.QUIT))
-    match.step(window, 5.1, 1)
-    assert window.closed
-    assert not pygame.display.get_init()
-    match.step(window, 5.2, 2)
-    assert not pygame.display.get_init(), "it does not open again"
-
-
-def test_stopping_gives_the_player_back(window, match):
-    match.step(window, 5.0, 0)
-    press(pygame.K_TAB)
-    match.step(window, 5.1, 1)
-    said(window)
-    window.stop()
-    window.stop()
-    assert said(window) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
-
-
 def test_pictures_are_numbered(window, match, tmp_path):
-    match.step(window, 5.0, 0)
     for number in range(1, 3):
         press(pygame.K_p)
         pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_p, mod=0))
@@ -163,7 +91,6 @@ def test_pictures_are_numbered(window, match, tmp_path):
 
 
 def test_what_a_key_has_done_is_told_where_it_cannot_be_seen(window, match, tmp_path):
-    match.step(window, 5.0, 0)
     press(pygame.K_l)
     match.step(window, 5.1, 1)
     assert "Nobody shows a plan" in window.notice
@@ -193,6 +120,7 @@ def test_a_picture_that_cannot_be_written_ends_nothing(keys, match, tmp_path, ca
 
 def test_a_fast_match_is_not_drawn_at_every_tick(window, match, monkeypatch):
     frames = []
+    assert window.period == FRAME
     monkeypatch.setattr(pygame.display, "flip", lambda: frames.append(1))
     for number in range(300):
         time = number / 30

@@ -33,20 +33,9 @@ def test_a_log_gets_each_call_once_and_a_status_every_five_seconds(keys):
     assert "5 of 7 players in play" in lines[-1]
 
 
-def test_a_log_tells_what_hinders_the_match_when_it_begins_and_with_each_status(keys):
-    text = shown(keys, Console(file=io.StringIO()), 6.0, halted="a cable", waiting=["dory"])
-    assert text.count("HALT: a cable") == 2
-
-
-def test_a_log_tells_how_a_halt_is_left(keys):
+def test_a_log_tells_a_halt_and_how_it_is_left_when_it_begins_and_with_each_status(keys):
     text = shown(keys, Console(file=io.StringIO()), 6.0, halted="a cable", way_out="Plug it in, then resume")
     assert text.count("HALT: a cable. Plug it in, then resume") == 2
-
-
-def test_the_table_tells_how_a_halt_is_left(scene_at):
-    console = Console(file=io.StringIO(), width=120)
-    console.print(table(scene_at(10.0, halted="a cable", way_out="Plug it in, then resume")))
-    assert "a cable. Plug it in, then resume" in console.file.getvalue()
 
 
 def test_the_table_needs_neither_a_window_library_nor_a_plotting_one():
@@ -98,11 +87,22 @@ def test_a_terminal_gets_a_table_in_place(keys):
         assert word in text
 
 
+def written(scene, width=120, height=None):
+    """The table of a scene on a terminal of this size."""
+    console = Console(file=io.StringIO(), width=width, height=height)
+    console.print(table(scene) if height is None else table(scene, width, height))
+    return console.file.getvalue()
+
+
+def with_players(scene, *names, **changes):
+    """The scene with changed players; without names, all of them."""
+    players = [dataclasses.replace(p, **changes) if not names or p.name in names else p for p in scene.players]
+    return dataclasses.replace(scene, players=tuple(players))
+
+
 @pytest.mark.parametrize("name", ["bruce", "gill"])
 def test_the_table_shows_place_and_heading(scene_at, name):
-    console = Console(file=io.StringIO(), width=120)
-    console.print(table(scene_at(13.5)))
-    line = next(line for line in console.file.getvalue().splitlines() if f" {name} " in line)
+    line = next(line for line in written(scene_at(13.5)).splitlines() if f" {name} " in line)
     pose = synthetic.pose_at(name, 13.5)
     assert f"{pose.x:.2f}" in line
     assert f"{pose.y:.2f}" in line
@@ -110,16 +110,14 @@ def test_the_table_shows_place_and_heading(scene_at, name):
 
 
 def test_what_ails_a_player_is_in_the_table_whole(scene_at):
-    scene = scene_at(10.0)
     fault = "axis two (node five) latched: overvoltage while it braked, says its drive"
-    ailing = tuple(dataclasses.replace(p, fault=fault if p.name == "nemo" else None) for p in scene.players)
-    console = Console(file=io.StringIO(), width=100)
-    console.print(table(dataclasses.replace(scene, players=ailing)))
-    assert fault.split() == [word for word in console.file.getvalue().split() if word in fault.split()], "wrapped"
+    text = written(with_players(scene_at(10.0), "nemo", fault=fault), 100)
+    assert fault.split() == [word for word in text.split() if word in fault.split()], "wrapped"
 
 
-def many(scene, count):
-    players = [dataclasses.replace(scene.players[i % 7], name=f"player{i + 1}") for i in range(count)]
+def many(scene, count, name="player"):
+    """The scene with so many players."""
+    players = [dataclasses.replace(scene.players[i % 7], name=f"{name}{i + 1}") for i in range(count)]
     return dataclasses.replace(scene, players=tuple(players))
 
 
@@ -129,9 +127,7 @@ def many(scene, count):
 def test_everybody_and_the_last_call_fit_onto_a_terminal(scene_at, size, count, changes):
     width, height = size
     scene = many(scene_at(13.5, **changes), count)
-    console = Console(file=io.StringIO(), width=width, height=height)
-    console.print(table(scene, width, height))
-    lines = console.file.getvalue().splitlines()
+    lines = written(scene, width, height).splitlines()
     assert len(lines) <= height
     assert max(map(len, lines)) <= width
     text = " ".join(lines)
@@ -146,29 +142,24 @@ def test_everybody_and_the_last_call_fit_onto_a_terminal(scene_at, size, count, 
 @pytest.mark.parametrize("count", [0, 1, 7, 24])
 def test_faults_long_names_and_tiny_terminals_break_nothing(scene_at, size, count):
     width, height = size
-    scene = many(scene_at(13.5), count)
     fault = "axis 2 (node 5) has latched: overvoltage at 58.2 V while it braked, as its drive says of itself; wait"
-    players = tuple(
-        dataclasses.replace(p, fault=fault, name=f"a-very-long-name-of-a-robot-{i}")
-        for i, p in enumerate(scene.players)
-    )
-    console = Console(file=io.StringIO(), width=width, height=height)
-    console.print(table(dataclasses.replace(scene, players=players), width, height))
-    lines = console.file.getvalue().splitlines()
+    scene = many(scene_at(13.5), count, "a-very-long-name-of-a-robot-")
+    lines = written(with_players(scene, fault=fault), width, height).splitlines()
     if width >= 60:
         assert len(lines) <= height
         text = "\n".join(lines)
-        assert all(re.search(rf"…\S*t-{i}\b", text) for i in range(count)), "all names differ"
+        assert all(re.search(rf"…\S*t-{i + 1}\b", text) for i in range(count)), "all names differ"
         assert "0:12.5" in text
 
 
 def test_speed_and_battery_are_told_where_there_is_room(scene_at):
-    scene = scene_at(10.0)
-    players = tuple(dataclasses.replace(p, speed=-0.04, battery=0.156) for p in scene.players)
-    console = Console(file=io.StringIO(), width=120)
-    console.print(table(dataclasses.replace(scene, players=players)))
-    assert " 0.0 " in console.file.getvalue()
-    assert " 16% " in console.file.getvalue()
+    text = written(with_players(scene_at(10.0), speed=-0.04, battery=0.156))
+    assert " 0.0 " in text
+    assert " 16% " in text
+
+
+def test_words_of_players_are_no_markup(scene_at):
+    assert "[red]x[/]" in written(scene_at(5.0, halted="[red]x[/]", score={"[b]": 1}))
 
 
 def test_words_have_the_terminals_own_colours(scene_at):
@@ -184,12 +175,6 @@ def test_no_color_is_honoured(scene_at, monkeypatch):
     console = Console(file=io.StringIO(), force_terminal=True, color_system="truecolor", width=100)
     console.print(table(scene_at(13.5)))
     assert "38;2" not in console.file.getvalue()
-
-
-def test_words_of_players_are_no_markup(scene_at):
-    console = Console(file=io.StringIO(), width=120)
-    console.print(table(scene_at(5.0, halted="[red]x[/]", score={"[b]": 1})))
-    assert "[red]x[/]" in console.file.getvalue()
 
 
 def test_the_status_line(scene_at):

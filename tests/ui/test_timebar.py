@@ -20,6 +20,12 @@ def bar_of(size, playback=PLAYBACK):
     return TimeBar.below(size, ui, playback)
 
 
+@pytest.fixture
+def bar() -> TimeBar:
+    """The bar of a window of a usual size."""
+    return bar_of((1280, 720))
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_the_bar_is_at_the_lower_edge_and_its_parts_are_beside_each_other(size):
     bar = bar_of(size)
@@ -38,14 +44,12 @@ def test_the_ends_of_the_track_are_the_ends_of_the_match(size):
     assert bar.x_of(60.0) == pytest.approx(bar.track.centerx, abs=1)
 
 
-def test_a_pixel_and_its_time_belong_together():
-    bar = bar_of((1280, 720))
+def test_a_pixel_and_its_time_belong_together(bar):
     for x in range(bar.track.left, bar.track.right + 1, 7):
         assert bar.x_of(bar.time_at(x)) == x
 
 
-def test_beyond_the_ends_there_is_no_other_time():
-    bar = bar_of((1280, 720))
+def test_beyond_the_ends_there_is_no_other_time(bar):
     assert (bar.time_at(-50), bar.time_at(5000)) == (10.0, 110.0)
     assert (bar.x_of(0.0), bar.x_of(999.0)) == (bar.track.left, bar.track.right)
 
@@ -56,8 +60,7 @@ def test_a_match_of_one_instant_has_a_bar():
     assert bar.time_at(bar.track.centerx) == 5.0
 
 
-def test_the_knob_is_taken_somewhat_beside_the_line_but_not_at_the_button_or_on_the_field():
-    bar = bar_of((1280, 720))
+def test_the_knob_is_taken_somewhat_beside_the_line_but_not_at_the_button_or_on_the_field(bar):
     x, y = bar.track.center
     assert bar.is_on_track((x, y - 12))
     assert bar.is_on_track((bar.track.left - 5, y))

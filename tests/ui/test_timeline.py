@@ -8,7 +8,6 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.types import STILL, Pose
-from vrg.ui.builder import SceneBuilder
 from vrg.ui.timeline import Timeline
 
 SIZES = {"bruce": (0.8, 0.6)}
@@ -17,23 +16,6 @@ SIZES = {"bruce": (0.8, 0.6)}
 @pytest.fixture(scope="module")
 def timeline(recorded):
     return Timeline(read_recorded(recorded), sizes=SIZES, obstacles=synthetic.OBSTACLES)
-
-
-def live(ticks):
-    """What the window of the running match shows at a tick."""
-    builder = SceneBuilder(sizes=SIZES, obstacles=synthetic.OBSTACLES)
-    for tick in range(ticks + 1):
-        time = tick / 10
-        builder.clock(m.Clock(time=time, tick=tick, epoch=0, rate=1.0, estop=False))
-        builder.poses(synthetic.poses(time), time)
-    time = ticks / 10
-    builder.referee(synthetic.state(time))
-    for call in synthetic.calls(time):
-        builder.call(call, call.clock)
-    for name in synthetic.NAMES:
-        mode = "Shark/Chase" if name in synthetic.SHARKS else "Minnow/Cross"
-        builder.report(name, m.Report(mode=mode, armed=True, battery=0.8))
-    return builder.build(live=True)
 
 
 def without_rounding(scene):
@@ -49,7 +31,9 @@ def without_rounding(scene):
 
 @pytest.mark.parametrize("ticks", [0, 1, 57, 63, 90, 91, 104, 125, 126, 200, 201, 333, 399])
 def test_the_scene_is_that_of_the_running_match(timeline, ticks):
-    assert without_rounding(timeline.at(ticks / 10)) == without_rounding(live(ticks))
+    assert without_rounding(timeline.at(ticks / 10)) == without_rounding(
+        synthetic.scene_at(ticks / 10, sizes=SIZES, reports=True)
+    )
 
 
 def test_the_scene_does_not_depend_on_what_was_looked_at_before(timeline):

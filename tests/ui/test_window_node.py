@@ -54,11 +54,11 @@ class Bench:
         self.tick()
         self.tick()
 
-    def tick(self, rate: float = 1.0) -> list[Any]:
+    def tick(self, *, live: bool = True) -> list[Any]:
         """One tick; what the window published, but for requests of pictures."""
         self.number += 1
         time = 5.0 + self.number / 30
-        clock = m.Clock(time=time, tick=self.number, epoch=0, rate=rate, estop=self.stopped)
+        clock = m.Clock(time=time, tick=self.number, epoch=0, rate=1.0, estop=self.stopped)
         nemo = m.Report(mode="Cross/Go", armed=True, manual=self.taken)
         told = (
             (self.keys.clock, clock),
@@ -71,7 +71,11 @@ class Bench:
                 if inlet.topic.type is topic.type:
                     inlet.offer(Received(topic.key, time, self.number, body))
         self.node.mailbox.handover(time)
-        self.node.tick(Tick(time))
+        self.node.tick(Tick(time, live))
+        return self.said()
+
+    def said(self) -> list[Any]:
+        """What the window published since it was asked last, but for requests of pictures."""
         bodies = [out.message.body for out in self.node.mailbox.collect()]
         return [body for body in bodies if not isinstance(body, m.CameraRequest)]
 
@@ -101,27 +105,49 @@ def bench(request: pytest.FixtureRequest, keys: Keys) -> Iterator[Bench]:
     made.node.stop()
 
 
+BY = {"commander": "commander of minnows", "hud": "display of nemo"}
+STANDS = m.Manual(forward=0.0, turn=0.0, lease=LEASE)
+GIVES_BACK = m.Manual(forward=0.0, turn=0.0, lease=0.0)
+
+
 def lent(said: list[Any]) -> list[m.Manual]:
     return [body for body in said if isinstance(body, m.Manual)]
 
 
 def test_space_and_the_pads_back_are_the_emergency_stop_also_before_the_pad_is_in_use(bench: Bench) -> None:
-    assert [type(body) for body in bench.button(BACK)] == [m.Estop]
+    stop = m.Estop(by=BY.get(bench.node.kind, "me"))
+    assert bench.button(BACK) == [stop]
     # Also with a finger on another key, and if the release of SPACE was missed.
     for mod in (0, pygame.KMOD_CTRL, pygame.KMOD_META, pygame.KMOD_SHIFT):
-        assert [type(body) for body in bench.down(pygame.K_SPACE, mod=mod)] == [m.Estop]
+        assert bench.down(pygame.K_SPACE, mod=mod) == [stop]
 
 
 def test_m_drives_by_hand_and_held_it_toggles_once(bench: Bench) -> None:
     bench.down(pygame.K_m, times=25)
     driven = bench.node.driving.player
     assert driven is not None
-    assert lent(bench.down(pygame.K_UP))[-1] == m.Manual(forward=SLOW, turn=0.0, lease=LEASE)
+    for said in (bench.down(pygame.K_UP), bench.tick()):
+        assert said == [m.Manual(forward=SLOW, turn=0.0, lease=LEASE)], "it is published at each tick"
     assert lent(bench.down(pygame.K_LSHIFT))[-1].forward == 1.0
     bench.up(pygame.K_LSHIFT)
-    assert lent(bench.up(pygame.K_UP))[-1].forward == 0.0
-    assert lent(bench.down(pygame.K_ESCAPE)) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
+    assert lent(bench.up(pygame.K_UP))[-1] == STANDS
+    assert lent(bench.down(pygame.K_ESCAPE)) == [GIVES_BACK]
     assert bench.node.driving.player is None
+
+
+def test_losing_the_keyboard_lets_go_of_the_arrows(bench: Bench) -> None:
+    bench.down(pygame.K_m)
+    bench.down(pygame.K_UP)
+    pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
+    assert bench.tick() == [STANDS]
+
+
+def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(bench: Bench) -> None:
+    bench.down(pygame.K_m)
+    bench.down(pygame.K_UP)
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_SPACE, mod=0))
+    assert [type(body) for body in bench.tick(live=False)] == [m.Estop]
+    assert not bench.node.scene.live
 
 
 def test_start_drives_by_hand_and_nothing_moves_without_the_deadmans_switch(bench: Bench) -> None:
@@ -135,7 +161,7 @@ def test_start_drives_by_hand_and_nothing_moves_without_the_deadmans_switch(benc
     bench.tick()
     assert lent(bench.tick())[-1].forward == pytest.approx(SLOW)
     bench.pad.unplug()
-    assert lent(bench.tick()) == [m.Manual(forward=0.0, turn=0.0, lease=0.0)]
+    assert lent(bench.tick()) == [GIVES_BACK]
     assert "gamepad is lost" in bench.node.notice
     assert lent(bench.tick()) == []
 
@@ -182,10 +208,23 @@ def test_what_the_user_gave_back_can_be_taken_again_at_once(bench: Bench) -> Non
         bench.up(pygame.K_m)
 
 
-def test_closing_gives_the_robot_back(bench: Bench) -> None:
+CLOSING = {
+    "key": lambda _node: pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_q, mod=0)),
+    "button": lambda _node: pygame.event.post(pygame.event.Event(pygame.QUIT)),
+    "stop": lambda node: (node.stop(), node.stop()),
+}
+
+
+@pytest.mark.parametrize("close", CLOSING.values(), ids=CLOSING)
+def test_closing_gives_the_robot_back_and_the_window_does_not_open_again(
+    bench: Bench, close: Callable[[WindowNode], object]
+) -> None:
     bench.down(pygame.K_m)
-    assert lent(bench.down(pygame.K_q))[-1].lease == 0.0
+    assert not bench.node.closed
+    close(bench.node)
+    assert bench.tick() == [GIVES_BACK]
     assert bench.node.closed
+    assert bench.tick() == []
     assert not pygame.display.get_init()
 
 

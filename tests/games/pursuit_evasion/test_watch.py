@@ -93,15 +93,19 @@ def watching() -> IntruderDetector:
     return watch
 
 
-def test_an_empty_scene_has_nobody_in_it() -> None:
-    watch = watching()
+@pytest.fixture
+def watch() -> IntruderDetector:
+    """It has stood at its post for 1 s."""
+    return watching()
+
+
+def test_an_empty_scene_has_nobody_in_it(watch: IntruderDetector) -> None:
     assert watch.fresh == []
     assert watch.tracker.tracks == []
     assert watch.own is not None
 
 
-def test_an_intruder_is_seen_where_it_is() -> None:
-    watch = watching()
+def test_an_intruder_is_seen_where_it_is(watch: IntruderDetector) -> None:
     watch.look(view(1.1, together(SCENE, box(4.0, 5.0, 0.3))), standing=True)
     (seen,) = watch.fresh
     assert math.dist((seen.x, seen.y), (4.0, 5.0)) < 0.2
@@ -109,8 +113,7 @@ def test_an_intruder_is_seen_where_it_is() -> None:
     assert len(watch.tracker.tracks) == 1
 
 
-def test_one_scan_is_looked_at_once() -> None:
-    watch = watching()
+def test_one_scan_is_looked_at_once(watch: IntruderDetector) -> None:
     scene = together(SCENE, box(4.0, 5.0, 0.3))
     watch.look(view(1.1, scene), standing=True)
     watch.look(view(1.2, scene, scanned=(1.1, POST)), standing=True)
@@ -118,9 +121,8 @@ def test_one_scan_is_looked_at_once() -> None:
     assert watch.tracker.tracks[0].line.count == 1
 
 
-def test_the_empty_scene_is_the_one_that_was_seen_first() -> None:
+def test_the_empty_scene_is_the_one_that_was_seen_first(watch: IntruderDetector) -> None:
     """An intruder that stands still later does not become a part of it."""
-    watch = watching()
     for i in range(3 * SNAPSHOT_SCANS):
         watch.look(view(1.1 + 0.1 * i, together(SCENE, box(4.0, 5.0, 0.3))), standing=True)
     assert len(watch.fresh) == 1
@@ -177,8 +179,7 @@ def mate(time: float, pose: Pose, twist: Twist = STILL) -> TeamMessage:
     return TeamMessage("p1", time, words(pose, twist, [], None))
 
 
-def test_a_team_mate_that_says_where_it_is_is_no_intruder() -> None:
-    watch = watching()
+def test_a_team_mate_that_says_where_it_is_is_no_intruder(watch: IntruderDetector) -> None:
     scene = together(SCENE, box(4.0, 5.0, 0.3, (0.5, 0.49)))
     watch.look(view(1.1, scene, heard=[mate(1.1, Pose(4.0, 5.0, 0.3))]), standing=True)
     assert watch.fresh == []
@@ -186,8 +187,7 @@ def test_a_team_mate_that_says_where_it_is_is_no_intruder() -> None:
     assert watch.fresh == [], "it stands, so it is still there"
 
 
-def test_a_team_mate_that_drives_is_where_it_has_driven_to() -> None:
-    watch = watching()
+def test_a_team_mate_that_drives_is_where_it_has_driven_to(watch: IntruderDetector) -> None:
     watch.look(view(1.1, heard=[mate(1.0, Pose(3.0, 5.0, 0.0), Twist(0.7, 0.0))]), standing=True)
     watch.look(view(2.5, together(SCENE, box(4.05, 5.0, 0.0, (0.5, 0.49)))), standing=True)
     assert watch.fresh == []
@@ -195,8 +195,7 @@ def test_a_team_mate_that_drives_is_where_it_has_driven_to() -> None:
     assert len(watch.fresh) == 1, "for some time; then nobody knows where it is"
 
 
-def test_who_is_out_of_play_is_no_intruder() -> None:
-    watch = watching()
+def test_who_is_out_of_play_is_no_intruder(watch: IntruderDetector) -> None:
     scene = together(SCENE, box(4.0, 5.0, 0.3))
     watch.look(view(1.1, scene, out=(4.0, 5.0)), standing=True)
     assert watch.fresh == []
@@ -204,9 +203,8 @@ def test_who_is_out_of_play_is_no_intruder() -> None:
     assert len(watch.fresh) == 1
 
 
-def test_an_intruder_beside_a_team_mate_is_seen_where_it_is() -> None:
+def test_an_intruder_beside_a_team_mate_is_seen_where_it_is(watch: IntruderDetector) -> None:
     """They are half a metre apart, and the mate says where it is."""
-    watch = watching()
     body, other = box(4.0, 5.0, math.pi / 4, (0.7, 0.64)), box(4.75, 4.25, math.pi / 4, (0.5, 0.49))
     watch.look(view(1.1, together(SCENE, body, other), heard=[mate(1.1, Pose(4.75, 4.25, 0.785))]), standing=True)
     assert [math.dist((s.x, s.y), (4.0, 5.0)) < 0.25 for s in watch.fresh] == [True]
@@ -229,8 +227,7 @@ def test_what_a_team_mate_has_seen_through_is_free_for_all() -> None:
         assert len(watch.fresh) == (1 if told else 0)
 
 
-def test_the_sightings_of_the_team_and_its_own_are_of_one_robot() -> None:
-    watch = watching()
+def test_the_sightings_of_the_team_and_its_own_are_of_one_robot(watch: IntruderDetector) -> None:
     for i in range(10):
         time = 1.1 + 0.1 * i
         scene = together(SCENE, box(3.0 + 0.07 * i, 5.0, 0.0))
@@ -254,9 +251,8 @@ def test_a_robot_without_a_laser_hears_all_the_same() -> None:
     assert watch.places(1.0) == {"p1": (3.0, 3.0)}
 
 
-def test_a_halt_is_no_time_for_a_course() -> None:
+def test_a_halt_is_no_time_for_a_course(watch: IntruderDetector) -> None:
     """Match time goes on in a halt, and everybody stands."""
-    watch = watching()
     for i in range(10):
         time = 1.1 + 0.1 * i
         watch.look(view(time, together(SCENE, box(3.0 + 0.07 * i, 5.0, 0.0))), standing=True)

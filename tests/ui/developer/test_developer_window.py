@@ -14,15 +14,6 @@ from vrg.ui import palette
 from vrg.ui.developer import words
 from vrg.ui.developer.choices import Layer, Tab
 from vrg.ui.developer.deciding import Button
-from vrg.ui.driving import SLOW
-from vrg.ui.window_node import FRAME
-
-
-@pytest.fixture
-def bench():
-    made = Bench()
-    yield made
-    made.node.stop()
 
 
 def pixel(x, y):
@@ -159,27 +150,6 @@ def test_a_click_on_a_call_tells_why(bench):
     assert bench.node.explainer.card.heading == "why call 1 was made"
     bench.press(pygame.K_ESCAPE)
     assert bench.node.explainer.card is None
-
-
-def test_a_driven_player_is_given_back_when_the_window_closes(bench):
-    bench.press(pygame.K_TAB)
-    assert bench.press(pygame.K_UP)[-1].forward == SLOW
-    bench.node.stop()
-    assert [out.message.body.lease for out in bench.node.mailbox.collect()] == [0.0]
-    assert bench.node.closed
-    assert not pygame.display.get_init()
-
-
-def test_it_draws_thirty_frames_in_a_second_of_a_match_at_real_time(bench, monkeypatch):
-    frames = []
-    monkeypatch.setattr(pygame.display, "flip", lambda: frames.append(1))
-    assert bench.node.period == FRAME
-    before = bench.time
-    for tick in range(1, 51):
-        bench.time = before + tick / 50
-        bench.tell(KEYS.clock, m.Clock(time=bench.time, tick=tick, epoch=0, rate=1.0, estop=False))
-        bench.step()
-    assert len(frames) >= 30
 
 
 def test_every_overlay_and_tab_has_its_words():

@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.ui.developer.making import KEYS, Bench
+from tests.ui.developer.making import KEYS
 from vrg.bus import messages as m
 from vrg.bus.messages.process import ProcessState
 from vrg.bus.traffic import Stream
@@ -13,15 +13,16 @@ from vrg.ui.developer.choices import ViewState
 from vrg.ui.developer.tables import Tone
 
 
-@pytest.fixture
-def bench():
-    made = Bench()
-    yield made
-    made.node.stop()
-
-
 def told(items):
     return [item.text for item in items]
+
+
+def of_referee(bench, heading="", **changes):
+    """What the referee's tab tells two ticks after the state has changed, from a heading on."""
+    bench.changes |= changes
+    bench.ticks(2)
+    items = told(referee.referee(bench.node.insight))
+    return items[items.index(heading) + 1 :] if heading else items
 
 
 def row(grid, name):
@@ -40,25 +41,17 @@ def test_a_row_for_each_player_tells_mode_fault_driver_and_age(bench):
 
 
 def test_start_conditions_halts_and_ways_out_are_listed(bench):
-    bench.changes = {"waiting": ["robot1 does not report", "robot2 is not on its mark"]}
-    bench.ticks(2)
-    assert told(referee.referee(bench.node.insight))[:3] == [
-        "START CONDITIONS", "robot1 does not report", "robot2 is not on its mark",
-    ]  # fmt: skip
-    bench.changes = {"halted": "the emergency stop", "way_out": "release it"}
-    bench.ticks(2)
-    assert told(referee.referee(bench.node.insight))[:3] == ["HALTED", "the emergency stop", "Way out: release it"]
+    reasons = ["robot1 does not report", "robot2 is not on its mark"]
+    assert of_referee(bench, waiting=reasons)[:3] == ["START CONDITIONS", *reasons]
+    halted = of_referee(bench, waiting=[], halted="the emergency stop", way_out="release it")
+    assert halted[:3] == ["HALTED", "the emergency stop", "Way out: release it"]
 
 
 def test_auctions_tell_who_bid_how_much_who_has_not_and_who_won(bench):
     bids = {"robot1": 4.2, "robot2": 3.1}
     auction = m.Auction(lot="i1", bidders=bench.names, opened=2.0, lasts=1.5, bids=bids)
     won = m.Auction(lot="i2", bidders=("robot3",), opened=3.0, lasts=1.5, bids={"robot3": 1.0}, winner="robot3")
-    bench.changes = {"auctions": [auction, won]}
-    bench.ticks(2)
-    items = told(referee.referee(bench.node.insight))
-    at = items.index("AUCTIONS")
-    assert items[at + 1 : at + 5] == [
+    assert of_referee(bench, "AUCTIONS", auctions=[auction, won])[:4] == [
         "i1: open since 0:02.0, for 1.5 s at least",
         "robot2 bids 3.1, robot1 bids 4.2, robot3 has not bid",
         "i2: won by robot3, open since 0:03.0",
@@ -70,10 +63,7 @@ def test_leases_tell_who_drives_whom_and_until_when(bench):
     bench.states["robot1"] = {"lease": Twist(0.5, 0.0)}
     bench.reports["robot2"] = {"manual": True}
     bench.tell(KEYS.manual("robot2"), m.Manual(forward=1.0, turn=0.0, lease=0.5))
-    bench.ticks(2)
-    items = told(referee.referee(bench.node.insight))
-    at = items.index("LEASES")
-    assert items[at + 1 : at + 3] == [
+    assert of_referee(bench, "LEASES")[:2] == [
         "robot1: the referee drives it, 0.5 m/s and 0 °/s, until it ends that",
         "robot2: a person drives it for another 0.4 s",
     ]

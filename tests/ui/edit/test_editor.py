@@ -101,8 +101,13 @@ def page_in(place: Path, draft: Draft | None = None) -> Page:
     return page
 
 
-def test_what_is_wrong_is_told_beside_its_field_with_its_line(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+@pytest.fixture
+def page(tmp_path: Path) -> Page:
+    """The page with the match that a new configurator shows."""
+    return page_in(tmp_path)
+
+
+def test_what_is_wrong_is_told_beside_its_field_with_its_line(page: Page) -> None:
     assert (page.told["problems"], page.told["checked"]) == ([], True)
     page.ask("set", key="players.1.x", typed="near")
     assert not page.told["checked"]
@@ -126,8 +131,7 @@ def test_what_is_wrong_is_told_beside_its_field_with_its_line(tmp_path: Path) ->
         pytest.param("roboflag", marks=pytest.mark.thorough),
     ],
 )
-def test_every_rule_of_a_game_has_words_and_can_be_set_to_its_own_value(tmp_path: Path, game: str) -> None:
-    page = page_in(tmp_path)
+def test_every_rule_of_a_game_has_words_and_can_be_set_to_its_own_value(page: Page, game: str) -> None:
     page.ask("open", game=game)
     rules = {rule["key"]: rule for rule in page.told["rules"]}
     assert len(rules) == len(rules_of(game)) >= 3
@@ -140,8 +144,7 @@ def test_every_rule_of_a_game_has_words_and_can_be_set_to_its_own_value(tmp_path
     assert page.told["problems"] == []
 
 
-def test_rules_have_defaults_bounds_and_choices_and_are_checked(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_rules_have_defaults_bounds_and_choices_and_are_checked(page: Page) -> None:
     rules = {rule["key"]: rule for rule in page.told["rules"]}
     slowest = rules["rules.slowest"]
     assert (slowest["default"], slowest["bounds"]) == ("0.6", "more than 0, at most 1")
@@ -158,8 +161,7 @@ def test_rules_have_defaults_bounds_and_choices_and_are_checked(tmp_path: Path) 
     assert page.told["problems"] == []
 
 
-def test_undo_and_redo_go_back_and_forth_and_typing_is_one_step(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_undo_and_redo_go_back_and_forth_and_typing_is_one_step(page: Page) -> None:
     first = page.desk.draft.text
     for typed in ("2", "20", "20.5"):
         page.set("players.0.x", typed)
@@ -174,17 +176,18 @@ def test_undo_and_redo_go_back_and_forth_and_typing_is_one_step(tmp_path: Path) 
     assert (page.desk.draft.text, page.told["redo"]) == (last, False)
 
 
-def test_players_are_dragged_added_and_taken_out_several_at_once(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
-    page.ask("place", player=0, x=20.123456, y=-30.98765, heading=math.pi / 2)
-    assert [page.value(f"players.0.{name}") for name in ("x", "y", "heading")] == ["20.12", "-30.99", "90"]
+def test_players_are_dragged_added_and_taken_out_several_at_once(page: Page) -> None:
+    page.ask("place", player=0, x=20.123456, y=-30.98765, heading=math.radians(400.04))
+    assert [page.value(f"players.0.{name}") for name in ("x", "y", "heading")] == ["20.12", "-30.99", "40"]
+    placed = Pose(20.12, -30.99, math.radians(40.0))
+    assert page.desk.draft.place(0, placed).text == page.desk.draft.text
     page.ask("count", players=12)
     assert page.ask("check")["problems"] == []
     page.ask("remove", players=[8, 7, 11])
     assert len(page.told["players"]) == 9
     assert page.ask("remove", players=list(range(9)))["notice"] == "A match needs at least one player."
     assert page.ask("count", players=99)["notice"] == "expected a number of players from 1 to 64, got 99"
-    assert page.desk.draft.players[0].pose == Pose(20.12, -30.99, math.pi / 2)
+    assert page.desk.draft.players[0].pose == placed
 
 
 def test_new_players_come_without_a_check_of_their_own(tmp_path: Path) -> None:
@@ -202,8 +205,7 @@ def test_new_players_come_without_a_check_of_their_own(tmp_path: Path) -> None:
     assert [problem["text"] for problem in page.told["problems"] if problem["fields"][0].startswith("players.")] == []
 
 
-def test_another_game_is_its_default_match(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_another_game_is_its_default_match(page: Page) -> None:
     told = page.ask("set", key="game", typed="roboflag")
     assert (page.desk.draft.game, len(told["players"])) == ("roboflag", 8)
     assert "default match of RoboFlag" in told["notice"]
@@ -211,8 +213,7 @@ def test_another_game_is_its_default_match(tmp_path: Path) -> None:
     assert page.desk.draft.game == "sharks-and-minnows"
 
 
-def test_a_page_that_shows_an_old_match_changes_nothing(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_a_page_that_shows_an_old_match_changes_nothing(page: Page) -> None:
     old = page.told["number"]
     page.set("seed", "5")
     told = page.ask("remove", players=[0], seen=old)
@@ -220,8 +221,7 @@ def test_a_page_that_shows_an_old_match_changes_nothing(tmp_path: Path) -> None:
     assert len(told["players"]) == 7
 
 
-def test_the_default_match_is_played_as_it_is_and_on_another_map_it_is_saved_first(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_the_default_match_is_played_as_it_is_and_on_another_map_it_is_saved_first(page: Page) -> None:
     page.ask("open", game="roboflag", map="open")
     page.ask("check")
     assert page.ask("save", play=True)["ask"]["kind"] == "name"
@@ -230,8 +230,7 @@ def test_the_default_match_is_played_as_it_is_and_on_another_map_it_is_saved_fir
     assert page.desk.outcome == NextStep(play="practice")
 
 
-def test_a_match_is_saved_under_a_name_and_played(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_a_match_is_saved_under_a_name_and_played(page: Page, tmp_path: Path) -> None:
     page.set("seed", "7")
     assert page.ask("save", play=True)["ask"]["kind"] == "name"
     assert "got 'a/b'" in page.ask("save", play=True, name="a/b")["ask"]["question"]
@@ -244,8 +243,7 @@ def test_a_match_is_saved_under_a_name_and_played(tmp_path: Path) -> None:
     assert (tmp_path / "final.toml").read_text(encoding="utf-8") == page.desk.draft.text
 
 
-def test_what_has_problems_is_saved_but_not_played(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_what_has_problems_is_saved_but_not_played(page: Page, tmp_path: Path) -> None:
     page.ask("set", key="players.3.x", typed="99")
     told = page.ask("save", play=True)
     assert told["notice"].startswith("It cannot be played yet. player4: expected a pose inside map courtyard")
@@ -254,8 +252,8 @@ def test_what_has_problems_is_saved_but_not_played(tmp_path: Path) -> None:
     assert (tmp_path / "bad.toml").exists()
 
 
-def test_another_file_is_only_replaced_if_that_is_wanted(tmp_path: Path) -> None:
-    page, other = page_in(tmp_path), tmp_path / "other.toml"
+def test_another_file_is_only_replaced_if_that_is_wanted(page: Page, tmp_path: Path) -> None:
+    other = tmp_path / "other.toml"
     other.write_text("mine", encoding="utf-8")
     assert page.ask("save", name="other")["ask"]["kind"] == "replace"
     assert other.read_text(encoding="utf-8") == "mine"
@@ -266,8 +264,7 @@ def test_another_file_is_only_replaced_if_that_is_wanted(tmp_path: Path) -> None
     assert page.ask("save")["ask"]["kind"] == "replace"
 
 
-def test_what_is_not_saved_is_asked_for_before_it_is_left_and_kept_at_the_end(tmp_path: Path) -> None:
-    page = page_in(tmp_path)
+def test_what_is_not_saved_is_asked_for_before_it_is_left_and_kept_at_the_end(page: Page, tmp_path: Path) -> None:
     assert page.desk.rescue() == ""
     page.set("seed", "9")
     for request in ({"do": "open", "game": "hud"}, {"do": "leave"}):
@@ -300,8 +297,8 @@ def test_recent_matches_are_opened_watched_and_told_when_they_are_gone(place: Pa
 
 
 def test_a_file_that_is_no_toml_is_shown_and_told(tmp_path: Path) -> None:
-    page = page_in(tmp_path, Draft("name =\n", tmp_path, tmp_path / "broken.toml"))
-    assert [problem["line"] for problem in page.told["problems"]] == [1]
+    page = page_in(tmp_path, Draft("seed = 1\nname =\n", tmp_path, tmp_path / "broken.toml"))
+    assert [(problem["line"], problem["fields"]) for problem in page.told["problems"]] == [(2, [])]
     for request in ({"do": "set", "key": "seed", "typed": "1"}, {"do": "count", "players": 3}):
         assert "only a text editor can mend it" in page.ask(**request)["notice"]
 
@@ -316,8 +313,7 @@ def test_a_check_that_fails_is_told(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("key", ["players.0.secret", "players.x.y", "secret", "machines.lab.host", ""])
-def test_only_fields_of_the_configurator_can_be_set(tmp_path: Path, key: str) -> None:
-    page = page_in(tmp_path)
+def test_only_fields_of_the_configurator_can_be_set(page: Page, key: str) -> None:
     before = page.desk.draft.text
     assert "expected a field of the configurator" in page.ask("set", key=key, typed="1")["notice"]
     assert page.desk.draft.text == before

@@ -8,6 +8,7 @@ import pytest
 
 from tests.outside.package.toys.kiwi import KIWI
 from tests.ui import synthetic
+from tests.ui.synthetic import scene_at
 from vrg.bus import messages as m
 from vrg.colours import RED
 from vrg.games.game import Marker
@@ -15,7 +16,6 @@ from vrg.hal.models import robot_model
 from vrg.hal.sensors.depiction import Rays
 from vrg.types import Pose
 from vrg.ui import palette
-from vrg.ui.builder import SceneBuilder
 from vrg.ui.scene import Scene, SceneBody, SceneObject
 from vrg.ui.three import camera
 from vrg.ui.three.board import board, last_call
@@ -39,17 +39,6 @@ def area(mesh) -> float:
     """How much ground a flat mesh covers as seen from above, m^2."""
     a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(float) for k in range(3))
     return float(np.sum(np.cross(b - a, c - a)[:, 2])) / 2.0
-
-
-def scene_at(time: float, *, zones: tuple[m.Zone, ...] | None = None) -> Scene:
-    builder = SceneBuilder(obstacles=synthetic.OBSTACLES)
-    for tick in range(int(time * 10) + 1):
-        builder.clock(m.Clock(time=tick / 10, tick=tick, epoch=0, rate=1.0, estop=False))
-        builder.poses(synthetic.poses(tick / 10), tick / 10)
-    builder.referee(synthetic.state(time, **({} if zones is None else {"zones": zones})))
-    for call in synthetic.calls(time):
-        builder.call(call, call.clock)
-    return builder.build(live=True)
 
 
 def batches(stage: BatchMaker, scene: Scene) -> dict[str, Batch]:
@@ -109,8 +98,13 @@ def test_wheels_turn_by_the_way_of_the_robot(model) -> None:
     assert len(shown[0]) == len(model.drivetrain.wheels)
 
 
-def test_wheels_do_not_turn_when_a_robot_is_placed_elsewhere() -> None:
-    stage = BatchMaker({}, P2AT)
+@pytest.fixture
+def stage() -> BatchMaker:
+    """A stage on which all robots are Pioneers."""
+    return BatchMaker({}, P2AT)
+
+
+def test_wheels_do_not_turn_when_a_robot_is_placed_elsewhere(stage: BatchMaker) -> None:
     before = batches(stage, Scene(bodies=(body(),)))["robots/P2AT/tyres"].turns
     after = batches(stage, Scene(bodies=(body(pose=Pose(5.3, 0.0, 0.0)),)))["robots/P2AT/tyres"].turns
     assert after == pytest.approx(before)
@@ -132,8 +126,7 @@ def test_each_robot_has_its_place_its_colour_and_the_sign_of_its_role() -> None:
     assert [tuple(rim) == palette.TEXT for rim in shown["rings"].colours] == physical
 
 
-def test_a_call_blinks_where_it_happened_and_then_the_robot_is_dull() -> None:
-    stage = BatchMaker({}, P2AT)
+def test_a_call_blinks_where_it_happened_and_then_the_robot_is_dull(stage: BatchMaker) -> None:
     scenes = [scene_at(synthetic.TAGGED_AT + late) for late in (0.0, 0.2, 0.4, 3.0)]
     gill = [body.name for body in scenes[0].bodies].index("gill")
     colours = [tuple(batches(stage, scene)["robots/P2AT/paint"].colours[gill]) for scene in scenes]

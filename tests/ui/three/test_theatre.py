@@ -10,7 +10,7 @@ from websockets.sync.client import ClientConnection, connect
 
 from tests.chromium import WEBGL, Visitor, chromium
 from tests.ui import synthetic
-from tests.ui.three.test_stage import scene_at
+from tests.ui.synthetic import scene_at
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
 from vrg.errors import LaunchError

@@ -4,7 +4,7 @@ import pytest
 
 from vrg.ui.web.admission import OFFICIAL, VIEWER, VisitorKind, VisitorRole, admission, read_admission
 from vrg.ui.web.lobby import AT_ONCE, PER_SECOND, Admitted, Allowance, Lobby, Refused
-from vrg.ui.web.requests import Drive, GiveBack, Hello, PageButton, Pressed, read_request, refusal
+from vrg.ui.web.requests import Drive, Hello, PageButton, Pressed, read_request, refusal
 
 PAGE = admission("127.0.0.1", 8080, ["ann", "bob"])
 ANN = VisitorRole(VisitorKind.SEAT, "ann")
@@ -45,13 +45,6 @@ def test_it_travels_in_one_line():
     assert PAGE.official not in str(error.value)
 
 
-@pytest.mark.parametrize("what", list(PageButton))
-def test_a_viewer_may_neither_decide_nor_drive(what):
-    assert "token" in refusal(VIEWER, Pressed(what=what))
-    assert "token" in refusal(VIEWER, Drive(forward=1.0, turn=0.0))
-    assert "token" in refusal(VIEWER, GiveBack())
-
-
 def test_an_official_decides_but_does_not_drive_and_a_driver_may_also_stop_everything():
     assert all(not refusal(OFFICIAL, Pressed(what=what)) for what in PageButton)
     assert refusal(OFFICIAL, Drive(forward=1.0, turn=0.0))
@@ -79,43 +72,29 @@ def test_a_bad_request_is_told_in_words(text, why):
         read_request(text)
 
 
+@pytest.fixture
+def lobby() -> Lobby:
+    """Where guests of the page are let in."""
+    return Lobby(PAGE)
+
+
 class TestLobby:
-    def test_a_wrong_token_is_refused_and_counted(self):
-        lobby = Lobby(PAGE)
-        found = lobby.admit(1, Hello(token="guessed"))
-        assert isinstance(found, Refused)
-        assert found.reason == "token"
-        assert "guessed" not in found.why
-        assert (lobby.wrong_tokens, lobby.roles) == (1, {})
-
-    def test_a_seat_has_one_driver(self):
-        lobby = Lobby(PAGE)
-        assert lobby.admit(1, Hello(token=PAGE.seats["ann"], tab="a")) == Admitted(ANN)
-        found = lobby.admit(2, Hello(token=PAGE.seats["ann"], tab="b"))
-        assert isinstance(found, Refused)
-        assert (found.reason, "ann" in found.why) == ("taken", True)
-        assert lobby.admit(3, Hello(token=PAGE.seats["bob"], tab="b")) == Admitted(VisitorRole(VisitorKind.SEAT, "bob"))
-
-    def test_a_seat_can_be_taken_over_on_purpose_and_the_one_before_may_watch(self):
-        lobby = Lobby(PAGE)
+    def test_a_seat_can_be_taken_over_on_purpose_and_the_one_before_may_watch(self, lobby):
         lobby.admit(1, Hello(token=PAGE.seats["ann"], tab="a"))
         assert lobby.admit(2, Hello(token=PAGE.seats["ann"], tab="b", takeover=True)) == Admitted(ANN, displaced=1)
         assert lobby.roles == {1: VIEWER, 2: ANN}
         assert lobby.leave(1) == VIEWER
         assert lobby.holder(ANN) == 2
 
-    def test_a_page_that_comes_back_has_its_seat_again_though_its_old_connection_is_not_gone(self):
-        lobby = Lobby(PAGE)
+    def test_a_page_that_comes_back_has_its_seat_again_though_its_old_connection_is_not_gone(self, lobby):
         lobby.admit(1, Hello(token=PAGE.seats["ann"], tab="a"))
         assert lobby.admit(2, Hello(token=PAGE.seats["ann"], tab="a")) == Admitted(ANN, displaced=1)
 
-    def test_pages_without_a_word_of_their_own_do_not_count_as_the_same(self):
-        lobby = Lobby(PAGE)
+    def test_pages_without_a_word_of_their_own_do_not_count_as_the_same(self, lobby):
         lobby.admit(1, Hello(token=PAGE.seats["ann"]))
         assert isinstance(lobby.admit(2, Hello(token=PAGE.seats["ann"])), Refused)
 
-    def test_a_seat_that_was_left_is_free(self):
-        lobby = Lobby(PAGE)
+    def test_a_seat_that_was_left_is_free(self, lobby):
         lobby.admit(1, Hello(token=PAGE.seats["ann"]))
         assert lobby.leave(1) == ANN
         assert lobby.leave(1) is None

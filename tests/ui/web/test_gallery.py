@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 from vrg.ui.web.gallery import CALLS_KEPT, Delivered, Gallery
 
 
@@ -10,24 +12,27 @@ def news(gallery: Gallery, seen: Delivered) -> tuple[list[object], Delivered]:
     return json.loads(f"[{text}]"), seen
 
 
-def test_a_late_viewer_gets_everything_once():
-    gallery = Gallery()
+@pytest.fixture
+def gallery() -> Gallery:
+    """A gallery in which nothing has been shown yet."""
+    return Gallery()
+
+
+def test_a_late_viewer_gets_everything_once(gallery):
     gallery.put({"ground": '"g"', "frame": '"f1"'}, ['"c1"', '"c2"'])
     found, seen = news(gallery, Delivered())
     assert found == ["g", "f1", {"t": "calls", "calls": ["c1", "c2"]}]
     assert news(gallery, seen) == ([], seen)
 
 
-def test_only_what_has_changed_is_sent_again():
-    gallery = Gallery()
+def test_only_what_has_changed_is_sent_again(gallery):
     gallery.put({"ground": '"g"', "frame": '"f1"'})
     _, seen = news(gallery, Delivered())
     gallery.put({"ground": '"g"', "frame": '"f2"'})
     assert news(gallery, seen)[0] == ["f2"]
 
 
-def test_a_slow_viewer_gets_the_newest_frame_only_and_misses_no_call():
-    gallery = Gallery()
+def test_a_slow_viewer_gets_the_newest_frame_only_and_misses_no_call(gallery):
     gallery.put({"frame": "0"})
     _, seen = news(gallery, Delivered())
     for number in range(1, 6):
@@ -36,8 +41,7 @@ def test_a_slow_viewer_gets_the_newest_frame_only_and_misses_no_call():
     assert found == [5, {"t": "calls", "calls": [f"call {number}" for number in range(1, 6)]}]
 
 
-def test_viewers_that_keep_up_share_one_text():
-    gallery = Gallery()
+def test_viewers_that_keep_up_share_one_text(gallery):
     gallery.put({"frame": '"f1"'})
     _, first = gallery.since(Delivered())
     _, second = gallery.since(Delivered())
@@ -45,8 +49,7 @@ def test_viewers_that_keep_up_share_one_text():
     assert gallery.since(first)[0] is gallery.since(second)[0]
 
 
-def test_old_calls_are_forgotten_and_nobody_gets_one_twice():
-    gallery = Gallery()
+def test_old_calls_are_forgotten_and_nobody_gets_one_twice(gallery):
     gallery.put({}, ['"first"'])
     _, seen = news(gallery, Delivered())
     gallery.put({}, [str(number) for number in range(CALLS_KEPT + 50)])

@@ -15,7 +15,7 @@ from vrg.types import Pose
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer
 from vrg.ui.web import parts
 from vrg.ui.web.admission import Admission, admission
-from vrg.ui.web.requests import PageButton
+from vrg.ui.web.requests import PageButton, Wishes
 from vrg.ui.web.server import WebServer
 
 FIELD = Rectangle(0.0, 0.0, 20.0, 12.0)
@@ -259,29 +259,30 @@ class TestDriving:
         page.wait_text("#seat-state", "player2 plays by itself")
         return page
 
-    def wait_command(self, driver: Visitor, server: WebServer, condition: Callable[[float, float], bool]) -> None:
-        """Wait for a command that is as wanted."""
+    def wait(self, driver: Visitor, server: WebServer, wanted: Callable[[Wishes], bool], what: str) -> None:
+        """Wait until the page has wished for what is wanted."""
         for _ in range(1000):
-            if any(c.player == "player2" and condition(c.forward, c.turn) for c in server.wishes().commands):
+            if wanted(server.wishes()):
                 return
             driver.page.wait_for_timeout(20)
-        raise AssertionError("no such command came")
+        raise AssertionError(f"{what} did not come")
+
+    def wait_command(self, driver: Visitor, server: WebServer, good: Callable[[float, float], bool]) -> None:
+        """Wait for a command that is as wanted."""
+
+        def came(wishes: Wishes) -> bool:
+            return any(c.player == "player2" and good(c.forward, c.turn) for c in wishes.commands)
+
+        self.wait(driver, server, came, "such a command")
 
     def wait_given_back(self, driver: Visitor, server: WebServer) -> None:
         """Wait until the player was given back."""
-        for _ in range(1000):
-            if "player2" in server.wishes().given_back:
-                return
-            driver.page.wait_for_timeout(20)
-        raise AssertionError("the player was not given back")
+        self.wait(driver, server, lambda wishes: "player2" in wishes.given_back, "the end of driving")
 
-    def wait_decision(self, driver: Visitor, server: WebServer, action: PageButton) -> None:
-        """Wait until a button was pressed."""
-        for _ in range(1000):
-            if any(decision.what is action for decision in server.wishes().decisions):
-                return
-            driver.page.wait_for_timeout(20)
-        raise AssertionError(f"{action} did not come")
+    def wait_stop(self, driver: Visitor, server: WebServer) -> None:
+        """Wait until the driver has stopped everybody."""
+        stop = (PageButton.ESTOP, "driver of player2 (web)")
+        self.wait(driver, server, lambda wishes: stop in [(d.what, d.by) for d in wishes.decisions], "the stop")
 
     def test_nobody_is_driven_before_a_hand_is_at_the_controls(self, driver, server):
         driver.page.wait_for_timeout(200)
@@ -348,7 +349,7 @@ class TestDriving:
         driver.page.evaluate("() => (window.testPad.buttons[5].pressed = true)")
         self.wait_command(driver, server, lambda forward, turn: (forward, turn) == (0.5, 0.0))
         driver.page.evaluate("() => (window.testPad.buttons[8].pressed = true)")
-        self.wait_decision(driver, server, PageButton.ESTOP)
+        self.wait_stop(driver, server)
         driver.page.evaluate(
             """() => {
                 const gamepad = window.testPad;
@@ -386,9 +387,11 @@ class TestDriving:
         driver.page.keyboard.up("ArrowUp")
         driver.page.keyboard.down("ArrowUp")
         self.wait_command(driver, server, lambda forward, turn: forward == 0.5)
+        driver.page.keyboard.press("Space")
+        self.wait_stop(driver, server)
         driver.page.keyboard.down("Control")
         driver.page.keyboard.down("Space")
-        self.wait_decision(driver, server, PageButton.ESTOP)
+        self.wait_stop(driver, server)
 
     def test_a_second_tab_is_refused_and_can_take_over(self, driver, visit):
         second = visit("player2")
@@ -399,14 +402,6 @@ class TestDriving:
         driver.wait_text("#door", "Another page has taken the seat")
         driver.page.click("#door-watch")
         driver.wait("vrg.match.role === 'viewer' && vrg.link.open")
-
-    def test_space_is_the_emergency_stop(self, driver, server):
-        driver.page.keyboard.press("Space")
-        for _ in range(1000):
-            if decisions := server.wishes().decisions:
-                break
-            driver.page.wait_for_timeout(20)
-        assert [(decision.what, decision.by) for decision in decisions] == [("estop", "driver of player2 (web)")]
 
 
 def test_the_officials_buttons_ask_for_what_they_say_and_the_end_is_confirmed(visit, server):

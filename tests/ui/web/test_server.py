@@ -1,6 +1,7 @@
 """The server of the page, over the loopback, with aiohttp's client in place of browsers."""
 
 import asyncio
+import functools
 import json
 import socket
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
@@ -83,8 +84,26 @@ async def browser(
         yield found
 
 
-def run(work: Callable[[], Awaitable[None]]) -> None:
-    asyncio.run(asyncio.wait_for(work(), 3 * PATIENCE))  # type: ignore[arg-type]
+@asynccontextmanager
+async def guest(server: WebServer, token: str = "", **hello: Any) -> AsyncIterator[Browser]:
+    """A connection that was welcomed."""
+    async with browser(server, token, **hello) as found:
+        await found.hear("welcome")
+        yield found
+
+
+def in_loop(test: Callable[..., Awaitable[None]]) -> Callable[..., None]:
+    """A test that runs in an event loop, for a bounded time."""
+
+    @functools.wraps(test)
+    def run(**fixtures: Any) -> None:
+        async def work() -> None:
+            async with asyncio.timeout(3 * PATIENCE):
+                await test(**fixtures)
+
+        asyncio.run(work())
+
+    return run
 
 
 async def until(condition: Callable[[], object]) -> None:
@@ -93,240 +112,192 @@ async def until(condition: Callable[[], object]) -> None:
             await asyncio.sleep(0.01)
 
 
-def test_the_page_is_static_and_loads_nothing_from_elsewhere(server):
-    async def work() -> None:
-        async with aiohttp.ClientSession() as session:
-            async with session.get(page_of(server)) as answer:
-                text = await answer.text()
-                assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
-                assert answer.content_type == "text/html"
-            for name in ("style.css", "main.js", "field.js", "icon.svg"):
-                async with session.get(f"{page_of(server)}/{name}") as answer:
-                    assert answer.status == 200
-                    text += await answer.text()
-            async with session.get(f"{page_of(server)}/../server.py") as answer:
-                assert answer.status == 404
-        assert "https://" not in text
-        assert "http://" not in text.replace("http://www.w3.org/2000/svg", "")
-
-    run(work)
+@in_loop
+async def test_the_page_is_static_and_loads_nothing_from_elsewhere(server):
+    async with aiohttp.ClientSession() as session:
+        async with session.get(page_of(server)) as answer:
+            text = await answer.text()
+            assert "default-src 'none'" in answer.headers["Content-Security-Policy"]
+            assert answer.content_type == "text/html"
+        for name in ("style.css", "main.js", "field.js", "icon.svg"):
+            async with session.get(f"{page_of(server)}/{name}") as answer:
+                assert answer.status == 200
+                text += await answer.text()
+        async with session.get(f"{page_of(server)}/../server.py") as answer:
+            assert answer.status == 404
+    assert "https://" not in text
+    assert "http://" not in text.replace("http://www.w3.org/2000/svg", "")
 
 
-def test_a_viewer_is_welcomed_and_sees_what_is_shown_before_and_after(server):
-    async def work() -> None:
-        server.show({"frame": '{"t":"frame","n":1}'}, ['{"number":1}'])
-        async with browser(server) as viewer:
-            welcome = await viewer.hear("welcome")
-            assert (welcome["match"], welcome["role"]) == ("final", "viewer")
-            assert (await viewer.hear("frame"))["n"] == 1
-            assert (await viewer.hear("calls"))["calls"] == [{"number": 1}]
-            server.show({"frame": '{"t":"frame","n":2}'})
-            assert (await viewer.hear("frame"))["n"] == 2
-
-    run(work)
+@in_loop
+async def test_a_viewer_is_welcomed_and_sees_what_is_shown_before_and_after(server):
+    server.show({"frame": '{"t":"frame","n":1}'}, ['{"number":1}'])
+    async with browser(server) as viewer:
+        welcome = await viewer.hear("welcome")
+        assert (welcome["match"], welcome["role"]) == ("final", "viewer")
+        assert (await viewer.hear("frame"))["n"] == 1
+        assert (await viewer.hear("calls"))["calls"] == [{"number": 1}]
+        server.show({"frame": '{"t":"frame","n":2}'})
+        assert (await viewer.hear("frame"))["n"] == 2
 
 
-def test_a_viewer_that_tries_to_drive_or_halt_is_refused_and_that_is_logged(server, caplog):
-    async def work() -> None:
-        async with browser(server) as viewer:
-            await viewer.hear("welcome")
-            await viewer.say(t="drive", forward=1.0, turn=0.0)
-            assert "seat" in (await viewer.hear("notice"))["text"]
-            for what in PageButton:
-                await viewer.say(t="act", what=what)
-                assert "token" in (await viewer.hear("notice"))["text"]
-
-    run(work)
+@in_loop
+async def test_a_viewer_that_tries_to_drive_or_halt_is_refused_and_that_is_logged(server, caplog):
+    async with guest(server) as viewer:
+        acts = [{"t": "act", "what": what} for what in PageButton]
+        for request in ({"t": "drive", "forward": 1.0, "turn": 0.0}, {"t": "give_back"}, *acts):
+            await viewer.say(**request)
+            assert "token" in (await viewer.hear("notice"))["text"]
     assert server.wishes() == Wishes()
     assert "viewer (web), connection 1, wanted to drive: refused" in caplog.text
 
 
-def test_a_driver_drives_its_own_player_and_leaving_gives_it_back(server):
-    async def work() -> None:
-        async with browser(server, token_of(server, "ann")) as driver:
-            assert (await driver.hear("welcome"))["player"] == "ann"
-            await driver.say(t="drive", forward=0.1, turn=0.0)
-            await driver.say(t="drive", forward=0.5, turn=-0.5)
-            await until(lambda: server._commands.get("ann") == Command(ANY, "ann", 0.5, -0.5))
-            assert server.wishes() == Wishes(commands=(Command(ANY, "ann", 0.5, -0.5),))
-            assert server.wishes() == Wishes()
-        await until(lambda: server._given_back)
-        assert server.wishes() == Wishes(given_back=("ann",))
-
-    run(work)
+@in_loop
+async def test_a_driver_drives_its_own_player_and_leaving_gives_it_back(server):
+    async with browser(server, token_of(server, "ann")) as driver:
+        assert (await driver.hear("welcome"))["player"] == "ann"
+        await driver.say(t="drive", forward=0.1, turn=0.0)
+        await driver.say(t="drive", forward=0.5, turn=-0.5)
+        await until(lambda: server._commands.get("ann") == Command(ANY, "ann", 0.5, -0.5))
+        assert server.wishes() == Wishes(commands=(Command(ANY, "ann", 0.5, -0.5),))
+        assert server.wishes() == Wishes()
+    await until(lambda: server._given_back)
+    assert server.wishes() == Wishes(given_back=("ann",))
 
 
-def test_an_official_decides_and_hears_the_answer(server):
-    async def work() -> None:
-        async with browser(server, token_of(server, "official")) as official:
-            await official.hear("welcome")
-            await official.say(t="act", what="halt")
-            await until(lambda: server._decisions)
-            [decision] = server.wishes().decisions
-            assert (decision.what, decision.by) == (PageButton.HALT, "official (web)")
-            server.tell(decision.guest, "play is halted already")
-            assert (await official.hear("notice"))["text"] == "play is halted already"
-
-    run(work)
+@in_loop
+async def test_an_official_decides_and_hears_the_answer(server):
+    async with guest(server, token_of(server, "official")) as official:
+        await official.say(t="act", what="halt")
+        await until(lambda: server._decisions)
+        [decision] = server.wishes().decisions
+        assert (decision.what, decision.by) == (PageButton.HALT, "official (web)")
+        server.tell(decision.guest, "play is halted already")
+        assert (await official.hear("notice"))["text"] == "play is halted already"
 
 
-def test_a_second_page_in_a_seat_is_refused_until_it_takes_over(server):
-    async def work() -> None:
-        token = token_of(server, "ann")
-        async with browser(server, token, tab="1") as first:
-            await first.hear("welcome")
-            async with browser(server, token, tab="2") as second:
-                refused = await second.hear("refused")
-                assert refused["reason"] == "taken"
-                assert "ann" in refused["why"]
-            async with browser(server, token, tab="2", takeover=True) as second:
-                assert (await second.hear("welcome"))["role"] == "seat"
-                assert (await first.hear("displaced"))["player"] == "ann"
-                await first.say(t="drive", forward=1.0, turn=0.0)
-                assert "Refused" in (await first.hear("notice"))["text"]
-                assert server.wishes().given_back == ("ann",)
-
-    run(work)
+@in_loop
+async def test_a_second_page_in_a_seat_is_refused_until_it_takes_over(server):
+    token = token_of(server, "ann")
+    async with guest(server, token, tab="1") as first:
+        async with browser(server, token, tab="2") as second:
+            refused = await second.hear("refused")
+            assert refused["reason"] == "taken"
+            assert "ann" in refused["why"]
+        async with browser(server, token, tab="2", takeover=True) as second:
+            assert (await second.hear("welcome"))["role"] == "seat"
+            assert (await first.hear("displaced"))["player"] == "ann"
+            await first.say(t="drive", forward=1.0, turn=0.0)
+            assert "Refused" in (await first.hear("notice"))["text"]
+            assert server.wishes().given_back == ("ann",)
 
 
-def test_a_wrong_token_is_refused_and_logged_without_it(server, caplog):
-    async def work() -> None:
-        async with browser(server, "guessed-token") as guest:
-            assert (await guest.hear("refused"))["reason"] == "token"
-            assert await guest.closed() == 1008
-
-    run(work)
+@in_loop
+async def test_a_wrong_token_is_refused_and_logged_without_it(server, caplog):
+    async with browser(server, "guessed-token") as guest:
+        assert (await guest.hear("refused"))["reason"] == "token"
+        assert await guest.closed() == 1008
     assert "wrong token (number 1)" in caplog.text
     assert "guessed-token" not in caplog.text
 
 
-def test_the_log_has_no_token_of_anybody(server, caplog):
+@in_loop
+async def test_the_log_has_no_token_of_anybody(server, caplog):
     caplog.set_level("DEBUG")
-
-    async def work() -> None:
-        for who in ("official", "ann"):
-            async with browser(server, token_of(server, who)) as guest:
-                await guest.hear("welcome")
-                await guest.say(t="hello", token=token_of(server, who))
-                await guest.say(t="hello", token=token_of(server, who) + "x" * 99)
-                await guest.hear("notice")
-
-    run(work)
+    for who in ("official", "ann"):
+        async with guest(server, token_of(server, who)) as one:
+            await one.say(t="hello", token=token_of(server, who))
+            await one.say(t="hello", token=token_of(server, who) + "x" * 99)
+            await one.hear("notice")
     assert all(token_of(server, who) not in caplog.text for who in ("official", "ann"))
 
 
 @pytest.mark.parametrize("first", ["{", '{"t":"drive","forward":1,"turn":0}', '{"t":"hello","token":5}', "[]"])
-def test_whoever_does_not_say_who_it_is_is_turned_away(server, first):
-    async def work() -> None:
-        async with aiohttp.ClientSession() as session, session.ws_connect(f"{page_of(server)}/socket") as socket:
-            await socket.send_str(first)
-            assert (await Browser(socket).hear("refused"))["reason"] == "request"
-
-    run(work)
+@in_loop
+async def test_whoever_does_not_say_who_it_is_is_turned_away(server, first):
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"{page_of(server)}/socket") as socket:
+        await socket.send_str(first)
+        assert (await Browser(socket).hear("refused"))["reason"] == "request"
 
 
-def test_a_bad_request_is_answered_and_the_connection_stays(server):
-    async def work() -> None:
-        async with browser(server) as viewer:
-            await viewer.hear("welcome")
-            await viewer.socket.send_str("{]")
-            assert "JSON" in (await viewer.hear("notice"))["text"]
-            await viewer.socket.send_bytes(b"\xff\x00")
-            assert "bytes" in (await viewer.hear("notice"))["text"]
-            server.show({"frame": '{"t":"frame"}'})
-            await viewer.hear("frame")
-
-    run(work)
+@in_loop
+async def test_a_bad_request_is_answered_and_the_connection_stays(server):
+    async with guest(server) as viewer:
+        await viewer.socket.send_str("{]")
+        assert "JSON" in (await viewer.hear("notice"))["text"]
+        await viewer.socket.send_bytes(b"\xff\x00")
+        assert "bytes" in (await viewer.hear("notice"))["text"]
+        server.show({"frame": '{"t":"frame"}'})
+        await viewer.hear("frame")
 
 
-def test_a_huge_request_ends_its_own_connection_only(server):
-    async def work() -> None:
-        async with browser(server) as other, browser(server) as viewer:
-            await viewer.hear("welcome")
-            await viewer.socket.send_str("x" * (REQUEST_LIMIT + 1))
-            assert await viewer.closed() == 1009
-            server.show({"frame": '{"t":"frame"}'})
-            await other.hear("frame")
-
-    run(work)
+@in_loop
+async def test_a_huge_request_ends_its_own_connection_only(server):
+    async with guest(server) as other, browser(server) as viewer:
+        await viewer.socket.send_str("x" * (REQUEST_LIMIT + 1))
+        assert await viewer.closed() == 1009
+        server.show({"frame": '{"t":"frame"}'})
+        await other.hear("frame")
 
 
-def test_whoever_talks_too_fast_is_told_and_cut_off(server):
-    async def work() -> None:
-        async with browser(server) as viewer:
-            await viewer.hear("welcome")
-            for _ in range(200):
-                await viewer.say(t="ack", count=0)
-            assert "too fast" in (await viewer.hear("notice"))["text"]
-            assert await viewer.closed() == 1008
-
-    run(work)
+@pytest.mark.parametrize("pings", [False, True])
+@in_loop
+async def test_whoever_talks_too_fast_is_told_and_cut_off(server, pings):
+    async with guest(server) as viewer:
+        for _ in range(200):
+            await (viewer.socket.ping() if pings else viewer.say(t="ack", count=0))
+        assert "too fast" in (await viewer.hear("notice"))["text"]
+        assert await viewer.closed() == 1008
 
 
-def test_a_viewer_that_shows_nothing_gets_no_more_until_it_does_and_then_the_newest(server):
-    async def work() -> None:
-        async with browser(server) as quick, browser(server) as slow:
-            await slow.hear("welcome")
-            await quick.hear("welcome")
-            for number in range(3 * IN_FLIGHT):
-                server.show({"frame": json.dumps({"t": "frame", "n": number})})
-                assert (await quick.hear("frame"))["n"] == number
-                await quick.say(t="ack", count=quick.batches)
-            for number in range(IN_FLIGHT - 1):
-                assert (await slow.hear("frame"))["n"] == number
-            await slow.say(t="ack", count=slow.batches)
-            assert (await slow.hear("frame"))["n"] == 3 * IN_FLIGHT - 1
-
-    run(work)
+@in_loop
+async def test_a_viewer_that_shows_nothing_gets_no_more_until_it_does_and_then_the_newest(server):
+    async with guest(server) as quick, guest(server) as slow:
+        for number in range(3 * IN_FLIGHT):
+            server.show({"frame": json.dumps({"t": "frame", "n": number})})
+            assert (await quick.hear("frame"))["n"] == number
+            await quick.say(t="ack", count=quick.batches)
+        for number in range(IN_FLIGHT - 1):
+            assert (await slow.hear("frame"))["n"] == number
+        await slow.say(t="ack", count=slow.batches)
+        assert (await slow.hear("frame"))["n"] == 3 * IN_FLIGHT - 1
 
 
-def test_at_the_end_every_page_is_told(server):
-    async def work() -> None:
-        async with browser(server) as viewer:
-            await viewer.hear("welcome")
-            server.show({"frame": '{"t":"frame","n":"last"}'})
-            stopping = asyncio.create_task(asyncio.to_thread(server.stop))
-            assert (await viewer.hear("frame"))["n"] == "last"
-            await viewer.hear("bye")
-            assert await viewer.closed() == 1001
-            await stopping
-
-    run(work)
+@in_loop
+async def test_at_the_end_every_page_is_told(server):
+    async with guest(server) as viewer:
+        server.show({"frame": '{"t":"frame","n":"last"}'})
+        stopping = asyncio.create_task(asyncio.to_thread(server.stop))
+        assert (await viewer.hear("frame"))["n"] == "last"
+        await viewer.hear("bye")
+        assert await viewer.closed() == 1001
+        await stopping
 
 
-def test_no_more_viewers_are_let_in_than_there_is_room_for(server):
+@in_loop
+async def test_no_more_viewers_are_let_in_than_there_is_room_for(server):
     server._lobby.limit = 1
-
-    async def work() -> None:
-        async with browser(server) as viewer:
-            await viewer.hear("welcome")
-            async with browser(server) as another:
-                refused = await another.hear("refused")
-                assert (refused["reason"], "close one" in refused["why"]) == ("full", True)
-
-    run(work)
+    async with guest(server), browser(server) as another:
+        refused = await another.hear("refused")
+        assert (refused["reason"], "close one" in refused["why"]) == ("full", True)
 
 
-def test_a_page_of_another_site_is_not_let_in(server):
-    async def work() -> None:
-        async with aiohttp.ClientSession() as session:
-            headers = {"Origin": "http://elsewhere.example"}
-            with pytest.raises(aiohttp.WSServerHandshakeError) as error:
-                await session.ws_connect(f"{page_of(server)}/socket", headers=headers)
-            assert error.value.status == 403
-
-    run(work)
+@in_loop
+async def test_a_page_of_another_site_is_not_let_in(server):
+    async with aiohttp.ClientSession() as session:
+        headers = {"Origin": "http://elsewhere.example"}
+        with pytest.raises(aiohttp.WSServerHandshakeError) as error:
+            await session.ws_connect(f"{page_of(server)}/socket", headers=headers)
+        assert error.value.status == 403
 
 
 @pytest.mark.parametrize(("name", "value"), [("Host", "["), ("Origin", "http://[")])
-def test_what_is_no_address_is_a_bad_request(server, caplog, name, value):
-    async def work() -> None:
-        async with aiohttp.ClientSession() as session:
-            with pytest.raises(aiohttp.WSServerHandshakeError) as error:
-                await session.ws_connect(f"{page_of(server)}/socket", headers={name: value})
-            assert error.value.status == 400
-
-    run(work)
+@in_loop
+async def test_what_is_no_address_is_a_bad_request(server, caplog, name, value):
+    async with aiohttp.ClientSession() as session:
+        with pytest.raises(aiohttp.WSServerHandshakeError) as error:
+            await session.ws_connect(f"{page_of(server)}/socket", headers={name: value})
+        assert error.value.status == 400
     assert "Traceback" not in caplog.text
 
 
@@ -342,16 +313,14 @@ def test_what_is_no_request_is_answered_and_not_logged(server, caplog):
     assert caplog.text == ""
 
 
-def test_sockets_that_do_not_say_who_they_are_do_not_keep_the_official_out(server):
-    async def work() -> None:
-        crowd = aiohttp.TCPConnector(limit=0)
-        async with aiohttp.ClientSession(connector=crowd) as session, AsyncExitStack() as stack:
-            for _ in range(150):
-                await stack.enter_async_context(session.ws_connect(f"{page_of(server)}/socket"))
-            async with browser(server, token_of(server, "official")) as official:
-                assert (await official.hear("welcome"))["role"] == "official"
-
-    run(work)
+@in_loop
+async def test_sockets_that_do_not_say_who_they_are_do_not_keep_the_official_out(server):
+    crowd = aiohttp.TCPConnector(limit=0)
+    async with aiohttp.ClientSession(connector=crowd) as session, AsyncExitStack() as stack:
+        for _ in range(150):
+            await stack.enter_async_context(session.ws_connect(f"{page_of(server)}/socket"))
+        async with browser(server, token_of(server, "official")) as official:
+            assert (await official.hear("welcome"))["role"] == "official"
 
 
 def test_half_a_request_does_not_stay(server):
@@ -366,32 +335,13 @@ def test_of_too_many_connections_the_oldest_goes(server):
         assert oldest.recv(100) == b""
 
 
-def test_pings_count_as_talk(server):
-    async def work() -> None:
-        async with browser(server) as viewer:
-            await viewer.hear("welcome")
-            for _ in range(200):
-                await viewer.socket.ping()
-            assert "too fast" in (await viewer.hear("notice"))["text"]
-            assert await viewer.closed() == 1008
-
-    run(work)
-
-
-def test_a_viewer_of_a_crowd_makes_room_and_learns_why(server):
+@in_loop
+async def test_a_viewer_of_a_crowd_makes_room_and_learns_why(server):
     server._lobby.limit = 2
-
-    async def work() -> None:
-        async with browser(server) as first, browser(server) as second:
-            await first.hear("welcome")
-            await second.hear("welcome")
-            async with browser(server, address="127.0.0.2") as another:
-                await another.hear("welcome")
-                crowded_out = first if 1 not in server._lobby.roles else second
-                assert (await crowded_out.hear("refused"))["reason"] == "full"
-                assert await crowded_out.closed() == 1008
-
-    run(work)
+    async with guest(server) as first, guest(server) as second, guest(server, address="127.0.0.2"):
+        crowded_out = first if 1 not in server._lobby.roles else second
+        assert (await crowded_out.hear("refused"))["reason"] == "full"
+        assert await crowded_out.closed() == 1008
 
 
 @pytest.mark.parametrize(
