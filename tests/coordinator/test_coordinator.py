@@ -119,44 +119,54 @@ class Table:
     def rules(self) -> list[str]:
         return [c.rule for c in self.calls]
 
+    def disqualified(self) -> list[str]:
+        return [c.text for c in self.calls if c.rule == "disqualified"]
+
 
 @pytest.fixture
-def table(tmp_path: Path) -> Table:
+def early(tmp_path: Path) -> Table:
+    """One whose round has not begun."""
     return Table(tmp_path)
 
 
-def test_the_round_begins_when_all_report_and_stand_still(table: Table) -> None:
-    table.silent = {"m1"}
-    assert table.ticks(3).waiting == ("starting: m1 (4 of 5 players are ready)",)
-    table.silent = set()
-    assert table.tick().stage is m.Stage.PLAY_ROUND
+@pytest.fixture
+def table(early: Table) -> Table:
+    """One in play."""
+    early.ticks(2)
+    return early
 
 
-def test_who_has_reported_and_falls_silent_before_the_round_is_waited_for(table: Table) -> None:
-    table.places["m1"] = Pose(5.0, 10.0, 0.0)
-    table.ticks(3)
-    table.silent = {"m1"}
-    assert "m1 does not report" in table.ticks(15).waiting
+def test_the_round_begins_when_all_report_and_stand_still(early: Table) -> None:
+    early.silent = {"m1"}
+    assert early.ticks(3).waiting == ("starting: m1 (4 of 5 players are ready)",)
+    early.silent = set()
+    assert early.tick().stage is m.Stage.PLAY_ROUND
 
 
-def test_each_robot_gets_its_own_limit_for_the_time_of_play(table: Table) -> None:
+def test_who_has_reported_and_falls_silent_before_the_round_is_waited_for(early: Table) -> None:
+    early.places["m1"] = Pose(5.0, 10.0, 0.0)
+    early.ticks(3)
+    early.silent = {"m1"}
+    assert "m1 does not report" in early.ticks(15).waiting
+
+
+def test_each_robot_gets_its_own_limit_for_the_time_of_play(early: Table) -> None:
     def limits() -> dict[str, float]:
-        return {k.split("/")[3]: v for k, v in table.limits.items()}
+        return {k.split("/")[3]: v for k, v in early.limits.items()}
 
-    table.silent = {"m1"}
-    table.ticks(3)
-    own = {name: contestant.v_max for name, contestant in table.book.contestants.items()}
+    early.silent = {"m1"}
+    early.ticks(3)
+    own = {name: contestant.v_max for name, contestant in early.book.contestants.items()}
     assert limits() == own, "before the round everybody may drive to its mark as fast as its robot can"
-    table.silent = set()
-    assert table.tick().stage is m.Stage.PLAY_ROUND
-    assert limits() == table.book.speed_limits() != own
-    table.node.match.end("sharks")
-    table.tick()
+    early.silent = set()
+    assert early.tick().stage is m.Stage.PLAY_ROUND
+    assert limits() == early.book.speed_limits() != own
+    early.node.match.end("sharks")
+    early.tick()
     assert limits() == own
 
 
 def test_a_tag_is_called_journalled_and_published(table: Table) -> None:
-    table.ticks(2)
     table.tag()
     state = table.tick()
     assert table.rules() == ["begin", "tag"]
@@ -167,15 +177,9 @@ def test_a_tag_is_called_journalled_and_published(table: Table) -> None:
     assert records[-1].standing.game["states"]["m0"] == "inactive"
 
 
-def test_a_stopped_clock_halts(table: Table) -> None:
-    table.ticks(2)
-    states = [table.tick(live=False) for _ in range(STALL_TICKS + 1)]
-    assert states[-1].halted == "the world's clock has stopped"
-    assert table.tick().halted, "and only an official ends it"
-
-
-def test_a_clock_that_stalls_for_a_moment_halts_no_match_of_virtual_robots(table: Table) -> None:
-    table.ticks(2)
+def test_a_clock_that_stalls_for_a_moment_halts_no_match_of_virtual_robots_and_one_that_stops_does(
+    table: Table,
+) -> None:
     before = table.tick()
     for _ in range(2):
         for _ in range(STALL_TICKS):
@@ -183,35 +187,29 @@ def test_a_clock_that_stalls_for_a_moment_halts_no_match_of_virtual_robots(table
         after = table.tick()
     assert after.halted is None
     assert after.clock == pytest.approx(before.clock + 0.2)
+    for _ in range(STALL_TICKS + 1):
+        state = table.tick(live=False)
+    assert state.halted == "the world's clock has stopped"
+    assert table.tick().halted, "and only an official ends it"
 
 
-def test_a_stopped_clock_halts_physical_robots_at_once(table: Table) -> None:
-    table.ages["m1"] = 0.0
-    table.ticks(2)
-    assert table.tick(live=False).halted == "the world's clock has stopped"
+def test_a_stopped_clock_halts_physical_robots_at_once(early: Table) -> None:
+    early.ages["m1"] = 0.0
+    early.ticks(2)
+    assert early.tick(live=False).halted == "the world's clock has stopped"
 
 
 def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Table) -> None:
-    table.ticks(2)
     table.hear(KEYS.estop, m.Estop(by="ann", reason="smoke"))
     state = table.tick()
     assert state.estop
     assert state.halted == "emergency stop by ann: smoke"
-    resume = m.Official(action=m.OfficialAction.RESUME, by="ann")
-    table.hear(KEYS.official, resume)
-    assert table.tick().halted
+    assert table.decide(m.OfficialAction.RESUME).halted
     assert "an official releases it" in table.calls[-1].text
     table.hear(KEYS.estop_release, m.EstopRelease(by="ann"), 1)
     state = table.tick(estop=True)  # the world has not heard it yet
     assert (state.estop, state.halted is None) == (False, False)
-    table.hear(KEYS.official, resume, 1)
-    assert table.tick().halted is None
-
-
-def test_a_stop_that_the_world_latched_before_is_taken_over(table: Table) -> None:
-    state = table.tick(estop=True)
-    assert state.estop
-    assert state.halted == "emergency stop, latched in the world"
+    assert table.decide(m.OfficialAction.RESUME).halted is None
 
 
 def test_a_player_that_is_gone_for_long_halts_the_match_if_it_is_to(tmp_path: Path) -> None:
@@ -222,31 +220,21 @@ def test_a_player_that_is_gone_for_long_halts_the_match_if_it_is_to(tmp_path: Pa
     assert table.ticks(5).halted == "m1 has not reported for 5 s"
 
 
-def test_a_player_that_floods_the_bus_is_out_at_once_and_named(table: Table) -> None:
-    table.ticks(2)
+def test_a_player_that_floods_the_bus_is_out_at_once_and_named_and_no_other_where_nobody_reports(table: Table) -> None:
+    said = ["m1 is disqualified: it floods the bus with more than 2000 messages a second"]
     table.mailbox.flooded = frozenset({KEYS.bid("m1").key, KEYS.poses.key})
     table.ticks(2)
-    out = [c.text for c in table.calls if c.rule == "disqualified"]
-    assert out == ["m1 is disqualified: it floods the bus with more than 2000 messages a second"]
-
-
-def test_where_one_floods_and_nobody_else_reports_only_the_one_is_out(table: Table) -> None:
-    table.ticks(2)
-    table.mailbox.flooded = frozenset({KEYS.report("m1").key})
-    table.tick()
+    assert table.disqualified() == said
     table.silent = set(table.places)
-    state = table.ticks(int(ABSENCE_TIMEOUT / 0.1) + 3)
-    assert state.halted == "no player reports"
-    assert [c.text.split()[0] for c in table.calls if c.rule == "disqualified"] == ["m1"]
+    assert table.ticks(int(ABSENCE_TIMEOUT / 0.1) + 3).halted == "no player reports"
+    assert table.disqualified() == said
 
 
 def test_a_player_that_is_gone_for_long_is_out_until_the_next_round_in_which_it_reports(table: Table) -> None:
-    table.ticks(2)
     table.silent = {"m1"}
-    assert "m1 is disqualified: it has not reported for 5 s" not in [c.text for c in table.calls]
     state = table.ticks(int(ABSENCE_TIMEOUT / 0.1) + 3)
     assert state.halted is None
-    assert [c.text for c in table.calls][-1] == "m1 is disqualified: it has not reported for 5 s"
+    assert table.calls[-1].text == "m1 is disqualified: it has not reported for 5 s"
     out = state.player("m1")
     assert out is not None
     assert (out.state, out.may_move) == (m.DISQUALIFIED, False)
@@ -256,24 +244,17 @@ def test_a_player_that_is_gone_for_long_is_out_until_the_next_round_in_which_it_
     assert table.rules().count("reinstated") == 1
 
 
-def test_after_a_stall_of_the_bus_nobody_is_out(table: Table) -> None:
+def test_nobody_is_out_after_a_stall_of_the_bus_nor_where_nobody_reports(table: Table) -> None:
     """The clock has gone on meanwhile, and every report is old: that is nobody's silence."""
-    table.ticks(2)
     table.time += 20.0
     table.silent = set(table.places)
     table.ticks(3)
     table.silent = set()
-    state = table.ticks(5)
-    assert state.stage is m.Stage.PLAY_ROUND
-    assert "disqualified" not in table.rules()
-
-
-def test_if_nobody_reports_it_is_no_players_failure(table: Table) -> None:
-    table.ticks(2)
+    assert table.ticks(5).stage is m.Stage.PLAY_ROUND
+    assert table.disqualified() == []
     table.silent = set(table.places)
-    state = table.ticks(80)
-    assert state.halted == "no player reports"
-    assert "disqualified" not in table.rules()
+    assert table.ticks(80).halted == "no player reports"
+    assert table.disqualified() == []
 
 
 def test_at_a_higher_rate_a_player_has_as_much_real_time(tmp_path: Path) -> None:
@@ -286,15 +267,15 @@ def test_at_a_higher_rate_a_player_has_as_much_real_time(tmp_path: Path) -> None
     assert table.rules()[-1] == "disqualified"
 
 
-def test_a_robot_whose_player_is_out_but_runs_is_still_watched(table: Table) -> None:
-    table.ages = {"m1": 0.0}
-    table.ticks(2)
-    table.decide(m.OfficialAction.DISQUALIFY, "m1")
-    table.silent = {"m1"}
-    table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault="node 1: it is on", latched=True))
-    assert table.tick().halted == "m1: node 1: it is on"
-    table.decide(m.OfficialAction.RESUME)
-    assert table.calls[-1].rule == "refused"
+def test_a_robot_whose_player_is_out_but_runs_is_still_watched(early: Table) -> None:
+    early.ages = {"m1": 0.0}
+    early.ticks(2)
+    early.decide(m.OfficialAction.DISQUALIFY, "m1")
+    early.silent = {"m1"}
+    early.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault="node 1: it is on", latched=True))
+    assert early.tick().halted == "m1: node 1: it is on"
+    early.decide(m.OfficialAction.RESUME)
+    assert early.calls[-1].rule == "refused"
 
 
 def test_whoever_is_reinstated_before_a_round_plays_in_it(tmp_path: Path) -> None:
@@ -316,7 +297,6 @@ def test_whoever_is_reinstated_before_a_round_plays_in_it(tmp_path: Path) -> Non
 
 
 def test_whom_a_person_has_disqualified_does_not_come_back_by_reporting(table: Table) -> None:
-    table.ticks(2)
     table.decide(m.OfficialAction.DISQUALIFY, "m1")
     assert table.calls[-1].text == "m1 is disqualified: by ann"
     table.ticks(30)
@@ -329,41 +309,32 @@ def test_whom_a_person_has_disqualified_does_not_come_back_by_reporting(table: T
     assert table.calls[-1].rule == "refused"
 
 
-def test_a_match_in_which_everybody_is_out_but_one_returns_goes_on(table: Table) -> None:
-    table.ticks(2)
+@pytest.mark.parametrize("over", [True, False])
+def test_a_match_in_which_everybody_is_disqualified_ends_unless_one_returns_at_once(table: Table, over: bool) -> None:
     for name in table.places:
         table.hear(KEYS.official, m.Official(action=m.OfficialAction.DISQUALIFY, by="ann", subject=name))
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.REINSTATE, by="ann", subject="m1"))
-    table.tick()
-    assert "game over: everybody is disqualified" not in [call.text for call in table.calls]
-
-
-def test_a_match_in_which_everybody_is_disqualified_ends(table: Table) -> None:
-    table.ticks(2)
-    for name in table.places:
-        table.hear(KEYS.official, m.Official(action=m.OfficialAction.DISQUALIFY, by="ann", subject=name))
-    state = table.ticks(2)
-    assert state.stage is m.Stage.GAME_OVER
-    assert table.calls[-1].text == "game over: everybody is disqualified"
+    if not over:
+        table.hear(KEYS.official, m.Official(action=m.OfficialAction.REINSTATE, by="ann", subject="m1"))
+    assert (table.ticks(2).stage is m.Stage.GAME_OVER) is over
+    assert (table.calls[-1].text == "game over: everybody is disqualified") is over
 
 
 def test_a_player_with_a_fault_keeps_a_halt_from_ending(table: Table) -> None:
-    table.ticks(2)
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="ann"))
-    table.tick()
+    table.decide(m.OfficialAction.HALT)
     table.silent = {"m1"}
     table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault="battery empty"))
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 1)
-    table.tick()
+    table.decide(m.OfficialAction.RESUME)
     assert "m1: battery empty" in table.calls[-1].text
 
 
-def test_stragglers_are_put_on_their_marks(table: Table) -> None:
-    table.places["m0"] = Pose(5.0, 10.0, 0.0)
-    table.ticks(605)
-    marks = {name: c.start for name, c in table.book.contestants.items()}
-    assert [(r.kind, r.places) for r in table.requests] == [(m.RequestKind.PLACE, marks)]
-    assert table.calls[-1].text == "put on their marks after 60 s: m0"
+def test_stragglers_are_put_on_their_marks_and_one_near_its_own_exactly_there(early: Table) -> None:
+    """It may stand on another's mark, which would then never be free."""
+    marks = {name: c.start for name, c in early.book.contestants.items()}
+    early.places["m0"] = Pose(5.0, 10.0, 0.0)
+    early.places["m1"] = Pose(marks["m1"].x - 0.35, marks["m1"].y, 0.0)
+    early.ticks(605)
+    assert [(r.kind, r.places) for r in early.requests] == [(m.RequestKind.PLACE, marks)]
+    assert early.calls[-1].text == "put on their marks after 60 s: m0"
 
 
 def test_in_a_match_that_wants_it_so_all_are_put_on_their_marks_at_once(tmp_path: Path) -> None:
@@ -373,68 +344,59 @@ def test_in_a_match_that_wants_it_so_all_are_put_on_their_marks_at_once(tmp_path
     assert len(table.requests) == 1
 
 
-def test_one_near_its_own_mark_is_put_exactly_there_too(table: Table) -> None:
-    """It may stand on another's mark, which would then never be free."""
-    start = table.book.contestants["m1"].start
-    table.places["m1"] = Pose(start.x - 0.35, start.y, 0.0)
-    table.places["m0"] = Pose(5.0, 10.0, 0.0)
-    table.ticks(605)
-    assert table.requests[0].places["m1"] == start
+def test_nobody_asks_the_world_to_carry_a_physical_robot(early: Table) -> None:
+    early.ages = {"m1": 0.0}
+    early.places["m0"] = early.places["m1"] = Pose(5.0, 10.0, 0.0)
+    early.ticks(605)
+    assert [sorted(r.places) for r in early.requests] == [["m0", "m2", "m3", "s0"]]
+    assert early.calls[-1].rule == "placed"
+    assert "on their marks after 60 s: m0; " in early.calls[-1].text
+    assert "m1; drive them there by hand, or carry each there" in early.calls[-1].text
+    early.places["m0"] = early.book.contestants["m0"].start
+    early.ticks(100)
+    assert len(early.requests) == 1
+    assert early.calls[-1].text.startswith("not on their marks after 70 s: m1; drive them there")
 
 
-def test_nobody_asks_the_world_to_carry_a_physical_robot(table: Table) -> None:
-    table.ages = {"m1": 0.0}
-    table.places["m0"] = table.places["m1"] = Pose(5.0, 10.0, 0.0)
-    table.ticks(605)
-    assert [sorted(r.places) for r in table.requests] == [["m0", "m2", "m3", "s0"]]
-    assert table.calls[-1].rule == "placed"
-    assert "on their marks after 60 s: m0; " in table.calls[-1].text
-    assert "m1; drive them there by hand, or carry each there" in table.calls[-1].text
-    table.places["m0"] = table.book.contestants["m0"].start
-    table.ticks(100)
-    assert len(table.requests) == 1
-    assert table.calls[-1].text.startswith("not on their marks after 70 s: m1; drive them there")
-
-
-def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_for(table: Table) -> None:
-    table.ages = {"m1": 0.6}
+def test_a_physical_robot_whose_pose_is_too_old_halts_the_match_and_is_waited_for(early: Table) -> None:
+    early.ages = {"m1": 0.6}
     said = "m1: it has not been located for 0.5 s"
-    assert table.ticks(3).waiting == (said,)
-    table.ages = {"m1": 0.5}
-    assert table.ticks(3).stage is m.Stage.PLAY_ROUND
+    assert early.ticks(3).waiting == (said,)
+    early.ages = {"m1": 0.5}
+    assert early.ticks(3).stage is m.Stage.PLAY_ROUND
     for age in (0.52, 0.62, 0.72):
-        table.ages = {"m1": age}
-        assert table.tick().halted == said
-    assert table.rules() == ["begin", "halt"], "it is told once"
-    assert table.decide(m.OfficialAction.RESUME).halted
-    assert said in table.calls[-1].text
-    table.ages = {"m1": 0.1}
-    assert table.tick().halted == said, "an official ends it"
-    assert table.decide(m.OfficialAction.RESUME).halted is None
+        early.ages = {"m1": age}
+        assert early.tick().halted == said
+    assert early.rules() == ["begin", "halt"], "it is told once"
+    assert early.decide(m.OfficialAction.RESUME).halted
+    assert said in early.calls[-1].text
+    early.ages = {"m1": 0.1}
+    assert early.tick().halted == said, "an official ends it"
+    assert early.decide(m.OfficialAction.RESUME).halted is None
 
 
 @pytest.mark.parametrize(("physical", "longest"), [(False, 2.0), (True, 0.5)])
-def test_a_match_without_new_poses_is_halted_and_not_resumed(table: Table, physical: bool, longest: float) -> None:
+def test_a_match_without_new_poses_is_halted_and_not_resumed(early: Table, physical: bool, longest: float) -> None:
     if physical:
-        table.ages = {"m1": 0.0}
-    assert table.ticks(3).stage is m.Stage.PLAY_ROUND
-    table.blind = True
-    assert table.ticks(round(longest / 0.1)).halted is None
+        early.ages = {"m1": 0.0}
+    assert early.ticks(3).stage is m.Stage.PLAY_ROUND
+    early.blind = True
+    assert early.ticks(round(longest / 0.1)).halted is None
     said = f"no poses come: the newest are older than {longest:g} s"
-    assert table.tick().halted == said
-    assert table.decide(m.OfficialAction.RESUME).halted == said
-    table.blind = False
-    assert table.tick().halted == said, "an official ends it"
-    assert table.decide(m.OfficialAction.RESUME).halted is None
+    assert early.tick().halted == said
+    assert early.decide(m.OfficialAction.RESUME).halted == said
+    early.blind = False
+    assert early.tick().halted == said, "an official ends it"
+    assert early.decide(m.OfficialAction.RESUME).halted is None
 
 
-def test_a_round_does_not_begin_by_old_poses(table: Table) -> None:
-    table.silent = {"m1"}
-    table.ticks(3)
-    table.blind = True
-    table.ticks(25)
-    table.silent = set()
-    state = table.ticks(3)
+def test_a_round_does_not_begin_by_old_poses(early: Table) -> None:
+    early.silent = {"m1"}
+    early.ticks(3)
+    early.blind = True
+    early.ticks(25)
+    early.silent = set()
+    state = early.ticks(3)
     assert state.stage is m.Stage.INITIALIZE
     assert state.waiting == ("no poses come: the newest are older than 2 s",)
 
@@ -501,7 +463,6 @@ class TestLatchedFaults:
         table.hear(KEYS.report("m1"), report)
 
     def test_one_halts_play_and_keeps_it_halted_until_it_is_cleared(self, table: Table) -> None:
-        table.ticks(2)
         table.silent = {"m1"}
         for _ in range(3):
             self.report(table)
@@ -517,44 +478,34 @@ class TestLatchedFaults:
         table.tick()
         assert table.decide(m.OfficialAction.RESUME).halted is None
 
-    def test_one_keeps_a_round_from_beginning_and_needs_no_words(self, table: Table) -> None:
-        table.silent = {"m1"}
+    @pytest.mark.parametrize(
+        ("fault", "pressed", "said"),
+        [
+            (None, False, "m1: its robot has latched a fault (an official recovers the robot)"),
+            ("m1: somebody has pressed it", True, "m1: somebody has pressed it"),
+            ("m12 amperes are too much", True, "m1: m12 amperes are too much"),
+        ],
+        ids=["without words", "a button is released and not recovered", "words like a name"],
+    )
+    def test_one_keeps_a_round_from_beginning(self, early: Table, fault: str | None, pressed: bool, said: str) -> None:
+        early.silent = {"m1"}
         for _ in range(3):
-            self.report(table, fault=None)
-            state = table.tick()
-        hint = "(an official recovers the robot)"
-        assert state.waiting == (f"m1: its robot has latched a fault {hint}",)
-        assert state.halted is None
-
-    def test_a_button_at_a_drive_is_released_and_not_recovered(self, table: Table) -> None:
-        table.silent = {"m1"}
-        for _ in range(3):
-            self.report(table, fault="m1: somebody has pressed it", pressed=True)
-            state = table.tick()
-        assert state.waiting == ("m1: somebody has pressed it",)
-
-    def test_a_fault_that_begins_with_the_letters_of_a_name_keeps_the_name(self, table: Table) -> None:
-        table.silent = {"m1"}
-        for _ in range(3):
-            self.report(table, fault="m12 amperes are too much", pressed=True)
-            state = table.tick()
-        assert state.waiting == ("m1: m12 amperes are too much",)
+            self.report(early, fault, pressed=pressed)
+            state = early.tick()
+        assert (state.waiting, state.halted) == ((said,), None)
 
     def test_a_fault_that_is_not_latched_stops_nobody_else(self, table: Table) -> None:
-        table.ticks(2)
         table.silent = {"m1"}
         table.hear(KEYS.report("m1"), m.Report(mode="-", armed=False, fault=self.FAULT))
         assert table.tick().halted is None
 
     def test_the_longest_fault_still_fits_into_a_call(self, table: Table) -> None:
-        table.ticks(2)
         table.silent = {"m1"}
         self.report(table, "x" * 2000)
         table.tick()
         assert len(table.calls[-1].text) <= 2000
 
     def test_all_robots_may_be_asked_to_recover_and_it_is_journalled_first(self, table: Table) -> None:
-        table.ticks(2)
         table.decide(m.OfficialAction.RECOVER)
         assert [key for key, _ in table.recovers] == [KEYS.recover(name).key for name in table.places]
         assert (table.calls[-1].rule, table.calls[-1].text) == ("recover", "recover all robots: asked by ann")
@@ -562,7 +513,6 @@ class TestLatchedFaults:
         assert records[-1].calls == [table.calls[-1]]
 
     def test_nobody_is_asked_before_it_is_journalled(self, table: Table, monkeypatch: pytest.MonkeyPatch) -> None:
-        table.ticks(2)
         full(monkeypatch)
         table.hear(KEYS.official, m.Official(action=m.OfficialAction.RECOVER, by="ann"))
         table.ticks(2)
@@ -571,16 +521,11 @@ class TestLatchedFaults:
         table.ticks(2)
         assert len(table.recovers) == len(table.places)
 
-    def test_who_is_no_player_cannot_recover(self, table: Table) -> None:
-        table.ticks(2)
+    def test_neither_who_is_no_player_nor_anybody_after_the_end_can_recover(self, table: Table) -> None:
         table.decide(m.OfficialAction.RECOVER, "sue")
         assert table.calls[-1].rule == "refused"
         assert "expected a player of this match (" in table.calls[-1].text
         assert "got 'sue'" in table.calls[-1].text
-        assert table.recovers == []
-
-    def test_after_the_end_nobody_recovers(self, table: Table) -> None:
-        table.ticks(2)
         table.decide(m.OfficialAction.END)
         table.decide(m.OfficialAction.RECOVER)
         assert table.calls[-1].rule == "refused"
@@ -590,7 +535,6 @@ class TestLatchedFaults:
 def test_what_cannot_be_journalled_halts_is_not_announced_and_is_not_lost(
     table: Table, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table.ticks(2)
     full(monkeypatch)
     table.tag()
     state = table.ticks(5)
@@ -602,14 +546,12 @@ def test_what_cannot_be_journalled_halts_is_not_announced_and_is_not_lost(
     table.ticks(2)
     assert table.rules() == ["begin", "tag", "halt"]
     assert [c.number for c in table.calls] == [1, 2, 3]
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"))
-    assert table.tick().halted is None
+    assert table.decide(m.OfficialAction.RESUME).halted is None
 
 
 def test_an_end_that_cannot_be_journalled_is_not_announced_either(
     table: Table, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    table.ticks(2)
     full(monkeypatch)
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.END, by="ann"))
     assert table.ticks(3).stage is m.Stage.PLAY_ROUND
@@ -619,30 +561,24 @@ def test_an_end_that_cannot_be_journalled_is_not_announced_either(
 
 
 def test_an_emergency_stop_and_a_resume_in_one_tick_leave_play_halted(table: Table) -> None:
-    table.ticks(2)
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="ann"))
-    table.tick()
+    table.decide(m.OfficialAction.HALT)
     table.hear(KEYS.estop, m.Estop(by="bob"))
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 1)
-    state = table.tick()
+    state = table.decide(m.OfficialAction.RESUME)
     assert state.estop
     assert state.halted
     assert table.rules()[-1] == "refused"
 
 
-@pytest.mark.parametrize("engaged_first", [True, False])
-def test_of_two_estops_in_one_tick_the_engaging_one_wins(table: Table, engaged_first: bool) -> None:
-    table.ticks(2)
-    for sequence, engaged in enumerate((engaged_first, not engaged_first)):
-        if engaged:
-            table.hear(KEYS.estop, m.Estop(by="x"), sequence)
-        else:
-            table.hear(KEYS.estop_release, m.EstopRelease(by="x"), sequence)
+@pytest.mark.parametrize("way", [1, -1], ids=["engaged first", "released first"])
+def test_of_two_estops_in_one_tick_the_engaging_one_wins(table: Table, way: int) -> None:
+    for sequence, (topic, body) in enumerate(
+        [(KEYS.estop, m.Estop(by="x")), (KEYS.estop_release, m.EstopRelease(by="x"))][::way]
+    ):
+        table.hear(topic, body, sequence)
     assert table.tick().estop
 
 
 def test_a_halt_and_a_resume_in_one_tick_leave_play_halted(table: Table) -> None:
-    table.ticks(2)
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 0)
     table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="bob"), 1)
     assert table.tick().halted
@@ -654,22 +590,19 @@ def test_a_world_that_steps_back_in_time_halts(table: Table) -> None:
     assert table.tick().halted == "the world was restarted and goes on from its snapshot"
 
 
-def test_a_coordinator_that_is_there_before_the_world_does_not_halt(table: Table) -> None:
-    assert table.tick(live=False).halted is None
-    assert table.ticks(2).stage is m.Stage.PLAY_ROUND
+def test_a_coordinator_that_is_there_before_the_world_does_not_halt(early: Table) -> None:
+    assert early.tick(live=False).halted is None
+    assert early.ticks(2).stage is m.Stage.PLAY_ROUND
 
 
 def test_reports_of_a_time_to_come_count_as_silence(table: Table) -> None:
     """They are of before the world stepped back."""
-    table.ticks(2)
     table.silent = {"m1"}
     table.time += 20.0
     table.hear(KEYS.report("m1"), m.Report(mode="-", armed=True))
     table.time -= 20.0
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.HALT, by="ann"))
-    table.tick()
-    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"), 1)
-    table.tick()
+    table.decide(m.OfficialAction.HALT)
+    table.decide(m.OfficialAction.RESUME)
     assert "m1 does not report" in table.calls[-1].text
 
 
@@ -685,38 +618,35 @@ def test_a_restarted_coordinator_goes_on_with_the_same_score_stage_and_clock(tmp
     after = again.tick()
     assert after.halted == "the coordinator was restarted"
     assert (after.score, after.stage, after.clock) == (before.score, before.stage, pytest.approx(before.clock))
-    again.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann"))
-    assert again.tick().halted is None
+    assert again.decide(m.OfficialAction.RESUME).halted is None
     assert again.calls[-1].number == len(table.calls) + 1, "calls go on counting"
 
 
 class TestStopsThatWereMissed:
     """The coordinator takes over an emergency stop that others have latched and that it has not heard."""
 
-    def test_one_that_the_world_has_latched(self, table: Table) -> None:
-        table.ticks(3)
-        state = table.tick(estop=True)
-        assert state.estop
-        assert state.halted == "emergency stop, latched in the world"
+    @pytest.mark.parametrize(
+        ("ticks", "latched"),
+        [(0, "the world"), (3, "the world"), (3, "m1")],
+        ids=["the world before the round", "the world", "a player"],
+    )
+    def test_one_that_the_world_or_a_player_has_latched(self, early: Table, ticks: int, latched: str) -> None:
+        for _ in range(ticks):
+            early.tick()
+        early.stopped = {latched}
+        state = early.tick(estop=latched == "the world")
+        assert (state.estop, state.halted) == (True, f"emergency stop, latched in {latched}")
 
-    def test_one_that_a_player_has_latched(self, table: Table) -> None:
-        table.ticks(3)
-        table.stopped = {"m1"}
-        state = table.tick()
-        assert state.estop
-        assert state.halted == "emergency stop, latched in m1"
-
-    def test_one_that_players_have_latched_where_no_clock_tells_how_old_their_word_is(self, table: Table) -> None:
+    def test_one_that_players_have_latched_where_no_clock_tells_how_old_their_word_is(self, early: Table) -> None:
         """The world and the referee have both died, and the referee is back first."""
-        table.stopped = {"m1"}
-        table.time = 60.0
+        early.stopped = {"m1"}
+        early.time = 60.0
         report = m.Report(mode="-", armed=False, estop=True)
-        table.hear(KEYS.report("m1"), report)
-        table.time = 0.0
-        assert table.tick(live=False).estop
+        early.hear(KEYS.report("m1"), report)
+        early.time = 0.0
+        assert early.tick(live=False).estop
 
     def test_also_a_second_one_after_a_first_was_heard_and_released(self, table: Table) -> None:
-        table.ticks(3)
         table.hear(KEYS.estop, m.Estop(by="ann"))
         assert table.tick(estop=True).estop
         table.hear(KEYS.estop_release, m.EstopRelease(by="ann"))
@@ -725,7 +655,6 @@ class TestStopsThatWereMissed:
         assert table.tick(estop=True).estop
 
     def test_the_robots_may_take_a_moment_to_hear_of_a_release(self, table: Table) -> None:
-        table.ticks(3)
         table.hear(KEYS.estop, m.Estop(by="ann"))
         table.stopped = {"m1"}
         table.tick(estop=True)
@@ -735,7 +664,6 @@ class TestStopsThatWereMissed:
         assert not table.ticks(20).estop
 
     def test_a_player_that_goes_on_being_stopped_keeps_the_match_halted(self, table: Table) -> None:
-        table.ticks(3)
         table.hear(KEYS.estop, m.Estop(by="ann"))
         table.stopped = {"m1"}
         table.tick(estop=True)
@@ -771,7 +699,6 @@ class TestPlacing:
     """What the world has done is announced when it has done it, and what it refuses is never announced as done."""
 
     def ask(self, table: Table, number: str | None = "7") -> str:
-        table.ticks(2)
         table.calls.clear()
         place = m.Official(action=m.OfficialAction.PLACE, by="ann", subject="m0", value="2 3 0", id=number)
         table.hear(KEYS.official, place)
@@ -795,11 +722,11 @@ class TestPlacing:
     def test_what_is_refused_is_said_with_the_reason(self, table: Table) -> None:
         table.hear(KEYS.world_answer, m.WorldAnswer(id=self.ask(table), refused="a wall is there"))
         table.tick()
-        (call,) = table.calls
-        assert (call.rule, call.text, call.answers) == ("refused", "the world refuses: a wall is there", "7")
+        assert [(c.rule, c.text, c.answers) for c in table.calls] == [
+            ("refused", "the world refuses: a wall is there", "7")
+        ]
 
     def test_who_asks_for_nothing_hears_of_refusals_only(self, table: Table) -> None:
-        table.ticks(2)
         table.calls.clear()
         table.hear(KEYS.world_answer, m.WorldAnswer(id=None, refused="robots on marks would overlap"))
         table.hear(KEYS.world_answer, m.WorldAnswer(id="9", refused=None), sequence=1)

@@ -1,6 +1,7 @@
 """The journal survives what happens to machines."""
 
 import contextlib
+import re
 import resource
 import signal
 import time
@@ -39,25 +40,37 @@ def filled(path: Path, records: int = 3) -> None:
             journal.append(float(i), [Stage.PLAY_ROUND], [call(i + 1)], standing(float(i)))
 
 
-def test_a_new_journal_has_nothing_to_go_on_from(path: Path) -> None:
+def test_what_was_written_is_read_back_and_taken_up_where_it_ended(path: Path) -> None:
     with Journal(path, HEADER) as journal:
         assert journal.standing is None
-
-
-def test_what_was_written_is_read_back(path: Path) -> None:
     filled(path)
     header, records = read_journal(path)
     assert header == HEADER
     assert [r.n for r in records] == [1, 2, 3]
     assert records[2].calls == [call(3)]
+    with Journal(path, HEADER) as journal:
+        assert journal.standing == standing(2.0)
+        journal.append(9.0, [], [call(4)], standing(9.0))
+    assert [r.n for r in read_journal(path)[1]] == [1, 2, 3, 4]
 
 
-def test_a_journal_of_another_release_is_refused_in_words(path: Path) -> None:
+@pytest.mark.parametrize(
+    ("line", "old", "new", "said"),
+    [
+        (0, rb'.*"journal":3', b'{"journal":1', "expected a journal of version 3, got 1: use the VRG that recorded it"),
+        (2, rb".*", b"{}", r"journal.jsonl:3: expected a record"),
+    ],
+    ids=["of another release", "damaged before its last line"],
+)
+def test_a_journal_that_cannot_be_read_is_refused_in_words(
+    path: Path, line: int, old: bytes, new: bytes, said: str
+) -> None:
     filled(path)
-    text = path.read_text()
-    assert '"journal":3' in text
-    path.write_text(text.replace('"journal":3', '"journal":1', 1))
-    with pytest.raises(JournalError, match="expected a journal of version 3, got 1: use the VRG that recorded it"):
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[line], found = re.subn(old, new, lines[line], count=1)
+    assert found
+    path.write_bytes(b"".join(lines))
+    with pytest.raises(JournalError, match=said):
         read_journal(path)
 
 
@@ -70,14 +83,6 @@ def test_the_standing_is_read_with_the_clock_of_the_newest_tick(path: Path) -> N
     assert read_standing(path) == standing(2.7)
     path.with_name(path.name + ".clock").unlink()
     assert read_standing(path) == standing(1.0)
-
-
-def test_a_journal_is_taken_up_where_it_ended(path: Path) -> None:
-    filled(path)
-    with Journal(path, HEADER) as journal:
-        assert journal.standing == standing(2.0)
-        journal.append(9.0, [], [call(4)], standing(9.0))
-    assert [r.n for r in read_journal(path)[1]] == [1, 2, 3, 4]
 
 
 @pytest.mark.parametrize("torn", [1, 10, 100])
@@ -100,25 +105,16 @@ def test_every_cut_leaves_a_journal_that_can_be_taken_up(path: Path) -> None:
         assert read_journal(path)[1][-1].standing == standing(1.0)
 
 
-def test_damage_before_the_last_line_is_told_with_its_line(path: Path) -> None:
-    filled(path)
-    lines = path.read_bytes().splitlines(keepends=True)
-    lines[2] = b"{}\n"
-    path.write_bytes(b"".join(lines))
-    with pytest.raises(JournalError, match=r"journal.jsonl:3: expected a record"):
-        read_journal(path)
-
-
-def test_the_journal_of_another_match_is_refused(path: Path) -> None:
-    filled(path)
+def test_one_of_another_match_a_second_writer_and_one_in_no_folder_are_refused(path: Path) -> None:
+    with Journal(path, HEADER) as journal:
+        with pytest.raises(JournalError, match="another coordinator is writing it"):
+            Journal(path, HEADER)
+        journal.close()
+        filled(path)
     with pytest.raises(JournalError, match="choose another run folder"):
         Journal(path, JournalHeader(match="m", game="g", seed=2))
-
-
-def test_a_second_writer_is_refused(path: Path) -> None:
-    with Journal(path, HEADER), pytest.raises(JournalError, match="another coordinator is writing it"):
-        Journal(path, HEADER)
-    filled(path)
+    with pytest.raises(JournalError, match="cannot be opened"):
+        Journal(path / "no" / "journal.jsonl", HEADER)
 
 
 def test_the_clock_of_the_newest_tick_is_kept_beside(path: Path) -> None:
@@ -167,15 +163,3 @@ def test_a_full_disk_is_told_and_the_journal_stays_whole(path: Path, aside: bool
             settled(journal)
         assert settled(journal)
     assert [r.n for r in read_journal(path)[1]] == [1, 2, 3, 4]
-
-
-def test_a_folder_that_is_not_there_is_told(tmp_path: Path) -> None:
-    with pytest.raises(JournalError, match="cannot be opened"):
-        Journal(tmp_path / "no" / "journal.jsonl", HEADER)
-
-
-def test_a_closed_journal_lets_go_of_its_lock_and_may_be_closed_twice(path: Path) -> None:
-    journal = Journal(path, HEADER)
-    journal.close()
-    journal.close()
-    Journal(path, HEADER).close()

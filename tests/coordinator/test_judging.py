@@ -14,13 +14,16 @@ from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Judgement, judge_again
 from vrg.types import Pose
 
+Played = tuple[list[Exhibit], list[Record]]
+
 
 @pytest.fixture
 def table(tmp_path: Path) -> Table:
     return Table(tmp_path)
 
 
-def play(table: Table) -> None:
+@pytest.fixture
+def played(table: Table) -> Played:
     """A round with a tag, a halt, a player that falls silent, and an official who overrules."""
     table.ticks(12)
     table.tag()
@@ -33,9 +36,10 @@ def play(table: Table) -> None:
     table.hear(KEYS.estop, m.Estop(by="ann"))
     table.ticks(3)
     assert {"begin", "tag", "halt", "resume", "disqualified"} <= set(table.rules())
+    return told(table)
 
 
-def told(table: Table) -> tuple[list[Exhibit], list[Record]]:
+def told(table: Table) -> Played:
     table.journal.close()
     folder = table.journal.path.parent
     return list(read_evidence(folder / "evidence.bin")), read_journal(table.journal.path)[1]
@@ -45,9 +49,8 @@ def judged(table: Table, exhibits: Iterable[Exhibit], records: Sequence[Record])
     return judge_again(table.book, exhibits, records)
 
 
-def test_an_honest_journal_agrees_with_the_rule_book(table: Table) -> None:
-    play(table)
-    exhibits, records = told(table)
+def test_an_honest_journal_agrees_with_the_rule_book(table: Table, played: Played) -> None:
+    exhibits, records = played
     judgement = judged(table, exhibits, records)
     assert judgement.disagreements == []
     assert judgement.calls == len(table.calls) > 5
@@ -71,55 +74,51 @@ def test_a_match_that_another_coordinator_went_on_with_is_judged_to_its_end(tmp_
     assert judgement.calls == len(first.calls) + len(second.calls)
 
 
-def another_text(calls: list[m.Call]) -> list[m.Call]:
-    return [structs.replace(calls[0], text="s0 tags m1")]
+def another_text(tag: m.Call) -> list[m.Call]:
+    return [structs.replace(tag, text="s0 tags m1")]
 
 
-def another_player(calls: list[m.Call]) -> list[m.Call]:
-    return [structs.replace(calls[0], players=("s0", "m1"))]
+def another_player(tag: m.Call) -> list[m.Call]:
+    return [structs.replace(tag, players=("s0", "m1"))]
+
+
+def one_more(tag: m.Call) -> list[m.Call]:
+    return [tag, structs.replace(tag, number=tag.number + 1)]
 
 
 @pytest.mark.parametrize(
-    ("alter", "words"),
-    [(another_text, "by the rules it is tag: "), (another_player, "its players are")],
-    ids=["text", "players"],
+    ("alter", "number", "words"),
+    [
+        (another_text, 1, "by the rules it is tag: "),
+        (another_player, 1, "its players are"),
+        (lambda _: [], None, "a call that was not made: tag"),
+        (one_more, None, "there is no such call"),
+    ],
+    ids=["text", "players", "left out", "invented"],
 )
-def test_a_call_that_was_altered_is_found_once(
-    table: Table, alter: Callable[[list[m.Call]], list[m.Call]], words: str
+def test_a_call_that_was_altered_left_out_or_invented_is_found(
+    table: Table, played: Played, alter: Callable[[m.Call], list[m.Call]], number: int | None, words: str
 ) -> None:
-    play(table)
-    exhibits, records = told(table)
+    exhibits, records = played
     at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
-    records[at] = structs.replace(records[at], calls=alter(records[at].calls))
-    (found,) = judged(table, exhibits, records).disagreements
-    assert words in found.what
-    assert found.time == records[at].time
+    records[at] = structs.replace(records[at], calls=alter(*records[at].calls))
+    found = judged(table, exhibits, records).disagreements
+    assert words in found[0].what
+    assert number is None or (len(found), found[0].time) == (number, records[at].time)
 
 
-def test_a_call_that_was_left_out_and_one_that_was_invented_are_found(table: Table) -> None:
-    play(table)
-    exhibits, records = told(table)
-    at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
-    tag = records[at].calls
-    left_out = [*records[:at], structs.replace(records[at], calls=[]), *records[at + 1 :]]
-    assert "a call that was not made: tag" in judged(table, exhibits, left_out).disagreements[0].what
-    invented = structs.replace(tag[0], number=tag[0].number + 1)
-    too_many = [*records[:at], structs.replace(records[at], calls=[*tag, invented]), *records[at + 1 :]]
-    assert "there is no such call" in judged(table, exhibits, too_many).disagreements[0].what
-
-
-def test_a_score_that_was_altered_is_found(table: Table) -> None:
-    play(table)
-    exhibits, records = told(table)
+def test_a_clock_that_was_altered_is_found(table: Table, played: Played) -> None:
+    exhibits, records = played
     last = records[-1]
     records[-1] = structs.replace(last, standing=structs.replace(last.standing, total=last.standing.total + 1.0))
     (found,) = judged(table, exhibits, records).disagreements
     assert "total is" in found.what
 
 
-def test_each_pose_that_was_altered_in_the_file_is_found_and_where(table: Table, tmp_path: Path) -> None:
-    play(table)
-    exhibits, records = told(table)
+def test_each_pose_that_was_altered_in_the_file_is_found_and_where(
+    table: Table, played: Played, tmp_path: Path
+) -> None:
+    exhibits, records = played
     path = tmp_path / "evidence.bin"
     content = path.read_bytes()
     at, length = 0, 0
@@ -135,9 +134,8 @@ def test_each_pose_that_was_altered_in_the_file_is_found_and_where(table: Table,
         assert exhibit.genuine
 
 
-def test_evidence_that_was_written_anew_as_a_whole_is_not_that_of_the_journal(table: Table) -> None:
-    play(table)
-    exhibits, records = told(table)
+def test_evidence_that_was_written_anew_as_a_whole_is_not_that_of_the_journal(table: Table, played: Played) -> None:
+    exhibits, records = played
     other = [Exhibit(exhibit.tick, digest=f"{number:016x}", genuine=True) for number, exhibit in enumerate(exhibits)]
     (found,) = judged(table, other, records).disagreements
     assert "not that of this journal" in found.what
@@ -154,9 +152,10 @@ def test_poses_that_would_have_been_a_tag_are_told_as_the_call_that_is_missing(t
     assert "the journal lacks" in found.what
 
 
-def test_a_torn_tick_is_left_out_and_what_it_would_have_told_counts_as_unjudged(table: Table, tmp_path: Path) -> None:
-    play(table)
-    exhibits, records = told(table)
+def test_a_torn_tick_is_left_out_and_what_it_would_have_told_counts_as_unjudged(
+    table: Table, played: Played, tmp_path: Path
+) -> None:
+    exhibits, records = played
     path = tmp_path / "evidence.bin"
     path.write_bytes(path.read_bytes()[:-7])
     again = list(read_evidence(path))
@@ -167,9 +166,8 @@ def test_a_torn_tick_is_left_out_and_what_it_would_have_told_counts_as_unjudged(
     assert judgement.unjudged == sum(len(record.calls) for record in records[2:])
 
 
-def test_evidence_with_a_hole_is_told(table: Table) -> None:
-    play(table)
-    exhibits, records = told(table)
+def test_evidence_with_a_hole_is_told(table: Table, played: Played) -> None:
+    exhibits, records = played
     left = [exhibit for exhibit in exhibits if exhibit.tick.after != 1]
     found = judged(table, left, records).disagreements
     assert any("is missing" in one.what for one in found)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import pytest
 
@@ -124,31 +125,56 @@ def test_it_goes_round_a_body_that_stands_in_its_way(aside: float) -> None:
     assert drive.closest > TOUCH
 
 
-def test_it_goes_round_a_row_of_bodies() -> None:
-    start = Pose(2.0, 0.0, math.pi)
-    drive = Drive({"red1": start}, standing(*((-1.0, -2.0 + 0.7 * i) for i in range(6))))
-    assert drive.run() == {"red1"}
-    assert drive.closest > TOUCH
+def crossing(now: float) -> Mapping[str, tuple[Pose, float]]:
+    return {"blue1": (Pose(-1.0, min(3.0, -3.5 + 0.6 * now), math.pi / 2), 0.6 if now < 10.8 else 0.0)}
 
 
-def test_it_lets_a_body_pass_that_crosses_its_way() -> None:
-    def crossing(now: float) -> Mapping[str, tuple[Pose, float]]:
-        return {"blue1": (Pose(-1.0, min(3.0, -3.5 + 0.6 * now), math.pi / 2), 0.6 if now < 10.8 else 0.0)}
-
-    start = Pose(3.0, 1.0, math.pi)
-    drive = Drive({"red1": start}, crossing)
-    assert drive.run() == {"red1"}
-    assert drive.closest > TOUCH
+def towards(now: float) -> Mapping[str, tuple[Pose, float]]:
+    x = min(3.5, -4.0 + 0.6 * now)
+    return {"blue1": (Pose(x, -2.4 + 0.28 * (x + 4), math.atan(0.28)), 0.6 if x < 3.5 else 0.0)}
 
 
-def test_it_passes_a_body_that_comes_towards_it() -> None:
-    def towards(now: float) -> Mapping[str, tuple[Pose, float]]:
-        x = min(3.5, -4.0 + 0.6 * now)
-        return {"blue1": (Pose(x, -2.4 + 0.28 * (x + 4), math.atan(0.28)), 0.6 if x < 3.5 else 0.0)}
+ROW = standing(*((-1.0, -2.0 + 0.7 * i) for i in range(6)))
+TEAM = {f"red{i + 1}": Pose(1.0 + 0.8 * i, -1.5 + 1.0 * i, math.pi) for i in range(4)}
+TWO_TEAMS = {"red1": Pose(4.0, 2.8, math.pi), "blue1": Pose(-4.0, -2.8, 0.0)}
+OTHER_HOME = Sector(6.0, 4.0, 1.2, math.pi, math.pi / 2)
+AT_HOME = [(-5.0, -3.3), (-5.1, -3.7), (-6.0, -4.0), (-5.2, -3.4), (-5.3, -3.5), (-5.4, -3.4), (-5.5, -3.2)]
 
-    drive = Drive({"red1": Pose(3.0, -0.4, math.pi)}, towards)
-    assert drive.run() == {"red1"}
-    assert drive.closest > 0.8 * TOUCH
+
+@pytest.mark.parametrize(
+    ("make", "distance"),
+    [
+        pytest.param(partial(Drive, {"red1": Pose(2.0, 0.0, math.pi)}, ROW), 1.0, id="round a row of bodies"),
+        pytest.param(partial(Drive, {"red1": Pose(3.0, 1.0, math.pi)}, crossing), 1.0, id="one crosses its way"),
+        pytest.param(partial(Drive, {"red1": Pose(3.0, -0.4, math.pi)}, towards), 0.8, id="one comes towards it"),
+        pytest.param(
+            partial(
+                Drive,
+                {"red1": Pose(0.0, 1.0, math.pi)},
+                standing((-2.0, -3.4)),
+                walls=[Rectangle(-2.2, -1.0, -1.8, 4.0)],
+            ),
+            1.0,
+            id="between a wall and a body",
+        ),
+        *(
+            pytest.param(
+                partial(Drive, {"red1": Pose(0.0, 0.0, math.pi)}, standing(body)), 0.9, id=f"there is room at {body}"
+            )
+            for body in AT_HOME
+        ),
+        pytest.param(partial(Drive, TEAM, leave=True), 0.85, id="four of a team, one after the other"),
+        pytest.param(
+            partial(Drive, TWO_TEAMS, goals={"blue1": OTHER_HOME}), 0.8, id="two teams across each other's way"
+        ),
+        pytest.param(partial(Drive, {"red1": Pose(7.0, 5.0, 0.0)}), 1.0, id="from outside the field"),
+        pytest.param(partial(Drive, {"red1": Pose(-6.5, 2.0, 0.0)}), 1.0, id="from outside the field and near"),
+    ],
+)
+def test_all_that_are_led_come_home_and_touch_nobody(make: Callable[[], Drive], distance: float) -> None:
+    drive = make()
+    assert drive.run() == set(drive.ways)
+    assert drive.closest > distance * TOUCH
 
 
 def test_it_goes_round_a_wall() -> None:
@@ -158,38 +184,6 @@ def test_it_goes_round_a_wall() -> None:
     assert drive.run() == {"red1"}
     assert min(wall.distance(p.x, p.y) for p in drive.ways["red1"]) > 0.24, "half the width of its body"
     assert drive.time < sensible(start, 3.0)
-
-
-def test_it_goes_between_a_wall_and_a_body() -> None:
-    walls = [Rectangle(-2.2, -1.0, -1.8, 4.0)]
-    drive = Drive({"red1": Pose(0.0, 1.0, math.pi)}, standing((-2.0, -3.4)), walls=walls)
-    assert drive.run() == {"red1"}
-    assert drive.closest > TOUCH
-
-
-@pytest.mark.parametrize(
-    "body",
-    [
-        (-5.0, -3.3),
-        (-5.1, -3.7),
-        (-6.0, -4.0),
-        (-5.2, -3.4),
-        (-5.3, -3.5),
-        (-5.4, -3.4),
-        (-5.5, -3.2),
-    ],
-)
-def test_a_body_in_the_home_zone_does_not_keep_it_out_while_there_is_room(body: Vector) -> None:
-    drive = Drive({"red1": Pose(0.0, 0.0, math.pi)}, standing(body))
-    assert drive.run() == {"red1"}
-    assert drive.closest > 0.9 * TOUCH
-
-
-def test_four_of_a_team_that_are_tagged_come_home_one_after_the_other() -> None:
-    starts = {f"red{i + 1}": Pose(1.0 + 0.8 * i, -1.5 + 1.0 * i, math.pi) for i in range(4)}
-    drive = Drive(starts, leave=True)
-    assert drive.run() == set(starts)
-    assert drive.closest > 0.85 * TOUCH
 
 
 def test_those_who_wait_at_the_home_corner_leave_a_way_for_the_next() -> None:
@@ -202,38 +196,21 @@ def test_those_who_wait_at_the_home_corner_leave_a_way_for_the_next() -> None:
     assert drive.closest > 0.85 * TOUCH
 
 
-def test_two_teams_are_driven_to_two_homes_across_each_others_way() -> None:
-    other = Sector(6.0, 4.0, 1.2, math.pi, math.pi / 2)
-    starts = {"red1": Pose(4.0, 2.8, math.pi), "blue1": Pose(-4.0, -2.8, 0.0)}
-    drive = Drive(starts, goals={"red1": HOME, "blue1": other})
-    assert drive.run() == set(starts)
-    assert drive.closest > 0.8 * TOUCH
-
-
-def test_it_comes_back_from_outside_the_field() -> None:
-    assert Drive({"red1": Pose(7.0, 5.0, 0.0)}).run() == {"red1"}
-    assert Drive({"red1": Pose(-6.5, 2.0, 0.0)}).run() == {"red1"}
-
-
 def test_a_field_is_not_needed() -> None:
     drive = Drive({"red1": Pose(0.0, 0.0, 0.0)}, goals={"red1": Circle(3.0, 3.0, 0.5)}, field=None)
     assert drive.run() == {"red1"}
 
 
-def test_a_robot_that_the_world_does_not_report_stands() -> None:
-    leader = Leader({"red1": SPEED})
-    assert leader.twists({"red1": HOME}, [_status("red1")], {}, FIELD, 0.0) == {"red1": STILL}
-
-
-def test_nobody_else_is_driven() -> None:
+def test_nobody_else_is_driven_and_one_that_the_world_does_not_report_stands() -> None:
     leader = Leader({"red1": SPEED, "red2": SPEED})
     bodies = {n: Body(name=n, pose=Pose(x, 0, 0), twist=STILL, physical=False) for n, x in (("red1", 0), ("red2", 2))}
-    assert set(leader.twists({"red1": HOME}, [_status(n) for n in bodies], bodies, FIELD, 0.0)) == {"red1"}
-    assert leader.twists({}, [_status(n) for n in bodies], bodies, FIELD, 0.1) == {}
+    players = [_status(name) for name in bodies]
+    assert set(leader.twists({"red1": HOME}, players, bodies, FIELD, 0.0)) == {"red1"}
+    assert leader.twists({}, players, bodies, FIELD, 0.1) == {}
+    assert Leader({"red1": SPEED}).twists({"red1": HOME}, players[:1], {}, FIELD, 0.0) == {"red1": STILL}
 
 
 def test_no_robot_is_driven_faster_than_it_can() -> None:
-    leader = Leader({"red1": 0.4})
     body = Body(name="red1", pose=Pose(0, 0, math.pi), twist=STILL, physical=False)
-    twist = leader.twists({"red1": HOME}, [_status("red1")], {"red1": body}, FIELD, 0.0)["red1"]
+    twist = Leader({"red1": 0.4}).twists({"red1": HOME}, [_status("red1")], {"red1": body}, FIELD, 0.0)["red1"]
     assert 0.0 < math.hypot(twist.v, 0.25 * twist.w) <= 0.4 + 1e-9

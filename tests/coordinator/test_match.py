@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -56,19 +57,45 @@ def _call(rule: str) -> Call:
     return Call(rule=rule, text=rule, players=("a",), poses=(Pose(0, 0, 0),))
 
 
-def at(x: float) -> Observation:
-    return Observation({"a": Pose(x, 0, 0)})
+A = frozenset({"a"})
+
+
+def at(x: float, **more: Any) -> Observation:
+    return Observation({"a": Pose(x, 0, 0)}, **more)
 
 
 def playing() -> Match:
     match = Match(Book())
-    match.step(0.1, at(1), [])
-    assert match.stage is Stage.PLAY_ROUND
+    outcome = match.step(0.1, at(1), [])
+    assert (match.stage, rules(outcome), outcome.stages) == (Stage.PLAY_ROUND, ["begin"], [Stage.PLAY_ROUND])
     return match
 
 
-def official(action: OfficialAction, subject: str | None = None, value: str | None = None) -> Official:
-    return Official(action=action, by="ann", reason="because", subject=subject, value=value, id="7")
+@pytest.fixture
+def match() -> Match:
+    """One in play."""
+    return playing()
+
+
+@pytest.fixture
+def finished(match: Match) -> Match:
+    """One whose last round is over."""
+    play(match, [11, 11, 11, *[1] * 22, 11, 11, 11])
+    return match
+
+
+def decided(
+    match: Match, action: OfficialAction, *words: str, now: Observation | None = None, absent: Sequence[str] = ()
+) -> Effects:
+    """What a decision of Ann about a subject, with a value, leads to."""
+    subject, value = (*words, None, None)[:2]
+    told = Official(action=action, by="ann", reason="because", subject=subject, value=value, id="7")
+    return decide(match, told, now or at(1), absent)
+
+
+def way_out(match: Match, *missing: str) -> str | None:
+    match.step(0.1, at(1), missing)
+    return match.state(at(1), estop=False).way_out
 
 
 def rules(outcome: Effects) -> list[str]:
@@ -76,10 +103,11 @@ def rules(outcome: Effects) -> list[str]:
 
 
 def play(match: Match, xs: Sequence[float]) -> list[str]:
-    called: list[str] = []
-    for x in xs:
-        called += rules(match.step(0.1, at(x), []))
-    return called
+    return called(match, *map(at, xs))
+
+
+def called(match: Match, *fields: Observation) -> list[str]:
+    return [rule for now in fields for rule in rules(match.step(0.1, now, []))]
 
 
 def test_a_match_waits_for_its_conditions_and_lists_what_is_missing() -> None:
@@ -92,22 +120,13 @@ def test_a_match_waits_for_its_conditions_and_lists_what_is_missing() -> None:
 
 def test_the_time_of_the_line_up_is_told_and_when_robots_are_placed_if_any_can_be() -> None:
     match = Match(Book())
-    for _ in range(40):
-        match.step(0.1, at(7), [])
+    play(match, [7] * 40)
     assert match.waiting == ["the line-up (4 s of at most 60 s): a is not at home"]
-    match.step(0.1, Observation({"a": Pose(7.0, 0.0, 0.0)}, physical=frozenset({"a"})), [])
+    match.step(0.1, at(7.0, physical=A), [])
     assert match.waiting == ["the line-up (4 s): a is not at home"]
 
 
-def test_it_begins_when_nothing_is_missing() -> None:
-    match = Match(Book())
-    outcome = match.step(0.1, at(1), [])
-    assert rules(outcome) == ["begin"]
-    assert outcome.stages == [Stage.PLAY_ROUND]
-
-
-def test_the_clock_runs_in_play_alone() -> None:
-    match = playing()
+def test_the_clock_runs_in_play_alone(match: Match) -> None:
     play(match, [1] * 10)
     assert match.clock == pytest.approx(1.0)
     assert play(match, [-1]) == ["foul"]
@@ -117,8 +136,7 @@ def test_the_clock_runs_in_play_alone() -> None:
     assert match.clock == pytest.approx(1.1)
 
 
-def test_a_round_ends_then_the_next_is_set_up() -> None:
-    match = playing()
+def test_a_round_ends_then_the_next_is_set_up(match: Match) -> None:
     assert play(match, [11, 11, 11]) == ["goal"] * 3
     assert match.stage is Stage.ROUND_OVER
     stages = [stage for _ in range(25) for stage in match.step(0.1, at(1), []).stages]
@@ -128,43 +146,42 @@ def test_a_round_ends_then_the_next_is_set_up() -> None:
     assert match.total == pytest.approx(0.3 + match.clock), "the match's clock is not set back"
 
 
-def _finished() -> Match:
-    match = playing()
-    play(match, [11, 11, 11, *[1] * 22, 11, 11, 11])
-    return match
+def test_the_game_ends_with_a_winner_and_stays_ended(finished: Match) -> None:
+    assert play(finished, [1] * 25) == ["game_over"]
+    assert finished.over
+    assert finished.winner == "team"
+    assert not finished.step(0.1, at(11), []), "nothing is judged any more"
+    wrong = [action for action in OfficialAction if rules(decided(finished, action)) != ["refused"]]
+    assert wrong == [], "nothing can be decided any more"
+    again = Match(Book(), finished.standing())
+    assert again.over
+    assert again.halted is None
 
 
-def test_the_game_ends_with_a_winner() -> None:
-    match = _finished()
-    assert play(match, [1] * 25) == ["game_over"]
-    assert match.over
-    assert match.winner == "team"
-    assert not match.step(0.1, at(11), []), "nothing is judged any more"
+def test_the_last_call_can_still_be_overruled(finished: Match) -> None:
+    play(finished, [1] * 5)
+    decided(finished, OfficialAction.SET_SCORE, "team", "0")
+    play(finished, [1] * 25)
+    assert finished.winner == "nature"
 
 
-def test_the_last_call_can_still_be_overruled() -> None:
-    match = _finished()
-    play(match, [1] * 5)
-    decide(match, official(OfficialAction.SET_SCORE, "team", "0"), at(1), [])
-    play(match, [1] * 25)
-    assert match.winner == "nature"
-
-
-def test_halt_stops_clock_and_robots_and_nothing_is_judged() -> None:
-    match = playing()
-    assert rules(decide(match, official(OfficialAction.HALT), at(1), [])) == ["halt"]
+def test_halt_stops_clock_and_robots_and_nothing_is_judged(match: Match) -> None:
+    first = decided(match, OfficialAction.HALT)
+    assert rules(first) == ["halt"]
     assert play(match, [11, -1]) == []
     assert match.clock == 0.0
     state = match.state(at(1), estop=False)
     assert state.halted == "called by ann (because)"
     assert not any(p.may_move for p in state.players)
+    again = decided(match, OfficialAction.HALT)
+    assert "halted already" in again.calls[0].text
+    assert [f.answers for f in (*first.calls, *again.calls)] == ["7", "7"]
 
 
-def test_what_moved_during_a_halt_is_not_swept() -> None:
-    match = playing()
+def test_what_moved_during_a_halt_is_not_swept(match: Match) -> None:
     match.halt("x")
     match.step(0.1, at(1), [])
-    decide(match, official(OfficialAction.RESUME), at(1), [])
+    decided(match, OfficialAction.RESUME)
     seen: list[Observation] = []
     book_judge = match._book.judge
 
@@ -177,160 +194,91 @@ def test_what_moved_during_a_halt_is_not_swept() -> None:
     assert seen == [at(4)]
 
 
-def test_resume_is_refused_while_something_is_missing_and_says_what() -> None:
-    match = playing()
+def test_resume_is_refused_while_something_is_missing_or_nothing_is_halted_and_says_what(match: Match) -> None:
+    assert rules(decided(match, OfficialAction.RESUME)) == ["refused"], "nothing is halted"
     match.halt("x")
-    outcome = decide(match, official(OfficialAction.RESUME), at(1), ["b does not report"])
+    outcome = decided(match, OfficialAction.RESUME, absent=["b does not report"])
     assert rules(outcome) == ["refused"]
     assert "b does not report" in outcome.calls[0].text
     assert match.halted
-    assert rules(decide(match, official(OfficialAction.RESUME), at(1), [])) == ["resume"]
+    assert rules(decided(match, OfficialAction.RESUME)) == ["resume"]
     assert match.halted is None
     assert match.stage is Stage.PLAY_ROUND
 
 
-def test_reasons_to_halt_add_up_and_are_told_once() -> None:
-    match = playing()
+def test_reasons_to_halt_add_up_are_told_once_and_still_fit_into_a_message(match: Match) -> None:
     match.halt("one")
     match.halt("two")
     assert not match.halt("one")
     assert match.halted == "one; two"
     match.halt("on")
     assert match.halted == "one; two; on", "a part of another reason is a reason of its own"
-
-
-def test_reasons_without_end_still_fit_into_a_message() -> None:
-    match = playing()
     for i in range(200):
         match.halt(f"reason number {i}")
-    assert len(match.halted or "") <= 1500
+    assert len(match.halted) <= 1500
 
 
-def test_an_official_is_answered_also_when_play_is_halted_already() -> None:
-    match = playing()
-    first = decide(match, official(OfficialAction.HALT), at(1), [])
-    again = decide(match, official(OfficialAction.HALT), at(1), [])
-    assert [f.answers for f in (*first.calls, *again.calls)] == ["7", "7"]
-    assert "halted already" in again.calls[0].text
-
-
-def test_what_is_not_halted_cannot_be_resumed() -> None:
-    assert rules(decide(playing(), official(OfficialAction.RESUME), at(1), [])) == ["refused"]
-
-
-def test_an_official_ends_a_match() -> None:
-    match = playing()
-    outcome = decide(match, official(OfficialAction.END), at(1), [])
-    assert rules(outcome) == ["ended"]
+def test_an_official_ends_a_match(match: Match) -> None:
+    assert rules(decided(match, OfficialAction.END)) == ["ended"]
     assert match.over
     assert match.winner == "nobody"
-    taken_up = Match(Book(), match.standing())
-    for told in (match, taken_up):
+    for told in (match, Match(Book(), match.standing())):
         state = told.state(at(1), estop=False)
-        assert state.ended == "ended by ann (because)"
-        assert ended_of(state) == "ended by ann (because)"
+        assert state.ended == ended_of(state) == "ended by ann (because)"
         shown = banners(Scene(live=True, stage=state.stage, ended=state.ended))
         assert shown[0].lines[0] == "Ended by ann (because)"
     assert Match(Book()).state(at(1), estop=False).ended is None
 
 
-def test_an_official_overrules_and_the_call_says_so() -> None:
-    match = playing()
-    outcome = decide(match, official(OfficialAction.SET_SCORE, "team", "2"), at(1), [])
-    assert outcome.calls[0].text == "ann: set-score team 2 (because)"
+def test_an_official_overrules_and_the_call_says_so_and_an_impossible_decision_is_refused(match: Match) -> None:
+    assert decided(match, OfficialAction.SET_SCORE, "team", "2").calls[0].text == "ann: set-score team 2 (because)"
     assert match.game.points == {"team": 2}
-
-
-def test_an_impossible_decision_changes_nothing() -> None:
-    match = playing()
-    outcome = decide(match, official(OfficialAction.SET_ROLE, "a", "b"), at(1), [])
+    outcome = decided(match, OfficialAction.SET_ROLE, "a", "b")
     assert rules(outcome) == ["refused"]
     assert "cannot be set in this game" in outcome.calls[0].text
 
 
-def test_after_the_end_nothing_can_be_decided() -> None:
-    match = _finished()
-    play(match, [1] * 25)
-    called = {action: rules(decide(match, official(action), at(1), [])) for action in OfficialAction}
-    wrong = [f"{action}: {rule}" for action, rule in called.items() if rule != ["refused"]]
-    assert not wrong, "\n".join(wrong)
-
-
-def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again() -> None:
+def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again_but_not_while_one_is_absent() -> None:
     class Stubborn(Book):
         lineup_limit = 5.0
 
-        def obstacles_to_start(self, state: GameState, now: Observation) -> dict[str, str]:
-            return {"a": "is 3.0 m from its mark"}
-
-        def marks(self, state: GameState) -> dict[str, Pose]:
-            return {"a": Pose(0.0, 0.0, 0.0)}
-
+    match = Match(Stubborn())
+    assert not any(match.step(0.1, at(7), ["a does not report"]) for _ in range(100))
     match = Match(Stubborn())
     placed = [i for i in range(300) if match.step(0.1, at(7), []).place]
     assert placed[0] in (49, 50)
     assert placed[1] - placed[0] == pytest.approx(PLACE_AGAIN / 0.1, abs=1)
+    match = Match(Stubborn())
+    texts = [call.text for _ in range(60) for call in match.step(0.1, at(7, physical=A), []).calls]
+    hint = "drive them there by hand, or carry each there, and an official confirms its place"
+    assert hint in texts[0], "a physical robot is only asked for"
 
 
-def test_nobody_is_put_anywhere_while_a_player_is_absent() -> None:
-    book = Book()
-    book.lineup_limit = 1.0
-    match = Match(book)
-    assert not any(match.step(0.1, at(7), ["a does not report"]) for _ in range(100))
-
-
-def test_a_match_taken_up_again_stands_where_it_was_in_halt() -> None:
-    match = playing()
+def test_a_match_taken_up_again_stands_where_it_was_in_halt(match: Match) -> None:
     play(match, [1, 1, 11, 1])
     again = Match(Book(), match.standing())
     assert (again.stage, again.clock, again.game) == (Stage.PLAY_ROUND, pytest.approx(match.clock), match.game)
     assert again.halted == "the coordinator was restarted"
-    decide(again, official(OfficialAction.RESUME), at(1), [])
+    decided(again, OfficialAction.RESUME)
     assert play(again, [11]) == ["goal"]
     assert again.game.points == {"team": 2}
 
 
-def test_a_match_that_was_over_stays_over() -> None:
-    match = _finished()
-    play(match, [1] * 25)
-    again = Match(Book(), match.standing())
-    assert again.over
-    assert again.halted is None
-
-
-def test_a_halt_says_how_it_is_left_and_what_is_in_the_way() -> None:
-    match = playing()
-    assert match.state(at(1), estop=False).way_out is None
+def test_a_halt_says_how_it_is_left_and_what_is_in_the_way_but_does_not_repeat_its_reason(match: Match) -> None:
+    assert way_out(match) is None
     match.halt("rain")
-    match.step(0.1, at(1), [])
-    assert match.state(at(1), estop=False).way_out == "An official continues play"
-    match.step(0.1, at(1), ["b does not report", "c does not report"])
-    way_out = match.state(at(1), estop=False).way_out
-    assert way_out is not None
-    assert way_out.startswith("An official continues play as soon as this is solved: b does")
-    assert way_out.endswith("solved: b does not report; c does not report")
-
-
-def test_how_a_halt_is_left_does_not_repeat_its_reason() -> None:
-    match = playing()
+    assert way_out(match) == "An official continues play"
+    solved = "An official continues play as soon as this is solved"
+    assert way_out(match, "b does not report", "c does not report") == f"{solved}: b does not report; c does not report"
     match.halt("b does not report")
-    match.step(0.1, at(1), ["b does not report", "c does not report"])
-    way_out = match.state(at(1), estop=False).way_out
-    assert way_out is not None
-    assert way_out.endswith("as soon as this is solved, and this: c does not report")
-    match.step(0.1, at(1), ["b does not report"])
-    way_out = match.state(at(1), estop=False).way_out
-    assert way_out is not None
-    assert way_out.startswith("An official continues play as soon as this is solved")
+    assert way_out(match, "b does not report", "c does not report") == f"{solved}, and this: c does not report"
+    assert (way_out(match, "b does not report") or "").startswith(solved)
 
 
-def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
-    match = Match(Book())
-    outcome = decide(match, official(OfficialAction.PLACE, "a"), at(1), [])
-    assert outcome.place == {"a": Pose(0, 0, 0)}
-    match = playing()
-    assert rules(decide(match, official(OfficialAction.PLACE, "a"), at(1), [])) == ["refused"], "it has no mark now"
-    outcome = decide(match, official(OfficialAction.PLACE, "a", "1.5 -2 90"), at(1), [])
+def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere(match: Match) -> None:
+    assert decided(Match(Book()), OfficialAction.PLACE, "a").place == {"a": Pose(0, 0, 0)}
+    assert rules(decided(match, OfficialAction.PLACE, "a")) == ["refused"], "it has no mark now"
+    outcome = decided(match, OfficialAction.PLACE, "a", "1.5 -2 90")
     assert outcome.place["a"].x == 1.5
     assert outcome.place["a"].theta == pytest.approx(1.5708, abs=1e-4)
     assert outcome.placed == {}
@@ -339,24 +287,16 @@ def test_an_official_has_a_virtual_robot_put_on_its_mark_or_anywhere() -> None:
     assert outcome.once_placed.text == "a is put at (1.50, -2.00), 90 degrees: by ann (because)"
 
 
-def test_who_is_pushed_is_judged_where_it_stood_until_it_is_free_again() -> None:
-    def field(x: float, *pushed: str) -> Observation:
-        return Observation({"a": Pose(x, 0.0, 0.0)}, pushed=frozenset(pushed))
-
-    def called(match: Match, *fields: Observation) -> list[str]:
-        return [rule for now in fields for rule in rules(match.step(0.1, now, []))]
-
+def test_who_is_pushed_is_judged_where_it_stood_until_it_is_free_again(match: Match) -> None:
+    assert called(match, at(1), at(-1, pushed=A), at(-2, pushed=A), at(-1), at(0.5)) == []
+    assert called(match, at(-0.5)) == ["foul"], "it was free again, and has driven there"
+    assert called(playing(), at(1), at(12, pushed=A)) == [], "nor does it gain by it"
     match = playing()
-    assert called(match, field(1.0), field(-1.0, "a"), field(-2.0, "a"), field(-1.0), field(0.5)) == []
-    assert called(match, field(-0.5)) == ["foul"], "it was free again, and has driven there"
-    match = playing()
-    assert called(match, field(1.0), field(12.0, "a")) == [], "nor does it gain by it"
-    match = playing()
-    assert called(match, field(1.0), field(-1.0, "a"), *[field(-1.0)] * 49) == []
+    assert called(match, at(1), at(-1, pushed=A), *[at(-1)] * 49) == []
     restarted = Match(Book(), match.standing())
     restarted.resume()
     for again in (match, restarted):
-        assert called(again, field(-1.0), field(-1.0))[0] == "foul", "it had time to drive back"
+        assert called(again, at(-1), at(-1))[0] == "foul", "it had time to drive back"
 
 
 def test_a_robot_that_cannot_have_driven_is_judged_where_it_is_and_not_on_a_way() -> None:
@@ -367,60 +307,45 @@ def test_a_robot_that_cannot_have_driven_is_judged_where_it_is_and_not_on_a_way(
             seen.append(before)
             return Verdict(state)
 
-    def field(x: float, time: float) -> Observation:
-        return Observation({"a": Pose(x, 0.0, 0.0)}, time=time)
-
     match = Match(Watching())  # its player drives at most 50 m/s
-    match.step(0.1, field(0.0, 1.0), [])
+    match.step(0.1, at(0.0, time=1.0), [])
     for step, (x, before) in enumerate([(4.0, 0.0), (9.4, 4.0), (15.0, 15.0), (20.4, 15.0), (10.0, 10.0)], 1):
-        match.step(0.1, field(x, 1.0 + 0.1 * step), [])
+        match.step(0.1, at(x, time=1.0 + 0.1 * step), [])
         assert seen[-1].poses["a"].x == before, f"step {step}"
-    match.step(0.4, field(30.0, 1.9), [])
+    match.step(0.4, at(30.0, time=1.9), [])
     assert seen[-1].poses["a"].x == 10.0, "it had four times as long"
 
 
-def test_an_official_says_where_a_physical_robot_has_been_put() -> None:
-    match = playing()
-    physical = Observation({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
-    outcome = decide(match, official(OfficialAction.PLACE, "a", "1.5 -2 90"), physical, [])
+def test_an_official_says_where_a_physical_robot_has_been_put(match: Match) -> None:
+    outcome = decided(match, OfficialAction.PLACE, "a", "1.5 -2 90", now=at(1, physical=A))
     assert outcome.place == {}
     assert (outcome.placed["a"].x, outcome.by) == (1.5, "ann")
     assert "a stands at (1.50, -2.00), 90 degrees: by ann" in outcome.calls[0].text
 
 
-def test_where_a_physical_robot_stands_is_not_told_to_a_player_that_is_away() -> None:
+def test_where_a_physical_robot_stands_is_not_told_to_a_player_that_is_away(match: Match) -> None:
     """It would never hear it, and would drive on from a wrong place."""
-    physical = Observation({"a": Pose(1, 0, 0)}, physical=frozenset({"a"}))
-    outcome = decide(playing(), official(OfficialAction.PLACE, "a", "1.5 -2 90"), physical, [], silent=["a"])
+    place = Official(action=OfficialAction.PLACE, by="ann", subject="a", value="1.5 -2 90")
+    outcome = decide(match, place, at(1, physical=A), [], silent=["a"])
     assert rules(outcome) == ["refused"]
     assert "a does not report" in outcome.calls[0].text
 
 
-def test_a_physical_robot_stands_neither_outside_the_map_nor_in_a_wall() -> None:
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [("500 0 0", "expected a pose inside map courtyard"), ("20 -8.1 0", "is in a wall or obstacle"), ("20 -20 0", "")],
+)
+def test_a_physical_robot_stands_neither_outside_the_map_nor_in_a_wall(value: str, why: str) -> None:
     setup = load_match(Path("examples/mixed.toml"))
-    match, name = Match(rulebook_of(setup)), setup.physical[0]
     now = Observation({player.name: player.pose for player in setup.players}, physical=frozenset(setup.physical))
-    for value, why in (
-        ("500 0 0", "expected a pose inside map courtyard"),
-        ("20 -8.1 0", "is in a wall or obstacle"),
-        ("20 -20 0", ""),
-    ):
-        outcome = decide(match, official(OfficialAction.PLACE, name, value), now, [])
-        assert rules(outcome) == (["refused"] if why else ["place"])
-        assert why in outcome.calls[0].text
-        assert bool(outcome.placed) is not bool(why)
+    outcome = decided(Match(rulebook_of(setup)), OfficialAction.PLACE, setup.physical[0], value, now=now)
+    assert rules(outcome) == (["refused"] if why else ["place"])
+    assert why in outcome.calls[0].text
+    assert bool(outcome.placed) is not bool(why)
 
 
-@pytest.mark.parametrize("value", ["here", "1 2", "nan 0 0", "1e9 0 0"])
-def test_a_place_that_is_none_is_refused(value: str) -> None:
-    assert rules(decide(playing(), official(OfficialAction.PLACE, "a", value), at(1), [])) == ["refused"]
-    assert rules(decide(playing(), official(OfficialAction.PLACE, "b"), at(1), [])) == ["refused"]
-
-
-def test_a_physical_robot_that_is_late_may_be_driven_or_carried_and_its_official_is_told_how() -> None:
-    book = Book()
-    book.lineup_limit = 1.0
-    match = Match(book)
-    far = Observation({"a": Pose(7, 0, 0)}, physical=frozenset({"a"}))
-    texts = [call.text for _ in range(20) for call in match.step(0.1, far, []).calls]
-    assert "drive them there by hand, or carry each there, and an official confirms its place" in texts[0]
+@pytest.mark.parametrize(
+    "words", [("a", "here"), ("a", "1 2"), ("a", "nan 0 0"), ("a", "1e9 0 0"), ("b",)], ids=" ".join
+)
+def test_a_place_that_is_none_is_refused(match: Match, words: Sequence[str]) -> None:
+    assert rules(decided(match, OfficialAction.PLACE, *words)) == ["refused"]

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pygame
 import pytest
+from click.testing import Result
 from msgspec import structs
 from typer.testing import CliRunner
 
@@ -19,7 +20,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.coordinator.cases import cases_of
-from vrg.coordinator.evidence import Exhibit, TickEvidence, read_evidence
+from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again, unproved
 from vrg.coordinator.proof import Case, Measure, Relation, with_deviation
@@ -35,15 +36,41 @@ from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Explainer
 from vrg.ui.text import Fonts
 
+Runs = Mapping[str, tuple[MatchSetup, RunFolder]]
+SHARKS = "sharks-and-minnows"
+
 
 def played(folder: Path, setup: MatchSetup, seconds: float, *, recorded: bool = True) -> RunFolder:
-    run = RunFolder(folder)
-    run.prepare()
-    write_setup(setup, run.setup)
+    run = prepared(folder, setup)
     watchers = [recorder_node(setup, run)] if recorded else []
     with open_journal(setup, run) as journal:
         play(setup, journal, limit=seconds, watchers=watchers)
     return run
+
+
+def prepared(folder: Path, setup: MatchSetup) -> RunFolder:
+    run = RunFolder(folder)
+    run.prepare()
+    write_setup(setup, run.setup)
+    return run
+
+
+def judged(run: RunFolder, folder: Path, setup: MatchSetup, recording: bytes) -> Result:
+    """What is said of a run with another recording."""
+    mixed = prepared(folder / "mixed", setup)
+    mixed.journal.write_bytes(run.journal.read_bytes())
+    mixed.evidence.write_bytes(run.evidence.read_bytes())
+    mixed.recording.write_bytes(recording)
+    return said("judge", mixed)
+
+
+def said(command: str, run: RunFolder, *options: str) -> Result:
+    return CliRunner().invoke(make_app(), ["run", command, str(run.path), *options])
+
+
+def first_tag(run: RunFolder) -> tuple[int, Call]:
+    """The number of the record of the first tag, and the tag."""
+    return next((r.n, call) for r in read_journal(run.journal)[1] for call in r.calls if call.rule == "tag")
 
 
 def courtyard(folder: Path, seed: int) -> MatchSetup:
@@ -54,7 +81,7 @@ def courtyard(folder: Path, seed: int) -> MatchSetup:
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> Mapping[str, tuple[MatchSetup, RunFolder]]:
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     base = tmp_path_factory.mktemp("runs")
     flags = base / "flags.toml"
     flags.write_text(match_text(four_each("aggressive", "balanced"), rules="round_time = 60.0"))
@@ -77,22 +104,20 @@ GAMES = {
 
 
 @pytest.mark.parametrize("game", GAMES)
-def test_the_numbers_that_decided_every_call_of_a_match_hold(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str
-) -> None:
+def test_the_numbers_that_decided_every_call_of_a_match_hold(runs: Runs, game: str) -> None:
     setup, run = runs[game]
     book, prover = rulebook_of(setup), game_of(game).load_prover()
     assert prover is not None
     records = read_journal(run.journal)[1]
     cases = list(cases_of(book, read_evidence(run.evidence), records))
     assert [case.call for case in cases] == [call for record in records for call in record.calls]
-    proved = {case.call.rule for case in cases if prover(book, case)}
-    assert proved >= GAMES[game]
+    assert {case.call.rule for case in cases if prover(book, case)} >= GAMES[game]
     assert unproved(prover, book, cases) == []
+    assert [case.call.rule for case in cases if game_of(game).rule_text(case.call.rule) is None] == []
 
 
 @pytest.mark.parametrize("game", GAMES)
-def test_each_number_can_prove_a_call_wrong(runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str) -> None:
+def test_each_number_can_prove_a_call_wrong(runs: Runs, game: str) -> None:
     """A call with a pose or a clock that is not the true one fails by the very number that it changes."""
     setup, run = runs[game]
     book, prover = rulebook_of(setup), game_of(game).load_prover()
@@ -127,85 +152,68 @@ AROUND = [
 
 
 @pytest.mark.parametrize("game", GAMES)
-def test_every_rule_that_was_called_can_be_told_in_words(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str
-) -> None:
-    _, run = runs[game]
-    rules = {call.rule for record in read_journal(run.journal)[1] for call in record.calls}
-    assert {rule for rule in rules if game_of(game).rule_text(rule) is None} == set()
-
-
-@pytest.mark.parametrize("game", GAMES)
-def test_a_whole_match_is_judged_again_without_a_disagreement(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]], game: str
-) -> None:
+def test_a_whole_match_is_judged_again_without_a_disagreement(runs: Runs, game: str) -> None:
     setup, run = runs[game]
     records = read_journal(run.journal)[1]
     judgement = judge_again(rulebook_of(setup), read_evidence(run.evidence), records)
     assert judgement.disagreements == []
     assert judgement.calls == sum(len(record.calls) for record in records)
-    said = CliRunner().invoke(make_app(), ["run", "judge", str(run.path)])
-    assert said.exit_code == 0, said.output
-    assert "no disagreement" in said.output
+    result = said("judge", run)
+    assert result.exit_code == 0, result.output
+    assert "no disagreement" in result.output
 
 
-def test_a_shark_that_was_moved_away_is_found_by_the_rules_alone(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]],
-) -> None:
+def test_a_shark_that_was_moved_away_is_found_by_the_rules_alone(runs: Runs) -> None:
     """Even where somebody has made the file of the evidence anew: what was called does not follow from it."""
-    setup, run = runs["sharks-and-minnows"]
-    records = read_journal(run.journal)[1]
-    tag = next(call for record in records for call in record.calls if call.rule == "tag")
-    at = next(record.n for record in records if tag in record.calls)
-    moved = [_moved(exhibit, tag.players[1]) if exhibit.tick.after == at - 1 else exhibit
-             for exhibit in read_evidence(run.evidence)]  # fmt: skip
-    found = judge_again(rulebook_of(setup), moved, records).disagreements
+    setup, run = runs[SHARKS]
+    number, tag = first_tag(run)
+
+    def moved(exhibit: Exhibit) -> Exhibit:
+        field, name = exhibit.tick.field, tag.players[1]
+        poses = {**field.poses, name: Pose(field.poses[name].x + 3.0, field.poses[name].y, 0.0)}
+        tick = structs.replace(exhibit.tick, field=type(field)(poses, time=field.time))
+        return Exhibit(tick, exhibit.digest, genuine=True)
+
+    exhibits = [moved(e) if e.tick.after == number - 1 else e for e in read_evidence(run.evidence)]
+    found = judge_again(rulebook_of(setup), exhibits, read_journal(run.journal)[1]).disagreements
     assert any(f"call {tag.number}, tag" in one.what for one in found)
 
 
-def _moved(exhibit: Exhibit, name: str) -> Exhibit:
-    field = exhibit.tick.field
-    poses = {**field.poses, name: Pose(field.poses[name].x + 3.0, field.poses[name].y, 0.0)}
-    tick: TickEvidence = structs.replace(exhibit.tick, field=type(field)(poses, time=field.time))
-    return Exhibit(tick, exhibit.digest, genuine=True)
-
-
-def test_a_recording_that_shows_a_robot_elsewhere_is_found(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]], tmp_path: Path
-) -> None:
+def test_a_recording_that_shows_a_robot_elsewhere_is_found(runs: Runs, tmp_path: Path) -> None:
     """Its evidence and its journal agree, but what people watch is of another match."""
-    setup, run = runs["sharks-and-minnows"]
+    setup, run = runs[SHARKS]
     other = played(tmp_path / "other", courtyard(tmp_path, seed=4), 20.0)
-    run_with_other = RunFolder(tmp_path / "mixed")
-    run_with_other.prepare()
-    for source, target in ((run.journal, run_with_other.journal), (run.evidence, run_with_other.evidence)):
-        target.write_bytes(source.read_bytes())
-    run_with_other.recording.write_bytes(other.recording.read_bytes())
-    write_setup(setup, run_with_other.setup)
-    said = CliRunner().invoke(make_app(), ["run", "judge", str(run_with_other.path)])
-    assert said.exit_code == 1
-    assert "from where the referee saw it" in said.output
+    result = judged(run, tmp_path, setup, other.recording.read_bytes())
+    assert result.exit_code == 1
+    assert "from where the referee saw it" in result.output
 
 
-def test_a_call_is_told_with_its_rule_its_number_and_a_picture(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]],
-) -> None:
-    _, run = runs["sharks-and-minnows"]
-    tag = next(call for record in read_journal(run.journal)[1] for call in record.calls if call.rule == "tag")
-    said = CliRunner().invoke(make_app(), ["run", "why", str(run.path), "--call", str(tag.number)])
-    assert said.exit_code == 0, said.output
-    assert "Rule (thesis 4.3): A minnow whose outline" in said.output
-    assert (
-        f"distance between the outlines of {tag.players[0]} and {tag.players[1]}: 0.30 m (at most 0.30 m)"
-        in said.output
-    )
-    picture = run.path / f"why-{tag.number}.png"
-    assert picture.read_bytes().startswith(b"\x89PNG")
+def test_a_recording_that_ends_in_the_middle_is_told_when_it_is_judged(runs: Runs, tmp_path: Path) -> None:
+    setup, run = runs[SHARKS]
+    content = run.recording.read_bytes()
+    result = judged(run, tmp_path, setup, content[: len(content) // 2])
+    assert result.exit_code == 0, result.output
+    assert "recording.mcap ends in the middle: what it lacks was not compared." in result.output
 
 
-def test_a_window_shows_the_same_on_a_card(runs: Mapping[str, tuple[MatchSetup, RunFolder]]) -> None:
-    _, run = runs["sharks-and-minnows"]
-    tag = next(call for record in read_journal(run.journal)[1] for call in record.calls if call.rule == "tag")
+def test_calls_are_listed_and_each_is_told_with_its_rule_its_number_and_a_picture(runs: Runs) -> None:
+    _, run = runs[SHARKS]
+    _, tag = first_tag(run)
+    result = said("why", run, "--call", str(tag.number))
+    assert result.exit_code == 0, result.output
+    assert "Rule (thesis 4.3): A minnow whose outline" in result.output
+    outlines = f"distance between the outlines of {tag.players[0]} and {tag.players[1]}"
+    assert f"{outlines}: 0.30 m (at most 0.30 m)" in result.output
+    assert (run.path / f"why-{tag.number}.png").read_bytes().startswith(b"\x89PNG")
+    assert "begin: pass 1 of 2 begins" in said("why", run).output
+    missing = said("why", run, "--call", "999")
+    assert missing.exit_code == 1
+    assert "expected a call from 1 to" in str(missing.exception)
+
+
+def test_a_window_shows_the_same_on_a_card(runs: Runs) -> None:
+    _, run = runs[SHARKS]
+    _, tag = first_tag(run)
     explainer = Explainer(partial(explain, run.path))
     explainer.ask(tag, "sharks-and-minnows")
     card = worked_out(explainer)
@@ -219,28 +227,14 @@ def test_a_window_shows_the_same_on_a_card(runs: Mapping[str, tuple[MatchSetup, 
     assert (shown == palette.CAUTION).all(axis=-1).sum() > 50, "what decided is marked"
 
 
-def test_calls_are_listed_and_one_that_was_not_made_is_told(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]],
-) -> None:
-    _, run = runs["sharks-and-minnows"]
-    listed = CliRunner().invoke(make_app(), ["run", "why", str(run.path)])
-    assert "begin: pass 1 of 2 begins" in listed.output
-    missing = CliRunner().invoke(make_app(), ["run", "why", str(run.path), "--call", "999"])
-    assert missing.exit_code == 1
-    assert "expected a call from 1 to" in str(missing.exception)
-
-
 @pytest.mark.parametrize(
     ("relation", "value", "holds"),
     [
-        (Relation.AT_MOST, 0.3, True),
-        (Relation.AT_MOST, 0.31, False),
-        (Relation.AT_LEAST, 0.3, True),
-        (Relation.AT_LEAST, 0.29, False),
-        (Relation.MORE_THAN, 0.31, True),
-        (Relation.MORE_THAN, 0.29, False),
+        (Relation.AT_MOST, 0.3, True), (Relation.AT_MOST, 0.31, False),
+        (Relation.AT_LEAST, 0.3, True), (Relation.AT_LEAST, 0.29, False),
+        (Relation.MORE_THAN, 0.31, True), (Relation.MORE_THAN, 0.29, False),
     ],
-)
+)  # fmt: skip
 def test_a_number_holds_as_its_relation_says(relation: Relation, value: float, holds: bool) -> None:
     assert Measure("distance", value, relation, 0.3).holds is holds
 
@@ -249,17 +243,18 @@ def test_a_number_nearer_to_its_limit_than_it_is_known_is_doubtful() -> None:
     """Two bodies 0.28 m apart along x, of which one is known to 2 cm along x and to 20 cm across."""
     measure = Measure("distance", 0.28, Relation.AT_MOST, 0.3, ends=((0.2, 0.0), (0.48, 0.0)))
     known, far = Uncertainty(4e-4, 0.0, 4e-2, 0.0), (Pose(9.0, 9.0, 0.0), 0.3, Uncertainty(1.0, 0.0, 1.0, 0.0))
-    found = with_deviation(measure, [(Pose(0.0, 0.0, 0.0), 0.3, known), far])
+    near = (Pose(0.0, 0.0, 0.0), 0.3, known)
+    found = with_deviation(measure, [near, far])
     assert found.deviation == pytest.approx(0.02)
     assert found.doubtful
     assert str(found) == (
         "distance: 0.28 m (at most 0.30 m), known to 0.040 m, so that it may be on the other side of the limit"
     )
-    both = with_deviation(measure, [(Pose(0.0, 0.0, 0.0), 0.3, known), (Pose(0.7, 0.0, 0.0), 0.3, known)])
+    both = with_deviation(measure, [near, (Pose(0.7, 0.0, 0.0), 0.3, known)])
     assert both.deviation == pytest.approx(math.hypot(0.02, 0.02))
-    clear = with_deviation(replace(measure, value=0.2), [(Pose(0.0, 0.0, 0.0), 0.3, known)])
+    clear = with_deviation(replace(measure, value=0.2), [near])
     assert str(clear) == "distance: 0.20 m (at most 0.30 m), known to 0.040 m"
-    touching = with_deviation(replace(measure, value=0.0, ends=((0.2, 0.0), (0.2, 0.0))), [(Pose(0, 0, 0), 0.3, known)])
+    touching = with_deviation(replace(measure, value=0.0, ends=((0.2, 0.0), (0.2, 0.0))), [near])
     assert touching.deviation == pytest.approx(0.2)
     assert with_deviation(measure, [far]) == measure
     assert not measure.doubtful
@@ -275,10 +270,8 @@ def test_a_call_whose_number_is_wrong_is_told() -> None:
 
 
 @pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
-def test_calls_behind_the_end_of_cut_evidence_cannot_be_judged_and_are_not_blamed(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]], share: float
-) -> None:
-    setup, run = runs["sharks-and-minnows"]
+def test_calls_behind_the_end_of_cut_evidence_cannot_be_judged_and_are_not_blamed(runs: Runs, share: float) -> None:
+    setup, run = runs[SHARKS]
     book, exhibits, records = rulebook_of(setup), list(read_evidence(run.evidence)), read_journal(run.journal)[1]
     cut = exhibits[: round(share * len(exhibits))]
     judgement = judge_again(book, cut, records)
@@ -287,19 +280,3 @@ def test_calls_behind_the_end_of_cut_evidence_cannot_be_judged_and_are_not_blame
     assert later
     assert judgement.unjudged == len(later)
     assert unproved(game_of(setup.game).load_prover(), book, cases_of(book, cut, records)) == []
-
-
-def test_a_recording_that_ends_in_the_middle_is_told_when_it_is_judged(
-    runs: Mapping[str, tuple[MatchSetup, RunFolder]], tmp_path: Path
-) -> None:
-    setup, run = runs["sharks-and-minnows"]
-    torn = RunFolder(tmp_path / "torn")
-    torn.prepare()
-    for source, target in ((run.journal, torn.journal), (run.evidence, torn.evidence)):
-        target.write_bytes(source.read_bytes())
-    content = run.recording.read_bytes()
-    torn.recording.write_bytes(content[: len(content) // 2])
-    write_setup(setup, torn.setup)
-    said = CliRunner().invoke(make_app(), ["run", "judge", str(torn.path)])
-    assert said.exit_code == 0, said.output
-    assert "recording.mcap ends in the middle: what it lacks was not compared." in said.output

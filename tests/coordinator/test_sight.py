@@ -2,6 +2,7 @@
 
 import math
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,34 +19,25 @@ def status(name: str, x: float | None, y: float = 0.0) -> PlayerStatus:
     return PlayerStatus(name=name, team=name[0], role="r", state="s", may_move=True, radius=0.3, pose=pose)
 
 
-def test_a_team_always_sees_its_own_players() -> None:
-    players = [status("r1", 0.0), status("r2", 90.0), status("b1", 50.0)]
-    assert set(seen_by("r", players, 1.0)) == {"r1", "r2"}
+FAR = [status("r1", 0.0), status("r2", 90.0), status("b1", 92.0), status("b2", 50.0)]
 
 
-def test_an_opponent_is_seen_by_all_if_it_is_within_reach_of_one() -> None:
-    players = [status("r1", 0.0), status("r2", 90.0), status("b1", 92.0), status("b2", 50.0)]
-    assert seen_by("r", players, 3.0)["b1"] == Pose(92.0, 0.0, 0.5)
-    assert "b2" not in seen_by("r", players, 3.0)
-
-
-def test_exactly_at_the_reach_is_near_enough() -> None:
-    assert "b1" in seen_by("r", [status("r1", 0.0), status("b1", 3.0, 4.0)], 5.0)
-    assert "b1" not in seen_by("r", [status("r1", 0.0), status("b1", 3.0, 4.01)], 5.0)
-
-
-def test_it_is_the_same_for_both_only_if_both_are_near() -> None:
-    players = [status("r1", 0.0), status("b1", 2.0), status("b2", 10.0)]
-    assert set(seen_by("r", players, 3.0)) == {"r1", "b1"}
-    assert set(seen_by("b", players, 3.0)) == {"r1", "b1", "b2"}
-
-
-def test_nobody_sees_by_the_eyes_of_a_player_whose_place_is_not_known() -> None:
-    assert seen_by("r", [status("r1", None), status("b1", 0.0)], 5.0) == {}
-
-
-def test_a_team_without_players_sees_nobody() -> None:
-    assert seen_by("x", [status("r1", 0.0)], 5.0) == {}
+@pytest.mark.parametrize(
+    ("team", "players", "reach", "seen"),
+    [
+        ("r", FAR, 1.0, {"r1", "r2"}),
+        ("r", FAR, 3.0, {"r1", "r2", "b1"}),
+        ("b", FAR, 3.0, {"b1", "b2", "r2"}),
+        ("r", [status("r1", 0.0), status("b1", 3.0, 4.0)], 5.0, {"r1", "b1"}),
+        ("r", [status("r1", 0.0), status("b1", 3.0, 4.01)], 5.0, {"r1"}),
+        ("r", [status("r1", None), status("b1", 0.0)], 5.0, set()),
+        ("x", [status("r1", 0.0)], 5.0, set()),
+    ],
+    ids=["its own always", "near one of them", "the same for both", "just near enough", "just too far",
+         "by no eyes whose place is not known", "a team without players"],
+)  # fmt: skip
+def test_a_team_sees(team: str, players: list[PlayerStatus], reach: float, seen: set[str]) -> None:
+    assert seen_by(team, players, reach) == {p.name: p.pose for p in players if p.name in seen}
 
 
 @given(st.lists(st.tuples(st.sampled_from("rb"), COORDINATE, COORDINATE), max_size=8), st.floats(0, 30))

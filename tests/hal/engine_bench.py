@@ -20,6 +20,12 @@ def forward(engine: Engine, name: str, v: float, w: float = 0.0) -> None:
     engine.command(name, Twist(v, w))
 
 
+def drive(engine: Engine, name: str, v: float, w: float = 0.0, *, seconds: float) -> None:
+    """Command a body velocity, and let time pass."""
+    forward(engine, name, v, w)
+    run(engine, seconds)
+
+
 def carry(engine: Engine, name: str, v: float, seconds: float) -> None:
     """Let a kinematic body drive straight ahead at v m/s, then stand."""
     for _ in range(round(seconds / DT)):

@@ -4,6 +4,7 @@ import math
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import replace
 from itertools import pairwise
 
@@ -30,6 +31,7 @@ from vrg.types import Pose, Twist
 
 P2AT, ATRV = robot_model("P2AT"), robot_model("ATRV-Jr")
 SPEC = CameraSpec(x=0.0, height=0.45, columns=160, rows=120)
+Begin = Callable[[WorldConfig], World]
 Look = Callable[..., np.ndarray]  # type: ignore[type-arg]
 
 
@@ -76,11 +78,6 @@ def test_a_robot_ahead_is_red_in_the_middle_and_nearer_is_larger(look: Look) -> 
     assert abs(columns.mean() - 79.5) < 5
     assert rows.min() > 60, "its hull is below the camera"
     assert near.sum() > 2.5 * far.sum() > 0
-
-
-def test_what_is_to_the_left_is_on_the_left(look: Look) -> None:
-    _, columns = is_red(look((0.0, 0.0, math.pi / 2), (-0.8, 3.0, 0.0))).nonzero()
-    assert columns.max() < 80
 
 
 def test_models_have_colours_of_their_own(look: Look) -> None:
@@ -159,6 +156,19 @@ def test_a_tilted_camera_sees_more_of_the_ground(look: Look) -> None:
     assert ground(math.pi / 2) == 0.0
 
 
+@pytest.fixture
+def begin() -> Iterator[Begin]:
+    """A world of a set-up."""
+    with ExitStack() as stack:
+
+        def build(setup: WorldConfig) -> World:
+            world = World(setup)
+            stack.callback(world.close)
+            return world
+
+        yield build
+
+
 def pictures(world: World, ticks: int) -> list[tuple[int, str, Camera]]:
     """The pictures of so many ticks: the tick, the robot, the message."""
     found = []
@@ -174,64 +184,52 @@ def two(*, camera: bool = False, **settings: float) -> WorldConfig:
     return WorldConfig(map="open", engine="planar", robots=(replace(robots[0], camera=camera), robots[1]))
 
 
-def test_pictures_are_taken_only_while_somebody_asks() -> None:
-    world = World(two())
+def test_pictures_are_taken_only_while_somebody_asks(begin: Begin) -> None:
+    world = begin(two())
     assert pictures(world, 100) == []
     world.ask_camera("a", 1.0)
     assert [robot for _, robot, _ in pictures(world, 49)] == ["a", "a"]
     assert pictures(world, 100) == []
     world.ask_camera("nobody", 1.0)
     assert pictures(world, 50) == []
-    world.close()
 
 
-def test_the_match_file_may_ask_all_the_time_at_the_rate_of_the_spec() -> None:
-    world = World(two(camera=True, rate=5.0))
-    found = pictures(world, 100)
+@pytest.mark.parametrize("lasers", [True, False], ids=["with lasers", "without lasers"])
+def test_the_match_file_may_ask_all_the_time_at_the_rate_of_the_spec(begin: Begin, lasers: bool) -> None:
+    found = pictures(begin(replace(two(camera=True, rate=5.0), lasers=lasers)), 100)
     assert [robot for _, robot, _ in found] == ["a"] * 10
     assert {b - a for (a, _, _), (b, _, _) in pairwise(found)} == {10}
     first = found[0][2]
     assert (first.size, first.fov) == ((32, 24), SPEC.fov)
     assert is_red(first.image).any(), "b is ahead"
-    world.close()
 
 
-def test_not_all_robots_take_their_pictures_in_one_tick() -> None:
+def test_a_camera_may_drop_pictures(begin: Begin) -> None:
+    assert pictures(begin(two(camera=True, drop_out=1.0)), 100) == []
+
+
+def test_not_all_robots_take_their_pictures_in_one_tick(begin: Begin) -> None:
     robots = [(f"r{number}", 2.0 * number, 0.0, 0.0) for number in range(6)]
-    world = World(config(*robots))
+    world = begin(config(*robots))
     for name, *_ in robots:
         world.ask_camera(name, 10.0)
     found = pictures(world, 25)
     assert len(found) == 6
     assert len({tick for tick, _, _ in found}) > 3
-    world.close()
-
-
-def test_a_camera_may_drop_pictures() -> None:
-    world = World(two(camera=True, drop_out=1.0))
-    assert pictures(world, 100) == []
-    world.close()
-
-
-def test_without_lasers_there_are_still_pictures() -> None:
-    world = World(replace(two(camera=True), lasers=False))
-    assert pictures(world, 50)
-    world.close()
 
 
 @pytest.mark.parametrize("engine", ["planar", "pybullet"])
-def test_both_engines_give_pictures_and_a_picture_changes_nothing_else(engine: str) -> None:
+def test_both_engines_give_pictures_and_a_picture_changes_nothing_else(begin: Begin, engine: str) -> None:
     """The renderer is a client of its own, so that not even the order of bodies in the engine changes."""
 
     def course(camera: bool) -> list[object]:
-        world = World(replace(two(camera=camera), engine=engine))
+        world = begin(replace(two(camera=camera), engine=engine))
         said: list[object] = []
         for tick in range(60):
             world.drive("a", Twist(0.5, 0.2 * (-1) ** tick), armed=tick > 2)
             world.step()
             said += [m for m in world.sense() if not isinstance(m[2], Camera)]
             said.append(world.poses())
-        world.close()
         return said
 
     assert course(camera=True) == course(camera=False)
@@ -240,9 +238,7 @@ def test_both_engines_give_pictures_and_a_picture_changes_nothing_else(engine: s
 def test_a_physical_robot_gets_pictures_too() -> None:
     wire = Wire(config(("p", 0.0, 0.0, 0.0), ("v", 2.0, 0.0, 0.0), physical="p"))
     wire.tick(60, each=[(KEYS.camera_request("p"), CameraRequest(lease=1.0))])
-    said = wire.heard[KEYS.sensor(Camera, "p", "main").key]
-    assert isinstance(said, Camera)
-    assert is_red(said.image).any()
+    assert is_red(wire.last(KEYS.sensor(Camera, "p", "main")).image).any()
     assert KEYS.sensor(Camera, "v", "main").key not in wire.heard
     wire.node.stop()
 

@@ -8,13 +8,10 @@ from threading import Event
 import pytest
 from msgspec.structs import astuple
 
+from tests.hal.device_bench import KEYS, Bench
 from tests.hal.fake_driver import MODEL, FakeDriver, PhysicalFake
 from vrg.bus import messages as m
-from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.topics import Keys, Topic
 from vrg.errors import RobotError, StaleDataError
-from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.gps import Gps
@@ -25,86 +22,40 @@ from vrg.hal.sensors.spec import Sample
 from vrg.hal.sensors.touch import Touch
 from vrg.types import STILL, Pose, Twist, Uncertainty
 
-KEYS = Keys("m")
 AHEAD = Twist(0.5, 0.0)
-
-
-class Bench:
-    """A device among the messages of a match that the test plays."""
-
-    def __init__(self, driver: FakeDriver, **options: object) -> None:
-        self.driver = driver
-        self.mailbox = Mailbox()
-        self.device = Device(driver, KEYS, self.mailbox, **options)  # type: ignore[arg-type]
-        self.time = 0.0
-        self._sequence = 0
-
-    def say(self, topic: Topic[m.Message], body: m.Message, stamp: float | None = None) -> None:
-        self._sequence += 1
-        for inlet in self.mailbox.inlets:
-            if inlet.topic.key == topic.key:
-                inlet.offer(Received(topic.key, self.time if stamp is None else stamp, self._sequence, body))
-
-    def referee(
-        self, *, estop: bool = False, halted: str | None = None, may_move: bool = True, stamp: float | None = None
-    ) -> None:
-        status = m.PlayerStatus(name="a", team="t", role="r", state="s", may_move=may_move, radius=0.3)
-        state = m.RefereeState(
-            game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
-            rounds=1, score={}, players=(status,), zones=(), estop=estop,
-        )  # fmt: skip
-        self.say(KEYS.referee_state, state, stamp=stamp)
-
-    def tick(self, advance: float = 0.1) -> None:
-        self.time += advance
-        self.driver.told.clear()
-        self.mailbox.handover(self.time)
-        self.device.hear()
-
-    def published(self) -> list[tuple[float, m.MeasuredPose]]:
-        """The poses that the world is told, each with its stamp."""
-        self.device.report()
-        out = [o.message for o in self.mailbox.collect()]
-        return [(o.stamp, o.body) for o in out if isinstance(o.body, m.MeasuredPose)]
-
-    def world_sees(self, pose: Pose) -> None:
-        self.say(KEYS.robot_seen("a"), m.MeasuredPose(pose=pose))
 
 
 @pytest.fixture
 def bench() -> Bench:
     """An armed robot whose referee lets it move."""
-    bench = Bench(FakeDriver())
-    bench.device.start()
-    bench.referee()
+    return Bench(FakeDriver()).armed()
+
+
+@pytest.fixture
+def engaged(bench: Bench) -> Bench:
+    """The same after the emergency stop."""
+    bench.estop()
+    assert bench.driver.told == ["emergency stop"]
     bench.tick()
-    bench.device.arm()
     return bench
 
 
 def test_a_robot_is_reached_when_the_device_is_started_and_begins_disarmed() -> None:
-    bench = Bench(FakeDriver())
-    assert bench.driver.told == []
-    bench.device.start()
-    assert bench.driver.told == ["connect", "disarm"]
+    assert Bench(FakeDriver()).driver.told == ["connect", "disarm"]
 
 
 class TestGateAndLimit:
-    def test_a_free_robot_drives(self, bench: Bench) -> None:
-        assert bench.device.drive(AHEAD) == AHEAD
-
     @pytest.mark.parametrize("held", [{"halted": "rain"}, {"may_move": False}])
     def test_what_the_referee_holds_stands(self, bench: Bench, held: dict[str, object]) -> None:
         bench.referee(**held)  # type: ignore[arg-type]
-        bench.tick()
-        assert bench.device.drive(AHEAD) == Twist(0.0, 0.0)
+        assert bench.device.drive(AHEAD) == STILL
         assert bench.driver.told == ["drive 0.00 0.00"], "the command goes on, so that the watchdog is fed"
 
     def test_a_referee_that_falls_silent_holds_everybody(self, bench: Bench) -> None:
         bench.tick(REFEREE_TIMEOUT - 0.1)
         assert bench.device.drive(AHEAD) == AHEAD
         bench.tick(0.2)
-        assert bench.device.drive(AHEAD) == Twist(0.0, 0.0)
+        assert bench.device.drive(AHEAD) == STILL
 
     def test_the_referees_limit_keeps_the_curve(self, bench: Bench) -> None:
         bench.say(KEYS.speed_limit("a"), m.SpeedLimit(v_max=0.25))
@@ -112,6 +63,7 @@ class TestGateAndLimit:
         sent = bench.device.drive(Twist(0.5, 0.5))
         assert max(MODEL.drivetrain.speeds(sent)) == pytest.approx(0.25 / MODEL.drivetrain.wheel_radius)
         assert sent.v == pytest.approx(sent.w)
+        assert bench.driver.told == [f"drive {sent.v:.2f} {sent.w:.2f}"]
 
     def test_a_motion_that_is_no_number_is_refused(self, bench: Bench) -> None:
         with pytest.raises(RobotError, match="finite"):
@@ -119,41 +71,32 @@ class TestGateAndLimit:
 
 
 class TestEmergencyStop:
-    def test_it_reaches_the_robot_between_two_ticks(self, bench: Bench) -> None:
-        bench.driver.told.clear()
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        assert bench.driver.told == ["emergency stop"]
-        for act in (bench.device.arm, lambda: bench.device.drive(AHEAD)):
+    def test_it_reaches_the_driver_once_between_two_ticks_and_so_does_the_release(self, engaged: Bench) -> None:
+        assert engaged.driver.told == []
+        for act in (engaged.device.arm, lambda: engaged.device.drive(AHEAD)):
             with pytest.raises(RobotError, match="emergency stop is engaged"):
                 act()
+        for _ in range(5):
+            engaged.estop()
+        assert engaged.driver.told == [], "who repeats the order stops the driver once"
+        engaged.tick()
+        engaged.release()
+        assert engaged.driver.told == ["release"]
+        assert not engaged.device.estop
 
-    def test_the_driver_is_told_once_and_told_of_the_release(self, bench: Bench) -> None:
-        bench.driver.told.clear()
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        assert bench.driver.told == ["emergency stop"]
-        bench.tick()
-        assert bench.driver.told == []
-        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
-        bench.tick()
-        assert bench.driver.told == ["release"]
-        assert not bench.device.estop
-
-    def test_a_release_of_before_does_not_undo_a_stop_that_sounds_before_it_is_heard(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        bench.tick()
-        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
-        bench.time += 0.1
-        bench.mailbox.handover(bench.time)
-        bench.say(KEYS.estop, m.Estop(by="y"))  # on another thread, as it arrives
-        bench.device.hear()
-        assert bench.device.estop
+    def test_a_release_of_before_does_not_undo_a_stop_that_sounds_before_it_is_heard(self, engaged: Bench) -> None:
+        engaged.say(KEYS.estop_release, m.EstopRelease(by="x"))
+        engaged.time += 0.1
+        engaged.mailbox.handover(engaged.time)
+        engaged.estop()  # on another thread, as it arrives
+        engaged.device.hear()
+        assert engaged.device.estop
         with pytest.raises(RobotError, match="emergency stop is engaged"):
-            bench.device.arm()
-        bench.tick()
-        assert bench.device.estop
-        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
-        bench.tick()
-        assert not bench.device.estop
+            engaged.device.arm()
+        engaged.tick()
+        assert engaged.device.estop
+        engaged.release()
+        assert not engaged.device.estop
 
     @pytest.mark.parametrize("command", ["arm", "drive"])
     def test_no_command_that_has_begun_before_it_comes_after_it(self, command: str) -> None:
@@ -176,72 +119,45 @@ class TestEmergencyStop:
                 order.append(what)
 
         bench = Bench(Slow())
-        bench.device.start()
         bench.referee()
-        bench.tick()
         act = bench.device.arm if command == "arm" else lambda: bench.device.drive(AHEAD)
         own = threading.Thread(target=act)
         own.start()
         assert begun.wait(10.0)
-        other = threading.Thread(target=lambda: bench.say(KEYS.estop, m.Estop(by="x")))
+        other = threading.Thread(target=bench.estop)
         other.start()
         go_on.set()
         own.join(10.0)
         other.join(10.0)
         assert order == [command, "emergency stop"]
 
-    def test_who_repeats_the_order_stops_the_driver_once(self, bench: Bench) -> None:
-        bench.driver.told.clear()
-        for _ in range(5):
-            bench.say(KEYS.estop, m.Estop(by="x"))
-        assert bench.driver.told == ["emergency stop"]
-
     def test_a_stop_that_was_missed_is_taken_from_the_referee(self, bench: Bench) -> None:
         bench.referee(estop=True)
-        bench.tick()
         assert bench.driver.told == ["emergency stop"]
 
-    def test_a_release_that_was_missed_is_taken_from_the_referee(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        bench.tick()
-        bench.referee(estop=True)
-        bench.tick()
-        bench.referee(estop=False)
-        bench.tick()
-        assert not bench.device.estop
+    def test_a_release_that_was_missed_is_taken_from_the_referee(self, engaged: Bench) -> None:
+        engaged.referee(estop=False)
+        assert engaged.device.estop, "a state of before the stop does not end it"
+        engaged.referee(estop=True)
+        engaged.referee(estop=False)
+        assert not engaged.device.estop
 
-    def test_a_referee_that_was_restarted_and_hears_no_clock_releases_nothing(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        bench.tick()
-        bench.referee(estop=True)
+    def test_a_referee_that_was_restarted_and_hears_no_clock_releases_nothing(self, engaged: Bench) -> None:
+        engaged.referee(estop=True)
         for _ in range(20):
-            bench.tick()
-        assert bench.mailbox.now > 1.0
-        bench.referee(stamp=0.0, estop=False)
-        bench.tick()
-        assert bench.device.estop
+            engaged.tick()
+        assert engaged.mailbox.now > 1.0
+        engaged.referee(stamp=0.0, estop=False)
+        assert engaged.device.estop
 
-    def test_a_state_of_before_the_stop_does_not_end_it(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        bench.tick()
-        bench.referee(estop=False)
-        bench.tick()
-        assert bench.device.estop
-
-    def test_a_state_of_before_the_release_does_not_engage_it_again(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        bench.tick()
-        bench.referee(estop=True)
-        bench.tick()
-        bench.say(KEYS.estop_release, m.EstopRelease(by="x"))
-        bench.tick()
-        bench.referee(estop=True)
-        bench.tick()
-        assert not bench.device.estop
+    def test_a_state_of_before_the_release_does_not_engage_it_again(self, engaged: Bench) -> None:
+        engaged.referee(estop=True)
+        engaged.release()
+        engaged.referee(estop=True)
+        assert not engaged.device.estop
         for _ in range(6):
-            bench.referee(estop=True)
-            bench.tick()
-        assert bench.device.estop, "a referee who goes on saying so means it"
+            engaged.referee(estop=True)
+        assert engaged.device.estop, "a referee who goes on saying so means it"
 
 
 class TestRecovery:
@@ -255,14 +171,10 @@ class TestRecovery:
                 begun.set()
                 assert done.wait(20.0)
 
-        bench = Bench(Slow())
-        bench.device.start()
-        yield bench, begun, done
+        yield Bench(Slow()), begun, done
         done.set()
 
-    def test_the_driver_recovers_when_an_official_asks_for_it_beside_the_ticks(
-        self, slow: tuple[Bench, Event, Event]
-    ) -> None:
+    def test_it_recovers_beside_the_ticks_when_an_official_asks(self, slow: tuple[Bench, Event, Event]) -> None:
         bench, begun, done = slow
         bench.say(KEYS.recover("a"), m.Recover(by="ann"))
         bench.tick()
@@ -281,22 +193,38 @@ class TestRecovery:
         assert not begun.is_set()
 
 
-class TestLease:
-    def test_a_human_holds_it_for_its_time(self, bench: Bench) -> None:
-        assert bench.device.manual_twist(bench.time) is None
-        bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=-1.0, lease=0.3))
-        bench.tick()
-        assert bench.device.manual_twist(bench.time) == Twist(0.5 * MODEL.v_max, -MODEL.w_max)
-        bench.tick(0.3)
-        assert bench.device.manual_twist(bench.time) is None
+def test_a_human_holds_the_lease_for_its_time(bench: Bench) -> None:
+    assert bench.device.manual_twist(bench.time) is None
+    bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=-1.0, lease=0.3))
+    bench.tick()
+    assert bench.device.manual_twist(bench.time) == Twist(0.5 * MODEL.v_max, -MODEL.w_max)
+    bench.tick(0.3)
+    assert bench.device.manual_twist(bench.time) is None
 
 
 class TestPhysicalRobots:
     @pytest.fixture
     def physical(self) -> Bench:
-        bench = Bench(PhysicalFake(), start=Pose(10.0, 5.0, 0.0))
-        bench.device.start()
+        return Bench(PhysicalFake(), start=Pose(10.0, 5.0, 0.0))
+
+    @pytest.fixture
+    def fed(self) -> Bench:
+        """A robot whose pose is measured by somebody else."""
+        bench = Bench(PhysicalFake(), localisation="feed")
+        bench.tick()
         return bench
+
+    @pytest.fixture(params=[True, False], ids=["physical", "virtual"])
+    def fused(self, request: pytest.FixtureRequest) -> Bench:
+        """A robot that the fusion centre tells where it is."""
+        bench = Bench(PhysicalFake() if request.param else FakeDriver(), localisation="fusion")
+        bench.tick()
+        return bench
+
+    @staticmethod
+    def published(bench: Bench) -> list[tuple[float, Pose]]:
+        """The poses that the world is told, each with its stamp."""
+        return [(said.stamp, said.body.pose) for said in bench.reported() if isinstance(said.body, m.MeasuredPose)]
 
     @staticmethod
     def at(bench: Bench, pose: Pose, age: float = 0.0) -> Pose:
@@ -311,34 +239,26 @@ class TestPhysicalRobots:
         physical.tick()
         assert self.at(physical, Pose(0.0, 0.0, 0.0)) == Pose(10.0, 5.0, 0.0)
         assert self.at(physical, Pose(1.0, 0.5, 0.0)) == Pose(11.0, 5.5, 0.0)
-        assert physical.published() == [], "before the world has shown it, its place is only believed"
+        assert self.published(physical) == [], "before the world has shown it, its place is only believed"
 
     def test_a_player_that_was_restarted_goes_on_from_where_the_world_saw_its_robot(self, physical: Bench) -> None:
         physical.world_sees(Pose(12.0, 6.0, 0.0))
-        physical.tick()
         # The drives have counted on while nobody asked them.
         assert self.at(physical, Pose(7.0, 0.0, 0.0)) == Pose(12.0, 6.0, 0.0)
         assert self.at(physical, Pose(8.0, 0.0, 0.0)) == Pose(13.0, 6.0, 0.0)
 
-    def test_a_pose_is_stamped_with_the_time_of_its_measurement(self, physical: Bench) -> None:
+    def test_a_pose_is_stamped_with_when_it_was_measured_unless_it_is_too_old(self, physical: Bench) -> None:
         physical.world_sees(Pose(10.0, 5.0, 0.0))
-        physical.tick()
         physical.tick(1.0)
         self.at(physical, Pose(0.0, 0.0, 0.0), age=0.4)
-        ((stamp, measured),) = physical.published()
-        assert stamp == pytest.approx(physical.time - 0.4)
-        assert measured.pose == Pose(10.0, 5.0, 0.0)
+        assert self.published(physical) == [(pytest.approx(physical.time - 0.4), Pose(10.0, 5.0, 0.0))]
         assert physical.device.read().age == pytest.approx(0.4)
-
-    def test_a_pose_that_is_too_old_is_not_told_to_the_world(self, physical: Bench) -> None:
-        physical.world_sees(Pose(10.0, 5.0, 0.0))
-        physical.tick(2.0)
+        physical.tick(1.0)
         self.at(physical, Pose(0.0, 0.0, 0.0), age=0.6)
-        assert physical.published() == []
+        assert self.published(physical) == []
 
     def test_a_robot_that_was_carried_is_told_where_it_stands(self, physical: Bench) -> None:
         physical.world_sees(Pose(10.0, 5.0, 0.0))
-        physical.tick()
         self.at(physical, Pose(3.0, 0.0, 1.0))
         physical.say(KEYS.placed("a"), m.Placed(pose=Pose(20.0, 8.0, 0.0), by="ann"))
         physical.tick()
@@ -346,74 +266,58 @@ class TestPhysicalRobots:
         here = self.at(physical, Pose(3.0, 2.0, 1.0))
         assert (here.x - 20.0) ** 2 + (here.y - 8.0) ** 2 == pytest.approx(4.0), "it counts on from there"
 
-    def test_a_feed_stands_above_the_odometry_and_is_not_told_twice(self) -> None:
-        bench = Bench(PhysicalFake(), localisation="feed")
-        bench.device.start()
-        bench.tick()
-        with pytest.raises(StaleDataError, match="expected its pose on vrg/m/robot/a/pose"):
-            bench.device.read()
-        bench.say(KEYS.robot_pose("a"), m.MeasuredPose(pose=Pose(4.0, 4.0, 0.0)))
-        bench.tick(0.2)
-        assert self.at(bench, Pose(9.0, 9.0, 0.0)) == Pose(4.0, 4.0, 0.0)
-        assert bench.device.read().age == pytest.approx(0.2)
-        assert bench.published() == []
+    def test_a_feed_stands_above_the_odometry_and_neither_is_told_to_the_world(self, fed: Bench) -> None:
+        with pytest.raises(StaleDataError, match="expected its pose on vrg/test/robot/a/pose"):
+            fed.device.read()
+        fed.say(KEYS.robot_pose("a"), m.MeasuredPose(pose=Pose(4.0, 4.0, 0.0)))
+        fed.tick(0.2)
+        assert self.at(fed, Pose(9.0, 9.0, 0.0)) == Pose(4.0, 4.0, 0.0)
+        assert fed.device.read().age == pytest.approx(0.2)
+        assert self.published(fed) == []
 
-    @pytest.mark.parametrize("physical", [True, False])
-    def test_fusion_tells_where_it_was_and_odometry_how_far_it_has_come_since(self, physical: bool) -> None:
-        bench = Bench(PhysicalFake() if physical else FakeDriver(), localisation="fusion")
-        bench.device.start()
-        bench.tick()
+    def test_fusion_tells_where_it_was_and_odometry_how_far_it_has_come_since(self, fused: Bench) -> None:
 
         def drives(x: float) -> None:
-            bench.driver.samples = [s for s in bench.driver.samples if not isinstance(s.value, Odometry)]
+            fused.driver.samples = [s for s in fused.driver.samples if not isinstance(s.value, Odometry)]
             odometry = Odometry(pose=Pose(x, 0.0, 0.0), twist=Twist(0.5, 0.0))
-            bench.driver.samples.append(Sample(bench.time, 0.0, odometry))
+            fused.driver.samples.append(Sample(fused.time, 0.0, odometry))
 
         drives(0.0)
         with pytest.raises(StaleDataError, match="a: expected where it is from the fusion centre"):
-            bench.device.read()
-        then, known = bench.time, Uncertainty(1e-4, 0.0, 1e-4, 1e-4)
-        bench.device.report()
-        ((stamp, motion),) = [(o.message.stamp, o.message.body) for o in bench.mailbox.collect()]
-        assert (stamp, motion) == (then, m.Motion(odometry=Pose(0.0, 0.0, 0.0), twist=Twist(0.5, 0.0)))
+            fused.device.read()
+        then, known = fused.time, Uncertainty(1e-4, 0.0, 1e-4, 1e-4)
+        said = [(said.stamp, said.body) for said in fused.reported()]
+        assert said == [(then, m.Motion(odometry=Pose(0.0, 0.0, 0.0), twist=Twist(0.5, 0.0)))]
         there = m.MeasuredPose(pose=Pose(4.0, 4.0, math.pi / 2), uncertainty=known, unseen=0.1)
-        bench.say(KEYS.robot_pose("a"), there, stamp=then)
-        bench.tick(0.1)
+        fused.say(KEYS.robot_pose("a"), there, stamp=then)
+        fused.tick(0.1)
         drives(0.05)
-        ins = bench.device.read().latest(Ins)
+        ins = fused.device.read().latest(Ins)
         assert ins is not None
         assert astuple(ins.value.pose) == pytest.approx((4.0, 4.05, math.pi / 2))
         assert (ins.value.uncertainty, ins.age) == (known, 0.0)
-        bench.tick(0.5)
+        fused.tick(0.5)
         drives(0.05)
         with pytest.raises(StaleDataError, match=r"a: it is lost: no source has seen it for 0\.7 s"):
-            bench.device.read()
+            fused.device.read()
 
-    @pytest.mark.parametrize("physical", [True, False])
-    def test_what_a_robot_measures_of_its_own_place_goes_to_the_fusion_centre_once(self, physical: bool) -> None:
+    def test_what_a_robot_measures_of_its_own_place_goes_to_the_fusion_centre_once(self, fused: Bench) -> None:
         """But for a virtual robot's INS, which is as good as the truth."""
-        bench = Bench(PhysicalFake() if physical else FakeDriver(), localisation="fusion")
-        bench.device.start()
-        bench.tick()
         here, earth = Pose(3.0, 1.0, 0.2), Gps(latitude=0.6, longitude=-1.8, satellites=7)
-        bench.driver.samples = [Sample(bench.time, 0.0, Odometry(pose=Pose(0.0, 0.0, 0.0), twist=STILL))]
-        bench.driver.samples += [Sample(bench.time, 0.0, Ins(pose=here)), Sample(bench.time, 0.0, earth)]
-        stamp, found = bench.time, []
+        fused.driver.samples = [Sample(fused.time, 0.0, Odometry(pose=Pose(0.0, 0.0, 0.0), twist=STILL))]
+        fused.driver.samples += [Sample(fused.time, 0.0, Ins(pose=here)), Sample(fused.time, 0.0, earth)]
+        stamp, found = fused.time, []
         for _ in range(2):
             with pytest.raises(StaleDataError):
-                bench.device.read()
-            bench.device.report()
-            found.append(next(o.message.body for o in bench.mailbox.collect()).own)
+                fused.device.read()
+            found.append(fused.reported()[0].body.own)  # type: ignore[attr-defined]
         gps = m.OwnPlace(stamp, earth=(0.6, -1.8))
-        assert found == [(m.OwnPlace(stamp, pose=here), gps) if physical else (gps,), ()]
+        assert found == [(m.OwnPlace(stamp, pose=here), gps) if fused.driver.physical else (gps,), ()]
 
-    def test_a_robot_with_a_feed_does_not_tell_the_world_what_it_measures_itself(self) -> None:
-        bench = Bench(PhysicalFake(), localisation="feed")
-        bench.device.start()
-        bench.tick()
-        bench.driver.samples.append(Sample(bench.time, 0.0, Ins(pose=Pose(1.0, 1.0, 0.0))))
-        assert bench.device.read().latest(Ins) is not None
-        assert bench.published() == []
+    def test_a_robot_with_a_feed_does_not_tell_the_world_what_it_measures_itself(self, fed: Bench) -> None:
+        fed.driver.samples.append(Sample(fed.time, 0.0, Ins(pose=Pose(1.0, 1.0, 0.0))))
+        assert fed.device.read().latest(Ins) is not None
+        assert self.published(fed) == []
 
     def test_a_robot_that_measures_its_pose_itself_is_believed(self, physical: Bench) -> None:
         physical.tick()
@@ -421,7 +325,7 @@ class TestPhysicalRobots:
         readings = physical.device.read()
         assert readings.latest(Ins) is not None
         assert readings.latest(Ins).value.pose == Pose(1.0, 1.0, 0.0)
-        assert [pose.pose for _, pose in physical.published()] == [Pose(1.0, 1.0, 0.0)]
+        assert [pose for _, pose in self.published(physical)] == [Pose(1.0, 1.0, 0.0)]
 
     def test_what_it_lacks_the_world_synthesises_and_the_rest_is_unknown(self, physical: Bench) -> None:
         scan = Laser(angle_min=0.0, angle_step=0.1, range_max=8.0, data=b"\0\0\0\0")

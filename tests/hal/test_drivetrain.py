@@ -28,16 +28,17 @@ OMNI = Drivetrain(
     wheel_width=0.05,
 )
 parts = st.floats(-3, 3)
+EVERY_KIND = pytest.mark.parametrize("drivetrain", [SKID, DIFFERENTIAL, OMNI], ids=["skid", "differential", "omni"])
 
 
-@pytest.mark.parametrize("drivetrain", [SKID, DIFFERENTIAL, OMNI])
+@EVERY_KIND
 @given(v=parts, w=parts, side=parts)
 def test_speeds_and_twist_are_inverses(drivetrain: Drivetrain, v: float, w: float, side: float) -> None:
     twist = Twist(v, w, side if drivetrain is OMNI else 0.0)
     assert astuple(drivetrain.twist(drivetrain.speeds(twist))) == pytest.approx(astuple(twist), abs=1e-9)
 
 
-@pytest.mark.parametrize("drivetrain", [SKID, DIFFERENTIAL, OMNI])
+@EVERY_KIND
 @given(v=parts, w=parts, side=parts, v_max=st.floats(0.05, 5))
 def test_a_limit_slows_all_parts_alike(drivetrain: Drivetrain, v: float, w: float, side: float, v_max: float) -> None:
     twist = Twist(v, w, side if drivetrain is OMNI else 0.0)
@@ -52,12 +53,14 @@ def test_a_limit_slows_all_parts_alike(drivetrain: Drivetrain, v: float, w: floa
         assert sent == twist
 
 
-def test_what_the_body_cannot_do_is_left_out() -> None:
+def test_what_the_body_cannot_do_is_left_out_and_a_limit_of_nothing_stops_it() -> None:
     assert SKID.limited(Twist(0.2, 0.1, 5.0), 1.0) == Twist(0.2, 0.1)
     assert OMNI.limited(Twist(0.2, 0.1, 0.1), 1.0) == Twist(0.2, 0.1, 0.1)
+    for v_max in (0.0, -1.0):
+        assert SKID.limited(Twist(0.5, 0.1), v_max) == SKID.limited(STILL, v_max) == STILL
 
 
-@pytest.mark.parametrize("drivetrain", [SKID, DIFFERENTIAL, OMNI])
+@EVERY_KIND
 @pytest.mark.parametrize("twist", [Twist(1e308, 1e308), Twist(-1e308, 0.0), Twist(1e300, -1e308, 1e308)])
 def test_a_limit_of_huge_numbers_is_finite(drivetrain: Drivetrain, twist: Twist) -> None:
     sent = drivetrain.limited(twist, 0.7)
@@ -66,21 +69,11 @@ def test_a_limit_of_huge_numbers_is_finite(drivetrain: Drivetrain, twist: Twist)
     assert sent.v * twist.v >= 0.0
 
 
-def test_a_limit_of_nothing_stops_it_and_one_below_does_not_turn_it_round() -> None:
-    for v_max in (0.0, -1.0):
-        assert SKID.limited(Twist(0.5, 0.1), v_max) == STILL
-        assert SKID.limited(STILL, v_max) == STILL
-
-
-def test_wheels_alone_tell_how_a_differential_drive_turns() -> None:
+def test_skid_steer_goes_exactly_straight_and_wheels_alone_tell_how_a_differential_drive_turns() -> None:
+    assert SKID.twist((3.3, 3.3)).w == SKID.twist((-3.3, 3.3)).v == 0.0
     assert DIFFERENTIAL.effective_track == pytest.approx(0.4)
     assert DIFFERENTIAL.twist((-1.0, 1.0)).w == pytest.approx(2 * 0.1 / 0.4)
     assert DIFFERENTIAL.with_track(0.5).twist((-1.0, 1.0)).w == pytest.approx(2 * 0.1 / 0.5)
-
-
-def test_skid_steer_goes_exactly_straight_and_turns_exactly_in_place() -> None:
-    assert SKID.twist((3.3, 3.3)).w == 0.0
-    assert SKID.twist((-3.3, 3.3)).v == 0.0
 
 
 def test_an_omni_drive_goes_sideways() -> None:
@@ -94,10 +87,6 @@ def test_what_does_not_fit_together_is_refused_when_it_is_made() -> None:
     with pytest.raises(ValueError, match="rates of 2 axes, got those of 1"):
         replace(DIFFERENTIAL, rates=SKID.rates[:1])
     toed = tuple(Wheel(x=0.0, y=y, axis=n, heading=0.1 - 0.2 * n) for n, y in enumerate((0.2, -0.2)))
-    with pytest.raises(ValueError, match="hinder each other"):
-        Drivetrain(axes=("left", "right"), wheels=toed, wheel_radius=0.1, wheel_width=0.05)
-
-
-def test_an_axis_without_a_wheel_is_refused_by_its_name() -> None:
-    with pytest.raises(ValueError, match="'right'"):
-        Drivetrain(axes=("left", "right"), wheels=(Wheel(x=0.0, y=0.2, axis=0),), wheel_radius=0.1, wheel_width=0.05)
+    for wheels, words in ((toed, "hinder each other"), (toed[:1], "'right'")):
+        with pytest.raises(ValueError, match=words):
+            Drivetrain(axes=("left", "right"), wheels=wheels, wheel_radius=0.1, wheel_width=0.05)

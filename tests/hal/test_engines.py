@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from msgspec.structs import astuple
 
-from tests.hal.engine_bench import carry, deepest_overlap, footprint, forward, run
+from tests.hal.engine_bench import carry, deepest_overlap, drive, footprint, forward, run
 from tests.hal.omni import OMNI
-from vrg.errors import ConfigError, WorldError
+from vrg.errors import WorldError
 from vrg.geometry import along_arc
 from vrg.hal.models import MODELS, robot_model
 from vrg.hal.models.drivetrain import Wheel
@@ -26,11 +26,14 @@ Make = Callable[..., Engine]
 
 @pytest.fixture(params=["planar", "pybullet"])
 def make(request: pytest.FixtureRequest) -> Iterator[Make]:
+    """A builder of engines with P2ATs by their names and poses: g and h are kinematic, all others drive."""
     made: list[Engine] = []
 
-    def build(map_name: str = "open") -> Engine:
+    def build(map_name: str = "open", **poses: tuple[float, float, float]) -> Engine:
         engine = ENGINES.get(request.param)(load_map(map_name))
         made.append(engine)
+        for name, pose in poses.items():
+            engine.add(name, P2AT, Pose(*pose), kinematic=name in "gh")
         return engine
 
     yield build
@@ -38,13 +41,9 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
         engine.close()
 
 
-def test_an_unknown_engine_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(ConfigError, match=r"planar, pybullet.*'pybulet', did you mean 'pybullet'"):
-        ENGINES.get("pybulet")
-
-
 def test_robots_are_known_by_name(make: Make) -> None:
     engine = make()
+    run(engine, 0.1)
     engine.add("a", P2AT, Pose(0, 0, 0))
     engine.add("b", P2AT, Pose(3, 0, 4.0))
     assert engine.state("b").pose.theta == pytest.approx(4.0 - 2 * math.pi)
@@ -54,37 +53,24 @@ def test_robots_are_known_by_name(make: Make) -> None:
         engine.command("c", STILL)
     engine.remove("a")
     assert engine.names == ["b"]
-    forward(engine, "b", 0.5)
-    run(engine, 1.0)
+    drive(engine, "b", 0.5, seconds=1.0)
     assert engine.state("b").twist.v == pytest.approx(0.5, rel=0.02)
     with pytest.raises(WorldError):
         engine.state("a")
 
 
-def test_an_empty_world_can_be_stepped(make: Make) -> None:
-    run(make(), 0.1)
-
-
-def test_straight_is_straight(make: Make) -> None:
-    engine = make()
+def test_straight_is_straight_and_acceleration_is_the_models(make: Make) -> None:
     heading = 0.7
-    engine.add("a", P2AT, Pose(0, 0, heading))
-    forward(engine, "a", 0.7)
-    run(engine, 8.0)
+    engine = make(a=(0, 0, heading))
+    drive(engine, "a", 0.7, seconds=0.4)
+    assert engine.state("a").twist.v == pytest.approx(0.4 * P2AT.a_max, rel=0.15)
+    run(engine, 1.0)
+    assert engine.state("a").twist.v == pytest.approx(0.7, rel=0.02)
+    run(engine, 6.6)
     x, y, theta = engine.poses[0]
     assert x * math.cos(heading) + y * math.sin(heading) > 5.0
     assert abs(y * math.cos(heading) - x * math.sin(heading)) < 0.02
     assert theta == pytest.approx(heading, abs=0.01)
-
-
-def test_acceleration_is_the_models(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(0, 0, 0))
-    forward(engine, "a", 0.7)
-    run(engine, 0.4)
-    assert engine.state("a").twist.v == pytest.approx(0.4 * P2AT.a_max, rel=0.15)
-    run(engine, 1.0)
-    assert engine.state("a").twist.v == pytest.approx(0.7, rel=0.02)
 
 
 @pytest.mark.parametrize("name", MODELS.names())
@@ -92,8 +78,7 @@ def test_acceleration_is_the_models(make: Make) -> None:
 def test_the_turn_rate_is_what_the_effective_track_predicts(make: Make, name: str, v: float, w: float) -> None:
     engine = make()
     engine.add("a", robot_model(name), Pose(0, 0, 0.2))
-    forward(engine, "a", v, w)
-    run(engine, 3.0)
+    drive(engine, "a", v, w, seconds=3.0)
     rates, speeds = [], []
     for _ in range(50):
         run(engine, 0.02)
@@ -105,10 +90,8 @@ def test_the_turn_rate_is_what_the_effective_track_predicts(make: Make, name: st
 
 
 def test_locked_wheels_stop_it_within_the_models_brake(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(0, 0, 0))
-    forward(engine, "a", P2AT.v_max)
-    run(engine, 2.0)
+    engine = make(a=(0, 0, 0))
+    drive(engine, "a", P2AT.v_max, seconds=2.0)
     at = engine.poses[0, 0]
     engine.command("a", None)
     run(engine, 0.1)
@@ -118,8 +101,7 @@ def test_locked_wheels_stop_it_within_the_models_brake(make: Make) -> None:
 
 
 def test_at_rest_it_stays(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(1, 2, 0.5))
+    engine = make(a=(1, 2, 0.5))
     run(engine, 0.5)
     before = engine.poses[0].copy()
     run(engine, 10.0)
@@ -127,38 +109,25 @@ def test_at_rest_it_stays(make: Make) -> None:
 
 
 def test_the_heading_stays_within_half_a_turn(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(0, 0, 3.1))
+    engine = make(a=(0, 0, 3.1))
     forward(engine, "a", 0.0, 1.5)
     for _ in range(100):
         run(engine, 0.1)
         assert abs(engine.poses[0, 2]) <= math.pi + 1e-9
 
 
-def test_a_wall_stops_it_and_presses_the_front_bumper(make: Make) -> None:
-    engine = make("marhes_lab")
-    engine.add("a", P2AT, Pose(-3.5, -1.0, math.pi))
-    forward(engine, "a", 0.7)
-    run(engine, 3.0)
+def test_a_wall_stops_it_and_presses_the_front_bumper_and_it_can_drive_and_turn_away(make: Make) -> None:
+    engine = make("marhes_lab", a=(-3.5, -1.0, math.pi))
+    drive(engine, "a", 0.7, seconds=3.0)
     state = engine.state("a")
     assert state.pose.x == pytest.approx(-4.4 + P2AT.length / 2, abs=0.02)
     assert state.touch[0]
     assert not state.touch[4]
-    forward(engine, "a", -0.5)
-    run(engine, 2.0)
+    drive(engine, "a", -0.5, seconds=2.0)
     assert not any(engine.state("a").touch)
     assert engine.state("a").pose.x > -4.0
-
-
-def test_it_can_turn_away_from_a_wall(make: Make) -> None:
-    engine = make("marhes_lab")
-    engine.add("a", P2AT, Pose(-3.5, -1.0, math.pi))
-    forward(engine, "a", 0.7)
-    run(engine, 3.0)
-    forward(engine, "a", 0.0, 1.0)
-    run(engine, 4.0)
-    forward(engine, "a", 0.5)
-    run(engine, 2.0)
+    for v, w, seconds in ((0.7, 0.0, 3.0), (0.0, 1.0, 4.0), (0.5, 0.0, 2.0)):
+        drive(engine, "a", v, w, seconds=seconds)
     assert engine.state("a").pose.x > -3.9
     assert deepest_overlap(engine) < 0.005
 
@@ -178,9 +147,7 @@ def test_nothing_is_tunnelled_at_2_m_per_s(make: Make) -> None:
 
 
 def test_robots_block_each_other(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(-1, 0, 0))
-    engine.add("b", P2AT, Pose(1, 0, math.pi))
+    engine = make(a=(-1, 0, 0), b=(1, 0, math.pi))
     for name in engine.names:
         forward(engine, name, 0.5)
     run(engine, 4.0)
@@ -192,32 +159,21 @@ def test_robots_block_each_other(make: Make) -> None:
 
 
 def test_a_moving_robot_loses_the_contact_of_one_that_stands(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(0, 0, 0))
-    engine.add("b", P2AT, Pose(1, 0, 0))
-    forward(engine, "a", 0.5)
-    run(engine, 2.0)
+    engine = make(a=(0, 0, 0), b=(1, 0, 0))
+    drive(engine, "a", 0.5, seconds=2.0)
     assert engine.state("b").touch[4], "hit from behind"
-    forward(engine, "a", -0.5)
-    run(engine, 1.0)
+    drive(engine, "a", -0.5, seconds=1.0)
     assert not any(engine.state("b").touch)
 
 
-def test_a_placed_robot_is_there_and_at_rest(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(0, 0, 0))
-    forward(engine, "a", 0.7)
-    run(engine, 1.0)
+def test_a_placed_robot_is_there_and_at_rest_and_a_restored_one_keeps_its_wheels(make: Make) -> None:
+    engine = make(a=(0, 0, 0))
+    drive(engine, "a", 0.7, seconds=1.0)
     engine.command("a", None)
     engine.place("a", Pose(5, 5, 1.0))
     run(engine, 0.2)
     assert engine.state("a").pose.x == pytest.approx(5.0, abs=0.001)
     assert engine.state("a").pose.theta == pytest.approx(1.0, abs=0.001)
-
-
-def test_restoring_keeps_the_wheels(make: Make) -> None:
-    engine = make()
-    engine.add("a", P2AT, Pose(0, 0, 0))
     engine.restore("a", Pose(2, 3, 0.5), (10.0, 20.0))
     assert engine.state("a").angles == (10.0, 20.0)
     assert engine.state("a").pose == Pose(2, 3, 0.5)
@@ -263,9 +219,7 @@ def gap(engine: Engine, first: str, second: str) -> float:
 
 class TestKinematicBodies:
     def test_one_is_where_it_is_put_also_in_a_wall_and_outside_the_map(self, make: Make) -> None:
-        engine = make("marhes_lab")
-        engine.add("g", P2AT, Pose(-4.4, 0, 0), kinematic=True)
-        engine.add("a", P2AT, Pose(0, -1, 0))
+        engine = make("marhes_lab", g=(-4.4, 0, 0), a=(0, -1, 0))
         for pose in (Pose(-4.4, 0, 0), Pose(-4.3, 0.1, 1.0), Pose(50.0, 50.0, -3.0), Pose(-9e4, 9e4, 2.0)):
             engine.move("g", pose, Twist(0.5, -0.2))
             run(engine, 0.1)
@@ -275,9 +229,7 @@ class TestKinematicBodies:
         assert np.abs(engine.poses[1] - (0, -1, 0)).max() < 1e-3
 
     def test_it_takes_no_commands_and_the_others_are_not_carried(self, make: Make) -> None:
-        engine = make()
-        engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
-        engine.add("a", P2AT, Pose(3, 0, 0))
+        engine = make(g=(0, 0, 0), a=(3, 0, 0))
         with pytest.raises(WorldError, match=r"command g: .*kinematic"):
             engine.command("g", Twist(0.1, 0.0))
         with pytest.raises(WorldError, match=r"move a: .*kinematic"):
@@ -286,23 +238,17 @@ class TestKinematicBodies:
             engine.move("b", Pose(0, 0, 0), STILL)
 
     def test_a_robot_that_drives_at_one_stops_and_both_feel_it(self, make: Make) -> None:
-        engine = make()
-        engine.add("g", P2AT, Pose(1.5, 0, 0), kinematic=True)
-        engine.add("a", P2AT, Pose(0, 0, 0))
-        forward(engine, "a", 0.7)
-        run(engine, 4.0)
+        engine = make(g=(1.5, 0, 0), a=(0, 0, 0))
+        drive(engine, "a", 0.7, seconds=4.0)
         assert engine.state("a").pose.x == pytest.approx(1.0, abs=0.02)
         assert engine.state("g").pose == Pose(1.5, 0, 0)
         assert engine.state("a").touch[0]
         assert engine.state("g").touch[4], "hit from behind"
-        forward(engine, "a", -0.5)
-        run(engine, 1.0)
+        drive(engine, "a", -0.5, seconds=1.0)
         assert not any(engine.state("a").touch + engine.state("g").touch)
 
     def test_one_that_drives_into_a_resting_robot_pushes_it_before_it(self, make: Make) -> None:
-        engine = make()
-        engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
-        engine.add("a", P2AT, Pose(1.0, 0, 0))
+        engine = make(g=(0, 0, 0), a=(1.0, 0, 0))
         carry(engine, "g", 0.7, 3.0)
         assert engine.state("g").pose.x == pytest.approx(2.1)
         assert engine.state("a").pose.x == pytest.approx(2.1 + P2AT.length, abs=0.02)
@@ -313,9 +259,7 @@ class TestKinematicBodies:
         assert gap(engine, "g", "a") > -0.01
 
     def test_two_that_meet_pass_through_each_other(self, make: Make) -> None:
-        engine = make()
-        engine.add("g", P2AT, Pose(-1, 0, 0), kinematic=True)
-        engine.add("h", P2AT, Pose(0, 0, 0), kinematic=True)
+        engine = make(g=(-1, 0, 0), h=(0, 0, 0))
         carry(engine, "g", 0.5, 2.0)
         assert engine.state("g").pose.x == pytest.approx(0.0)
         assert engine.state("h").pose == Pose(0, 0, 0)
@@ -347,9 +291,7 @@ class TestKinematicBodies:
         assert engine.state("a0").pose.x > -3.6, "it drives on"
 
     def test_one_that_appears_right_upon_a_robot_eases_it_out(self, make: Make) -> None:
-        engine = make()
-        engine.add("a", P2AT, Pose(0, 0, 0))
-        engine.add("g", P2AT, Pose(9, 9, 0), kinematic=True)
+        engine = make(a=(0, 0, 0), g=(9, 9, 0))
         for x, y, theta in ((0.1, 0.05, 0.4), (0.0, 0.0, 0.0)):
             engine.place("a", Pose(0, 0, 0))
             engine.move("g", Pose(x, y, theta), STILL)
@@ -361,11 +303,8 @@ class TestKinematicBodies:
             assert engine.state("g").pose == Pose(x, y, theta)
 
     def test_one_may_leave_and_another_come(self, make: Make) -> None:
-        engine = make()
-        engine.add("g", P2AT, Pose(1.0, 0, 0), kinematic=True)
-        engine.add("a", P2AT, Pose(0, 0, 0))
-        forward(engine, "a", 0.5)
-        run(engine, 2.0)
+        engine = make(g=(1.0, 0, 0), a=(0, 0, 0))
+        drive(engine, "a", 0.5, seconds=2.0)
         assert any(engine.state("a").touch)
         engine.remove("g")
         run(engine, 1.0)
@@ -376,8 +315,7 @@ class TestKinematicBodies:
         assert engine.state("a").pose.x == pytest.approx(2.5, abs=0.02)
 
     def test_one_that_is_placed_or_restored_stands_there(self, make: Make) -> None:
-        engine = make()
-        engine.add("g", P2AT, Pose(0, 0, 0), kinematic=True)
+        engine = make(g=(0, 0, 0))
         engine.move("g", Pose(0, 0, 0), Twist(0.5, 0.1))
         engine.restore("g", Pose(2, 3, 0.5), (0.0, 0.0))
         run(engine, 0.5)
@@ -385,16 +323,14 @@ class TestKinematicBodies:
         assert engine.state("g").twist == STILL
 
     def test_robots_out_of_its_reach_move_as_without_it(self, make: Make) -> None:
-        def drive(*others: Pose) -> bytes:
-            engine = make()
-            engine.add("a", P2AT, Pose(0, 0, 0))
+        def driven(*others: Pose) -> bytes:
+            engine = make(a=(0, 0, 0))
             for n, pose in enumerate(others):
                 engine.add(f"g{n}", P2AT, pose, kinematic=True)
-            forward(engine, "a", 0.5, 0.2)
-            run(engine, 2.0)
+            drive(engine, "a", 0.5, 0.2, seconds=2.0)
             return engine.poses[0].tobytes()
 
-        assert drive() == drive(Pose(5, 5, 0), Pose(-3, 1, 2))
+        assert driven() == driven(Pose(5, 5, 0), Pose(-3, 1, 2))
 
 
 def test_a_castor_takes_no_brake_away(make: Make) -> None:
@@ -403,8 +339,7 @@ def test_a_castor_takes_no_brake_away(make: Make) -> None:
         engine = make()
         drivetrain = replace(P2AT.drivetrain, wheels=(*P2AT.drivetrain.wheels, *castors))
         engine.add("a", replace(P2AT, drivetrain=drivetrain), Pose(0.0, 0.0, 0.0))
-        forward(engine, "a", 0.6)
-        run(engine, 2.0)
+        drive(engine, "a", 0.6, seconds=2.0)
         before = engine.state("a").pose.x
         engine.command("a", None)
         run(engine, 1.0)
@@ -415,12 +350,10 @@ def test_a_castor_takes_no_brake_away(make: Make) -> None:
 class TestOmniWheels:
     @pytest.mark.parametrize("twist", [Twist(0.0, 0.0, 0.5), Twist(0.3, 0.0, -0.4), Twist(0.0, 1.0), Twist(0.5, 0.0)])
     def test_it_moves_as_it_is_told_beside_a_robot_with_fewer_axes(self, make: Make, twist: Twist) -> None:
-        engine = make()
-        engine.add("b", P2AT, Pose(5.0, 5.0, 0.0))
+        engine = make(b=(5.0, 5.0, 0.0))
         engine.add("a", OMNI, Pose(0.0, 0.0, 0.4))
         engine.command("a", twist)
-        forward(engine, "b", 0.4)
-        run(engine, 2.0)
+        drive(engine, "b", 0.4, seconds=2.0)
         start = engine.state("a").pose
         run(engine, 1.0)
         state = engine.state("a")

@@ -2,13 +2,11 @@
 
 import pytest
 
+from tests.hal.device_bench import KEYS, Bench, referee_state, status
 from tests.hal.fake_driver import MODEL, FakeDriver
-from tests.hal.world_bench import KEYS, Wire, config
+from tests.hal.world_bench import Wire, config
 from vrg.bus import messages as m
-from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Topic
-from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
 from vrg.types import STILL, Twist
 
@@ -17,22 +15,10 @@ HOMEWARDS = Twist(0.3, -0.2)
 
 
 def state(
-    lease: Twist | None = HOMEWARDS,
-    *,
-    name: str = "a",
-    halted: str | None = None,
-    estop: bool = False,
-    may_move: bool = True,
+    lease: Twist | None = HOMEWARDS, *, name: str = "a", may_move: bool = True, **options: object
 ) -> m.RefereeState:
     """A state of the referee in which one player is leased, and another one is not."""
-    players = [
-        m.PlayerStatus(name=name, team="t", role="r", state="s", may_move=may_move, radius=0.35, lease=lease),
-        m.PlayerStatus(name="b", team="t", role="r", state="s", may_move=True, radius=0.35),
-    ]
-    return m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=players, zones=(), estop=estop,
-    )  # fmt: skip
+    return referee_state([status(name, may_move, lease), status("b")], **options)  # type: ignore[arg-type]
 
 
 class TestGate:
@@ -41,32 +27,24 @@ class TestGate:
         gate.hear(10.0, state(**options))  # type: ignore[arg-type]
         return gate
 
-    def test_the_lease_beats_what_the_player_wants(self) -> None:
-        assert self.heard().passed("a", AHEAD, 10.0) == HOMEWARDS
-
-    def test_nobody_else_is_leased(self) -> None:
-        gate = self.heard()
+    @pytest.mark.parametrize("lease", [HOMEWARDS, STILL])
+    def test_the_lease_beats_what_the_player_wants_and_nobody_else_is_leased(self, lease: Twist) -> None:
+        gate = self.heard(lease=lease)
+        assert gate.passed("a", AHEAD, 10.0) == lease
         assert gate.passed("b", AHEAD, 10.0) == AHEAD
         assert gate.passed("somebody else", AHEAD, 10.0) == AHEAD
-
-    def test_a_lease_to_stand_holds_the_robot(self) -> None:
-        assert self.heard(lease=STILL).passed("a", AHEAD, 10.0) == STILL
 
     def test_each_state_renews_the_lease_and_tells_the_newest_motion(self) -> None:
         gate = self.heard()
         gate.hear(10.2, state(Twist(0.1, 0.0)))
         assert gate.passed("a", AHEAD, 10.2 + REFEREE_TIMEOUT) == Twist(0.1, 0.0)
 
-    def test_a_lease_without_a_state_expires_and_the_robot_stands(self) -> None:
+    @pytest.mark.parametrize(("name", "driven"), [("a", HOMEWARDS), ("b", AHEAD)], ids=["leased", "not leased"])
+    def test_without_a_state_everybody_stands_in_the_end(self, name: str, driven: Twist) -> None:
         gate = self.heard()
-        assert gate.passed("a", AHEAD, 10.0 + REFEREE_TIMEOUT) == HOMEWARDS
-        assert gate.passed("a", AHEAD, 10.0 + REFEREE_TIMEOUT + 0.01) == STILL
-        assert gate.passed("a", AHEAD, 10.0 + REFEREE_TIMEOUT + 5.0) == STILL
-
-    def test_whoever_is_not_leased_drives_on_until_the_referee_is_taken_for_dead(self) -> None:
-        gate = self.heard()
-        assert gate.passed("b", AHEAD, 10.0 + REFEREE_TIMEOUT) == AHEAD
-        assert gate.passed("b", AHEAD, 10.0 + REFEREE_TIMEOUT + 0.01) == STILL
+        assert gate.passed(name, AHEAD, 10.0 + REFEREE_TIMEOUT) == driven
+        assert gate.passed(name, AHEAD, 10.0 + REFEREE_TIMEOUT + 0.01) == STILL
+        assert gate.passed(name, AHEAD, 10.0 + REFEREE_TIMEOUT + 5.0) == STILL
 
     def test_an_expired_lease_counts_again_as_soon_as_the_referee_is_heard(self) -> None:
         gate = self.heard()
@@ -87,87 +65,51 @@ class TestGate:
         assert self.heard().passed("a", AHEAD, 5.0) == STILL
 
 
-class Bench:
-    """An armed robot's device, with a referee that the test plays."""
-
-    def __init__(self) -> None:
-        self.driver = FakeDriver()
-        self.mailbox = Mailbox()
-        self.device = Device(self.driver, KEYS, self.mailbox)
-        self.time = self.sequence = 0
-        self.device.start()
-        self.tick(state(None))
-        self.device.arm()
-
-    def say(self, topic: Topic[m.Message], body: m.Message) -> None:
-        self.sequence += 1
-        for inlet in self.mailbox.inlets:
-            if inlet.topic.key == topic.key:
-                inlet.offer(Received(topic.key, self.time / 10, self.sequence, body))
-
-    def tick(self, referee: m.RefereeState | None = None) -> None:
-        """A tenth of a second later, with a state of the referee if one is given."""
-        self.time += 1
-        if referee is not None:
-            self.say(KEYS.referee_state, referee)
-        self.mailbox.handover(self.time / 10)
-        self.device.hear()
-
-
 @pytest.fixture
 def bench() -> Bench:
-    return Bench()
+    """An armed robot's device."""
+    return Bench(FakeDriver()).armed()
+
+
+def hear(bench: Bench, referee: m.RefereeState) -> None:
+    """The device hears a state of the referee."""
+    bench.say(KEYS.referee_state, referee)
+    bench.tick()
 
 
 class TestDevice:
     def test_the_device_drives_by_the_lease_whatever_its_player_wants(self, bench: Bench) -> None:
-        bench.tick(state())
+        hear(bench, state())
         assert bench.device.drive(AHEAD) == HOMEWARDS
         assert bench.driver.told[-1] == "drive 0.30 -0.20"
 
     def test_the_lease_beats_a_human_who_drives_by_hand(self, bench: Bench) -> None:
         bench.say(KEYS.manual("a"), m.Manual(forward=1.0, turn=0.0, lease=1.0))
-        bench.tick(state())
-        by_hand = bench.device.manual_twist(bench.time / 10)
+        hear(bench, state())
+        by_hand = bench.device.manual_twist(bench.time)
         assert by_hand is not None
         assert bench.device.drive(by_hand) == HOMEWARDS
 
     def test_the_human_has_the_robot_again_when_the_lease_is_given_back(self, bench: Bench) -> None:
-        bench.tick(state())
+        hear(bench, state())
         bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=0.0, lease=1.0))
-        bench.tick(state(None))
-        by_hand = bench.device.manual_twist(bench.time / 10)
+        hear(bench, state(None))
+        by_hand = bench.device.manual_twist(bench.time)
         assert by_hand == Twist(0.5 * MODEL.v_max, 0.0)
         assert bench.device.drive(by_hand) == by_hand
 
-    def test_without_a_state_the_robot_drives_for_the_time_of_the_lease_and_then_stands(self, bench: Bench) -> None:
-        bench.tick(state())
-        driven = []
-        for _ in range(8):
-            driven.append(bench.device.drive(AHEAD))
-            bench.tick()
-        assert driven == [HOMEWARDS] * 4 + [STILL] * 4
-
     def test_the_limits_of_the_referee_and_of_the_robot_hold_during_a_lease(self, bench: Bench) -> None:
-        bench.tick(state(Twist(50.0, 0.0)))
+        hear(bench, state(Twist(50.0, 0.0)))
         assert bench.device.drive(AHEAD) == Twist(pytest.approx(MODEL.v_max), 0.0)
         bench.say(KEYS.speed_limit("a"), m.SpeedLimit(v_max=0.2))
-        bench.tick(state(Twist(0.6, 0.0)))
+        hear(bench, state(Twist(0.6, 0.0)))
         assert bench.device.drive(AHEAD).v == pytest.approx(0.2)
 
     def test_an_emergency_stop_beats_the_lease(self, bench: Bench) -> None:
-        bench.say(KEYS.estop, m.Estop(by="x"))
-        bench.tick(state())
-        assert bench.driver.told[-1] == "emergency stop"
+        bench.estop()
+        assert bench.driver.told == ["emergency stop"]
+        hear(bench, state())
         assert bench.device.estop
-
-    def test_a_halt_beats_the_lease(self, bench: Bench) -> None:
-        bench.tick(state(halted="rain"))
-        assert bench.device.drive(AHEAD) == STILL
-
-    def test_a_lease_of_another_robot_changes_nothing(self, bench: Bench) -> None:
-        bench.tick(state(name="somebody else"))
-        assert bench.device.drive(AHEAD) == AHEAD
 
 
 DRIVE_A = (KEYS.drive("a"), m.Drive(twist=AHEAD))
@@ -181,7 +123,9 @@ def leased(lease: Twist | None = BACKWARDS, **options: object) -> tuple[Topic[m.
     return KEYS.referee_state, state(lease, **options)  # type: ignore[arg-type]
 
 
-def world() -> Wire:
+@pytest.fixture
+def wire() -> Wire:
+    """Robots a and b on open ground."""
     return Wire(config(("a", 0.0, 0.0, 0.0), ("b", 0.0, 3.0, 0.0)))
 
 
@@ -190,27 +134,22 @@ def x_of(wire: Wire, name: str = "a") -> float:
 
 
 def speed(wire: Wire, name: str = "a") -> float:
-    poses = wire.heard[KEYS.poses.key]
-    assert isinstance(poses, m.Poses)
-    return next(body.twist.v for body in poses.bodies if body.name == name)
+    return next(body.twist.v for body in wire.last(KEYS.poses).bodies if body.name == name)
 
 
 class TestWorld:
-    def test_what_a_player_sends_over_the_bus_does_not_beat_the_lease(self) -> None:
-        wire = world()
+    def test_what_a_player_sends_over_the_bus_does_not_beat_the_lease(self, wire: Wire) -> None:
         wire.tick(100, each=[leased(), DRIVE_A, DRIVE_B])
         assert speed(wire) == pytest.approx(-0.4, abs=0.02)
         assert x_of(wire) < -0.5
         assert x_of(wire, "b") > 0.5, "the other one drives as its player wants"
 
-    def test_a_lease_that_is_given_back_lets_the_player_drive_at_once(self) -> None:
-        wire = world()
+    def test_a_lease_that_is_given_back_lets_the_player_drive_at_once(self, wire: Wire) -> None:
         wire.tick(60, each=[leased(), DRIVE_A])
         wire.tick(60, each=[leased(None), DRIVE_A])
         assert speed(wire) == pytest.approx(0.5, abs=0.02)
 
-    def test_if_the_referee_falls_silent_the_leased_robot_stands(self) -> None:
-        wire = world()
+    def test_if_the_referee_falls_silent_the_leased_robot_stands(self, wire: Wire) -> None:
         wire.tick(60, each=[leased(), DRIVE_A, DRIVE_B])
         ticks = round(REFEREE_TIMEOUT / wire.node.period)
         wire.tick(ticks - 1, each=[DRIVE_A, DRIVE_B])
@@ -221,33 +160,19 @@ class TestWorld:
         wire.tick(100, each=[DRIVE_A, DRIVE_B])
         assert speed(wire) == speed(wire, "b") == 0.0
 
-    def test_a_halt_beats_the_lease(self) -> None:
-        wire = world()
-        wire.tick(60, each=[leased(), DRIVE_A])
-        wire.tick(10, each=[leased(halted="rain"), DRIVE_A])
-        assert speed(wire) == 0.0
-
-    def test_an_emergency_stop_beats_the_lease(self) -> None:
-        wire = world()
+    def test_an_emergency_stop_beats_the_lease(self, wire: Wire) -> None:
         wire.tick(60, each=[leased(), DRIVE_A])
         wire.say(KEYS.estop, m.Estop(by="me"))
         wire.tick(10, each=[leased(), DRIVE_A])
         assert speed(wire) == 0.0
 
-    def test_a_robot_whose_device_is_not_armed_is_not_driven(self) -> None:
-        wire = world()
+    def test_a_robot_whose_device_is_not_armed_is_not_driven(self, wire: Wire) -> None:
         wire.tick(60, each=[leased()])
         assert x_of(wire) == 0.0
         wire.tick(60, each=[leased(), (KEYS.drive("a"), m.Drive(twist=AHEAD, armed=False))])
         assert x_of(wire) == 0.0
 
-    def test_a_lease_for_a_robot_that_is_not_there_changes_nothing(self) -> None:
-        wire = world()
-        wire.tick(60, each=[leased(name="somebody else"), DRIVE_A])
-        assert speed(wire) == pytest.approx(0.5, abs=0.02)
-
-    def test_a_speed_limit_holds_during_a_lease(self) -> None:
-        wire = world()
+    def test_a_speed_limit_holds_during_a_lease(self, wire: Wire) -> None:
         wire.say(KEYS.speed_limit("a"), m.SpeedLimit(v_max=0.2))
         wire.tick(60, each=[leased(), DRIVE_A])
         assert speed(wire) == pytest.approx(-0.2, abs=0.02)

@@ -23,27 +23,16 @@ TABLE_4_1 = [(-7, -20), (3, -22), (-3, -26), (-7.5, -16), (-1.3, -28.4)]
 TABLE_4_2 = [(21, -30)] + [(x, y) for x in range(17, 25) for y in (-16, -15)]
 
 
-def test_the_courtyard_has_room_at_the_places_of_the_thesis() -> None:
+def test_the_courtyard_is_walled_and_has_room_at_the_places_of_the_thesis() -> None:
     yard = load_map("courtyard")
     poses = [Pose(x, y, heading) for x, y in TABLE_4_1 + TABLE_4_2 for heading in (0.0, 0.8, 1.6)]
     wrong = [str(pose) for pose in poses if not yard.footprint_clear(pose, 1.2, 1.2)]
     assert not wrong, "\n".join(wrong)
-
-
-def test_the_field_of_sharks_and_minnows_is_free_of_obstacles() -> None:
-    yard = load_map("courtyard")
-    assert yard.footprint_clear(Pose(21.0, -22.5, 0.0), 10.0, 19.0)
-
-
-def test_the_courtyard_is_walled_all_around() -> None:
-    yard = load_map("courtyard")
+    assert yard.footprint_clear(Pose(21.0, -22.5, 0.0), 10.0, 19.0), "the field of Sharks & Minnows"
     x_min, y_min, x_max, y_max = yard.bounds.bounds
     for x, y in ((x_min, -20.0), (x_max, -20.0), (5.0, y_min), (5.0, y_max)):
         assert not yard.footprint_clear(Pose(x, y, 0.0), P2AT.length, P2AT.width)
-
-
-def test_outside_the_bounds_is_not_clear() -> None:
-    assert not load_map("open").footprint_clear(Pose(200.0, 0.0, 0.0), 0.5, 0.5)
+    assert not load_map("open").footprint_clear(Pose(200.0, 0.0, 0.0), 0.5, 0.5), "outside the bounds"
 
 
 def test_a_map_may_be_a_file_of_the_users(tmp_path: Path) -> None:
@@ -78,18 +67,16 @@ def test_all_errors_of_a_file_are_told_at_once(tmp_path: Path) -> None:
     assert len(caught.value.problems) == 5
 
 
-def test_an_unknown_map_is_answered_with_the_known_ones() -> None:
-    with pytest.raises(ConfigError, match="did you mean 'courtyard'"):
-        load_map("courtyrad")
-    with pytest.raises(ConfigError, match="cannot read"):
-        load_map("/nowhere/at/all.toml")
-
-
-def test_a_file_that_is_not_toml_is_refused(tmp_path: Path) -> None:
-    file = tmp_path / "broken.toml"
-    file.write_text("name = \n")
-    with pytest.raises(ConfigError, match=r"broken.toml:1: not TOML"):
-        load_map(file)
+def test_what_is_no_map_is_refused(tmp_path: Path) -> None:
+    broken = tmp_path / "broken.toml"
+    broken.write_text("name = \n")
+    for wanted, words in (
+        ("courtyrad", "did you mean 'courtyard'"),
+        ("/nowhere/at/all.toml", "cannot read"),
+        (broken, r"broken.toml:1: not TOML"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            load_map(wanted)
 
 
 def test_the_bounds_of_a_map_may_be_any_region(tmp_path: Path) -> None:

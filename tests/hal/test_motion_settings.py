@@ -45,12 +45,18 @@ def test_mistakes_in_the_match_file_are_told(tmp_path: Path, motion: str, words:
     assert [robot.description.delay for robot in setup.world.robots] == [0.0, 0.1, 0.0], "and so does the world"
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.1, 0.15])
-def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None:
+def ann(delay: float) -> tuple[PlanarEngine, Fleet, RefereeGate]:
+    """A robot that acts on commands after a delay."""
     engine = PlanarEngine(load_map("open"))
-    fleet, gate = Fleet(engine), RefereeGate()
+    fleet = Fleet(engine)
     fleet.add("ann", with_motion(robot_model("P2AT"), {"delay": delay}), Pose(0.0, 0.0, 0.0))
     fleet.resize()
+    return engine, fleet, RefereeGate()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.1, 0.15])
+def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None:
+    engine, fleet, gate = ann(delay)
     begins = None
     for n in range(50):
         now = 0.02 * n
@@ -66,10 +72,7 @@ def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None
 @pytest.mark.parametrize("delay", [0.0, 0.4])
 def test_what_was_commanded_before_a_stop_is_forgotten(delay: float) -> None:
     """After a silence, or an emergency stop, a robot that is commanded to stand does not move, however late it acts."""
-    engine = PlanarEngine(load_map("open"))
-    fleet, gate = Fleet(engine), RefereeGate()
-    fleet.add("ann", with_motion(robot_model("P2AT"), {"delay": delay}), Pose(0.0, 0.0, 0.0))
-    fleet.resize()
+    engine, fleet, gate = ann(delay)
 
     def go(since: float, seconds: float, twist: Twist | None, *, armed: bool = True, estop: bool = False) -> float:
         """Let time pass, and return by how much the robot moves."""

@@ -37,9 +37,7 @@ def test_there_are_40_of_every_kind() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINE_NAMES)
-def test_one_that_holds_is_not_pushed_away_by_an_equal_or_lighter_one(
-    engine: str, off_way: dict[tuple[str, Push], float]
-) -> None:
+def test_an_equal_or_lighter_one_does_not_push_it_away(engine: str, off_way: dict[tuple[str, Push], float]) -> None:
     held = [push for push in PUSHES if not is_heavier(push)]
     assert len(held) == 32
     for push in held:

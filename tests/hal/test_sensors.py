@@ -57,39 +57,15 @@ def test_without_noise_the_sensors_are_exact() -> None:
     assert odometry.pose.x == pytest.approx(5.0 * 10 * RADIUS, abs=1e-3)
     assert odometry.twist.v == pytest.approx(5.0 * RADIUS, abs=1e-3)
     assert len(set(said["a", Encoders].counts)) == 1
-
-
-def test_encoders_count_ticks() -> None:
     said = drive(make("a", noise=False), "a", 100, math.pi, -math.pi)
-    encoders = said["a", Encoders]
-    assert encoders.counts == pytest.approx((TICKS_PER_TURN, -TICKS_PER_TURN), abs=1)
+    assert said["a", Encoders].counts == pytest.approx((TICKS_PER_TURN, -TICKS_PER_TURN), abs=1)
 
 
-def test_odometry_turns_by_the_effective_track() -> None:
-    said = drive(make("a", noise=False), "a", 50, *P2AT.drivetrain.speeds(Twist(0.0, 1.0)))
-    assert said["a", Odometry].pose.theta == pytest.approx(1.0, abs=1e-3)
+@pytest.mark.parametrize(("ticks", "heading"), [(50, 1.0), (250, 5.0 - math.tau)], ids=["once", "round and round"])
+def test_odometry_turns_by_the_effective_track_within_half_a_turn(ticks: int, heading: float) -> None:
+    said = drive(make("a", noise=False), "a", ticks, *P2AT.drivetrain.speeds(Twist(0.0, 1.0)))
+    assert said["a", Odometry].pose.theta == pytest.approx(heading, abs=1e-3)
     assert said["a", Odometry].twist.w == pytest.approx(1.0, abs=1e-2)
-
-
-def test_odometry_turns_round_and_round_within_half_a_turn() -> None:
-    said = drive(make("a", noise=False), "a", 250, *P2AT.drivetrain.speeds(Twist(0.0, 1.0)))
-    assert said["a", Odometry].pose.theta == pytest.approx(5.0 - math.tau, abs=1e-2)
-
-
-def test_the_odometry_of_a_robot_depends_on_no_other_one_and_on_no_one_who_looks() -> None:
-    def poses(names: list[str], look: bool = False) -> list[Odometry]:
-        suite, found = make(*names), []
-        for tick in range(1, 200):
-            for robot, _, message in suite.sense(instant(tick, [P2AT] * len(names), (5.0, 4.7))):
-                if robot == "a" and isinstance(message, Odometry):
-                    found.append(message)
-            if look:
-                suite.remember("a")
-        return found
-
-    alone = poses(["a"])
-    assert poses(["a", "b", "c", "d", "e", "f"]) == alone
-    assert poses(["a"], look=True) == alone
 
 
 def test_noise_makes_odometry_drift_by_about_a_per_cent() -> None:
@@ -112,12 +88,17 @@ def test_the_ins_is_noisy_without_bias() -> None:
 
 
 def test_noise_is_fixed_by_the_seed_and_the_robots_name() -> None:
-    def last(*names: str, seed: int = 1) -> tuple[object, object]:
-        said = drive(make(*names, seed=seed), names, 300, 3.0, 4.0)
+    def last(*names: str, seed: int = 1, look: bool = False) -> tuple[object, object]:
+        suite = make(*names, seed=seed)
+        drive(suite, names, 200, 3.0, 4.0)
+        if look:
+            suite.remember(names[-1])
+        said = drive(suite, names, 100, 3.0, 4.0, start=200)
         return said[names[-1], Ins], said[names[-1], Odometry]
 
     assert last("a") == last("a")
-    assert last("a") == last("b", "a"), "not by who else takes part"
+    assert last("a") == last("b", "c", "a"), "not by who else takes part"
+    assert last("a") == last("a", look=True), "nor by who looks"
     assert last("a") != last("b")
     assert last("a") != last("a", seed=2)
 

@@ -4,16 +4,22 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.hal.world_bench import SimBench
-from vrg.errors import RobotError
+from tests.hal.world_bench import KEYS, SimBench
+from vrg.bus.codec import Received
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import Drive, RobotState
+from vrg.errors import ConfigError, RobotError
+from vrg.hal.backends import BACKENDS, MatchContext, open_driver
+from vrg.hal.models import robot_model
 from vrg.hal.sensors.laser import Laser
+from vrg.hal.sim.driver import AGREE_TIME, SimDriver
 from vrg.testing.driver import FORWARD, DriverContract, armed
 
 
-class TestPlanar(DriverContract):
-    @pytest.fixture
-    def bench(self) -> Iterator[SimBench]:
-        bench = SimBench("planar")
+class TestContract(DriverContract):
+    @pytest.fixture(params=["planar", "pybullet"])
+    def bench(self, request: pytest.FixtureRequest) -> Iterator[SimBench]:
+        bench = SimBench(request.param)
         yield bench
         bench.close()
 
@@ -39,9 +45,32 @@ class TestPlanar(DriverContract):
         assert bench.speed > 0.1
 
 
-class TestPybullet(DriverContract):
-    @pytest.fixture
-    def bench(self) -> Iterator[SimBench]:
-        bench = SimBench("pybullet")
-        yield bench
-        bench.close()
+def test_a_robot_that_was_stopped_unseen_is_disarmed_also_by_a_player_that_only_stops() -> None:
+    mailbox = Mailbox()
+    driver = SimDriver(MatchContext(name="r", model=robot_model("P2AT"), keys=KEYS, mailbox=mailbox))
+    states = next(inlet for inlet in mailbox.inlets if inlet.topic.key == KEYS.robot_state("r").key)
+
+    def hear(now: float, *, armed: bool) -> None:
+        state = RobotState(armed=armed, estop=False, fault=None if armed else "stopped by the emergency stop")
+        states.offer(Received(KEYS.robot_state("r").key, now, round(50 * now), state))
+        mailbox.handover(now)
+
+    driver.connect()
+    hear(1.0, armed=True)
+    driver.arm()
+    mailbox.collect()
+    hear(1.1 + AGREE_TIME, armed=False)
+    driver.stop()
+    drives = [out.message.body for out in mailbox.collect()]
+    assert all(isinstance(drive, Drive) and not drive.armed for drive in drives)
+    assert drives
+
+
+def test_the_table_of_backends_has_it() -> None:
+    driver = open_driver("sim", MatchContext(name="r", model=robot_model("P2AT"), keys=KEYS, mailbox=Mailbox()))
+    assert isinstance(driver, SimDriver)
+    assert driver.name == "r"
+    assert driver.features.name == "P2AT"
+    assert not driver.physical
+    with pytest.raises(ConfigError, match=r"backend: expected one of can, ros, sim, got 'simm', did you mean 'sim'"):
+        BACKENDS.get("simm")

@@ -19,7 +19,6 @@ from vrg.types import Pose
 
 P2AT = robot_model("P2AT")
 RING = next(spec for spec in P2AT.sensors if isinstance(spec, SonarSpec))
-NO_DISCS = np.empty((0, 3))
 
 
 def test_a_cone_hears_the_nearest_of_many_rays() -> None:
@@ -36,11 +35,6 @@ def test_a_cone_hears_the_nearest_of_many_rays() -> None:
         if not rays - 0.02 <= heard <= rays + 1e-6:
             wrong.append(f"seed {seed}: {heard} m, by rays {rays} m")
     assert not wrong, "\n".join(wrong)
-
-
-def test_where_there_is_nothing_a_cone_hears_nothing() -> None:
-    empty = Edges(np.empty((0, 4)))
-    assert nearest_in_cones(np.zeros((3, 3)), 0.3, 5.0, empty, NO_DISCS).tolist() == [5.0] * 3
 
 
 def heard(

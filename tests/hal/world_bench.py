@@ -1,6 +1,7 @@
 """A world node with everything wired in memory, for tests."""
 
 from collections.abc import Sequence
+from typing import TypeVar
 
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.mailbox import Mailbox
@@ -15,6 +16,7 @@ from vrg.testing.driver import DriverBench
 from vrg.types import Pose
 
 KEYS = Keys("test")
+M = TypeVar("M", bound=Message)
 
 
 class Silent(Node):
@@ -87,6 +89,18 @@ class Wire:
         self.log: list[tuple[str, float, Message]] = []
         self._speaker = Mailbox()
         self._ticks = self.node.start_tick
+
+    def last(self, topic: Topic[M]) -> M:
+        """What was said last of a topic."""
+        body = self.heard[topic.key]
+        assert isinstance(body, topic.type)
+        return body
+
+    def restarted(self) -> "Wire":
+        """A world of the same set-up, restored from a snapshot of this one."""
+        node = WorldNode(self.node.world.config, Mailbox(), KEYS)
+        node.restore(self.node.snapshot())
+        return Wire(config(), node=node)
 
     def say(self, topic: Topic, body: Message) -> None:  # type: ignore[type-arg]
         """Send a message to the world, heard at its next tick."""

@@ -2,7 +2,7 @@
 
 import random
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, Self
 
 from tests.vcan import INTERFACE
 from vrg.bus.codec import Received
@@ -49,11 +49,18 @@ class Lab:
 
 
 class Drives:
-    """Emulated drives on a simulated bus; a context manager."""
+    """Emulated drives on a simulated bus, by default those that NODES has; a context manager."""
 
     def __init__(
-        self, protocol: str, nodes: Sequence[int], *, watchdog: float = 0.25, serial: int = 0x1000, link: Link = LINK
+        self,
+        protocol: str,
+        nodes: Sequence[int] | None = None,
+        *,
+        watchdog: float = 0.25,
+        serial: int = 0x1000,
+        link: Link = LINK,
     ) -> None:
+        nodes = [node for side in NODES[protocol] for node in side] if nodes is None else nodes
         kind = PROTOCOLS.get(protocol).drive_type
         now = Lab.simulation.clock.now()
         self.drives: list[EmulatedDrive] = [
@@ -71,13 +78,21 @@ class Drives:
 
 
 class CanBench(DriverBench):
-    """The driver of one robot. Time is the simulation's."""
+    """The driver of one robot, by default with the drives that NODES has. Time is the simulation's."""
 
     driver: CanDriver
 
     def __init__(
-        self, protocol: str, left: Sequence[int], right: Sequence[int], *, link: Link = LINK, **wiring: object
+        self,
+        protocol: str,
+        left: Sequence[int] | None = None,
+        right: Sequence[int] | None = None,
+        *,
+        link: Link = LINK,
+        **wiring: object,
     ) -> None:
+        if left is None or right is None:
+            left, right = NODES[protocol]
         self.nodes = [*left, *right]
         self.clock = Lab.simulation.clock
         self.wire = Lab.simulation.wire(link)
@@ -87,6 +102,12 @@ class CanBench(DriverBench):
                 name="r", model=robot_model("P2AT"), options=options, now=self.clock.now, medium=Lab.simulation
             )
         )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     @property
     def port(self) -> Port:
@@ -123,14 +144,17 @@ class CanBench(DriverBench):
 class DeviceBench(CanBench):
     """The same robot in a match: a device around its driver, and a mailbox on which the match is heard."""
 
-    def __init__(
-        self, protocol: str, left: Sequence[int], right: Sequence[int], *, link: Link = LINK, **wiring: object
-    ) -> None:
-        super().__init__(protocol, left, right, link=link, **wiring)
+    def __init__(self, protocol: str, *sides: Sequence[int], link: Link = LINK, **wiring: object) -> None:
+        super().__init__(protocol, *sides, link=link, **wiring)
         self.mailbox = Mailbox()
         self.said: list[tuple[str, Message]] = []
         self.device = Device(self.driver, KEYS, self.mailbox, start=START, clock=self.clock)
         self._sequence = 0
+
+    @property
+    def trouble(self) -> str:
+        """The fault that the robot tells of; empty where there is none."""
+        return self.device.read().fault or ""
 
     def advance(self, seconds: float) -> None:
         """Let time pass; each tick begins as an executor and a player begin it."""

@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.hal.can.bench import Lab
+from tests.hal.can.bench import DeviceBench, Drives, Lab
+from tests.hal.can.handling import driving
 from vrg.commands import can_options
 from vrg.hal.can.workshop.simulation import Simulation
 
@@ -21,3 +22,36 @@ def lab() -> Iterator[Simulation]:
 def simulated(lab: Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
     """`vrg can` uses the buses of the simulation."""
     monkeypatch.setattr(can_options, "medium", lambda: lab)
+
+
+@pytest.fixture
+def protocol() -> str:
+    """What the drives speak; a test may be parametrized by it."""
+    return "odrive"
+
+
+@pytest.fixture
+def watchdog() -> float:
+    """s; 0 for drives without one, whose owner has said that this will do."""
+    return 0.25
+
+
+@pytest.fixture
+def drives(protocol: str, watchdog: float) -> Iterator[Drives]:
+    """The two drives of a robot."""
+    with Drives(protocol, watchdog=watchdog) as drives:
+        yield drives
+
+
+@pytest.fixture
+def bench(protocol: str, watchdog: float, drives: Drives) -> Iterator[DeviceBench]:
+    """The robot, which nobody has connected yet."""
+    with DeviceBench(protocol, **({} if watchdog else {"watchdog": "unsafe"})) as bench:
+        yield bench
+
+
+@pytest.fixture
+def going(bench: DeviceBench) -> DeviceBench:
+    """The robot, armed and under way."""
+    driving(bench)
+    return bench

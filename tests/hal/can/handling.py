@@ -43,9 +43,19 @@ def driving(bench: DeviceBench) -> None:
 
 def gets_going(bench: DeviceBench) -> None:
     """Drive as a player does until it is under way."""
+    drive_until(bench, lambda: bench.speed > 0.3, "it does not drive")
+
+
+def notices(bench: DeviceBench) -> None:
+    """Drive on as a player does until there is a fault."""
+    drive_until(bench, lambda: bench.trouble, "nobody notices")
+
+
+def drive_until(bench: DeviceBench, condition: Callable[[], object], otherwise: str) -> None:
+    """Drive as a player does until the condition holds."""
     deadline = bench.now + PATIENCE
-    while not bench.speed > 0.3:
-        assert bench.now < deadline, f"it does not drive: {bench.device.read()}"
+    while not condition():
+        assert bench.now < deadline, f"{otherwise}: {bench.device.read()}"
         drive_on(bench)
 
 
@@ -59,19 +69,10 @@ def drive_on(bench: DeviceBench, twist: Twist = AHEAD, seconds: float = 0.1) -> 
     bench.advance(seconds)
 
 
-def notices(bench: DeviceBench) -> None:
-    """Drive on as a player does until there is a fault."""
-    deadline = bench.now + PATIENCE
-    while bench.device.read().fault is None:
-        assert bench.now < deadline, "nobody notices"
-        drive_on(bench)
-
-
 def assert_latched(bench: DeviceBench, drives: Drives, words: str) -> None:
     """The fault is told, every motor stands, and it stays so although the player goes on."""
-    wait(bench, lambda: bench.device.read().fault, "a fault")
-    fault = bench.device.read().fault
-    assert fault is not None
+    wait(bench, lambda: bench.trouble, "a fault")
+    fault = bench.trouble
     assert words in fault
     assert bench.device.read().latched
     wait(bench, lambda: at_rest(drives), "the motors to stand")

@@ -1,4 +1,4 @@
-"""What the driver of CAN robots tells beyond the contract of drivers, on a bus within this process."""
+"""The driver of CAN robots keeps the contract of drivers, and what it tells beyond, on a bus within this process."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from msgspec.structs import astuple
 
-from tests.hal.can.bench import PATIENCE, Drives, Lab, settings
+from tests.hal.can.bench import HERE, NODES, PATIENCE, CanBench, Drives, Lab, settings
 from tests.hal.omni import OMNI
+from vrg.bus.messages import SensorMessage
 from vrg.errors import ConfigError, StaleDataError
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.link import Link
@@ -20,10 +21,12 @@ from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders, EncodersSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch, TouchSpec
+from vrg.testing.driver import DriverContract
 from vrg.types import Twist
 
 LINK = Link(interface="virtual", channel="driver")
 P2AT = robot_model("P2AT")
+BARE = replace(P2AT, sensors=tuple(spec for spec in P2AT.sensors if not isinstance(spec, EncodersSpec)))
 NOW = 1000.0
 
 
@@ -36,6 +39,16 @@ def drives() -> Iterator[Drives]:
 def driver(model: RobotModel = P2AT, **wiring: object) -> CanDriver:
     options = settings("odrive", [0], [1], LINK, **wiring)
     return CanDriver(DriverContext(name="r", model=model, options=options, now=lambda: NOW, medium=Lab.simulation))
+
+
+def go(robot: CanDriver, twist: Twist, ticks: int) -> None:
+    """Arm it, and drive."""
+    while not robot.read().armed:
+        robot.arm()
+        Lab.simulation.clock.sleep(0.05)
+    for _ in range(ticks):
+        robot.drive(twist)
+        Lab.simulation.clock.sleep(0.05)
 
 
 def until(condition: Callable[[], object]) -> None:
@@ -59,22 +72,18 @@ def test_every_sample_has_its_own_age() -> None:
         until(lambda: robot.read().latest(Battery))
         Lab.simulation.clock.sleep(0.3)
         readings = robot.read()
-        assert readings.latest(Battery) is not None
-        assert readings.latest(Odometry) is not None
-        assert readings.latest(Battery).age > 0.2 > readings.latest(Odometry).age
+        battery, odometry = readings.latest(Battery), readings.latest(Odometry)
+        assert battery is not None
+        assert odometry is not None
+        assert battery.age > 0.2 > odometry.age
         assert readings.stamp == pytest.approx(NOW - readings.age)
 
 
-def test_bumpers_that_nobody_reads_are_unknown() -> None:
-    with driver() as robot:
+@pytest.mark.parametrize(("model", "kind"), [(P2AT, Touch), (BARE, Encoders)], ids=["bumpers", "no encoders"])
+def test_what_nobody_reads_is_unknown(model: RobotModel, kind: type[SensorMessage]) -> None:
+    with driver(model) as robot:
         assert robot.features.sensor(TouchSpec)
-        assert robot.read().latest(Touch) is None
-
-
-def test_a_model_without_encoders_has_no_sample_of_them() -> None:
-    bare = replace(P2AT, sensors=tuple(spec for spec in P2AT.sensors if not isinstance(spec, EncodersSpec)))
-    with driver(bare) as robot:
-        assert robot.read().latest(Encoders) is None
+        assert robot.read().latest(kind) is None
         assert robot.read().latest(Odometry) is not None
 
 
@@ -107,12 +116,7 @@ def omni(wired: dict[str, list[int]]) -> CanDriver:
 def test_a_robot_on_omni_wheels_drives_sideways_by_the_motors_of_its_axes() -> None:
     twist = Twist(0.1, 0.0, 0.2)
     with Drives("odrive", [2], link=LINK), omni({"left": [0], "back": [2], "right": [1]}) as robot:
-        while not robot.read().armed:
-            robot.arm()
-            Lab.simulation.clock.sleep(0.05)
-        for _ in range(40):
-            robot.drive(twist)
-            Lab.simulation.clock.sleep(0.05)
+        go(robot, twist, 40)
         odometry = robot.read().latest(Odometry)
         assert odometry is not None
         assert astuple(odometry.value.twist) == pytest.approx(astuple(twist), abs=0.02)
@@ -127,12 +131,7 @@ def test_motors_of_other_axes_than_the_models_are_refused_by_name() -> None:
 
 def test_an_axis_with_a_bug_keeps_no_other_motor_on(monkeypatch: pytest.MonkeyPatch, drives: Drives) -> None:
     with driver() as robot:
-        while not robot.read().armed:
-            robot.arm()
-            Lab.simulation.clock.sleep(0.05)
-        for _ in range(20):
-            robot.drive(Twist(0.3, 0.0))
-            Lab.simulation.clock.sleep(0.05)
+        go(robot, Twist(0.3, 0.0), 20)
         assert abs(drives.drives[1].motor.velocity) > 5.0
 
         def broken(self: OdriveAxis) -> None:
@@ -161,3 +160,21 @@ def test_a_bad_table_is_said_field_by_field() -> None:
         ("backends", "can", "robots", "r", "ratio"),
         ("backends", "can", "robots", "r", "speed"),
     ]
+
+
+class TestTwoAxes(DriverContract):
+    """One motor on each side, once with the drives of each protocol."""
+
+    @pytest.fixture(params=NODES)
+    def bench(self, request: pytest.FixtureRequest) -> Iterator[CanBench]:
+        with Drives(request.param, link=HERE), CanBench(request.param, link=HERE) as bench:
+            yield bench
+
+
+class TestOdriveFourAxes(DriverContract):
+    """Four motors on one bus, two on each side."""
+
+    @pytest.fixture
+    def bench(self) -> Iterator[CanBench]:
+        with Drives("odrive", [0, 1, 2, 3]), CanBench("odrive", [0, 1], [2, 3]) as bench:
+            yield bench

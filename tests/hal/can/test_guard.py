@@ -55,15 +55,30 @@ class Pair:
             off |= self.guard.look(self.now)
         return off
 
+    def hear(self, *states: int, error: int = 0, after: float = 0.0) -> bool:
+        """What both drives say a while later, and what follows of it at once."""
+        self.now += after
+        self.beat(*states, error=error)
+        return self.guard.look(self.now)
+
+    def start(self, *states: int) -> None:
+        """The player arms it, and the drives say where that has brought them."""
+        self.guard.arm(self.now)
+        for wire in self.wires:
+            wire.axis.start()
+        self.pass_time(0.1, *states)
+
     def arm(self) -> None:
         """Arm drives whose watchdogs have been proved."""
         self.guard.unproved = False
         assert self.guard.refusal(self.now) is None
-        self.guard.arm(self.now)
-        for wire in self.wires:
-            wire.axis.start()
-        self.pass_time(0.1, CLOSED, CLOSED)
+        self.start(CLOSED, CLOSED)
         assert self.guard.armed
+
+    @property
+    def fault(self) -> str:
+        """What has latched; empty where nothing has."""
+        return self.guard.fault or ""
 
 
 @pytest.fixture
@@ -71,108 +86,89 @@ def pair() -> Pair:
     return Pair()
 
 
-def fault_of(pair: Pair) -> str:
-    assert pair.guard.fault is not None
-    return pair.guard.fault
+@pytest.fixture
+def driven(pair: Pair) -> Pair:
+    """Armed, and driven for a while."""
+    pair.arm()
+    pair.pass_time(STATUS_GRACE + 0.5, CLOSED, CLOSED)
+    return pair
 
 
 class TestGuard:
-    def test_a_healthy_robot_stays_armed(self, pair: Pair) -> None:
-        pair.arm()
-        assert not pair.pass_time(10.0, CLOSED, CLOSED)
-        assert pair.guard.armed
-        assert pair.guard.fault is None
+    def test_a_healthy_robot_stays_armed(self, driven: Pair) -> None:
+        assert not driven.pass_time(10.0, CLOSED, CLOSED)
+        assert driven.guard.armed
+        assert driven.guard.fault is None
 
-    def test_heartbeats_that_cease_latch_and_come_too_late(self, pair: Pair) -> None:
-        pair.arm()
-        pair.pass_time(2.0, CLOSED, CLOSED)
-        pair.now += HEARTBEAT_TIMEOUT + 0.01
-        pair.wires[0].beat(CLOSED, 0, pair.now)
-        assert pair.guard.look(pair.now)
-        assert "node 1: no heartbeat" in fault_of(pair)
-        assert not pair.guard.look(pair.now), "told once"
-        pair.pass_time(5.0)
-        assert "no heartbeat" in fault_of(pair)
-        assert pair.guard.refusal(pair.now) == pair.guard.fault
-        pair.guard.begin(pair.now)
-        assert pair.guard.refusal(pair.now) is None
+    def test_heartbeats_that_cease_latch_and_come_too_late(self, driven: Pair) -> None:
+        driven.now += HEARTBEAT_TIMEOUT + 0.01
+        driven.wires[0].beat(CLOSED, 0, driven.now)
+        assert driven.guard.look(driven.now)
+        assert "node 1: no heartbeat" in driven.fault
+        assert not driven.guard.look(driven.now), "told once"
+        driven.pass_time(5.0)
+        assert "no heartbeat" in driven.fault
+        assert driven.guard.refusal(driven.now) == driven.guard.fault
+        driven.guard.begin(driven.now)
+        assert driven.guard.refusal(driven.now) is None
 
-    def test_a_fault_of_one_axis_switches_all_off(self, pair: Pair) -> None:
-        pair.arm()
-        pair.now += 1.0
-        pair.wires[0].beat(CLOSED, 0, pair.now)
-        pair.wires[1].beat(IDLE, AxisError.MOTOR_OVER_TEMP, pair.now)
-        assert pair.guard.look(pair.now)
-        assert fault_of(pair) == "node 1: MOTOR_OVER_TEMP"
-        assert not pair.guard.wanted
+    def test_a_fault_of_one_axis_switches_all_off(self, driven: Pair) -> None:
+        driven.wires[1].beat(IDLE, AxisError.MOTOR_OVER_TEMP, driven.now)
+        assert driven.guard.look(driven.now)
+        assert driven.fault == "node 1: MOTOR_OVER_TEMP"
+        assert not driven.guard.wanted
 
     def test_the_first_reason_is_kept(self, pair: Pair) -> None:
         pair.guard.latch("one")
         pair.guard.latch("two")
         assert pair.guard.fault == "one"
 
-    def test_a_drives_watchdog_disarms_without_latching(self, pair: Pair) -> None:
-        pair.arm()
-        pair.pass_time(STATUS_GRACE, CLOSED, CLOSED)
-        pair.now += 0.1
-        pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
-        assert pair.guard.look(pair.now)
-        assert not pair.guard.wanted
-        assert pair.guard.fault is None
-        assert pair.guard.refusal(pair.now) is None
+    def test_a_drives_watchdog_disarms_without_latching(self, driven: Pair) -> None:
+        assert driven.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.1)
+        assert not driven.guard.wanted
+        assert driven.guard.fault is None
+        assert driven.guard.refusal(driven.now) is None
 
     def test_an_axis_that_never_starts_latches(self, pair: Pair) -> None:
-        pair.guard.arm(pair.now)
-        for wire in pair.wires:
-            wire.axis.start()
-        assert pair.pass_time(START_TIMEOUT + 0.2, CLOSED, IDLE)
-        assert "node 1: expected closed-loop control" in fault_of(pair)
+        pair.start(CLOSED, IDLE)
+        assert pair.pass_time(START_TIMEOUT + 0.1, CLOSED, IDLE)
+        assert "node 1: expected closed-loop control" in pair.fault
 
-    @pytest.mark.parametrize("driven", [0.1, START_TIMEOUT + 0.2])
-    def test_an_axis_that_leaves_closed_loop_for_no_reason_latches(self, pair: Pair, driven: float) -> None:
+    @pytest.mark.parametrize("seconds", [0.1, START_TIMEOUT + 0.2])
+    def test_an_axis_that_leaves_closed_loop_for_no_reason_latches(self, pair: Pair, seconds: float) -> None:
         pair.arm()
-        pair.pass_time(driven, CLOSED, CLOSED)
+        pair.pass_time(seconds, CLOSED, CLOSED)
         assert pair.pass_time(0.1, IDLE, CLOSED)
-        assert "node 0" in fault_of(pair)
+        assert "node 0" in pair.fault
 
-    def test_an_estop_at_a_drive_latches_until_released(self, pair: Pair) -> None:
-        pair.arm()
-        pair.pass_time(1.0, CLOSED, CLOSED)
-        pair.wires[0].beat(IDLE, AxisError.ESTOP_REQUESTED, pair.now)
-        assert pair.guard.look(pair.now)
-        assert pair.guard.estop
-        assert pair.guard.at_drive
-        pair.pass_time(5.0)
-        assert pair.guard.estop, "a drive that says no more of it changes nothing"
-        pair.guard.begin(pair.now)
-        assert pair.guard.estop, "a recovery is no release"
-        assert "emergency stop" in str(pair.guard.refusal(pair.now))
-        pair.guard.release(pair.now)
-        assert pair.guard.refusal(pair.now) is None
-        assert not pair.guard.wanted
+    def test_an_estop_at_a_drive_latches_until_released(self, driven: Pair) -> None:
+        driven.wires[0].beat(IDLE, AxisError.ESTOP_REQUESTED, driven.now)
+        assert driven.guard.look(driven.now)
+        assert driven.guard.estop
+        assert driven.guard.at_drive
+        driven.pass_time(5.0)
+        assert driven.guard.estop, "a drive that says no more of it changes nothing"
+        driven.guard.begin(driven.now)
+        assert driven.guard.estop, "a recovery is no release"
+        assert "emergency stop" in str(driven.guard.refusal(driven.now))
+        driven.guard.release(driven.now)
+        assert driven.guard.refusal(driven.now) is None
+        assert not driven.guard.wanted
 
-    def test_after_the_emergency_stop_of_the_match_nobody_pressed_it_at_a_drive(self, pair: Pair) -> None:
-        pair.arm()
-        pair.pass_time(1.0, CLOSED, CLOSED)
-        pair.guard.engage()
-        pair.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
-        pair.guard.look(pair.now)
-        assert pair.guard.estop
-        assert not pair.guard.at_drive
+    def test_after_the_emergency_stop_of_the_match_nobody_pressed_it_at_a_drive(self, driven: Pair) -> None:
+        driven.guard.engage()
+        assert not driven.guard.wanted
+        driven.hear(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
+        assert driven.guard.estop
+        assert not driven.guard.at_drive
 
-    def test_what_a_drive_still_says_after_a_release_does_not_latch_again(self, pair: Pair) -> None:
+    def test_what_a_drive_still_says_after_a_release_does_not_latch_until_it_has_had_time(self, pair: Pair) -> None:
         pair.guard.engage()
         pair.guard.release(pair.now)
-        pair.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
-        pair.guard.look(pair.now)
+        pair.hear(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
         assert not pair.guard.estop
         assert "emergency stop" in str(pair.guard.refusal(pair.now)), "but it is not armed either"
-
-    def test_an_estop_that_stays_at_the_drive_latches_again(self, pair: Pair) -> None:
-        pair.guard.release(pair.now)
-        pair.now += STATUS_GRACE + 0.1
-        pair.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
-        pair.guard.look(pair.now)
+        pair.hear(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED, after=STATUS_GRACE + 0.1)
         assert pair.guard.estop
 
     @pytest.mark.parametrize("error", [AxisError.MOTOR_OVER_TEMP, AxisError.ESTOP_REQUESTED])
@@ -183,12 +179,6 @@ class TestGuard:
         pair.wires[1].beat(IDLE, error, pair.now)
         assert pair.guard.look(pair.now)
         assert pair.guard.fault or pair.guard.estop
-
-    def test_engaging_disarms(self, pair: Pair) -> None:
-        pair.arm()
-        pair.guard.engage()
-        assert not pair.guard.wanted
-        assert not pair.guard.at_drive
 
     @pytest.mark.parametrize(
         "spoil",
@@ -202,13 +192,11 @@ class TestGuard:
         pair.arm()
         spoil(pair.wires[1])
         assert pair.guard.look(pair.now)
-        assert fault_of(pair).startswith("node 1: ")
+        assert pair.fault.startswith("node 1: ")
 
-    def test_a_drive_that_has_a_fault_is_not_armed(self, pair: Pair) -> None:
+    def test_a_drive_that_has_a_fault_or_was_never_heard_is_not_armed(self, pair: Pair) -> None:
         pair.beat(IDLE, IDLE, error=AxisError.DRV_FAULT)
         assert pair.guard.refusal(pair.now) == "node 0: DRV_FAULT"
-
-    def test_a_drive_that_was_never_heard_is_not_armed(self) -> None:
         guard = Guard([OdriveAxis(0, lambda _: None, SimulatedClock())])
         guard.begin(50.0)
         assert guard.refusal(50.0) == "node 0: no heartbeat yet"
@@ -218,13 +206,11 @@ class TestOff:
     """A drive is off when it has said so itself, and not when it was told to be."""
 
     @pytest.fixture
-    def told(self, pair: Pair) -> Pair:
+    def told(self, driven: Pair) -> Pair:
         """Both drives are in closed loop, and have just been told to be off."""
-        pair.arm()
-        pair.pass_time(1.0, CLOSED, CLOSED)
-        pair.guard.disarm()
-        pair.guard.ordered_off(pair.now)
-        return pair
+        driven.guard.disarm()
+        driven.guard.ordered_off(driven.now)
+        return driven
 
     def test_it_is_off_once_every_drive_has_said_so(self, told: Pair) -> None:
         assert not told.guard.off, "what they said before the order proves nothing"
@@ -233,18 +219,15 @@ class TestOff:
         told.pass_time(0.05, IDLE, IDLE)
         assert told.guard.off
         assert told.guard.fault is None
-
-    def test_a_drive_that_is_silent_is_not_proved_off(self, told: Pair) -> None:
+        told.guard.ordered_off(told.now)
         told.now += HEARTBEAT_TIMEOUT + 1.0
         told.guard.look(told.now)
-        assert not told.guard.off
+        assert not told.guard.off, "nor does silence"
 
     def test_the_order_is_repeated_while_a_drive_says_that_it_is_on(self, told: Pair) -> None:
         orders = []
         for _ in range(100):
-            told.now += 0.01
-            told.beat(IDLE, CLOSED)
-            if told.guard.look(told.now):
+            if told.hear(IDLE, CLOSED, after=0.01):
                 orders.append(told.now)
         assert len(orders) == pytest.approx(1.0 / OFF_PERIOD, abs=1)
         assert not told.pass_time(1.0, IDLE, IDLE)
@@ -253,7 +236,7 @@ class TestOff:
         told.pass_time(OBEY_TIMEOUT - 0.1, IDLE, CLOSED)
         assert told.guard.fault is None
         told.pass_time(0.2, IDLE, CLOSED)
-        assert fault_of(told) == "node 1: it is on, though it was told to be off"
+        assert told.fault == "node 1: it is on, though it was told to be off"
         told.pass_time(1.0, IDLE, IDLE)
         assert told.guard.off
         assert told.guard.refusal(told.now) == told.guard.fault, "a person must see it and clear it"
@@ -269,20 +252,18 @@ class TestOff:
             if told.guard.look(told.now):
                 for wire in told.wires:
                     wire.axis.idle()
-        assert "node 1: it is on, though" in fault_of(told)
+        assert "node 1: it is on, though" in told.fault
 
-    def test_it_takes_the_place_of_what_has_latched_before(self, pair: Pair) -> None:
+    def test_it_takes_the_place_of_what_has_latched_before(self, driven: Pair) -> None:
         """The interface was down: the order to be off was lost, and the heartbeats were missed first."""
-        pair.arm()
-        pair.pass_time(1.0, CLOSED, CLOSED)
-        pair.now += HEARTBEAT_TIMEOUT + 0.1
-        assert pair.guard.look(pair.now)
-        assert "no heartbeat" in fault_of(pair)
-        pair.now += 1.0
-        assert pair.pass_time(0.1, CLOSED, CLOSED), "told again as soon as it is heard again"
-        assert "no heartbeat" in fault_of(pair)
-        pair.pass_time(OBEY_TIMEOUT + 0.1, CLOSED, CLOSED)
-        assert "it is on, though" in fault_of(pair)
+        driven.now += HEARTBEAT_TIMEOUT + 0.1
+        assert driven.guard.look(driven.now)
+        assert "no heartbeat" in driven.fault
+        driven.now += 1.0
+        assert driven.pass_time(0.1, CLOSED, CLOSED), "told again as soon as it is heard again"
+        assert "no heartbeat" in driven.fault
+        driven.pass_time(OBEY_TIMEOUT + 0.1, CLOSED, CLOSED)
+        assert "it is on, though" in driven.fault
 
 
 class TestOwnWords:
@@ -307,27 +288,23 @@ class TestOwnWords:
             orders += pair.guard.look(pair.now)
         assert not pair.guard.off
         assert orders >= 5
-        assert fault_of(pair) == "node 1: it is on, though it was told to be off"
+        assert pair.fault == "node 1: it is on, though it was told to be off"
 
-    def test_one_that_is_armed_and_says_nothing_of_its_motor_is_a_fault(self, pair: Pair) -> None:
-        pair.arm()
-        pair.pass_time(1.0, CLOSED, CLOSED)
+    def test_one_that_is_armed_and_says_nothing_of_its_motor_is_a_fault(self, driven: Pair) -> None:
         for _ in range(8):
-            pair.now += 0.1
-            for wire in pair.wires:
-                wire.axis.heard = pair.now
-            pair.guard.look(pair.now)
-        assert "it has not said for 0.5 s whether its motor is on" in fault_of(pair)
+            driven.now += 0.1
+            for wire in driven.wires:
+                wire.axis.heard = driven.now
+            driven.guard.look(driven.now)
+        assert "it has not said for 0.5 s whether its motor is on" in driven.fault
 
-    def test_one_that_falls_silent_altogether_is_told_by_its_heartbeat(self, pair: Pair) -> None:
-        pair.arm()
-        pair.pass_time(1.0, CLOSED, CLOSED)
-        for wire in pair.wires:
-            wire.axis.heard = pair.now + 0.09  # a last heartbeat, after its last word on its motor
+    def test_one_that_falls_silent_altogether_is_told_by_its_heartbeat(self, driven: Pair) -> None:
+        for wire in driven.wires:
+            wire.axis.heard = driven.now + 0.09  # a last heartbeat, after its last word on its motor
         for _ in range(70):
-            pair.now += 0.01
-            pair.guard.look(pair.now)
-        assert "no heartbeat for 0.5 s" in fault_of(pair)
+            driven.now += 0.01
+            driven.guard.look(driven.now)
+        assert "no heartbeat for 0.5 s" in driven.fault
 
 
 class TestProof:
@@ -336,10 +313,7 @@ class TestProof:
     @pytest.fixture
     def asked(self, pair: Pair) -> Pair:
         """The player has armed a robot that was just connected, and its drives have obeyed."""
-        pair.guard.arm(pair.now)
-        for wire in pair.wires:
-            wire.axis.start()
-        pair.pass_time(0.1, CLOSED, CLOSED)
+        pair.start(CLOSED, CLOSED)
         return pair
 
     def expire(self, pair: Pair, *nodes: int) -> None:
@@ -349,12 +323,10 @@ class TestProof:
             wire.beat(IDLE if stopped else CLOSED, AxisError.WATCHDOG_TIMER_EXPIRED if stopped else 0, pair.now)
         pair.guard.look(pair.now)
 
-    def test_nothing_may_be_sent_and_it_is_not_armed(self, asked: Pair) -> None:
+    def test_it_is_not_armed_before_and_ready_when_every_watchdog_has_expired(self, asked: Pair) -> None:
         assert asked.guard.wanted
         assert asked.guard.proving
         assert not asked.guard.armed
-
-    def test_it_is_ready_when_every_watchdog_has_expired(self, asked: Pair) -> None:
         self.expire(asked, 0)
         assert not asked.guard.ready
         self.expire(asked, 0, 1)
@@ -373,8 +345,8 @@ class TestProof:
         asked.guard.arm(asked.now)
         self.expire(asked, 0)
         assert asked.pass_time(PROOF_TIMEOUT + 0.1, CLOSED, CLOSED)
-        assert fault_of(asked).startswith("node 1: its own watchdog has not stopped it within 0.33 s")
-        assert 'watchdog = "unsafe"' in fault_of(asked)
+        assert asked.fault.startswith("node 1: its own watchdog has not stopped it within 0.33 s")
+        assert 'watchdog = "unsafe"' in asked.fault
         assert not asked.guard.armed
 
     def test_a_watchdog_that_is_too_slow_is_no_proof(self, asked: Pair) -> None:
@@ -387,36 +359,20 @@ class TestProof:
         for wire in pair.wires:
             wire.axis.start()
         for _ in range(3):
-            pair.now += 0.1
-            pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
-            pair.guard.look(pair.now)
+            pair.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.1)
         assert pair.guard.unproved
         assert not pair.guard.ready
 
     def test_setpoints_are_withheld_only_once_every_motor_is_on(self, pair: Pair) -> None:
-        pair.guard.arm(pair.now)
-        for wire in pair.wires:
-            wire.axis.start()
-        pair.pass_time(0.1, CLOSED, IDLE)
+        pair.start(CLOSED, IDLE)
         assert pair.guard.proving
         assert not pair.guard.withholding
         pair.pass_time(0.1, CLOSED, CLOSED)
         assert pair.guard.withholding
 
-    def test_an_estop_at_a_drive_ends_what_was_proved(self, asked: Pair) -> None:
-        self.expire(asked, 0, 1)
-        assert asked.guard.ready
-        asked.now += 0.1
-        asked.beat(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
-        asked.guard.look(asked.now)
-        assert not asked.guard.ready, "nobody has asked for it since"
-
     def test_what_a_drive_said_before_is_no_proof(self, pair: Pair) -> None:
         pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
-        pair.guard.arm(pair.now)
-        for wire in pair.wires:
-            wire.axis.start()
-        pair.pass_time(0.2, CLOSED, CLOSED)
+        pair.start(CLOSED, CLOSED)
         assert not pair.guard.ready
 
     def test_it_is_proved_anew_after_a_recovery_and_not_after_an_estop(self, asked: Pair) -> None:
@@ -428,34 +384,28 @@ class TestProof:
         asked.guard.begin(asked.now)
         assert asked.guard.unproved
 
-    def test_a_robot_that_a_person_has_called_unsafe_is_armed_at_once(self) -> None:
-        pair = Pair()
-        for wire in pair.wires:
-            wire.axis.unwatched = True
-        pair.guard.begin(pair.now)
-        pair.guard.arm(pair.now)
-        for wire in pair.wires:
-            wire.axis.start()
-        pair.pass_time(0.1, CLOSED, CLOSED)
-        assert pair.guard.armed
-
     def test_an_estop_ends_it(self, asked: Pair) -> None:
         asked.guard.engage()
         self.expire(asked, 0, 1)
         assert not asked.guard.ready
         assert not asked.guard.wanted
 
+    def test_an_estop_at_a_drive_ends_what_was_proved(self, asked: Pair) -> None:
+        self.expire(asked, 0, 1)
+        assert asked.guard.ready
+        asked.hear(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED, after=0.1)
+        assert not asked.guard.ready, "nobody has asked for it since"
+
+    def test_a_robot_that_a_person_has_called_unsafe_is_armed_at_once(self, pair: Pair) -> None:
+        for wire in pair.wires:
+            wire.axis.unwatched = True
+        pair.guard.begin(pair.now)
+        pair.start(CLOSED, CLOSED)
+        assert pair.guard.armed
+
 
 class TestLacks:
     """What a drive that is alive may not be silent about."""
-
-    def test_encoder_messages_that_are_switched_off_are_told_with_what_to_do(self, pair: Pair) -> None:
-        for _ in range(12):
-            pair.now += 0.05
-            pair.wires[0].beat(IDLE, 0, pair.now)
-            Wire.beat(pair.wires[1], IDLE, 0, pair.now)
-            pair.guard.look(pair.now)
-        assert fault_of(pair).startswith("node 1: no encoder message for 0.5 s, though it is alive: set axis0.config")
 
     def test_a_supply_that_no_battery_of_the_wiring_can_have_is_a_fault_of_a_robot_that_is_armed(self) -> None:
         pair = Pair(empty=20.0)
@@ -474,41 +424,37 @@ class TestLacks:
             low(volts, seconds, CLOSED)
         assert pair.guard.fault is None, "it may be low for a moment, and a battery may be a little below empty"
         low(12.0, 1.1, CLOSED)
-        assert fault_of(pair) == (
+        assert pair.fault == (
             "node 1: its supply has 12 V, where an empty battery has 20 V: is the emergency switch released? Charge "
             "the battery, or correct `supply` in the wiring of this robot"
         )
 
-    def test_a_drive_that_hears_no_orders_is_told_of_after_three_starts(self, pair: Pair) -> None:
-        pair.arm()
-        pair.pass_time(STATUS_GRACE, CLOSED, CLOSED)
+    def test_a_drive_that_hears_no_orders_is_told_of_after_three_starts(self, driven: Pair) -> None:
         starts = 0
-        while pair.guard.fault is None:
+        while driven.guard.fault is None:
             starts += 1
             assert starts < 10
-            pair.guard.arm(pair.now)
+            driven.guard.arm(driven.now)
             for _ in range(20):
-                pair.now += 0.05
-                pair.wires[0].beat(CLOSED, 0, pair.now)
-                pair.wires[1].beat(IDLE, AxisError.WATCHDOG_TIMER_EXPIRED, pair.now)
-                pair.guard.look(pair.now)
+                driven.now += 0.05
+                driven.wires[0].beat(CLOSED, 0, driven.now)
+                driven.wires[1].beat(IDLE, AxisError.WATCHDOG_TIMER_EXPIRED, driven.now)
+                driven.guard.look(driven.now)
         assert starts == DEAF
-        assert "node 1: it was told 3 times to start" in fault_of(pair)
-        assert "Check the wires" in fault_of(pair)
+        assert "node 1: it was told 3 times to start" in driven.fault
+        assert "Check the wires" in driven.fault
 
     def test_a_motor_that_does_not_start_on_a_busy_computer_is_not_to_blame(self, pair: Pair) -> None:
         pair.guard.arm(pair.now)
         pair.guard.command(pair.now + 0.5)
         pair.pass_time(START_TIMEOUT + 0.1)
-        assert "node 0: expected closed-loop control, but it is idle: this computer is too busy" in fault_of(pair)
+        assert "node 0: expected closed-loop control, but it is idle: this computer is too busy" in pair.fault
 
     def test_a_computer_that_was_busy_long_ago_is_not_to_blame(self, pair: Pair) -> None:
         pair.arm()
         pair.guard.command(pair.now + 0.5)
         for _ in range(60):
-            pair.now += 0.05
-            pair.guard.command(pair.now)
-            pair.beat(CLOSED, CLOSED)
-            pair.guard.look(pair.now)
+            pair.guard.command(pair.now + 0.05)
+            pair.hear(CLOSED, CLOSED, after=0.05)
         pair.pass_time(0.1, IDLE, CLOSED)
-        assert "but it is idle and gives no reason: does it hear this computer" in fault_of(pair)
+        assert "but it is idle and gives no reason: does it hear this computer" in pair.fault

@@ -1,6 +1,12 @@
-"""How a bus is reached: what people type, and what python-can is told."""
+"""How a bus is reached: what people type, what python-can is told, and that a serial port belongs to one process."""
 
+import fcntl
+import os
+import termios
+import tty
+from collections.abc import Iterator
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import can
@@ -10,9 +16,11 @@ from hypothesis import strategies as st
 
 from tests.vcan import UDP, require_loopback
 from vrg.errors import RobotError
+from vrg.hal.can import opening
 from vrg.hal.can.frame import fd_size
 from vrg.hal.can.link import Link, read_adapter
 from vrg.hal.can.opening import _arguments, open_bus
+from vrg.hal.can.settings import CanSettings
 
 names = st.from_regex(r"[a-z_]{1,8}", fullmatch=True)
 values = st.one_of(st.booleans(), st.integers(-(2**40), 2**40), st.from_regex(r"[a-zA-Z/:]{1,10}", fullmatch=True))
@@ -103,12 +111,8 @@ def test_a_multicast_group_is_a_bus_of_its_own() -> None:
         assert stranger.recv(0.2) is None
 
 
-@pytest.mark.parametrize(("size", "room"), [(0, 0), (8, 8), (9, 12), (13, 16), (21, 24), (33, 48), (64, 64)])
-def test_a_frame_has_room(size: int, room: int) -> None:
-    assert fd_size(size) == room
-
-
-def test_no_frame_has_more_room() -> None:
+def test_a_frame_has_room_for_64_bytes() -> None:
+    assert [fd_size(size) for size in (0, 8, 9, 13, 21, 33, 64)] == [0, 8, 12, 16, 24, 48, 64]
     with pytest.raises(ValueError, match="at most 64"):
         fd_size(65)
 
@@ -118,3 +122,62 @@ def test_an_option_that_an_adapter_does_not_have_is_told(caplog: pytest.LogCaptu
     open_bus(Link(interface="virtual", channel="options", adapter=adapter)).shutdown()
     assert "got 'rx_queue_sise', did you mean 'rx_queue_size'?" in caplog.text
     assert "'fd'" not in caplog.text
+
+
+@pytest.fixture
+def port(monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """A serial port; python-can's driver of it, which needs a package that is not here, only opens and closes it."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    name = os.ttyname(slave)
+    monkeypatch.setattr(can, "Bus", lambda **_: SimpleNamespace(shutdown=lambda: None))
+    yield name
+    os.close(master)
+    os.close(slave)
+
+
+def link(port: str) -> Link:
+    return Link(interface="slcan", channel=f"{port}@115200")
+
+
+def test_a_second_process_is_told_and_touches_nothing(port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    other = os.open(port, os.O_RDWR | os.O_NOCTTY)
+    fcntl.flock(other, fcntl.LOCK_EX)
+    opened: list[Any] = []
+    monkeypatch.setattr(can, "Bus", lambda **told: opened.append(told))
+    try:
+        with pytest.raises(RobotError, match="another program uses this port, and slcan cannot be shared by two"):
+            opening.open_bus(link(port))
+    finally:
+        os.close(other)
+    assert not opened, "the adapter was set up anew under the other one"
+
+
+def test_it_is_free_again_once_it_is_shut_down(port: str) -> None:
+    for _ in range(2):
+        bus = opening.open_bus(link(port))
+        probe = os.open(port, os.O_RDWR | os.O_NOCTTY) if os.geteuid() == 0 else -1
+        if probe >= 0:
+            with pytest.raises(OSError, match="temporarily unavailable"):
+                fcntl.flock(probe, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.ioctl(probe, termios.TIOCNXCL)
+            os.close(probe)
+        bus.shutdown()
+
+
+def test_it_is_free_again_if_it_cannot_be_opened(port: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(**_: Any) -> None:
+        raise OSError("no such adapter")
+
+    monkeypatch.setattr(can, "Bus", fail)
+    for _ in range(2):
+        with pytest.raises(RobotError, match="no such adapter"):
+            opening.open_bus(link(port))
+
+
+def test_a_match_whose_robots_would_share_a_port_is_refused(tmp_path: Any) -> None:
+    robots = {"sue": {"left": [0], "right": [1]}, "bob": {"left": [2], "right": [3]}}
+    settings = CanSettings.model_validate({"interface": "slcan", "channel": "/dev/ttyACM0", "robots": robots})
+    (problem,) = settings.problems(["sue", "bob"], tmp_path)
+    assert "sue and bob are processes of their own, and cannot share slcan:/dev/ttyACM0" in problem
+    assert settings.problems(["sue"], tmp_path) == []

@@ -66,6 +66,16 @@ def bench() -> Bench:
     return Bench()
 
 
+@pytest.fixture
+def met(bench: Bench) -> Bench:
+    return bench.met()
+
+
+@pytest.fixture
+def armed(bench: Bench) -> Bench:
+    return bench.armed()
+
+
 def acts(orders: Sequence[Order]) -> list[AxisMethod]:
     return [order.act for order in orders]
 
@@ -107,15 +117,13 @@ class TestMeeting:
 
 class TestMotors:
     @pytest.mark.parametrize("velocity", [math.nan, math.inf, -math.inf])
-    def test_a_setpoint_that_is_not_finite_is_refused(self, bench: Bench, velocity: float) -> None:
-        machine = bench.armed().machine
+    def test_a_setpoint_that_is_not_finite_is_refused(self, armed: Bench, velocity: float) -> None:
         with pytest.raises(RobotError, match="finite setpoints"):
-            machine.drive([(1, 1.0), (2, velocity)], bench.now)
+            armed.machine.drive([(1, 1.0), (2, velocity)], armed.now)
 
-    def test_a_start_is_an_order_to_each_axis(self, bench: Bench) -> None:
-        machine = bench.met().machine
-        bench.reports[1].starved = True
-        assert machine.arm(bench.now) == [
+    def test_a_start_is_an_order_to_each_axis(self, met: Bench) -> None:
+        met.reports[1].starved = True
+        assert met.machine.arm(met.now) == [
             Order(AxisMethod.CLEAR, 2),
             Order(AxisMethod.START, 1),
             Order(AxisMethod.START, 2),
@@ -129,113 +137,100 @@ class TestMotors:
         with pytest.raises(RobotError, match="expected armed motors to drive, and they are off: arm the robot first"):
             bench.met().machine.drive([(1, 3.0)], bench.now)
 
-    def test_nobody_drives_blind(self, bench: Bench) -> None:
-        machine = bench.armed().machine
+    def test_nobody_drives_blind(self, armed: Bench) -> None:
         with pytest.raises(RobotError, match=r"nothing has been heard of the bus for 0\.4 s"):
-            machine.drive([(1, 3.0)], bench.now + BLIND + 0.1)
-        assert machine.stand(bench.now + BLIND + 0.1) == []
+            armed.machine.drive([(1, 3.0)], armed.now + BLIND + 0.1)
+        assert armed.machine.stand(armed.now + BLIND + 0.1) == []
 
-    def test_a_player_that_sends_nothing_is_late(self, bench: Bench) -> None:
-        machine = bench.armed().machine
-        machine.drive([(1, 0.0), (2, 0.0)], bench.now)
-        assert AxisMethod.IDLE in bench.pass_time(COMMAND_TIMEOUT + 0.05, MotorState.CLOSED_LOOP, on=True)
+    def test_a_player_that_sends_nothing_is_late(self, armed: Bench) -> None:
+        armed.machine.drive([(1, 0.0), (2, 0.0)], armed.now)
+        assert AxisMethod.IDLE in armed.pass_time(COMMAND_TIMEOUT + 0.05, MotorState.CLOSED_LOOP, on=True)
         with pytest.raises(RobotError, match=r"no setpoint came .*Arm again"):
-            machine.drive([(1, 1.0)], bench.now)
+            armed.machine.drive([(1, 1.0)], armed.now)
 
-    def test_the_emergency_stop_has_the_shortest_way(self, bench: Bench) -> None:
-        machine = bench.armed().machine
-        assert acts(machine.engage()) == [AxisMethod.STOP_NOW] * 2
-        bench.pass_time(0.3)
+    def test_the_emergency_stop_has_the_shortest_way(self, armed: Bench) -> None:
+        assert acts(armed.machine.engage()) == [AxisMethod.STOP_NOW] * 2
+        armed.pass_time(0.3)
         with pytest.raises(RobotError, match="the emergency stop is engaged"):
-            machine.drive([(1, 1.0)], bench.now)
-        assert acts(machine.release(bench.now)) == [AxisMethod.CLEAR] * 2
+            armed.machine.drive([(1, 1.0)], armed.now)
+        assert acts(armed.machine.release(armed.now)) == [AxisMethod.CLEAR] * 2
 
-    def test_an_order_that_cannot_be_sent_latches(self, bench: Bench) -> None:
-        machine = bench.armed().machine
-        machine.failed(AxisMethod.COMMAND, "the bus is full")
-        assert acts(machine.look(bench.now)) == [AxisMethod.IDLE] * 2
-        assert machine.guard.fault == "the bus is full"
+    def test_an_order_that_cannot_be_sent_latches(self, armed: Bench) -> None:
+        armed.machine.failed(AxisMethod.COMMAND, "the bus is full")
+        assert acts(armed.machine.look(armed.now)) == [AxisMethod.IDLE] * 2
+        assert armed.machine.guard.fault == "the bus is full"
 
-    def test_watchdogs_are_asked_for_more_often_while_they_are_proved(self, bench: Bench) -> None:
-        machine = bench.met().machine
-        machine.arm(bench.now)
-        bench.pass_time(0.05, MotorState.CLOSED_LOOP, on=True)
-        assert machine.guard.withholding
+    def test_watchdogs_are_asked_for_more_often_while_they_are_proved(self, met: Bench) -> None:
+        met.machine.arm(met.now)
+        met.pass_time(0.05, MotorState.CLOSED_LOOP, on=True)
+        assert met.machine.guard.withholding
         polls = 0
         for _ in range(10):
-            bench.now += POLL_PERIOD / 2 + 1e-6
-            polls += AxisMethod.POLL in acts(bench.report(MotorState.CLOSED_LOOP, on=True))
+            met.now += POLL_PERIOD / 2 + 1e-6
+            polls += AxisMethod.POLL in acts(met.report(MotorState.CLOSED_LOOP, on=True))
         assert polls == 10
-        assert machine.stand(bench.now) == [], "nothing feeds them"
+        assert met.machine.stand(met.now) == [], "nothing feeds them"
 
-    def test_a_watchdog_that_was_not_proved_is_tried_again_once_the_motors_are_off(self, bench: Bench) -> None:
-        machine = bench.met().machine
-        machine.arm(bench.now)
-        assert AxisMethod.IDLE in bench.pass_time(PROOF_TIMEOUT + 0.1, MotorState.CLOSED_LOOP, on=True)
-        assert machine.arm(bench.now) == []
-        bench.pass_time(0.05)
-        assert acts(machine.arm(bench.now)) == [AxisMethod.START] * 2
-        assert machine.guard.fault is None
+    def test_a_watchdog_that_was_not_proved_is_tried_again_once_the_motors_are_off(self, met: Bench) -> None:
+        met.machine.arm(met.now)
+        assert AxisMethod.IDLE in met.pass_time(PROOF_TIMEOUT + 0.1, MotorState.CLOSED_LOOP, on=True)
+        assert met.machine.arm(met.now) == []
+        met.pass_time(0.05)
+        assert acts(met.machine.arm(met.now)) == [AxisMethod.START] * 2
+        assert met.machine.guard.fault is None
 
 
 class TestWhatIsHeard:
-    def test_after_a_recovery_the_age_of_what_is_heard_is_judged_anew(self, bench: Bench) -> None:
-        machine = bench.met().machine
-        bench.pass_time(2 * OLD_TIMEOUT, age=OLD + 0.1)
-        assert machine.guard.fault is not None
-        machine.recover(bench.now)
-        bench.now += 1.0
-        machine.recovered(None, bench.now)
-        bench.pass_time(0.1, age=OLD + 0.1)
-        assert machine.guard.fault is None
+    def test_after_a_recovery_the_age_of_what_is_heard_is_judged_anew(self, met: Bench) -> None:
+        met.pass_time(2 * OLD_TIMEOUT, age=OLD + 0.1)
+        assert met.machine.guard.fault is not None
+        met.machine.recover(met.now)
+        met.now += 1.0
+        met.machine.recovered(None, met.now)
+        met.pass_time(0.1, age=OLD + 0.1)
+        assert met.machine.guard.fault is None
 
-    def test_frames_that_are_always_old_are_a_fault_with_what_to_do(self, bench: Bench) -> None:
-        machine = bench.met().machine
-        bench.pass_time(OLD_TIMEOUT / 2, age=OLD + 0.1)
-        bench.pass_time(0.05)
-        bench.pass_time(OLD_TIMEOUT - 0.1, age=OLD + 0.1)
-        assert machine.guard.fault is None, "a process that was kept from running finds old frames for a moment"
-        bench.pass_time(0.3, age=OLD + 0.1)
-        assert machine.guard.fault == (
+    def test_frames_that_are_always_old_are_a_fault_with_what_to_do(self, met: Bench) -> None:
+        met.pass_time(OLD_TIMEOUT / 2, age=OLD + 0.1)
+        met.pass_time(0.05)
+        met.pass_time(OLD_TIMEOUT - 0.1, age=OLD + 0.1)
+        assert met.machine.guard.fault is None, "a process that was kept from running finds old frames for a moment"
+        met.pass_time(0.3, age=OLD + 0.1)
+        assert met.machine.guard.fault == (
             "what is heard of the bus is 0.3 s old: this computer is too busy, or its CAN adapter too slow. Close "
             "other programs, or use another adapter (docs/hardware.md)"
         )
 
-    def test_estimates_alone_are_judged_now_and_then(self, bench: Bench) -> None:
-        machine = bench.armed().machine
-        bench.reports[0].odd = "rubbish"
-        assert machine.hear([1], bench.now, bench.now, news=False) == []
-        assert AxisMethod.IDLE in acts(machine.hear([1], bench.now, bench.now + 0.02, news=False))
+    def test_estimates_alone_are_judged_now_and_then(self, armed: Bench) -> None:
+        armed.reports[0].odd = "rubbish"
+        assert armed.machine.hear([1], armed.now, armed.now, news=False) == []
+        assert AxisMethod.IDLE in acts(armed.machine.hear([1], armed.now, armed.now + 0.02, news=False))
 
-    def test_an_estimate_that_cannot_be_switches_off_at_once(self, bench: Bench) -> None:
-        machine = bench.armed().machine
-        bench.reports[0].velocity, bench.reports[0].measured = 1e6, bench.now + 0.001
-        assert acts(machine.hear([1], bench.now + 0.001, bench.now + 0.001, news=False)) == [AxisMethod.IDLE] * 2
-        assert "its encoder says 1e+06 turn/s" in (machine.guard.fault or "")
+    def test_an_estimate_that_cannot_be_switches_off_at_once(self, armed: Bench) -> None:
+        armed.reports[0].velocity, armed.reports[0].measured = 1e6, armed.now + 0.001
+        assert acts(armed.machine.hear([1], armed.now + 0.001, armed.now + 0.001, news=False)) == [AxisMethod.IDLE] * 2
+        assert "its encoder says 1e+06 turn/s" in (armed.machine.guard.fault or "")
 
 
 class TestRecovery:
-    def test_it_clears_what_has_latched_and_leaves_the_motors_off(self, bench: Bench) -> None:
-        machine = bench.armed().machine
-        machine.trouble("the interface is down", bench.now)
-        assert acts(machine.recover(bench.now) or []) == [AxisMethod.IDLE] * 2
-        assert machine.recover(bench.now) is None, "once at a time"
+    def test_it_clears_what_has_latched_and_leaves_the_motors_off(self, armed: Bench) -> None:
+        armed.machine.trouble("the interface is down", armed.now)
+        assert acts(armed.machine.recover(armed.now) or []) == [AxisMethod.IDLE] * 2
+        assert armed.machine.recover(armed.now) is None, "once at a time"
         with pytest.raises(RobotError, match="it is being recovered"):
-            machine.arm(bench.now)
-        assert set(acts(machine.recovered(None, bench.now))) == {AxisMethod.IDLE, AxisMethod.CLEAR}
-        assert machine.guard.fault is None
-        assert not machine.guard.wanted
+            armed.machine.arm(armed.now)
+        assert set(acts(armed.machine.recovered(None, armed.now))) == {AxisMethod.IDLE, AxisMethod.CLEAR}
+        assert armed.machine.guard.fault is None
+        assert not armed.machine.guard.wanted
 
-    def test_what_still_is_wrong_latches(self, bench: Bench) -> None:
-        machine = bench.met().machine
-        machine.recover(bench.now)
-        machine.recovered("the interface is gone", bench.now)
-        assert machine.guard.fault == "the interface is gone"
-        assert machine.phase is Phase.MET
+    def test_what_still_is_wrong_latches(self, met: Bench) -> None:
+        met.machine.recover(met.now)
+        met.machine.recovered("the interface is gone", met.now)
+        assert met.machine.guard.fault == "the interface is gone"
+        assert met.machine.phase is Phase.MET
 
-    def test_one_that_was_closed_meanwhile_stays_closed(self, bench: Bench) -> None:
-        machine = bench.met().machine
-        machine.recover(bench.now)
-        machine.close()
-        assert machine.recovered(None, bench.now) == []
-        assert machine.phase is Phase.CLOSED
+    def test_one_that_was_closed_meanwhile_stays_closed(self, met: Bench) -> None:
+        met.machine.recover(met.now)
+        met.machine.close()
+        assert met.machine.recovered(None, met.now) == []
+        assert met.machine.phase is Phase.CLOSED

@@ -46,13 +46,6 @@ def test_a_protocol_has_the_name_that_it_is_found_by(name: str) -> None:
     assert PROTOCOLS.get(name).name == name
 
 
-def test_an_unknown_protocol_is_said_with_a_guess() -> None:
-    with pytest.raises(
-        ConfigError, match=r"protocol: expected one of cia402, moteus, odrive, vesc, got 'o-drive', did you mean"
-    ):
-        PROTOCOLS.get("o-drive")
-
-
 @pytest.mark.parametrize(
     ("target", "words"),
     [

@@ -10,21 +10,17 @@ import pytest
 from pydantic import ValidationError
 
 from tests.hal.can import toy
-from tests.hal.can.bench import CanBench, Drives, settings
+from tests.hal.can.bench import LINK, CanBench, Drives, settings
 from vrg import registry
 from vrg.errors import RobotError
-from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.settings import CanSettings
-from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
-from vrg.testing.driver import FORWARD, DriverContract, arm, armed
+from vrg.testing.driver import DriverContract
 from vrg.testing.protocol import ProtocolContract
 
-LINK = Link(interface="virtual", channel="third protocol")
-"""A bus within this process."""
 NODES = ([3], [4])
 
 
@@ -52,11 +48,8 @@ class TestDriver(DriverContract):
 
     @pytest.fixture
     def bench(self) -> Iterator[CanBench]:
-        left, right = NODES
-        with Drives("toy", [*left, *right], link=LINK):
-            bench = CanBench("toy", left, right, link=LINK)
+        with Drives("toy", [3, 4]), CanBench("toy", *NODES) as bench:
             yield bench
-            bench.close()
 
 
 def test_it_is_found_by_its_name() -> None:
@@ -72,47 +65,16 @@ def test_a_match_file_may_name_it() -> None:
     assert "toy" in companion.arguments
     with pytest.raises(ValidationError, match="node id of toy: expected 1 to 15, got 0"):
         CanSettings.model_validate(settings("toy", [0], [1]))
-    with pytest.raises(
-        ValidationError, match="expected one of cia402, moteus, odrive, toy, vesc, got 'toyy', did you mean 'toy'"
-    ):
-        CanSettings.model_validate(settings("toyy", *NODES))
-
-
-def test_a_fault_of_one_drive_latches_and_is_recovered_from() -> None:
-    with Drives("toy", [3, 4], link=LINK) as drives:
-        bench = CanBench("toy", *NODES, link=LINK)
-        try:
-            armed(bench)
-            bench.run(FORWARD, 1.0)
-            bench.fault(4, FaultKind.ERROR)
-            assert bench.clock.wait(lambda: bench.driver.read().fault, 5.0)
-            assert bench.driver.read().fault == "r: node 4: error 3"
-            with pytest.raises(RobotError, match="node 4: error 3"):
-                bench.driver.drive(FORWARD)
-            bench.advance(0.5)
-            assert all(abs(drive.motor.velocity) < 0.1 for drive in drives.drives)
-            bench.driver.recover()
-            bench.advance(0.7)
-            assert bench.driver.read().fault is None
-            arm(bench)
-            bench.run(FORWARD, 1.0)
-            assert bench.speed > 0.1
-        finally:
-            bench.close()
 
 
 def test_a_robot_that_expects_another_protocol_says_who_is_there() -> None:
-    with Drives("toy", [3, 4], link=LINK):
-        bench = CanBench("odrive", *NODES, link=LINK)
-        try:
-            with pytest.raises(RobotError, match=r"odrive nodes 3, 4 on .*heard there: Toy nodes 3, 4\."):
-                bench.driver.connect()
-        finally:
-            bench.close()
+    words = r"odrive nodes 3, 4 on .*heard there: Toy nodes 3, 4\."
+    with Drives("toy", [3, 4]), CanBench("odrive", *NODES) as bench, pytest.raises(RobotError, match=words):
+        bench.driver.connect()
 
 
 def test_the_survey_of_a_bus_knows_it(lab: Simulation) -> None:
-    with Drives("toy", [5], link=LINK):
+    with Drives("toy", [5]):
         survey = Survey(all_listeners(lambda _: None, lab.clock))
         bus = lab.bus(LINK, survey.hear)
         bus.start()
@@ -125,12 +87,8 @@ def test_the_survey_of_a_bus_knows_it(lab: Simulation) -> None:
 def test_one_that_cannot_be_imported_leaves_the_others_alone(installed: Path, caplog: pytest.LogCaptureFixture) -> None:
     (installed / "toy-1.0.dist-info" / "entry_points.txt").write_text(f"[{PROTOCOLS.group}]\nbroken = nowhere:P\n")
     registry.plugins.cache_clear()
-    assert [listener.word for listener in all_listeners(lambda _: None, SimulatedClock())] == [
-        "canopen",
-        "moteus",
-        "odrive",
-        "vesc",
-    ]
+    words = [listener.word for listener in all_listeners(lambda _: None, SimulatedClock())]
+    assert words == ["canopen", "moteus", "odrive", "vesc"]
     assert "protocol broken: cannot import" in caplog.text
 
 

@@ -1,10 +1,8 @@
-"""The emulated CiA 402 drive alone: it is as strict as real ones are."""
+"""The emulated CiA 402 drive alone, as strict as real ones are, and as a node of its network."""
 
 import struct
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from tests.hal.can.cia402.wire import NODE, Wire, download_request, upload_request
 from vrg.hal.can.cia402.codec import (
@@ -13,6 +11,7 @@ from vrg.hal.can.cia402.codec import (
     INHIBIT,
     NOT_VALID,
     PROFILE_VELOCITY,
+    SAVE,
     TRANSMISSION,
     Control,
     DriveState,
@@ -27,6 +26,7 @@ from vrg.hal.can.cia402.codec import (
 from vrg.hal.can.cia402.sdo import ENCODER_COUNTS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402.drive import Cia402Drive
+from vrg.hal.can.workshop.cia402.states import AbortOption, ErrorBehaviour
 from vrg.hal.can.workshop.emulated import BOOT
 from vrg.hal.can.workshop.faults import FaultKind
 
@@ -224,13 +224,91 @@ class TestDrive:
         assert wire.heard[1].data == bytes([Nmt.PRE_OPERATIONAL])
         assert wire.ask(Object.RPDO_MAPPING + 1).unsigned == 0, "the set-up is forgotten"
 
-    @given(st.lists(st.tuples(st.integers(0, 0x7FF), st.binary(max_size=8)), max_size=40))
-    def test_no_frame_is_too_strange_for_it(self, frames: list[tuple[int, bytes]]) -> None:
-        wire = Wire().prepare()
-        for identifier, data in frames:
-            for known in (identifier, Function.SDO_REQUEST | NODE, Function.RPDO1 | NODE):
-                for frame in wire.drive.receive(Frame(known, data), wire.now):
-                    assert len(frame.data) <= 8
-
     def test_what_integers_cannot_say_is_not_supported(self) -> None:
         assert Cia402Drive.supports == frozenset(FaultKind) - {FaultKind.NAN}
+
+
+MASTER = 100
+
+
+def emergencies(wire: Wire) -> list[int]:
+    return [int.from_bytes(f.data[:2], "little") for f in wire.heard if f.id == Function.EMCY | NODE]
+
+
+@pytest.mark.parametrize("index", [0x1010, 0x1016, 0x1029, 0x6007])
+def test_it_has_the_objects_of_the_standards(index: int) -> None:
+    assert Wire().meet().ask(index).unsigned is not None
+
+
+def test_a_stopped_node_sends_no_emergency() -> None:
+    wire = Wire().running()
+    wire.heard.clear()
+    wire.inject(nmt(NODE, NmtCommand.STOP))
+    wire.fault(FaultKind.ERROR)
+    wire.advance(0.5)
+    assert emergencies(wire) == []
+    assert wire.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+
+
+def test_what_is_saved_is_there_after_a_start_and_nothing_else() -> None:
+    wire = Wire().meet()
+    wire.write(Object.ACCELERATION, 0, 1234, 4)
+    assert wire.write(Object.STORE, 1, 1, 4) == 0x0800_0020, "the word is missing"
+    assert wire.write(Object.STORE, 1, SAVE, 4) == 0
+    wire.write(Object.DECELERATION, 0, 4321, 4)
+    wire.inject(nmt(NODE, NmtCommand.RESET_NODE))
+    wire.advance(1.0)
+    assert wire.ask(Object.ACCELERATION).unsigned == 1234
+    assert wire.ask(Object.DECELERATION).unsigned != 4321
+
+
+def test_it_has_a_fault_when_the_network_leaves_it() -> None:
+    wire = Wire().running()
+    wire.write(Object.ABORT_CONNECTION_OPTION, 0, AbortOption.FAULT, 2)
+    wire.inject(nmt(NODE, NmtCommand.PRE_OPERATIONAL))
+    assert wire.drive.state is DriveState.FAULT
+
+
+@pytest.mark.parametrize(
+    ("behaviour", "network"),
+    [
+        (ErrorBehaviour.PRE_OPERATIONAL, Nmt.PRE_OPERATIONAL),
+        (ErrorBehaviour.NO_CHANGE, Nmt.OPERATIONAL),
+        (ErrorBehaviour.STOPPED, Nmt.STOPPED),
+    ],
+)
+def test_a_master_that_falls_silent_is_noticed(behaviour: ErrorBehaviour, network: Nmt) -> None:
+    wire = Wire().running()
+    wire.write(Object.ERROR_BEHAVIOUR, 1, behaviour, 1)
+    wire.write(Object.CONSUMER_HEARTBEAT, 1, MASTER << 16 | 300, 4)
+    wire.drive_on(8.0, 1.0)
+    assert wire.drive._nmt == Nmt.OPERATIONAL, "it begins with the first heartbeat"
+    for _ in range(5):
+        wire.inject(Frame(Function.HEARTBEAT | MASTER, bytes([Nmt.OPERATIONAL])))
+        wire.drive_on(8.0, 0.2)
+    assert 0x8130 not in emergencies(wire)
+    wire.drive_on(8.0, 0.3)
+    assert (0x8130 in emergencies(wire)) == (network is not Nmt.STOPPED)
+    assert wire.drive._nmt == network
+    assert wire.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION_ACTIVE)
+
+
+def test_a_drive_that_goes_on_when_it_is_cut_off_is_switched_off_all_the_same() -> None:
+    wire = Wire().running()
+    wire.write(Object.ABORT_CONNECTION_OPTION, 0, AbortOption.NOTHING, 2)
+    wire.inject(nmt(NODE, NmtCommand.PRE_OPERATIONAL))
+    assert wire.drive.state is DriveState.OPERATION_ENABLED
+    wire.advance(0.3)
+    assert wire.motor_speed > 5.0
+    assert wire.axis.on
+    wire.axis.idle()
+    wire.advance(0.5)
+    assert abs(wire.motor_speed) < 0.1
+    assert wire.axis.on is False
+
+
+def test_the_set_up_lets_no_drive_go_on_without_a_network() -> None:
+    wire = Wire().meet()
+    wire.write(Object.ABORT_CONNECTION_OPTION, 0, AbortOption.NOTHING, 2)
+    wire.axis.prepare()
+    assert wire.ask(Object.ABORT_CONNECTION_OPTION).unsigned == AbortOption.FAULT

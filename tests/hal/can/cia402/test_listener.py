@@ -82,8 +82,3 @@ def test_it_is_not_taken_for_an_odrive(late: bool) -> None:
         seen |= {found.protocol for found in survey.nodes}
     assert [(found.protocol, found.node) for found in survey.nodes] == [("canopen", 1)]
     assert ("odrive" in seen) == late
-
-
-def test_two_drives_with_one_id_show_both_serial_numbers() -> None:
-    wire = Wire(1, 2).meet()
-    assert asked(wire).serials == ("1", "2")

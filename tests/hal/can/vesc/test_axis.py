@@ -75,8 +75,7 @@ def test_the_kill_switch_is_an_emergency_stop_as_long_as_it_is_pressed(wire: Pro
 def test_without_pole_pairs_it_is_refused() -> None:
     wire = ProtocolWire(PROTOCOLS.get("vesc"), NODE)
     wire.meet()
-    assert wire.axis.problem is not None
-    assert "pole_pairs" in wire.axis.problem
+    assert "pole_pairs" in (wire.axis.problem or "")
 
 
 def payload(receiver: int, *numbers: int) -> list[Frame]:
@@ -85,9 +84,6 @@ def payload(receiver: int, *numbers: int) -> list[Frame]:
 
 
 FOREIGN = {
-    "SET_RPM": [setpoint(Packet.SET_RPM, NODE, 900)],
-    "CONF_CURRENT_LIMITS": [Frame(frame_id(Packet.CONF_CURRENT_LIMITS, NODE), bytes(8), extended=True)],
-    "SHUTDOWN": [Frame(frame_id(Packet.SHUTDOWN, NODE), b"", extended=True)],
     "a duty cycle for all": [setpoint(Packet.SET_DUTY, BROADCAST, 5000)],
     "payload 8": payload(NODE, 8, 0, 0, 3, 132),  # the speed
     "payload 6": payload(NODE, 6, 0, 0, 3, 132),  # the current

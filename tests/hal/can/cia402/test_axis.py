@@ -1,4 +1,4 @@
-"""A CiA 402 axis drives its emulated drive, whose watchdog watches."""
+"""A CiA 402 axis drives its emulated drive, whose watchdog watches, and tells what goes wrong with it."""
 
 import itertools
 import math
@@ -7,9 +7,10 @@ import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
 from vrg.hal.can.axis import MotorState
-from vrg.hal.can.cia402.codec import CONTROL_PDO, STATUS_PDO, Control, DriveState, Function
+from vrg.hal.can.cia402.codec import CONTROL_PDO, STATUS_PDO, Control, DriveState, Function, Nmt, NmtCommand, nmt
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT
 from vrg.hal.can.cia402.set_up import DEADLINE
+from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.faults import FaultKind
 
 
@@ -23,18 +24,6 @@ class TestDriving:
         assert steps == [Control.SHUTDOWN, Control.SWITCH_ON, Control.ENABLE_OPERATION]
         assert wire.sent[0].id == Function.RPDO2 | NODE, "a setpoint of zero comes before all"
         assert wire.sent[0].data == bytes(4)
-
-    def test_it_turns_as_it_is_told_and_says_so(self) -> None:
-        wire = Wire().running(10.0)
-        before, began = wire.axis.position, wire.axis.measured
-        wire.drive_on(10.0, 1.0)
-        assert wire.axis.velocity == pytest.approx(10.0, abs=0.3)
-        assert wire.axis.position - before == pytest.approx(10.0 * (wire.axis.measured - began), rel=0.05)
-        wire.drive_on(-4.0, 1.0)
-        assert wire.axis.velocity == pytest.approx(-4.0, abs=0.3)
-        wire.drive_on(0.0, 0.5)
-        assert wire.axis.velocity == pytest.approx(0.0, abs=0.1)
-        assert wire.axis.state is MotorState.CLOSED_LOOP
 
     def test_the_position_begins_anew_after_32_bits(self) -> None:
         wire = Wire().prepare()
@@ -58,14 +47,6 @@ class TestDriving:
         assert wire.axis.state is MotorState.IDLE
         assert abs(wire.axis.velocity) < 0.1
         assert not wire.setpoints
-
-    def test_it_starts_again_after_it_was_switched_off(self) -> None:
-        wire = Wire().running()
-        wire.axis.idle()
-        wire.advance(1.0)
-        assert wire.axis.fault is None
-        wire.axis.start()
-        wire.gets_going()
 
     @pytest.mark.parametrize("word", [Control.DISABLE_VOLTAGE, Control.SHUTDOWN, Control.SWITCH_ON, Control.QUICK_STOP])
     def test_a_drive_that_leaves_operation_by_itself_is_not_brought_back(self, word: Control) -> None:
@@ -97,25 +78,13 @@ class TestDriving:
 
 
 class TestWatchdog:
-    def test_it_stops_when_setpoints_cease_which_is_no_fault(self) -> None:
+    def test_a_drive_that_it_has_stopped_is_sent_nothing_and_starts_not_by_itself(self) -> None:
         wire = Wire().running(20.0)
         wire.sent.clear()
         wire.until(lambda: wire.axis.starved)
-        wire.until(lambda: abs(wire.drive.motor.velocity) < 0.1)
-        assert wire.axis.fault is None
-        assert wire.axis.state is MotorState.IDLE
         assert not wire.setpoints, "who only listens sends none"
-        assert wire.drive.state is DriveState.FAULT
         wire.advance(5.0)
-        assert wire.drive.state is DriveState.FAULT, "nor does it start again by itself"
-
-    def test_after_that_it_starts_again_at_once(self) -> None:
-        wire = Wire().running(20.0)
-        wire.until(lambda: wire.axis.starved)
-        wire.axis.clear()
-        wire.axis.start()
-        wire.gets_going()
-        assert not wire.axis.starved
+        assert wire.drive.state is DriveState.FAULT
 
     def test_stepping_the_state_machine_feeds_it_not(self) -> None:
         wire = Wire().running(20.0)
@@ -161,3 +130,81 @@ class TestWatchdog:
         assert wire.drive._energised
         wire.drive.step(wire.now + 10.0)
         assert wire.drive._energised, "as CiA 301 has it, which is why a start sends a setpoint first"
+
+
+class TestFaults:
+    def test_a_fault_is_told_in_words(self) -> None:
+        wire = Wire().running()
+        wire.fault(FaultKind.ERROR, value=0x3220)
+        wire.advance(0.1)
+        assert wire.says() == (MotorState.FAULT, "DC link undervoltage (0x3220)")
+        assert not wire.axis.starved
+
+    def test_every_clear_is_an_edge(self) -> None:
+        wire = Wire().running()
+        for _ in range(3):
+            wire.fault(FaultKind.ERROR)
+            wire.advance(0.01)
+            assert wire.axis.fault
+            wire.axis.clear()
+            wire.advance(0.001)
+            assert wire.axis.fault is None
+
+    def test_a_drive_that_has_not_heard_the_first_edge_gets_another(self) -> None:
+        wire = Wire().running()
+        wire.fault(FaultKind.ERROR)
+        wire.fault(FaultKind.FREEZE)
+        wire.axis.idle()
+        wire.axis.clear()
+        wire.sent.clear()
+        wire.axis.clear()
+        assert wire.words == [Control.DISABLE_VOLTAGE, Control.FAULT_RESET]
+
+    def test_a_drive_that_was_started_again_is_odd_and_must_be_set_up(self) -> None:
+        wire = Wire().running()
+        wire.fault(FaultKind.REBOOT)
+        wire.until(lambda: wire.axis.odd)
+        assert wire.axis.odd == "it was started again"
+        wire.axis.forget_oddities()
+        wire.until(lambda: wire.axis.fault)
+        wire.axis.clear()
+        wire.advance(1.0)
+        assert wire.axis.state is MotorState.FAULT
+        assert "set up anew" in (wire.axis.fault or "")
+        wire.axis.prepare()
+        wire.axis.start()
+        wire.gets_going()
+        assert wire.axis.odd is None
+
+    def test_a_heartbeat_that_was_under_way_as_the_set_up_ended_is_no_fault(self) -> None:
+        faults: list[str | None] = []
+
+        class Late(Wire):
+            def send(self, frame: Frame, *, urgent: bool = False) -> None:
+                super().send(frame, urgent=urgent)
+                if frame == nmt(NODE, NmtCommand.START):
+                    self.axis.receive(Frame(Function.HEARTBEAT | NODE, bytes([Nmt.PRE_OPERATIONAL]), at=self.now))
+                    faults.append(self.axis.fault)
+
+        wire = Late().running()
+        assert faults == [None]
+        assert wire.axis.state is MotorState.CLOSED_LOOP
+
+    @pytest.mark.parametrize("command", [NmtCommand.STOP, NmtCommand.PRE_OPERATIONAL])
+    def test_a_drive_that_is_taken_off_the_network_stops_and_is_a_fault(self, command: NmtCommand) -> None:
+        wire = Wire().running()
+        wire.inject(nmt(0, command))
+        wire.until(lambda: wire.axis.fault)
+        wire.advance(0.5)
+        assert abs(wire.drive.motor.velocity) < 0.1
+        assert wire.axis.state is MotorState.FAULT
+
+    @pytest.mark.parametrize(
+        ("function", "length"),
+        [(Function.TPDO1, 5), (Function.TPDO2, 8), (Function.TPDO3, 4), (Function.EMCY, 8), (Function.HEARTBEAT, 1)],
+    )
+    def test_frames_of_the_wrong_length_are_odd(self, function: Function, length: int) -> None:
+        for wrong in {0, length - 1, length + 1} - {length, 9}:
+            wire = Wire().prepare()
+            wire.axis.receive(Frame(function | NODE, bytes(wrong)))
+            assert "malformed" in (wire.axis.odd or "")
