@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.bus.bench import free
 from vrg.bus import entrance as subject
 from vrg.bus.credentials import find_credentials
 from vrg.bus.entrance import _Hall, begins_handshake, entrance
@@ -36,12 +37,6 @@ def hello() -> bytes:
     return sent.read()
 
 
-def free() -> str:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return f"tls/127.0.0.1:{probe.getsockname()[1]}"
-
-
 def come(endpoint: str, address: str = "127.0.0.1") -> socket.socket:
     return socket.create_connection((host_of(endpoint), int(port_of(endpoint))), DEADLINE, (address, 0))
 
@@ -57,7 +52,7 @@ def is_closed(connection: socket.socket) -> bool:
 def passages() -> Iterator[Callable[..., tuple[socket.socket, socket.socket]]]:
     """Make passages through an entrance: the end of who has come, and that at the listener behind it."""
     with socket.create_server(("127.0.0.1", 0)) as door, ExitStack() as stack:
-        endpoint = free()
+        endpoint = free("tls")
         stack.enter_context(entrance(endpoint, [f"tls/127.0.0.1:{door.getsockname()[1]}"]))()
         door.settimeout(DEADLINE)
 
@@ -89,21 +84,21 @@ def test_a_handshake_is_known_by_its_whole_first_message() -> None:
     "rubbish",
     [
         b"GET / HTTP/1.1\r\n",
-        b"\x16\x02\x00",  # an older protocol
-        b"\x15\x03\x03\x00\x02",  # an alert
-        b"\x16\x03\x01\x00\x00\x01",  # an empty message
-        b"\x16\x03\x01\xff\xff\x01",  # one that is too long
-        b"\x16\x03\x01\x01\x00\x02",  # a handshake that begins with another message
+        b"\x16\x02\x00",
+        b"\x15\x03\x03\x00\x02",
+        b"\x16\x03\x01\x00\x00\x01",
+        b"\x16\x03\x01\xff\xff\x01",
+        b"\x16\x03\x01\x01\x00\x02",
     ],
+    ids=["a web page", "an older protocol", "an alert", "an empty message", "too long", "begins with another message"],
 )
 def test_what_begins_no_handshake_is_known_at_once(rubbish: bytes) -> None:
     assert begins_handshake(rubbish) is False
 
 
-def test_bytes_pass_both_ways_and_the_lastoldests_before_the_end_too() -> None:
+def test_bytes_pass_both_ways_and_the_last_before_the_end_too() -> None:
     with passage() as (guest, inside):
-        begun = inside.recv(2**15)
-        assert begins_handshake(begun) is True
+        assert begins_handshake(inside.recv(2**15)) is True
         guest.sendall(b"question")
         assert inside.recv(100) == b"question"
         inside.sendall(b"answer")
@@ -179,12 +174,11 @@ def test_a_router_whose_entrance_fails_ends_so_that_another_one_is_started() -> 
 def test_strangers_do_not_keep_a_seat_out(tmp_path: Path) -> None:
     folder = KeysFolder(tmp_path / "keys")
     folder.make("final", Roster("final", {"ann": "red"}).seats, datetime.now(UTC))
-    endpoint = free()
+    endpoint = free("tls")
     with ExitStack() as stack:
         stack.enter_context(open_router(endpoint, credentials=find_credentials(folder.path, [ROUTER])))
         for sent in (b"", b"rubbish", hello()) * 100:
             with come(endpoint) as stranger:
                 stranger.sendall(sent)
-        ann = find_credentials(folder.path, [ANN])
-        with open_session(endpoint, credentials=ann, patience=1.0) as session:
+        with open_session(endpoint, credentials=find_credentials(folder.path, [ANN]), patience=1.0) as session:
             assert session.connected

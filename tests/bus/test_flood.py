@@ -14,15 +14,11 @@ def test_as_many_messages_as_the_limit_are_no_flood() -> None:
     assert meter.flooded(14.5) == frozenset()
 
 
-def test_what_is_beyond_the_limit_is_refused_and_its_key_is_named_at_once() -> None:
+def test_beyond_the_limit_a_key_is_named_at_once_and_refused_while_the_flood_lasts_and_others_do_not_suffer() -> None:
     meter = FlowMeter()
     assert admitted(meter, "a", MAX_MESSAGE_RATE + 5, 10.0) == MAX_MESSAGE_RATE
     assert meter.flooded(10.0) == {"a"}
-
-
-def test_nothing_passes_while_a_flood_lasts() -> None:
-    meter = FlowMeter()
-    admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0)
+    assert admitted(meter, "b", 50, 10.5) == 50
     for second in range(1, 5):
         assert admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0 + second) == 0
     assert meter.flooded(14.9) == {"a"}
@@ -41,10 +37,3 @@ def test_it_ends_without_any_message_too() -> None:
     admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0)
     assert meter.flooded(10.0 + 2 * RATE_WINDOW) == frozenset()
     assert meter.admits("a", 20.0)
-
-
-def test_other_keys_do_not_suffer() -> None:
-    meter = FlowMeter()
-    admitted(meter, "a", 3 * MAX_MESSAGE_RATE, 10.0)
-    assert admitted(meter, "b", 50, 10.5) == 50
-    assert meter.flooded(10.5) == {"a"}

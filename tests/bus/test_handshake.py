@@ -1,12 +1,13 @@
 """Who gets in at a router that wants keys, and what those are told who do not."""
 
-import socket
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from tests.bus.bench import free
 from vrg.bus.configuration import client_settings, router_settings
 from vrg.bus.credentials import Credentials, find_credentials
 from vrg.bus.handshake import refusal
@@ -21,15 +22,18 @@ ANN, ROUTER = Seat(SeatKind.PLAYER, "ann"), Seat(SeatKind.ROUTER)
 DAY = timedelta(days=1)
 
 
-def free(host: str = "127.0.0.1") -> str:
-    with socket.socket() as probe:
-        probe.bind((host, 0))
-        return f"tls/{host}:{probe.getsockname()[1]}"
-
-
-def keys(folder: Path, made: datetime | None = None) -> KeysFolder:
+def keys(folder: Path) -> KeysFolder:
     found = KeysFolder(folder)
-    found.make("final", ROSTER.seats, made or datetime.now(UTC))
+    found.make("final", ROSTER.seats, datetime.now(UTC))
+    return found
+
+
+@pytest.fixture
+def renewed(folder: KeysFolder, tmp_path: Path) -> KeysFolder:
+    """One without seats, of the same authority."""
+    found = KeysFolder(tmp_path / "renewed")
+    found.path.mkdir()
+    (found.path / "authority").symlink_to(folder.path / "authority")
     return found
 
 
@@ -45,7 +49,7 @@ def ann(folder: KeysFolder) -> Credentials:
 
 @pytest.fixture(scope="module")
 def endpoint(folder: KeysFolder) -> Iterator[str]:
-    found = free()
+    found = free("tls")
     with open_router(found, credentials=find_credentials(folder.path, [ROUTER])):
         yield found
 
@@ -62,63 +66,47 @@ def test_a_seat_with_good_keys_gets_in(endpoint: str, ann: Credentials) -> None:
         assert session.connected
 
 
-def test_a_stranger_is_told_that_its_keys_are_of_another_match(endpoint: str, tmp_path: Path) -> None:
+def test_a_stranger_is_told_that_its_keys_are_of_another_match_and_is_refused_by_the_router_if_it_is_not(
+    endpoint: str, ann: Credentials, tmp_path: Path
+) -> None:
     stranger = find_credentials(keys(tmp_path / "other").path, [ANN])
     told = refused(endpoint, stranger)
     assert "of another authority: these keys are of another match" in told
     assert "player.ann" in told
-
-
-def test_a_stranger_who_knows_the_authority_is_refused_by_the_router(
-    endpoint: str, ann: Credentials, tmp_path: Path
-) -> None:
-    stranger = find_credentials(keys(tmp_path / "other").path, [ANN])
     stranger.authority.write_bytes(ann.authority.read_bytes())
     assert "the router does not know the authority of this seat" in refused(endpoint, stranger)
 
 
-def test_an_expired_seat_is_told_to_renew(endpoint: str, folder: KeysFolder, tmp_path: Path) -> None:
-    old = KeysFolder(tmp_path / "old")
-    old.path.mkdir()
-    (old.path / "authority").symlink_to(folder.path / "authority")
-    old.renew("final", [ANN], datetime.now(UTC) - 2 * DAY, lasts=DAY)
-    told = refused(endpoint, find_credentials(old.path, [ANN]))
+def test_an_expired_seat_is_told_to_renew_and_one_that_is_not_valid_yet_of_the_routers_clock(
+    endpoint: str, renewed: KeysFolder
+) -> None:
+    renewed.renew("final", [ANN], datetime.now(UTC) - 2 * DAY, lasts=DAY)
+    told = refused(endpoint, find_credentials(renewed.path, [ANN]))
     assert "the certificate of this seat has expired" in told
     assert "renew the keys by `vrg keys renew`" in told
+    renewed.renew("final", [ANN], datetime.now(UTC) + SLACK + DAY)
+    assert "or the clock of the router's machine is wrong" in refused(endpoint, find_credentials(renewed.path, [ANN]))
 
 
-def test_a_seat_that_is_not_valid_yet_by_the_routers_clock_is_told_of_that_clock(
-    endpoint: str, folder: KeysFolder, tmp_path: Path
+@pytest.mark.parametrize(
+    ("began", "how", "said"),
+    [
+        (-2 * DAY, {"lasts": DAY}, "the router's certificate has expired"),
+        (0 * DAY, {"hosts": ["10.0.0.5"]}, "certificate is for other addresses"),
+    ],
+    ids=["expired", "of another address"],
+)
+def test_a_router_whose_certificate_is_not_good_is_not_trusted(
+    renewed: KeysFolder, ann: Credentials, began: timedelta, how: dict[str, Any], said: str
 ) -> None:
-    early = KeysFolder(tmp_path / "early")
-    early.path.mkdir()
-    (early.path / "authority").symlink_to(folder.path / "authority")
-    early.renew("final", [ANN], datetime.now(UTC) + SLACK + DAY)
-    assert "or the clock of the router's machine is wrong" in refused(endpoint, find_credentials(early.path, [ANN]))
-
-
-def test_an_expired_router_is_told_from_an_expired_seat(folder: KeysFolder, ann: Credentials, tmp_path: Path) -> None:
-    old = KeysFolder(tmp_path / "old")
-    old.path.mkdir()
-    (old.path / "authority").symlink_to(folder.path / "authority")
-    old.renew("final", [ROUTER], datetime.now(UTC) - 2 * DAY, lasts=DAY)
-    endpoint = free()
-    with open_router(endpoint, credentials=find_credentials(old.path, [ROUTER])):
-        assert "the router's certificate has expired" in refused(endpoint, ann)
-
-
-def test_a_router_under_another_address_is_not_trusted(folder: KeysFolder, ann: Credentials, tmp_path: Path) -> None:
-    elsewhere = KeysFolder(tmp_path / "elsewhere")
-    elsewhere.path.mkdir()
-    (elsewhere.path / "authority").symlink_to(folder.path / "authority")
-    elsewhere.renew("final", [ROUTER], datetime.now(UTC), hosts=["10.0.0.5"])
-    endpoint = free()
-    with open_router(endpoint, credentials=find_credentials(elsewhere.path, [ROUTER])):
-        assert "certificate is for other addresses" in refused(endpoint, ann)
+    renewed.renew("final", [ROUTER], datetime.now(UTC) + began, **how)
+    endpoint = free("tls")
+    with open_router(endpoint, credentials=find_credentials(renewed.path, [ROUTER])):
+        assert said in refused(endpoint, ann)
 
 
 def test_a_player_cannot_pose_as_the_router(ann: Credentials, folder: KeysFolder) -> None:
-    endpoint = free()
+    endpoint = free("tls")
     with open_router(endpoint, credentials=ann):
         official = find_credentials(folder.path, [Seat(SeatKind.OFFICIAL)])
         assert "do not accept each other" in refused(endpoint, official)
@@ -126,7 +114,7 @@ def test_a_player_cannot_pose_as_the_router(ann: Credentials, folder: KeysFolder
 
 @pytest.mark.thorough  # zenoh gives up after ten seconds
 def test_a_router_without_keys_is_none_for_a_seat(ann: Credentials) -> None:
-    endpoint = free()
+    endpoint = free("tls")
     with (
         open_router(endpoint.replace("tls/", "tcp/")),
         pytest.raises(BusError, match="expected a router with seats"),
@@ -138,7 +126,7 @@ def test_a_router_without_keys_is_none_for_a_seat(ann: Credentials) -> None:
 def test_where_nobody_answers_it_is_tried_again_and_then_told(ann: Credentials) -> None:
     with (
         pytest.raises(BusError, match=r"but none answered in 0\.3 s") as told,
-        open_session(free(), credentials=ann, patience=0.3),
+        open_session(free("tls"), credentials=ann, patience=0.3),
     ):
         pass
     assert not isinstance(told.value, CredentialsError)

@@ -3,14 +3,12 @@
 import numpy as np
 import pytest
 
+from tests.bus.bench import KEYS
 from vrg.bus import messages as m
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
-from vrg.bus.topics import Keys
 from vrg.types import STILL, Twist
-
-KEYS = Keys("m")
 
 
 class _World(Node):
@@ -49,12 +47,23 @@ class _Driver(Node):
         self.mailbox.publish(KEYS.drive(self.name), m.Drive(twist=STILL, armed=False))
 
 
-def test_the_world_speaks_first_and_players_hear_each_other_one_tick_later() -> None:
+def traced(
+    *names: str, ticks: int, kind: type[_Driver] = _Driver, strict: bool = False, halves: bool = False
+) -> list[str]:
+    """What a world and these drivers do in so many ticks."""
     trace: list[str] = []
-    executor = Lockstep(_World(trace), [_Driver("b", trace), _Driver("a", trace)])
-    for _ in range(3):
-        executor.step()
-    assert trace == [
+    executor = Lockstep(_World(trace), [kind(name, trace) for name in names], strict=strict)
+    for _ in range(ticks):
+        if halves:
+            executor.begin()
+            executor.finish()
+        else:
+            executor.step()
+    return trace
+
+
+def test_the_world_speaks_first_and_players_hear_each_other_one_tick_later() -> None:
+    assert traced("b", "a", ticks=3) == [
         "world 0.00 hears []",
         "a 0.00 clock 0.00 hears []",
         "b 0.00 clock 0.00 hears []",
@@ -63,17 +72,6 @@ def test_the_world_speaks_first_and_players_hear_each_other_one_tick_later() -> 
         "a 0.04 clock 0.04 hears ['a', 'b']",
         "b 0.04 clock 0.04 hears ['a', 'b']",
     ]
-
-
-def test_the_order_of_the_list_changes_nothing() -> None:
-    traces = []
-    for names in ("abc", "cab"):
-        trace: list[str] = []
-        executor = Lockstep(_World(trace), [_Driver(n, trace) for n in names])
-        for _ in range(10):
-            executor.step()
-        traces.append(trace)
-    assert traces[0] == traces[1]
 
 
 def test_at_the_end_the_world_hears_that_robots_were_let_go() -> None:
@@ -93,49 +91,31 @@ class _Asked(_Driver):
         self.trace.append(f"{self.name} {tick.time:.2f} begins, clock {self.clock.latest.stamp:.2f}")
 
 
-def test_a_tick_in_two_halves_is_the_same_tick() -> None:
-    whole: list[str] = []
-    halves: list[str] = []
-    executor = Lockstep(_World(whole), [_Asked("a", whole), _Asked("b", whole)])
-    for _ in range(5):
-        executor.step()
-    executor = Lockstep(_World(halves), [_Asked("a", halves), _Asked("b", halves)])
-    for _ in range(5):
-        executor.begin()
-        executor.finish()
-    assert halves == whole
+def test_neither_the_order_of_the_list_nor_halves_nor_strictness_change_anything() -> None:
+    assert traced(*"abc", ticks=10) == traced(*"cab", ticks=10) == traced(*"bca", ticks=10, strict=True)
+    assert traced(*"ab", ticks=5, kind=_Asked) == traced(*"ab", ticks=5, kind=_Asked, halves=True)
 
 
-def test_who_comes_between_the_halves_finds_what_the_nodes_have_heard() -> None:
+def test_who_comes_between_the_halves_finds_what_the_nodes_have_heard_and_the_halves_take_turns() -> None:
     trace: list[str] = []
     executor = Lockstep(_World(trace), [_Asked("a", trace)])
+    with pytest.raises(RuntimeError, match="call begin"):
+        executor.finish()
     executor.begin()
     assert trace == ["world 0.00 hears []", "a 0.00 begins, clock 0.00"]
     assert executor.time == 0.0
+    with pytest.raises(RuntimeError, match="call finish"):
+        executor.begin()
     executor.finish()
     assert executor.time == pytest.approx(0.02)
 
 
-def test_the_halves_of_a_tick_take_turns() -> None:
-    executor = Lockstep(_World([]), [_Asked("a", [])])
-    with pytest.raises(RuntimeError, match="call begin"):
-        executor.finish()
-    executor.begin()
-    with pytest.raises(RuntimeError, match="call finish"):
-        executor.begin()
-    executor.stop()
-
-
-def test_a_node_is_due_once_in_each_of_its_periods_however_time_is_cut() -> None:
+def test_a_node_is_due_once_in_each_of_its_periods_however_time_is_cut_and_rounding_makes_none_late() -> None:
     for step in (0.02, 0.01, 0.005):
         due = [due_index(i * step, 0.1) for i in range(round(1.0 / step))]
         assert len(set(due)) == 10
         assert due == sorted(due)
-
-
-def test_rounding_never_makes_a_node_late() -> None:
-    for i in range(100_000):
-        assert due_index(i * 0.02, 0.02) == i
+    assert [due_index(i * 0.02, 0.02) for i in range(100_000)] == list(range(100_000))
 
 
 class _Sloppy(_Driver):
@@ -150,17 +130,6 @@ def test_strict_mode_finds_what_works_in_one_process_and_fails_over_the_bus() ->
     loose.step()
     with pytest.raises(TypeError, match="numpy"):
         strict.step()
-
-
-def test_strict_mode_delivers_what_was_said() -> None:
-    traces: list[list[str]] = []
-    for strict in (False, True):
-        trace: list[str] = []
-        executor = Lockstep(_World(trace), [_Driver("b", trace), _Driver("a", trace)], strict=strict)
-        for _ in range(6):
-            executor.step()
-        traces.append(trace)
-    assert traces[0] == traces[1]
 
 
 def test_nodes_are_started_once_before_their_first_tick() -> None:

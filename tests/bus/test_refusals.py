@@ -30,8 +30,8 @@ SEEN = decided("Query (ingress) on vrg/m/clock")
 """Zenoh works out at once all that a session may do on a key. That tells who it is, and refuses nothing."""
 
 
-def told(*lines: str, now: float = 0.0) -> list[str]:
-    return Refusals(0.0).read("".join(lines).encode(), now)
+def told(*lines: str) -> list[str]:
+    return Refusals(0.0).read("".join(lines).encode(), 0.0)
 
 
 @pytest.mark.parametrize(
@@ -53,58 +53,56 @@ def test_a_refusal_tells_who_and_what(what: str, expected: str) -> None:
     assert told(decided(what), intercepted()) == [f"player.ann {expected}"]
 
 
-def test_what_is_only_worked_out_is_no_refusal() -> None:
-    assert told(SEEN, decided("Put (ingress) on vrg/m/clock")) == []
+PUT, CLOCK = "Put (ingress) on vrg/m/clock", "player.ann may not publish on vrg/m/clock: dropped"
+OTHER = STAMP.replace("rx-0 ThreadId(08)", "rx-1 ThreadId(09)")
 
 
-def test_what_is_allowed_is_not_told() -> None:
-    allowed = cached("Put (ingress) on vrg/m/estop", verdict="authorized")
-    assert told(SEEN, allowed * 100) == []
-
-
-def test_threads_are_not_mixed_up() -> None:
-    other = STAMP.replace("rx-0 ThreadId(08)", "rx-1 ThreadId(09)")
-    lines = (
-        SEEN,
-        cached("Put (ingress) on vrg/m/clock"),
-        cached("Put (ingress) on vrg/m/poses", stamp=other),
-        intercepted(),
-        intercepted(other),
-    )
-    assert told(*lines) == [
-        "player.ann may not publish on vrg/m/clock: dropped",
-        "player.ann may not publish on vrg/m/poses: dropped",
-    ]
-
-
-def test_a_session_that_was_never_named_is_told_by_its_id() -> None:
-    assert told(cached("Put (ingress) on vrg/m/clock"), intercepted()) == [
-        f"session {ANN} may not publish on vrg/m/clock: dropped"
-    ]
-
-
-def test_the_routers_own_routing_is_no_refusal_of_anybodys() -> None:
-    assert told(SEEN, cached("Declare Liveliness Subscriber (egress) on vrg/m/**"), intercepted()) == []
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ([SEEN, decided(PUT)], []),
+        ([SEEN, cached("Put (ingress) on vrg/m/estop", verdict="authorized") * 100], []),
+        ([SEEN, cached("Declare Liveliness Subscriber (egress) on vrg/m/**"), intercepted()], []),
+        ([cached(PUT), intercepted()], [f"session {ANN} may not publish on vrg/m/clock: dropped"]),
+        (
+            [SEEN, cached(PUT), cached(PUT.replace("clock", "poses"), OTHER), intercepted(), intercepted(OTHER)],
+            [CLOCK, CLOCK.replace("clock", "poses")],
+        ),
+        (
+            ["2026-11-22T18:43:48.8Z WARN acc-0 ThreadId(05) zenoh_link_tls::unicast: invalid peer certificate: "
+             "BadSignature. Hint: increase the system open file limit.\n"],
+            ["a process was not let in: invalid peer certificate: BadSignature"],
+        ),
+        (
+            [f"2026-11-22T18:43:49.0Z  INFO acc-0 ThreadId(05) {PLACE}::access_control: {ANN} did not match any "
+             "configured ACL subject. Default permission `Deny` will be applied on all messages\n"],
+            ["a process has connected whose certificate is of no seat of this match: it may do nothing"],
+        ),
+        (
+            ["2026-11-22T18:43:48.8Z ERROR rx-0 ThreadId(05) zenoh_transport::common: something is wrong\n"],
+            ["zenoh: something is wrong"],
+        ),
+    ],
+    ids=["only worked out", "allowed", "the router's own routing", "never named", "two threads", "not let in",
+         "of no seat", "another warning of zenoh"],
+)  # fmt: skip
+def test_of_a_log_is_told(lines: list[str], said: list[str]) -> None:
+    assert told(*lines) == said
 
 
 def test_what_comes_again_and_again_is_told_at_powers_of_ten() -> None:
     refusals = Refusals(0.0)
-    once = (cached("Put (ingress) on vrg/m/clock") + intercepted()).encode()
+    once = (cached(PUT) + intercepted()).encode()
     refusals.read(SEEN.encode(), 0.0)
     said = [line for _ in range(1000) for line in refusals.read(once, 0.0)]
-    clock = "player.ann may not publish on vrg/m/clock: dropped"
-    assert said == [clock, *(f"{clock} ({count} times by now)" for count in (10, 100, 1000))]
+    assert said == [CLOCK, *(f"{CLOCK} ({count} times by now)" for count in (10, 100, 1000))]
 
 
 BOB = "1cbaed3d270eb4e23efdbf4c9273d2b8"
 
 
-def of_bob(lines: str) -> str:
-    return lines.replace(ANN, BOB).replace("player.ann", "player.bob")
-
-
-def flood(number: int) -> bytes:
-    return "".join(cached(f"Put (ingress) on vrg/m/{n}") + intercepted() for n in range(number)).encode()
+def flood(number: int, match: str = "m") -> bytes:
+    return "".join(cached(f"Put (ingress) on vrg/{match}/{n}") + intercepted() for n in range(number)).encode()
 
 
 def test_a_flood_of_different_refusals_is_counted_and_not_written() -> None:
@@ -113,22 +111,15 @@ def test_a_flood_of_different_refusals_is_counted_and_not_written() -> None:
     assert refusals.read(flood(400)[: len(flood(200))], 2.0) == []
     later = refusals.read(SEEN.encode(), REFUSAL_WINDOW + 1.0)
     assert later == [f"player.ann: {200 - MAX_LINES} further refusals within 10 s were not listed"]
-    new = "".join(cached(f"Put (ingress) on vrg/n/{n}") + intercepted() for n in range(200)).encode()
-    assert len(refusals.read(new, REFUSAL_WINDOW + 2.0)) == MAX_LINES, "the next window begins anew"
+    assert len(refusals.read(flood(200, "n"), REFUSAL_WINDOW + 2.0)) == MAX_LINES, "the next window begins anew"
 
 
-def test_the_flood_of_one_seat_does_not_hide_what_another_one_does() -> None:
+@pytest.mark.parametrize("many", [200, 6000])
+def test_however_great_the_flood_of_one_seat_is_the_others_are_known_by_name(many: int) -> None:
     refusals = Refusals(0.0)
-    refusals.read(SEEN.encode() + flood(200), 1.0)
-    other = of_bob(SEEN + cached("Put (ingress) on vrg/m/clock") + intercepted())
-    assert refusals.read(other.encode(), 2.0) == ["player.bob may not publish on vrg/m/clock: dropped"]
-
-
-def test_however_great_the_flood_of_one_seat_is_the_others_are_known_by_name() -> None:
-    refusals, many = Refusals(0.0), 6000
     refusals.read(SEEN.encode() + flood(many), 1.0)
-    once = cached("Put (ingress) on vrg/m/clock") + intercepted()
-    assert refusals.read(of_bob(SEEN + once).encode(), 2.0) == ["player.bob may not publish on vrg/m/clock: dropped"]
+    other = (SEEN + cached(PUT) + intercepted()).replace(ANN, BOB).replace("player.ann", "player.bob")
+    assert refusals.read(other.encode(), 2.0) == ["player.bob may not publish on vrg/m/clock: dropped"]
     assert refusals.read(b"\n", REFUSAL_WINDOW + 1.0) == [
         f"player.ann: {many - MAX_LINES} further refusals within 10 s were not listed"
     ]
@@ -141,25 +132,7 @@ def test_what_was_not_listed_is_told_at_the_end_of_the_log() -> None:
     assert refusals.end() == []
 
 
-def test_who_does_not_get_in_is_told() -> None:
-    warning = (
-        "2026-11-22T18:43:48.805163Z  WARN acc-0 ThreadId(05) zenoh_link_tls::unicast: invalid peer certificate: "
-        "BadSignature. Hint: increase the system open file limit.\n"
-    )
-    assert told(warning) == ["a process was not let in: invalid peer certificate: BadSignature"]
-    info = (
-        f"2026-11-22T18:43:49.018166Z  INFO acc-0 ThreadId(05) {PLACE}::access_control: {ANN} did not match any "
-        "configured ACL subject. Default permission `Deny` will be applied on all messages\n"
-    )
-    assert told(info) == ["a process has connected whose certificate is of no seat of this match: it may do nothing"]
-
-
-def test_other_warnings_of_zenoh_are_kept() -> None:
-    line = "2026-11-22T18:43:48.8Z ERROR rx-0 ThreadId(05) zenoh_transport::common: something is wrong\n"
-    assert told(line) == ["zenoh: something is wrong"]
-
-
-WHOLE = (SEEN + cached("Put (ingress) on vrg/m/clock") + intercepted() + cached("Put (ingress) on vrg/m/ł")).encode()
+WHOLE = (SEEN + cached(PUT) + intercepted() + cached("Put (ingress) on vrg/m/ł")).encode()
 
 
 @given(st.lists(st.integers(0, len(WHOLE)), max_size=6))
@@ -168,7 +141,7 @@ def test_bytes_may_come_in_any_pieces(cuts: list[int]) -> None:
     ends = [0, *sorted(cuts), len(WHOLE)]
     for begin, end in pairwise(ends):
         said += refusals.read(WHOLE[begin:end], 0.0)
-    assert said == ["player.ann may not publish on vrg/m/clock: dropped"]
+    assert said == [CLOCK]
 
 
 @given(st.binary(max_size=300))

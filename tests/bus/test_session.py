@@ -3,13 +3,13 @@
 import contextlib
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import pytest
 import zenoh
 
+from tests.bus.bench import KEYS, PATIENCE, Pair, call, free, wait
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.configuration import MAX_MESSAGE_SIZE, client_settings
@@ -19,146 +19,76 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.process import claim, run_node, run_world
 from vrg.bus.session import Session, configuration, open_router, open_session
-from vrg.bus.topics import Keys, Qos, Topic
+from vrg.bus.topics import Qos, Topic
 from vrg.errors import BusError, DuplicateNodeError
 from vrg.types import STILL, Twist
 
-KEYS = Keys("m")
-PATIENCE = 60.0
+CALLS, LIMITS = KEYS.referee_event, KEYS.speed_limit()
 
 
 @pytest.fixture
 def endpoint() -> Iterator[str]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        found = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    found = free()
     with open_router(found):
         yield found
 
 
-def wait(condition: Callable[[], bool], what: str) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, f"waited {PATIENCE} s in vain for {what}"
-        time.sleep(0.005)
+def limit(v_max: float) -> tuple[Topic[m.SpeedLimit], m.SpeedLimit]:
+    return KEYS.speed_limit("ann"), m.SpeedLimit(v_max=v_max)
 
 
-def receive(session: Session, mailbox: Mailbox) -> None:
-    session.receive()
-    mailbox.handover(0.0)
+def limited(pair: Pair) -> float | None:
+    """The newest limit; the second inlet is that of limits."""
+    latest = pair.inlets[1].latest
+    return None if latest is None else latest.body.v_max
 
 
-def call(number: int) -> m.Call:
-    return m.Call(number=number, rule="r", text="", players=(), poses=(), clock=0.0)
+def lose(*sessions: Session) -> None:
+    wait(lambda: not any(session.connected for session in sessions), "the link to be missed")
 
 
-class Calls:
-    """Calls that one session publishes and another one hears. The mailboxes must be attached to `other`."""
-
-    def __init__(self, one: Session, other: Session) -> None:
-        self._one, self._other = one, other
-        self.sender, self.receiver = Mailbox("coordinator/referee"), Mailbox()
-        self._inlet = self.receiver.subscribe(KEYS.referee_event)
-        self.numbers: list[int] = []
-
-    def send(self, number: int) -> None:
-        self.sender.publish(KEYS.referee_event, call(number))
-        self._one.send(self.sender.collect())
-
-    def heard(self, number: int) -> bool:
-        receive(self._other, self.receiver)
-        self.numbers.extend(c.body.number for c in self._inlet.take())
-        return number in self.numbers
-
-
-def test_a_message_that_is_too_long_is_dropped_and_the_link_stays(endpoint: str) -> None:
-    heard: list[int] = []
+@pytest.fixture
+def sessions(endpoint: str) -> Iterator[tuple[Session, Session]]:
     with open_session(endpoint) as one, open_session(endpoint) as other:
-        other.watch_raw("vrg/m/**", lambda _, payload: heard.append(len(payload)), history=False)
-        assert one.wait_for_listener("vrg/m/x", Qos.EVENT, PATIENCE)
-        raw = one._link.raw
-        for length in (1, MAX_MESSAGE_SIZE + 1, MAX_MESSAGE_SIZE // 2, 2):
-            raw.put("vrg/m/x", bytes(length), congestion_control=zenoh.CongestionControl.BLOCK)
-        wait(lambda: 2 in heard, "the last message")
+        yield one, other
+
+
+def test_a_message_that_is_too_long_is_dropped_and_the_link_stays(sessions: tuple[Session, Session]) -> None:
+    heard: list[int] = []
+    one, other = sessions
+    other.watch_raw("vrg/m/**", lambda _, payload: heard.append(len(payload)), history=False)
+    assert one.wait_for_listener("vrg/m/x", Qos.EVENT, PATIENCE)
+    for length in (1, MAX_MESSAGE_SIZE + 1, MAX_MESSAGE_SIZE // 2, 2):
+        one._link.raw.put("vrg/m/x", bytes(length), congestion_control=zenoh.CongestionControl.BLOCK)
+    wait(lambda: 2 in heard, "the last message")
     assert heard == [1, MAX_MESSAGE_SIZE // 2, 2]
 
 
-def test_a_message_goes_from_one_session_to_another(endpoint: str) -> None:
-    with open_session(endpoint) as one, open_session(endpoint) as other:
-        sender, receiver = Mailbox(), Mailbox()
-        inlet = receiver.subscribe(KEYS.drive())
-        other.attach(receiver)
-        topic = KEYS.drive("a")
-        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
-        sender.handover(2.5)
-        sender.publish(topic, m.Drive(twist=Twist(1.0, 2.0)))
-        one.send(sender.collect())
-
-        def arrived() -> bool:
-            receive(other, receiver)
-            return inlet.latest is not None
-
-        wait(arrived, "the message")
-        assert inlet.latest is not None
-        assert (inlet.latest.stamp, inlet.latest.body.twist.w) == (2.5, 2.0)
-
-
-def test_a_late_joiner_is_given_the_state_at_once(endpoint: str) -> None:
-    with open_session(endpoint) as one:
-        sender = Mailbox()
-        for v_max in (0.3, 0.5):
-            sender.publish(KEYS.speed_limit("a"), m.SpeedLimit(v_max=v_max))
-        one.send(sender.collect())
-        with open_session(endpoint) as other:
-            receiver = Mailbox()
-            inlet = receiver.subscribe(KEYS.speed_limit())
-            other.attach(receiver)
-            wait(lambda: (receive(other, receiver), inlet.latest is not None)[1], "the state of before")
-            assert inlet.latest is not None
-            assert inlet.latest.body.v_max == 0.5
-
-
-def test_events_arrive_all_and_in_order(endpoint: str) -> None:
-    with open_session(endpoint) as one, open_session(endpoint) as other:
-        sender, receiver = Mailbox(), Mailbox()
-        inlet = receiver.subscribe(KEYS.referee_event)
-        other.attach(receiver)
-        topic = KEYS.referee_event
-        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
-        for number in range(500):
-            sender.publish(topic, call(number))
-        one.send(sender.collect())
-        got: list[int] = []
-
-        def all_here() -> bool:
-            receive(other, receiver)
-            got.extend(r.body.number for r in inlet.take())
-            return len(got) >= 500
-
-        wait(all_here, "500 events")
-        assert got == list(range(500))
+def test_a_late_joiner_is_given_the_state_at_once(sessions: tuple[Session, Session]) -> None:
+    pair = Pair(*sessions, CALLS, LIMITS)
+    pair.send(limit(0.3), limit(0.5))
+    pair.other.attach(pair.receiver)
+    pair.until(lambda: limited(pair), "the state of before")
+    assert limited(pair) == 0.5
 
 
 def test_events_that_were_missed_while_the_router_was_away_come_later() -> None:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    endpoint = free()
     with contextlib.ExitStack() as stack:
         router = contextlib.ExitStack()
         router.enter_context(open_router(endpoint))
         one, other = (stack.enter_context(open_session(endpoint)) for _ in range(2))
-        calls = Calls(one, other)
-        other.attach(calls.receiver)
-        assert one.wait_for_listener(KEYS.referee_event.key, KEYS.referee_event.qos, PATIENCE)
-        calls.send(1)
-        wait(lambda: calls.heard(1), "the first")
+        pair = Pair(one, other, CALLS)
+        pair.ready()
+        pair.call(1)
+        pair.until_called(1)
         router.close()
-        wait(lambda: not one.connected and not other.connected, "the router to be missed")
-        calls.send(2)
-        calls.send(3)
+        lose(one, other)
+        pair.call(2)
+        pair.call(3)
         stack.enter_context(open_router(endpoint))
-        wait(lambda: calls.heard(3), "what was missed")
-        assert calls.numbers == [1, 2, 3]
+        pair.until_called(3)
+        assert pair.numbers == [1, 2, 3]
 
 
 @pytest.fixture
@@ -184,7 +114,8 @@ def test_a_message_under_the_key_of_another_robot_is_refused_and_counted(
         session.watch_raw(KEYS.drive().key, lambda key, payload: raw.append((key, payload)))
 
         def heard(v: float) -> bool:
-            receive(session, receiver)
+            session.receive()
+            receiver.handover(0.0)
             return ann in wide.by_key and wide.by_key[ann].body.twist.v == v
 
         wait(lambda: (put(ann, drive("ann", 0.5)), heard(0.5))[1], "the first")
@@ -194,7 +125,7 @@ def test_a_message_under_the_key_of_another_robot_is_refused_and_counted(
         put(ann, drive("ann", 0.6, 3))
         wait(lambda: heard(0.6), "the last")
         wait(lambda: session.refused == {bob: 2 * 3}, "each of the three that listen to refuse both")
-        wait(lambda: (receive(session, receiver), bool(exact.by_key))[1], "what was meant for the robot")
+        wait(lambda: heard(0.6) and exact.by_key, "what was meant for the robot")
         assert [r.body.twist.v for r in exact.by_key.values()] == [0.1]
         assert {key: r.body.twist.v for key, r in wide.by_key.items()} == {ann: 0.6, bob: 0.1}
 
@@ -218,7 +149,8 @@ def test_with_seats_a_sender_is_heard_on_its_own_keys_only(endpoint: str, put: C
         def heard() -> bool:
             put(key, drive("ann", 0.5, sender="player/ann/1"))
             put(key, drive("ann", 0.9, sender="player/bob/1"))
-            receive(session, receiver)
+            session.receive()
+            receiver.handover(0.0)
             senders.update(r.sender for r in inlet.take())
             return session.refused[key] > 3 and bool(senders)
 
@@ -298,105 +230,86 @@ def test_after_a_lost_link_there_is_a_new_session_that_has_everything_of_the_old
     endpoint: str, way: Cuttable, opened: list[str]
 ) -> None:
     """The receiver's link is cut: what it has missed comes later, once; what is from before it was there does not."""
-    topic = KEYS.referee_event
     with open_session(endpoint) as one, open_session(endpoint) as stranger, open_session(way.endpoint) as other:
-        calls, unheard = Calls(one, other), Mailbox("coordinator/other")
-        sender, receiver = calls.sender, calls.receiver
-        limits = receiver.subscribe(KEYS.speed_limit())
-        unheard.publish(topic, call(99))
         with open_session(endpoint) as third:
-            witness = Mailbox()
-            early = witness.subscribe(topic)
-            third.attach(witness)
-            assert stranger.wait_for_listener(topic.key, topic.qos, PATIENCE)
-            stranger.send(unheard.collect())
-            wait(lambda: (receive(third, witness), bool(early.take()))[1], "the router to have passed it on")
-        other.attach(receiver)
+            unheard = Pair(stranger, third, CALLS, name="coordinator/other")
+            unheard.ready()
+            unheard.call(99)
+            unheard.until_called(99)
+        pair = Pair(one, other, CALLS, LIMITS)
+        other.attach(pair.receiver)
         other.declare_alive(KEYS.alive("player", "ann", "1"))
         raw: list[str] = []
         other.watch_raw(KEYS.drive().key, lambda key, _payload: raw.append(key))
         take = other.collect_raw(KEYS.drive().key, 100)
-        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
-        calls.send(1)
-        wait(lambda: calls.heard(1), "the first")
-        calls.send(2)
+        assert one.wait_for_listener(CALLS.key, CALLS.qos, PATIENCE)
+        pair.call(1)
+        pair.until_called(1)
+        pair.call(2)
         way.cut()
-        wait(lambda: not other.connected, "the link to be missed")
-        calls.send(3)
-        sender.publish(KEYS.speed_limit("ann"), m.SpeedLimit(v_max=0.5))
-        calls.send(4)
+        lose(other)
+        pair.call(3)
+        pair.sender.publish(*limit(0.5))
+        pair.call(4)
         way.mend()
         wait(lambda: other.connected, "the link to be back")
-        calls.send(5)
-        wait(lambda: calls.heard(5), "what was missed, and what came then")
+        pair.call(5)
+        pair.until_called(5)
         assert len(opened) == len(set(opened)) == 5, "each with an id of its own"
         assert KEYS.alive("player", "ann", "1") in one.alive(KEYS.alive())
-        wait(lambda: (receive(other, receiver), limits.latest is not None)[1], "the state")
+        pair.until(lambda: limited(pair), "the state")
 
         def drives() -> bool:
-            sender.publish(KEYS.drive("ann"), m.Drive(twist=STILL))
-            one.send(sender.collect())
+            pair.send((KEYS.drive("ann"), m.Drive(twist=STILL)))
             return bool(raw) and bool(take())
 
         wait(drives, "what is only looked at")
-        calls.send(6)
-        wait(lambda: calls.heard(6), "the next")
-        assert calls.numbers == [1, 2, 3, 4, 5, 6]
+        pair.call(6)
+        pair.until_called(6)
+        assert pair.numbers == [1, 2, 3, 4, 5, 6]
 
 
 def test_what_was_published_while_the_link_was_lost_arrives_once(endpoint: str, way: Cuttable) -> None:
     """The sender's link is cut."""
-    topic = KEYS.referee_event
     with open_session(way.endpoint) as one, open_session(endpoint) as other:
-        calls = Calls(one, other)
-        sender, receiver = calls.sender, calls.receiver
-        limits = receiver.subscribe(KEYS.speed_limit())
-        other.attach(receiver)
+        pair = Pair(one, other, CALLS, LIMITS)
+        pair.other.attach(pair.receiver)
 
         def send(number: int) -> None:
-            sender.publish(KEYS.speed_limit("ann"), m.SpeedLimit(v_max=0.1 * number))
-            calls.send(number)
+            pair.sender.publish(*limit(0.1 * number))
+            pair.call(number)
 
-        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
+        assert one.wait_for_listener(CALLS.key, CALLS.qos, PATIENCE)
         send(1)
         send(2)
-        wait(lambda: calls.heard(2), "what was sent before")
+        pair.until_called(2)
         way.cut()
-        wait(lambda: not one.connected, "the link to be missed")
+        lose(one)
         send(3)
         send(4)
         way.mend()
-        wait(lambda: calls.heard(4), "what was sent meanwhile")
+        pair.until_called(4)
         send(5)
-        wait(lambda: calls.heard(5), "the next")
-        assert calls.numbers == [1, 2, 3, 4, 5]
-
-        def limited() -> bool:
-            receive(other, receiver)
-            return limits.latest is not None and limits.latest.body.v_max == 0.5
-
-        wait(limited, "the newest state")
+        pair.until_called(5)
+        assert pair.numbers == [1, 2, 3, 4, 5]
+        pair.until(lambda: limited(pair) == 0.5, "the newest state")
         with open_session(endpoint) as late:
-            joined = Mailbox()
-            inlet = joined.subscribe(KEYS.speed_limit())
-            late.attach(joined)
-            wait(lambda: (receive(late, joined), inlet.latest is not None)[1], "the state, for a late joiner")
+            joined = Pair(one, late, CALLS, LIMITS)
+            late.attach(joined.receiver)
+            joined.until(lambda: limited(joined), "the state, for a late joiner")
 
 
 def test_events_come_once_and_in_order_however_often_both_links_are_lost(endpoint: str) -> None:
     """The node takes in what has come at once, late, and while it is being asked what was missed."""
-    topic = KEYS.referee_event
     with (
         contextlib.closing(Cuttable(endpoint)) as out,
         contextlib.closing(Cuttable(endpoint)) as back,
         open_session(out.endpoint) as one,
         open_session(back.endpoint) as other,
     ):
-        sender, receiver = Mailbox("coordinator/referee"), Mailbox()
-        calls = receiver.subscribe(topic)
-        other.attach(receiver)
-        assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
-        numbers: list[int] = []
+        pair = Pair(one, other, CALLS)
+        pair.ready()
+        numbers = pair.numbers
         sent = turns = 0
         most = 1000
 
@@ -405,11 +318,11 @@ def test_events_come_once_and_in_order_however_often_both_links_are_lost(endpoin
             turns += 1
             if sent < most:
                 sent += 1
-                sender.publish(topic, call(sent))
-                one.send(sender.collect())
+                pair.call(sent)
             if turns % 3 == 0:
-                receive(other, receiver)
-                numbers.extend(c.body.number for c in calls.take())
+                other.receive()
+                pair.receiver.handover(0.0)
+                pair.called(sent)
             return bool(numbers)
 
         wait(go_on, "the first")
@@ -426,76 +339,62 @@ def test_events_come_once_and_in_order_however_often_both_links_are_lost(endpoin
             wait(lambda missed=missed: go_on() and numbers[-1] >= missed, "what was missed")  # type: ignore[misc]
             most, until = 10_000, sent + 60
             wait(lambda until=until: go_on() and sent >= until, "more")  # type: ignore[misc]
-        last = sent
-
-        def all_here() -> bool:
-            receive(other, receiver)
-            numbers.extend(c.body.number for c in calls.take())
-            return numbers[-1] == last
-
-        wait(all_here, "the last")
-        assert numbers == list(range(numbers[0], last + 1))
+        pair.until_called(sent)
+        assert numbers == list(range(numbers[0], sent + 1))
 
 
 def test_a_release_that_could_not_be_given_at_once_is_never_given(endpoint: str, way: Cuttable) -> None:
     """Somebody may have engaged the emergency stop again meanwhile."""
+    release = (KEYS.estop_release, m.EstopRelease(by="ann"))
     with open_session(way.endpoint) as one, open_session(endpoint) as other:
-        sender, receiver = Mailbox("official/ann"), Mailbox()
-        releases, stops = receiver.subscribe(KEYS.estop_release), receiver.subscribe(KEYS.estop)
-        other.attach(receiver)
-
-        def give(topic: Topic[m.Message], order: m.Message) -> None:
-            sender.publish(topic, order)
-            one.send(sender.collect())
-
-        def given() -> tuple[int, int]:
-            receive(other, receiver)
-            counts[0] += len(releases.take())
-            counts[1] += len(stops.take())
-            return counts[0], counts[1]
-
+        pair = Pair(one, other, KEYS.estop_release, KEYS.estop, name="official/ann")
+        pair.ready()
         counts = [0, 0]
-        assert one.wait_for_listener(KEYS.estop_release.key, Qos.EVENT, PATIENCE)
-        give(KEYS.estop_release, m.EstopRelease(by="ann"))  # type: ignore[arg-type]
-        wait(lambda: given() == (1, 0), "the first")
+
+        def given() -> list[int]:
+            counts[:] = [count + len(inlet.take()) for count, inlet in zip(counts, pair.inlets, strict=True)]
+            return counts
+
+        pair.send(release)
+        pair.until(lambda: given() == [1, 0], "the first")
         way.cut()
-        wait(lambda: not one.connected, "the link to be missed")
-        give(KEYS.estop_release, m.EstopRelease(by="ann"))  # type: ignore[arg-type]
-        give(KEYS.estop, m.Estop(by="ann"))  # type: ignore[arg-type]
+        lose(one)
+        pair.send(release)
+        pair.send((KEYS.estop, m.Estop(by="ann")))
         way.mend()
-        wait(lambda: given()[1] == 1, "the emergency stop, which counts whenever it comes")
+        pair.until(lambda: given()[1] == 1, "the emergency stop, which counts whenever it comes")
         assert counts == [1, 1]
-        give(KEYS.estop_release, m.EstopRelease(by="ann"))  # type: ignore[arg-type]
-        wait(lambda: given() == (2, 1), "the next")
+        pair.send(release)
+        pair.until(lambda: given() == [2, 1], "the next")
 
 
-def test_a_mailbox_can_be_attached_while_a_link_is_lost(endpoint: str, way: Cuttable) -> None:
+def test_a_mailbox_can_be_attached_and_a_listener_waited_for_while_a_link_is_lost(endpoint: str, way: Cuttable) -> None:
     with open_session(way.endpoint) as session, open_session(endpoint) as other:
+        listening = Mailbox()
+        listening.subscribe(KEYS.estop)
+        other.attach(listening)
         way.cut()
-        wait(lambda: not session.connected, "the link to be missed")
-        mailbox, sender = Mailbox(), Mailbox("coordinator/referee")
-        calls = mailbox.subscribe(KEYS.referee_event)
-        session.attach(mailbox)
-        way.mend()
-        assert other.wait_for_listener(KEYS.referee_event.key, Qos.EVENT, PATIENCE)
-        sender.publish(KEYS.referee_event, call(1))
-        other.send(sender.collect())
-        wait(lambda: (receive(session, mailbox), bool(calls.take()))[1], "a call")
-
-
-def test_a_listener_is_waited_for_while_the_link_is_lost(endpoint: str, way: Cuttable) -> None:
-    with open_session(way.endpoint) as session, open_session(endpoint) as other:
-        mailbox = Mailbox()
-        mailbox.subscribe(KEYS.estop)
-        other.attach(mailbox)
-        way.cut()
-        wait(lambda: not session.connected, "the link to be missed")
+        lose(session)
+        pair = Pair(other, session, CALLS)
+        session.attach(pair.receiver)
         threading.Timer(0.3, way.mend).start()
         assert session.wait_for_listener(KEYS.estop.key, Qos.EVENT, PATIENCE)
+        assert other.wait_for_listener(CALLS.key, Qos.EVENT, PATIENCE)
+        pair.call(1)
+        pair.until_called(1)
+
+
+def raises(session: Session, kind: type[Exception]) -> bool:
+    """Whether taking in messages raises an error of this kind."""
+    try:
+        session.receive()
+    except kind:
+        return True
+    return False
 
 
 def test_what_goes_wrong_with_a_link_is_raised_where_messages_are_received(
-    endpoint: str, way: Cuttable, monkeypatch: pytest.MonkeyPatch
+    way: Cuttable, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails(_settings: object) -> None:
         raise OSError("the keys are gone")
@@ -503,22 +402,12 @@ def test_what_goes_wrong_with_a_link_is_raised_where_messages_are_received(
     with open_session(way.endpoint) as session:
         monkeypatch.setattr(zenoh, "open", fails)
         way.cut()
-
-        def raised() -> bool:
-            try:
-                session.receive()
-            except OSError:
-                return True
-            return False
-
-        wait(raised, "the error")
+        wait(lambda: raises(session, OSError), "the error")
 
 
 def test_nobody_at_the_endpoint_is_told_with_what_to_do() -> None:
-    with (
-        pytest.raises(BusError, match="start one with `vrg node"),
-        open_session("tcp/127.0.0.1:1", patience=0.3),
-    ):
+    told = pytest.raises(BusError, match="start one with `vrg node")
+    with told, open_session("tcp/127.0.0.1:1", patience=0.3):
         pass
 
 
@@ -527,31 +416,25 @@ def test_an_endpoint_that_is_taken_is_told(endpoint: str) -> None:
         pass
 
 
-def test_waiting_for_a_listener_ends(endpoint: str) -> None:
+def test_waiting_for_a_listener_ends_and_closing_twice_is_harmless(endpoint: str) -> None:
     with open_session(endpoint) as one:
         assert not one.wait_for_listener(KEYS.estop.key, Qos.EVENT, 0.1)
+        one.close()
 
 
-def test_of_two_nodes_of_one_name_the_second_is_refused(endpoint: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_of_two_nodes_of_one_name_the_second_is_refused_until_the_first_has_left(
+    endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr("vrg.bus.process.TAKEOVER_TIMEOUT", 0.3)
-    with open_session(endpoint) as one, open_session(endpoint) as other:
-        claim(one, KEYS, "coordinator", "referee")
-        wait(lambda: bool(other.alive(KEYS.alive("coordinator", "referee"))), "the token of the first")
-        with pytest.raises(DuplicateNodeError, match="already has a coordinator named 'referee'"):
-            claim(other, KEYS, "coordinator", "referee")
-        claim(other, KEYS, "player", "referee")
-
-
-def test_a_node_that_left_can_be_replaced(endpoint: str) -> None:
     with open_session(endpoint) as other:
         with open_session(endpoint) as one:
-            claim(one, KEYS, "world", "world")
-        claim(other, KEYS, "world", "world")
-
-
-def test_closing_twice_is_harmless(endpoint: str) -> None:
-    with open_session(endpoint) as one:
-        one.close()
+            claim(one, KEYS, "coordinator", "referee")
+            wait(lambda: other.alive(KEYS.alive("coordinator", "referee")), "the token of the first")
+            with pytest.raises(DuplicateNodeError, match="already has a coordinator named 'referee'"):
+                claim(other, KEYS, "coordinator", "referee")
+            claim(other, KEYS, "player", "referee")
+        monkeypatch.undo()
+        claim(other, KEYS, "coordinator", "referee")
 
 
 class Clockwork(Node):
@@ -627,81 +510,64 @@ def test_a_node_ticks_by_the_match_clock_and_is_told_when_it_stops(endpoint: str
     assert node.seen[-1].time == pytest.approx(live[-1], abs=0.1)
 
 
-def test_an_exception_of_a_node_stops_its_robot_and_is_not_swallowed(endpoint: str, world: threading.Event) -> None:
-    with open_session(endpoint) as session, open_session(endpoint) as watching:
-        mailbox = Mailbox()
-        drives = mailbox.subscribe(KEYS.drive())
-        watching.attach(mailbox)
-        with pytest.raises(ZeroDivisionError):
-            run_node(Listener(fails_at=0.0), session, KEYS, threading.Event())
-        wait(lambda: (receive(watching, mailbox), drives.latest is not None)[1], "the last command")
-        assert drives.latest is not None
-        assert not drives.latest.body.armed
+def test_an_exception_of_a_node_stops_its_robot_and_is_not_swallowed(
+    sessions: tuple[Session, Session], world: threading.Event
+) -> None:
+    pair = Pair(*sessions, KEYS.drive())
+    pair.other.attach(pair.receiver)
+    with pytest.raises(ZeroDivisionError):
+        run_node(Listener(fails_at=0.0), sessions[0], KEYS, threading.Event())
+    pair.until(lambda: pair.inlets[0].latest, "the last command")
+    assert not pair.inlets[0].latest.body.armed
 
 
-def test_missed_ticks_are_counted(endpoint: str) -> None:
+def test_missed_ticks_are_counted(sessions: tuple[Session, Session]) -> None:
     node, stop = Listener(), threading.Event()
-    with open_session(endpoint) as session, open_session(endpoint) as other:
-        world = Mailbox()
-        thread = threading.Thread(target=lambda: results.append(run_node(node, session, KEYS, stop)))
-        results: list[object] = []
-        thread.start()
-        assert other.wait_for_listener(KEYS.clock.key, Qos.LATEST, PATIENCE)
-        for tick in (0, 5, 35):
-            before = len(node.seen)
-            world.handover(tick * 0.02)
-            world.publish(KEYS.clock, m.Clock(time=tick * 0.02, tick=tick, epoch=0, rate=1.0, estop=False))
-            other.send(world.collect())
-            wait(lambda before=before: len(node.seen) > before, "a tick")  # type: ignore[misc]
-        stop.set()
-        thread.join(PATIENCE)
+    session, other = sessions
+    world = Pair(other, session)
+    results: list[object] = []
+    thread = threading.Thread(target=lambda: results.append(run_node(node, session, KEYS, stop)))
+    thread.start()
+    assert other.wait_for_listener(KEYS.clock.key, Qos.LATEST, PATIENCE)
+    for tick in (0, 5, 35):
+        before = len(node.seen)
+        world.sender.handover(tick * 0.02)
+        world.send((KEYS.clock, m.Clock(time=tick * 0.02, tick=tick, epoch=0, rate=1.0, estop=False)))
+        wait(lambda before=before: len(node.seen) > before, "a tick")  # type: ignore[misc]
+    stop.set()
+    thread.join(PATIENCE)
     assert results[0].missed == 5  # type: ignore[attr-defined]
 
 
-def test_of_a_flood_the_newest_state_counts_and_events_are_dropped(endpoint: str) -> None:
+def test_of_a_flood_the_newest_state_counts_and_events_are_dropped(sessions: tuple[Session, Session]) -> None:
     """The clock of a world that is a hundred times as fast as real time comes 5,000 times a second."""
-    with open_session(endpoint) as one, open_session(endpoint) as other:
-        sender, receiver = Mailbox("world/world"), Mailbox()
-        clock, calls = receiver.subscribe(KEYS.clock), receiver.subscribe(KEYS.referee_event)
-        other.attach(receiver)
-        for topic in (KEYS.clock, KEYS.referee_event):
-            assert one.wait_for_listener(topic.key, topic.qos, PATIENCE)
-        number = 3 * MAX_MESSAGE_RATE
-        for tick in range(number):
-            sender.publish(KEYS.clock, m.Clock(time=tick * 0.02, tick=tick, epoch=0, rate=100.0, estop=False))
-            sender.publish(KEYS.referee_event, call(tick))
-        sender.publish(KEYS.clock, m.Clock(time=1e6, tick=10**7, epoch=0, rate=100.0, estop=False))
-        one.send(sender.collect())
-        heard: list[int] = []
+    pair = Pair(*sessions, CALLS, KEYS.clock, name="world/world")
+    pair.ready()
+    number = 3 * MAX_MESSAGE_RATE
+    for tick in range(number):
+        pair.sender.publish(KEYS.clock, m.Clock(time=tick * 0.02, tick=tick, epoch=0, rate=100.0, estop=False))
+        pair.sender.publish(CALLS, call(tick))
+    pair.send((KEYS.clock, m.Clock(time=1e6, tick=10**7, epoch=0, rate=100.0, estop=False)))
 
-        def newest() -> bool:
-            receive(other, receiver)
-            heard.extend(c.body.number for c in calls.take())
-            return clock.latest is not None and clock.latest.body.tick == 10**7
+    def newest() -> bool:
+        pair.called(number)
+        latest = pair.inlets[1].latest
+        return latest is not None and latest.body.tick == 10**7
 
-        wait(newest, "the newest clock")
-        wait(lambda: newest() and bool(other.dropped), "events to be dropped")
-        assert heard == sorted(heard)
-        assert len(heard) < number
-        assert not other.refused
+    other = sessions[1]
+    pair.until(newest, "the newest clock")
+    pair.until(lambda: newest() and other.dropped, "events to be dropped")
+    assert pair.numbers == sorted(pair.numbers)
+    assert len(pair.numbers) < number
+    assert not other.refused
 
 
-def test_an_alarm_that_fails_is_raised_by_the_next_look(endpoint: str) -> None:
+def test_an_alarm_that_fails_is_raised_by_the_next_look(sessions: tuple[Session, Session]) -> None:
     def fail(_: object) -> None:
         raise ValueError("broken")
 
-    with open_session(endpoint) as one, open_session(endpoint) as other:
-        sender, receiver = Mailbox("official/ann"), Mailbox()
-        receiver.subscribe(KEYS.estop, alarm=fail)
-        other.attach(receiver)
-        assert one.wait_for_listener(KEYS.estop.key, KEYS.estop.qos, PATIENCE)
-        sender.publish(KEYS.estop, m.Estop(by="ann"))
-        one.send(sender.collect())
-
-        def failed() -> bool:
-            with contextlib.suppress(ValueError):
-                other.receive()
-                return False
-            return True
-
-        wait(failed, "the failure")
+    pair = Pair(*sessions, name="official/ann")
+    pair.inlets = [pair.receiver.subscribe(KEYS.estop, alarm=fail)]
+    pair.ready()
+    pair.send((KEYS.estop, m.Estop(by="ann")))
+    wait(lambda: raises(sessions[1], ValueError), "the failure")

@@ -1,106 +1,61 @@
 """The contract of a transport, for each of them."""
 
-import socket
 import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from collections.abc import Iterator
 
 import pytest
 
+from tests.bus.bench import KEYS, PATIENCE, Pair, call, free, wait
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message
 from vrg.bus.node import Node, Tick
 from vrg.bus.session import Session, open_router, open_session
-from vrg.bus.topics import Keys, Topic
-from vrg.bus.transport import MemoryTransport, OnArrival, Transport, turn
-from vrg.types import Pose, Twist
+from vrg.bus.transport import MemoryTransport, Transport, turn
+from vrg.types import Twist
 
-KEYS = Keys("m")
-PATIENCE = 60.0
+Transports = tuple[Transport, Transport]
 
 
 @pytest.fixture(params=["memory", "strict memory", "sessions"])
-def pair(request: pytest.FixtureRequest) -> Iterator[tuple[Transport, Transport]]:
+def pair(request: pytest.FixtureRequest) -> Iterator[Transports]:
     """The transports of two nodes."""
     if request.param != "sessions":
         memory = MemoryTransport(strict=request.param == "strict memory")
         yield memory, memory
         return
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    with ExitStack() as stack:
-        stack.enter_context(open_router(endpoint))
-        yield stack.enter_context(open_session(endpoint)), stack.enter_context(open_session(endpoint))
+    endpoint = free()
+    with open_router(endpoint), open_session(endpoint) as one, open_session(endpoint) as other:
+        yield one, other
 
 
-def call(number: int) -> m.Call:
-    return m.Call(number=number, rule="r", text="", players=("a",), poses=(Pose(1.0, 2.0, 0.5),), clock=0.5)
+def test_all_events_arrive_in_their_order(pair: Transports) -> None:
+    table = Pair(*pair, KEYS.referee_event)
+    table.ready()
+    for first in range(0, 500, 100):
+        table.call(*range(first, first + 100))
+    table.until_called(499)
+    assert table.numbers == list(range(500))
 
 
-class Table:
-    """One who publishes, and one who hears."""
-
-    def __init__(self, pair: tuple[Transport, Transport], *topics: Topic[Message]) -> None:
-        self.one, self.other = pair
-        self.sender, self.receiver = Mailbox("coordinator/referee"), Mailbox()
-        self.inlets = [self.receiver.subscribe(topic) for topic in topics]
-
-    def ready(self, *topics: Topic[Message], on_arrival: OnArrival | None = None) -> None:
-        """Attach the receiver, and wait until the sender's transport knows that somebody listens."""
-        self.other.attach(self.receiver, on_arrival)
-        for topic in topics:
-            if isinstance(self.one, Session):
-                assert self.one.wait_for_listener(topic.key, topic.qos, PATIENCE)
-
-    def send(self, *messages: tuple[Topic[Message], Message]) -> None:
-        for topic, body in messages:
-            self.sender.publish(topic, body)
-        self.one.send(self.sender.collect())
-
-    def receive_until(self, condition: Callable[[], bool]) -> None:
-        deadline = time.monotonic() + PATIENCE
-        while True:
-            self.other.receive()
-            self.receiver.handover(0.0)
-            if condition():
-                return
-            assert time.monotonic() < deadline, f"waited {PATIENCE} s in vain"
-            time.sleep(0.005)
-
-
-def test_all_events_arrive_in_their_order(pair: tuple[Transport, Transport]) -> None:
-    table = Table(pair, KEYS.referee_event)
-    table.ready(KEYS.referee_event)
-    got: list[int] = []
-
-    def all_here() -> bool:
-        got.extend(c.body.number for c in table.inlets[0].take())
-        return len(got) >= 300
-
-    for first in range(0, 300, 100):
-        table.send(*((KEYS.referee_event, call(n)) for n in range(first, first + 100)))
-    table.receive_until(all_here)
-    assert got == list(range(300))
-
-
-def test_a_message_is_what_was_sent_with_its_stamp_and_sender(pair: tuple[Transport, Transport]) -> None:
-    table = Table(pair, KEYS.referee_event)
-    table.ready(KEYS.referee_event)
+def test_a_message_is_what_was_sent_with_its_stamp_and_sender_and_the_executor_is_called(pair: Transports) -> None:
+    table = Pair(*pair, KEYS.referee_event)
+    arrived: list[Inlet[Message]] = []
+    table.ready(on_arrival=arrived.append)
     table.sender.handover(2.5)
-    table.send((KEYS.referee_event, call(7)))
-    table.receive_until(lambda: table.inlets[0].latest is not None)
+    table.call(7)
+    table.until(lambda: table.inlets[0].latest is not None, "the call")
     got = table.inlets[0].latest
     assert got is not None
     assert (got.body, got.stamp, got.sequence, got.key) == (call(7), 2.5, 0, KEYS.referee_event.key)
     assert got.sender.startswith("coordinator/referee")
+    wait(lambda: bool(arrived), "the executor to be called")
+    assert arrived[0] is table.inlets[0]
 
 
-def test_of_what_is_perishable_the_newest_of_each_key_arrives(pair: tuple[Transport, Transport]) -> None:
+def test_of_what_is_perishable_the_newest_of_each_key_arrives(pair: Transports) -> None:
     a, b = KEYS.drive("a"), KEYS.drive("b")
-    table = Table(pair, KEYS.drive())
+    table = Pair(*pair, KEYS.drive())
     table.ready(a, b)
     inlet = table.inlets[0]
     for v in (0.1, 0.2, 0.3):
@@ -109,55 +64,41 @@ def test_of_what_is_perishable_the_newest_of_each_key_arrives(pair: tuple[Transp
     def speeds() -> dict[str, float]:
         return {key: r.body.twist.v for key, r in inlet.by_key.items() if isinstance(r.body, m.Drive)}
 
-    table.receive_until(lambda: speeds() == {a.key: 0.3, b.key: -0.3})
+    table.until(lambda: speeds() == {a.key: 0.3, b.key: -0.3}, "the newest")
 
 
-def test_only_the_keys_that_were_asked_for_are_heard(pair: tuple[Transport, Transport]) -> None:
+def test_only_the_keys_that_were_asked_for_are_heard(pair: Transports) -> None:
     a, b = KEYS.report("a"), KEYS.report("b")
-    table = Table(pair)
+    table = Pair(*pair)
     inlet = table.receiver.subscribe(KEYS.report(), only=[b.key])
     table.ready(a, b)
     table.send((a, m.Report(mode="a", armed=True)), (b, m.Report(mode="b", armed=True)))
-    table.receive_until(lambda: bool(inlet.by_key))
+    table.until(lambda: inlet.by_key, "what was asked for")
     assert set(inlet.by_key) == {b.key}
     inlet.only([a.key])
     table.send((a, m.Report(mode="c", armed=True)), (b, m.Report(mode="d", armed=True)))
-    table.receive_until(lambda: a.key in inlet.by_key)
+    table.until(lambda: a.key in inlet.by_key, "what is asked for now")
     assert [(r.key, r.body.mode) for r in inlet.by_key.values()] == [(b.key, "b"), (a.key, "c")]
 
 
-def test_who_publishes_what_it_subscribes_to_hears_itself(pair: tuple[Transport, Transport]) -> None:
-    one, _ = pair
-    own = Mailbox("coordinator/referee")
-    inlet = own.subscribe(KEYS.referee_event)
-    one.attach(own)
-    own.publish(KEYS.referee_event, call(1))
-    table = Table((one, one))
-    table.receiver = own
-    one.send(own.collect())
-    table.receive_until(lambda: inlet.latest is not None)
+def test_who_publishes_what_it_subscribes_to_hears_itself(pair: Transports) -> None:
+    table = Pair(pair[0], pair[0])
+    table.receiver = table.sender
+    table.inlets = [table.sender.subscribe(KEYS.referee_event)]
+    table.other.attach(table.sender)
+    table.call(1)
+    table.until_called(1)
 
 
-def test_the_executor_is_called_when_something_arrives(pair: tuple[Transport, Transport]) -> None:
-    table = Table(pair, KEYS.referee_event)
-    arrived: list[Inlet[Message]] = []
-    table.ready(KEYS.referee_event, on_arrival=arrived.append)
-    table.send((KEYS.referee_event, call(1)))
-    table.receive_until(lambda: bool(arrived))
-    assert arrived[0] is table.inlets[0]
-
-
-def test_an_alarm_sounds_without_a_tick_and_the_message_is_handed_over_at_the_next_one(
-    pair: tuple[Transport, Transport],
-) -> None:
-    table = Table(pair)
+def test_an_alarm_sounds_without_a_tick_and_the_message_is_handed_over_at_the_next_one(pair: Transports) -> None:
+    table = Pair(*pair)
     sounded = threading.Event()
     inlet = table.receiver.subscribe(KEYS.estop, alarm=lambda _: sounded.set())
     table.ready(KEYS.estop)
     table.send((KEYS.estop, m.Estop(by="ann")))
     assert sounded.wait(PATIENCE)
     assert inlet.take() == []
-    table.receive_until(lambda: bool(inlet.take()))
+    table.until(inlet.take, "the message")
 
 
 class _Counter(Node):
@@ -180,27 +121,27 @@ class _Counter(Node):
         self.mailbox.publish(KEYS.referee_event, call(self.heard + 1))
 
 
-def test_a_node_is_given_in_a_turn_what_others_have_published_in_earlier_ones(
-    pair: tuple[Transport, Transport],
-) -> None:
+def test_a_node_is_given_in_a_turn_what_others_have_published_in_earlier_ones(pair: Transports) -> None:
     nodes = [_Counter("a"), _Counter("b")]
     for node, transport in zip(nodes, pair, strict=True):
         transport.attach(node.mailbox)
     for transport in pair:
         if isinstance(transport, Session):
             assert transport.wait_for_listener(KEYS.referee_event.key, KEYS.referee_event.qos, PATIENCE)
-    deadline = time.monotonic() + PATIENCE
-    turns = 0
-    while nodes[1].heard < 10:
-        assert time.monotonic() < deadline
-        turns += 1
+    turns: list[Tick] = []
+
+    def one_more() -> bool:
+        turns.append(Tick(0.1 * (1 + len(turns))))
         for node, transport in zip(nodes, pair, strict=True):
             transport.receive()
-            turn([node], Tick(0.1 * turns), transport)
-    assert turns >= 5, "in each turn a node adds one at the most"
+            turn([node], turns[-1], transport)
+        return nodes[1].heard >= 10
+
+    wait(one_more, "the tenth call")
+    assert len(turns) >= 5, "in each turn a node adds one at the most"
 
 
-def test_in_one_turn_no_node_hears_another_one(pair: tuple[Transport, Transport]) -> None:
+def test_in_one_turn_no_node_hears_another_one(pair: Transports) -> None:
     transport, _ = pair
     nodes = [_Counter("a"), _Counter("b")]
     for node in nodes:
@@ -210,14 +151,17 @@ def test_in_one_turn_no_node_hears_another_one(pair: tuple[Transport, Transport]
     assert [node.heard for node in nodes] == [0, 0]
 
 
-def test_what_a_failing_node_raises_names_it_and_nothing_of_its_tick_is_sent() -> None:
-    class Failing(_Counter):
-        def tick(self, tick: Tick) -> None:
-            super().tick(tick)
-            raise ValueError("no")
+@pytest.mark.parametrize("where", ["begin", "tick"])
+def test_what_a_failing_node_raises_names_it_and_nothing_of_its_tick_is_sent(
+    where: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(tick: Tick) -> None:
+        node.mailbox.publish(KEYS.referee_event, call(1))
+        raise ValueError("no")
 
     transport = MemoryTransport()
-    node, other = Failing("a"), _Counter("b")
+    node, other = _Counter("a"), _Counter("b")
+    monkeypatch.setattr(node, where, fail)
     for each in (node, other):
         transport.attach(each.mailbox)
     with pytest.raises(ValueError, match="no") as caught:
@@ -225,13 +169,3 @@ def test_what_a_failing_node_raises_names_it_and_nothing_of_its_tick_is_sent() -
     assert caught.value.__notes__ == ["raised by coordinator a at match time 1.50 s"]
     turn([other], Tick(1.6), transport)
     assert other.heard == 0
-
-
-def test_what_a_node_raises_as_it_begins_names_it_too() -> None:
-    class Failing(_Counter):
-        def begin(self, tick: Tick) -> None:
-            raise ValueError("no")
-
-    with pytest.raises(ValueError, match="no") as caught:
-        turn([Failing("a")], Tick(1.5), MemoryTransport())
-    assert caught.value.__notes__ == ["raised by coordinator a at match time 1.50 s"]

@@ -2,19 +2,15 @@
 
 import threading
 
+import pytest
+
 from vrg.bus.wake_up import AutoResetEvent
 
 
-def test_a_wait_after_set_returns_at_once_and_resets() -> None:
+@pytest.mark.parametrize("times", [1, 5])
+def test_a_wait_after_one_set_or_several_returns_at_once_and_resets(times: int) -> None:
     event = AutoResetEvent()
-    event.set()
-    assert event.wait(10.0)
-    assert not event.wait(0.0)
-
-
-def test_several_sets_wake_once() -> None:
-    event = AutoResetEvent()
-    for _ in range(5):
+    for _ in range(times):
         event.set()
     assert event.wait(10.0)
     assert not event.wait(0.0)
