@@ -22,6 +22,7 @@ def _says(word: str) -> Submode[Signals, str]:
     return Submode(word, lambda _s: word)
 
 
+@pytest.fixture
 def agent() -> Agent[Signals, str]:
     return Agent(
         name="Walker",
@@ -47,36 +48,29 @@ def agent() -> Agent[Signals, str]:
     )
 
 
-def test_a_mode_is_entered_at_its_first_submode() -> None:
-    automaton = Automaton(agent())
+@pytest.fixture
+def automaton(agent: Agent[Signals, str]) -> Automaton[Signals, str]:
+    return Automaton(agent)
+
+
+def test_a_mode_is_entered_at_its_first_submode_also_after_a_restart(automaton: Automaton[Signals, str]) -> None:
     assert automaton.where == "-"
-    assert automaton.step(Signals()) == "Rest"
+    assert automaton.step(Signals(turn=True)) == "Rest", "an event that belongs to another place does nothing"
     assert automaton.where == "Free/Rest"
+    automaton.step(Signals(go=True))
+    automaton.restart()
+    assert automaton.step(Signals()) == "Rest"
 
 
-def test_one_inner_transition_a_step() -> None:
-    automaton = Automaton(agent())
+def test_one_inner_transition_a_step(automaton: Automaton[Signals, str]) -> None:
     both = Signals(go=True, turn=True)
     assert [automaton.step(both) for _ in range(3)] == ["Walk", "Turn", "Turn"]
 
 
-def test_outer_events_come_first() -> None:
-    automaton = Automaton(agent())
+def test_outer_events_come_first(automaton: Automaton[Signals, str]) -> None:
     automaton.step(Signals(go=True))
     assert automaton.step(Signals(turn=True, tagged=True)) == "Freeze"
     assert automaton.step(Signals()) == "Rest", "a mode that is entered again begins anew"
-
-
-def test_an_event_that_belongs_to_another_place_does_nothing() -> None:
-    automaton = Automaton(agent())
-    assert automaton.step(Signals(turn=True)) == "Rest"
-
-
-def test_a_restarted_automaton_begins_anew() -> None:
-    automaton = Automaton(agent())
-    automaton.step(Signals(go=True))
-    automaton.restart()
-    assert automaton.step(Signals()) == "Rest"
 
 
 def test_everything_wrong_with_a_declaration_is_told() -> None:
@@ -93,8 +87,8 @@ def test_everything_wrong_with_a_declaration_is_told() -> None:
         assert part in text
 
 
-def test_the_diagram_is_drawn_from_what_runs() -> None:
-    lines = [line.strip() for line in mermaid(agent()).splitlines()]
+def test_the_diagram_is_drawn_from_what_runs(agent: Agent[Signals, str]) -> None:
+    lines = [line.strip() for line in mermaid(agent).splitlines()]
     assert lines[0] == "stateDiagram-v2"
     assert "[*] --> Free: Start" in lines
     assert "Free --> Caught: Tagged" in lines

@@ -7,6 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vrg.agents.interception import intercept
+from vrg.types import Vector
 
 places = st.tuples(st.floats(-10, 10), st.floats(-10, 10))
 velocities = st.tuples(st.floats(-2, 2), st.floats(-2, 2))
@@ -14,7 +15,7 @@ velocities = st.tuples(st.floats(-2, 2), st.floats(-2, 2))
 
 @given(places, st.floats(0.1, 3), places, velocities, st.floats(0.2, 1))
 def test_at_the_meeting_both_have_driven_for_as_long_as_the_equation_says(
-    pursuer: tuple[float, float], speed: float, target: tuple[float, float], velocity: tuple[float, float], k: float
+    pursuer: Vector, speed: float, target: Vector, velocity: Vector, k: float
 ) -> None:
     assume(math.dist(pursuer, target) > 1e-3)
     met = intercept(pursuer, speed, target, velocity, k=k)
@@ -27,7 +28,7 @@ def test_at_the_meeting_both_have_driven_for_as_long_as_the_equation_says(
 
 @given(places, st.floats(0.1, 3), places, st.floats(0, 2 * math.pi), st.floats(0, 0.99))
 def test_a_faster_pursuer_always_meets_its_target(
-    pursuer: tuple[float, float], speed: float, target: tuple[float, float], course: float, fraction: float
+    pursuer: Vector, speed: float, target: Vector, course: float, fraction: float
 ) -> None:
     velocity = speed * fraction * math.cos(course), speed * fraction * math.sin(course)
     assert intercept(pursuer, speed, target, velocity) is not None
@@ -40,24 +41,20 @@ def test_of_two_meetings_the_first_is_taken() -> None:
     assert met.point[0] < 0
 
 
-def test_who_runs_away_faster_is_never_met() -> None:
+def test_who_runs_away_as_fast_or_faster_is_never_met() -> None:
+    assert intercept((0.0, 0.0), 1.0, (1.0, 0.0), (1.0, 0.0)) is None
     assert intercept((0.0, 0.0), 1.0, (1.0, 0.0), (1.5, 0.0)) is None
 
 
-def test_who_runs_away_as_fast_is_never_met() -> None:
-    assert intercept((0.0, 0.0), 1.0, (1.0, 0.0), (1.0, 0.0)) is None
-
-
-def test_equal_speeds_head_on_meet_in_the_middle() -> None:
-    met = intercept((0.0, 0.0), 1.0, (4.0, 0.0), (-1.0, 0.0))
+@pytest.mark.parametrize(
+    ("speed", "target", "velocity", "time", "point"),
+    [(1.0, (4.0, 0.0), (-1.0, 0.0), 2.0, (2.0, 0.0)), (2.0, (3.0, 4.0), (0.0, 0.0), 2.5, (3.0, 4.0))],
+    ids=["head on in the middle", "where it stands"],
+)
+def test_they_meet(speed: float, target: Vector, velocity: Vector, time: float, point: Vector) -> None:
+    met = intercept((0.0, 0.0), speed, target, velocity)
     assert met is not None
-    assert (met.time, met.point) == (pytest.approx(2.0), pytest.approx((2.0, 0.0)))
-
-
-def test_a_target_that_stands_is_met_where_it_stands() -> None:
-    met = intercept((0.0, 0.0), 2.0, (3.0, 4.0), (0.0, 0.0))
-    assert met is not None
-    assert (met.time, met.point) == (pytest.approx(2.5), pytest.approx((3.0, 4.0)))
+    assert (met.time, met.point) == (pytest.approx(time), pytest.approx(point))
 
 
 def test_being_near_is_enough_where_a_reach_is_given() -> None:

@@ -2,30 +2,25 @@
 
 import re
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.hal.fake_driver import MODEL, POSE, FakeDriver
+from tests.agents.bench import KEYS, Bench, referee_state
+from tests.hal.fake_driver import MODEL, POSE
 from vrg.agents.planner import Planner
-from vrg.agents.player import NONSENSE_LIMIT, Player
+from vrg.agents.player import NONSENSE_LIMIT
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus import messages as m
-from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.bus.radio import Radio
-from vrg.bus.topics import Keys
 from vrg.errors import StrategyError
-from vrg.hal.device import Device
 from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Twist
-
-KEYS = Keys("m")
 
 
 class Ahead(Strategy):
@@ -38,69 +33,43 @@ class Ahead(Strategy):
         return Twist(0.35, 0.0)
 
 
-class Bench:
-    """A player whose referee, world and robot are played by the test."""
-
-    def __init__(self) -> None:
-        self.robot = FakeDriver()
-        self.mailbox = Mailbox()
-        self.strategy = Ahead("a", MODEL)
-        device = Device(self.robot, KEYS, self.mailbox)
-        radio = Radio(KEYS, self.mailbox, "a", "t")
-        self.player = Player(self.mailbox, KEYS, device, self.strategy, team="t", radio=radio)
-        self.time = 0.0
-        self.sequence = 0
-        self.robot.told.clear()
-
-    def hear(self, body: m.Message, key: str = "k") -> None:
-        self.sequence += 1
-        for inlet in self.mailbox.inlets:
-            if inlet.topic.type is type(body):
-                inlet.offer(Received(key, self.time, self.sequence, body))
-
-    def tick(self, *, referee: bool = True, live: bool = True, advance: float = 0.1, **state: Any) -> list[str]:
-        """One tick; what the robot was told in it."""
-        self.time += advance
-        if referee:
-            self.hear(referee_state(**state), "referee")
-        self.robot.told.clear()
-        self.mailbox.handover(self.time)
-        self.player.tick(Tick(self.time, live))
-        return list(self.robot.told)
-
-    def sent(self) -> list[m.Message]:
-        """What the player has published."""
-        return [out.message.body for out in self.mailbox.collect()]
-
-    def report(self) -> m.Report:
-        body = self.sent()[-1]
-        assert isinstance(body, m.Report)
-        return body
-
-
-def referee_state(
-    may_move: bool = True, halted: str | None = None, estop: bool = False, name: str = "a"
-) -> m.RefereeState:
-    status = m.PlayerStatus(name=name, team="t", role="r", state="active", may_move=may_move, radius=0.35, pose=POSE)
-    return m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=halted, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=(status,), zones=(), estop=estop,
-    )  # fmt: skip
+@pytest.fixture
+def new() -> Bench[Ahead]:
+    """One that was never ticked."""
+    return Bench(Ahead("a", MODEL))
 
 
 @pytest.fixture
-def bench() -> Bench:
-    return Bench()
+def bench(new: Bench[Ahead]) -> Bench[Ahead]:
+    """One that drives."""
+    assert new.tick() == ["arm", "drive 0.35 0.00"]
+    return new
 
 
-def test_the_strategy_drives_when_nothing_is_stronger(bench: Bench) -> None:
-    told = bench.tick()
-    assert told == ["arm", "drive 0.35 0.00"]
+@pytest.mark.parametrize(
+    ("happens", "mode"),
+    [
+        ({"referee": False, "advance": REFEREE_TIMEOUT + 0.1}, "Stop/no referee"),
+        ({"live": False}, "Stop/no clock"),
+        ({"halted": "x"}, None),
+        ({"may_move": False}, None),
+        ({"name": "z"}, "Stop/not in this match"),
+    ],
+    ids=["the referee is silent", "the clock has stopped", "play is halted", "it may not move", "not in the match"],
+)
+def test_it_drives_when_nothing_is_stronger_stands_while_something_is_and_drives_again(
+    bench: Bench[Ahead], happens: dict[str, Any], mode: str | None
+) -> None:
     assert bench.tick() == ["drive 0.35 0.00"], "it is armed once"
+    assert bench.tick(referee=False) == ["drive 0.35 0.00"], "one message may be late"
+    asked = bench.strategy.asked
+    assert bench.tick(**happens) == ["stop"]
+    assert mode in (None, bench.report().mode)
+    assert bench.strategy.asked - asked == ("may_move" in happens), "who stands by the rules sees what happens"
+    assert bench.tick() == ["drive 0.35 0.00"], "it stays armed"
 
 
-def test_a_report_tells_the_motion_that_the_robot_was_told_to_make(bench: Bench) -> None:
-    bench.tick()
+def test_a_report_tells_the_motion_that_the_robot_was_told_to_make(bench: Bench[Ahead]) -> None:
     assert bench.report().command == Twist(0.35, 0.0)
     bench.hear(m.SpeedLimit(v_max=0.2))
     bench.tick()
@@ -111,8 +80,7 @@ def test_a_report_tells_the_motion_that_the_robot_was_told_to_make(bench: Bench)
     assert bench.report().command is None, "it is not driven"
 
 
-def test_a_report_tells_the_charge_of_the_battery_while_it_is_known(bench: Bench) -> None:
-    bench.tick()
+def test_a_report_tells_the_charge_of_the_battery_while_it_is_known(bench: Bench[Ahead]) -> None:
     assert bench.report().battery is None
     bench.robot.samples.append(Sample(0.0, 0.0, Battery(charge=0.6)))
     bench.tick()
@@ -122,46 +90,19 @@ def test_a_report_tells_the_charge_of_the_battery_while_it_is_known(bench: Bench
     assert bench.report().battery is None
 
 
-def test_a_new_player_reaches_its_robot_only_when_it_is_started_and_begins_disarmed(bench: Bench) -> None:
-    assert bench.robot.told == []
-    bench.player.start()
-    assert bench.robot.told == ["connect", "disarm"]
-
-
-def test_without_a_referee_nothing_moves(bench: Bench) -> None:
-    assert bench.tick(referee=False) == ["stop"]
-    assert bench.strategy.asked == 0
-
-
-def test_a_silent_referee_stops_the_robot(bench: Bench) -> None:
-    bench.tick()
-    assert bench.tick(referee=False)[-1].startswith("drive")
-    assert bench.tick(referee=False, advance=REFEREE_TIMEOUT) == ["stop"]
-    assert bench.report().mode == "Stop/no referee"
-
-
-def test_a_stopped_clock_stops_the_robot(bench: Bench) -> None:
-    bench.tick()
-    assert bench.tick(live=False) == ["stop"]
-    assert bench.report().mode == "Stop/no clock"
-
-
-def test_halt_stops_the_robot_and_it_stays_armed(bench: Bench) -> None:
-    bench.tick()
-    assert bench.tick(halted="x") == ["stop"]
-    assert bench.tick()[-1].startswith("drive")
-
-
-def test_who_may_not_move_stands_but_its_strategy_sees_what_happens(bench: Bench) -> None:
-    bench.tick()
-    asked = bench.strategy.asked
-    assert bench.tick(may_move=False) == ["stop"]
-    assert bench.strategy.asked == asked + 1
+def test_a_player_reaches_its_robot_when_it_is_started_disarms_it_and_lets_it_go_at_the_end(new: Bench[Ahead]) -> None:
+    assert new.robot.told == []
+    new.player.start()
+    assert new.robot.told == ["connect", "disarm"]
+    assert new.tick(referee=False) == ["stop"], "nothing moves without a referee"
+    assert new.strategy.asked == 0
+    new.tick()
+    new.player.stop()
+    assert new.robot.told[-2:] == ["disarm", "close"]
 
 
 @pytest.mark.parametrize("way", ["message", "referee"])
-def test_an_emergency_stop_disarms_and_arms_again_only_when_released(bench: Bench, way: str) -> None:
-    bench.tick()
+def test_an_emergency_stop_disarms_and_arms_again_only_when_released(bench: Bench[Ahead], way: str) -> None:
     if way == "message":
         bench.hear(m.Estop(by="x"))
         assert bench.robot.told[-1] == "emergency stop", "it does not wait for a tick"
@@ -175,95 +116,64 @@ def test_an_emergency_stop_disarms_and_arms_again_only_when_released(bench: Benc
     assert bench.tick()[0] == "arm"
 
 
-def test_a_human_with_a_lease_drives_instead(bench: Bench) -> None:
-    bench.tick()
-    bench.hear(m.Manual(forward=-0.5, turn=0.0, lease=0.5), "manual")
-    assert bench.tick() == [f"drive {-0.5 * MODEL.v_max:.2f} 0.00"]
-    assert bench.report().manual
-
-
-def test_when_the_lease_ends_the_player_is_its_own_again(bench: Bench) -> None:
-    bench.tick()
-    bench.hear(m.Manual(forward=0.0, turn=1.0, lease=0.3), "manual")
-    bench.tick()
-    own = "drive 0.35"
-    told = [bench.tick()[-1] for _ in range(4)]
-    assert not told[0].startswith(own)
-    assert told[-1].startswith(own)
-
-
-def test_a_lease_moves_nobody_who_may_not_move(bench: Bench) -> None:
-    bench.tick()
-    bench.hear(m.Manual(forward=1.0, turn=0.0, lease=1.0), "manual")
+def test_a_lease_moves_nobody_who_may_not_move(bench: Bench[Ahead]) -> None:
+    bench.hear(m.Manual(forward=1.0, turn=0.0, lease=1.0))
     assert bench.tick(may_move=False) == ["stop"]
-    bench.hear(m.Manual(forward=1.0, turn=0.0, lease=1.0), "manual")
+    bench.hear(m.Manual(forward=1.0, turn=0.0, lease=1.0))
     assert bench.tick(halted="x") == ["stop"]
 
 
-def test_a_blind_robot_stands_and_says_why(bench: Bench) -> None:
-    bench.robot.blind = True
-    assert bench.tick() == ["stop"]
-    assert bench.report().fault == "a: no reading has come yet"
+@pytest.mark.parametrize(
+    ("robot", "fault"),
+    [
+        ({"blind": True}, "a: no reading has come yet"),
+        ({"age": 0.5}, "0.5 s old"),
+        ({"fault": "left wheel: over-current"}, "left wheel: over-current"),
+        ({"fault": "a: node 0: no heartbeat", "latched": True}, "a: node 0: no heartbeat"),
+    ],
+    ids=["blind", "old readings", "a fault", "a fault that has latched"],
+)
+def test_a_robot_that_is_not_well_stands_and_says_why(new: Bench[Ahead], robot: dict[str, Any], fault: str) -> None:
+    for name, value in robot.items():
+        setattr(new.robot, name, value)
+    assert new.tick() == ["stop"]
+    report = new.report()
+    assert fault in (report.fault or "")
+    assert report.latched is ("latched" in robot)
+    new.robot.fault, new.robot.latched = None, False
+    new.tick()
+    assert not new.report().latched
 
 
-def test_old_readings_stop_the_robot(bench: Bench) -> None:
-    bench.tick()
-    bench.robot.age = 0.5
-    assert bench.tick() == ["stop"]
-    assert "0.5 s old" in (bench.report().fault or "")
-
-
-def test_a_fault_of_the_robot_is_reported(bench: Bench) -> None:
-    bench.robot.fault = "left wheel: over-current"
-    assert bench.tick() == ["stop"]
-    assert bench.report().fault == "left wheel: over-current"
-
-
-def test_a_robot_that_lost_its_arming_stops_and_is_armed_again(bench: Bench) -> None:
-    bench.tick()
+def test_a_robot_that_lost_its_arming_stops_and_is_armed_again(bench: Bench[Ahead]) -> None:
     bench.robot.armed = False
     assert bench.tick()[0] == "arm"
 
 
-def test_a_player_that_is_not_in_the_match_stands(bench: Bench) -> None:
-    assert bench.tick(name="b") == ["stop"]
-    assert bench.report().mode == "Stop/not in this match"
+def broken(_view: View) -> Twist:
+    raise ZeroDivisionError
 
 
-def test_at_the_end_the_robot_is_let_go(bench: Bench) -> None:
-    bench.tick()
-    bench.player.stop()
-    assert bench.robot.told[-2:] == ["disarm", "close"]
+def leave(_view: View) -> Twist:
+    sys.exit(0)
 
 
-def test_a_strategy_that_fails_is_not_swallowed(bench: Bench) -> None:
-    def broken(_view: View) -> Twist:
-        raise ZeroDivisionError
-
-    bench.strategy.act = broken  # type: ignore[method-assign]
-    with pytest.raises(StrategyError, match=r"ZeroDivisionError \(test_player\.py, line \d+, in broken\)") as caught:
-        bench.tick()
-    assert isinstance(caught.value.__cause__, ZeroDivisionError), "its traceback is kept for the log"
-
-
-def test_a_strategy_may_stand_still(bench: Bench) -> None:
-    bench.strategy.act = lambda _view: STILL  # type: ignore[method-assign]
-    assert bench.tick() == ["arm", "stop"]
-
-
-def test_a_fault_that_has_latched_is_reported_as_such(bench: Bench) -> None:
-    bench.robot.fault, bench.robot.latched = "a: node 0: no heartbeat", True
-    assert bench.tick() == ["stop"]
-    report = bench.report()
-    assert report.latched
-    assert report.fault == "a: node 0: no heartbeat"
-    bench.robot.fault, bench.robot.latched = None, False
-    bench.tick()
-    assert not bench.report().latched
+@pytest.mark.parametrize(
+    ("act", "said", "cause"),
+    [(broken, "ZeroDivisionError", ZeroDivisionError), (leave, "SystemExit: 0", SystemExit)],
+    ids=["it raises", "it ends the program"],
+)
+def test_a_strategy_that_fails_is_not_swallowed(
+    new: Bench[Ahead], act: Callable[[View], Twist], said: str, cause: type[BaseException]
+) -> None:
+    new.strategy.act = act  # type: ignore[method-assign]
+    place = rf"{said} \(test_player\.py, line \d+, in {act.__name__}\)"
+    with pytest.raises(StrategyError, match=place) as caught:
+        new.tick()
+    assert isinstance(caught.value.__cause__, cause), "its traceback is kept for the log"
 
 
-def test_a_player_that_missed_the_release_is_freed_by_the_referees_newer_state(bench: Bench) -> None:
-    bench.tick()
+def test_a_player_that_missed_the_release_is_freed_by_the_referees_newer_state(bench: Bench[Ahead]) -> None:
     bench.hear(m.Estop(by="x"))
     bench.tick(estop=True)
     assert bench.tick(estop=True) == ["disarm"]
@@ -273,29 +183,28 @@ def test_a_player_that_missed_the_release_is_freed_by_the_referees_newer_state(b
     assert bench.tick()[0] == "arm"
 
 
-def test_a_stop_that_the_referee_never_knew_of_is_not_ended_by_its_state(bench: Bench) -> None:
-    bench.tick()
+def test_a_stop_that_the_referee_never_knew_of_is_not_ended_by_its_state(bench: Bench[Ahead]) -> None:
     bench.hear(m.Estop(by="x"))
     for _ in range(20):
         assert bench.tick()[-1] == "disarm"
     assert bench.report().estop, "so the referee comes to know of it"
 
 
-def test_numpys_numbers_drive_as_pythons_do(bench: Bench) -> None:
+def test_numpys_numbers_drive_as_pythons_do_and_a_strategy_may_stand_still(bench: Bench[Ahead]) -> None:
     bench.strategy.act = lambda _view: Twist(np.float64(0.35), np.float32(0.5))  # type: ignore[method-assign]
-    bench.tick()
     assert bench.tick() == ["drive 0.35 0.50"]
+    bench.strategy.act = lambda _view: STILL  # type: ignore[method-assign]
+    assert bench.tick() == ["stop"]
 
 
 @pytest.mark.parametrize("answer", [None, 0.5, (0.5, 0.1), Twist("fast", 0.0), Twist(None, 0.0)])  # type: ignore[arg-type]
-def test_an_answer_that_is_no_motion_names_the_strategy(bench: Bench, answer: object) -> None:
+def test_an_answer_that_is_no_motion_names_the_strategy(bench: Bench[Ahead], answer: object) -> None:
     bench.strategy.act = lambda _view: answer  # type: ignore[method-assign, assignment, return-value]
     with pytest.raises(StrategyError, match=r"Ahead\.act: expected a Twist.*\(test_player\.py, line \d+, in act\)"):
         bench.tick()
 
 
-def test_a_motion_that_is_no_number_stops_the_robot_and_is_told(bench: Bench) -> None:
-    bench.tick()
+def test_a_motion_that_is_no_number_stops_the_robot_and_is_told(bench: Bench[Ahead]) -> None:
     bench.strategy.act = lambda _view: Twist(float("nan"), 0.0)  # type: ignore[method-assign]
     assert bench.tick() == ["stop"]
     assert "finite" in (bench.report().fault or "")
@@ -304,8 +213,7 @@ def test_a_motion_that_is_no_number_stops_the_robot_and_is_told(bench: Bench) ->
     assert bench.report().fault is None
 
 
-def test_a_strategy_that_answers_nonsense_again_and_again_has_failed(bench: Bench) -> None:
-    bench.tick()
+def test_a_strategy_that_answers_nonsense_again_and_again_has_failed(bench: Bench[Ahead]) -> None:
     bench.strategy.act = lambda _view: Twist(0.0, float("inf"))  # type: ignore[method-assign]
     for _ in range(NONSENSE_LIMIT - 1):
         bench.tick()
@@ -323,7 +231,7 @@ class Halving(Planner):
         return Twist(np.float64(twist.v / 2), twist.w / 2)  # numpy's own numbers, as students write them
 
 
-def test_a_planner_changes_what_the_strategy_and_a_human_want(bench: Bench) -> None:
+def test_a_planner_changes_what_the_strategy_and_a_human_want(bench: Bench[Ahead]) -> None:
     bench.strategy.planner = planner = Halving("a", MODEL)
     assert bench.tick()[-1] == "drive 0.17 0.00"
     assert planner.wanted == Twist(0.35, 0.0)
@@ -334,7 +242,7 @@ def test_a_planner_changes_what_the_strategy_and_a_human_want(bench: Bench) -> N
     assert planner.wanted is None
 
 
-def test_a_planner_is_not_asked_for_a_motion_that_is_not_finite(bench: Bench) -> None:
+def test_a_planner_is_not_asked_for_a_motion_that_is_not_finite(bench: Bench[Ahead]) -> None:
     bench.strategy.planner = planner = Halving("a", MODEL)
     bench.strategy.act = lambda _view: Twist(float("nan"), 0.0)  # type: ignore[method-assign]
     bench.tick()
@@ -343,24 +251,14 @@ def test_a_planner_is_not_asked_for_a_motion_that_is_not_finite(bench: Bench) ->
 
 
 @pytest.mark.parametrize("answer", [None, Twist(float("nan"), 0.0), Twist("fast", 0.0)])
-def test_a_planner_that_answers_nonsense_fails_with_its_name(bench: Bench, answer: Any) -> None:
+def test_a_planner_that_answers_nonsense_fails_with_its_name(bench: Bench[Ahead], answer: Any) -> None:
     bench.strategy.planner = planner = Halving("a", MODEL)
     planner.plan = lambda _view, _twist: answer  # type: ignore[method-assign]
     with pytest.raises(StrategyError, match=r"Halving\.plan: expected"):
         bench.tick()
 
 
-def test_a_strategy_that_ends_the_program_has_failed_like_any_other(bench: Bench) -> None:
-    def leave(_view: View) -> Twist:
-        sys.exit(0)
-
-    bench.strategy.act = leave  # type: ignore[method-assign]
-    with pytest.raises(StrategyError, match=r"SystemExit: 0 \(test_player\.py, line \d+, in leave\)"):
-        bench.tick()
-
-
-def test_a_player_that_gives_way_stands_and_says_why(bench: Bench) -> None:
-    bench.tick()
+def test_a_player_that_gives_way_stands_and_says_why(bench: Bench[Ahead]) -> None:
     bench.robot.told.clear()
     bench.player.give_way("a: no idea")
     assert bench.robot.told == ["stop"]
@@ -368,7 +266,7 @@ def test_a_player_that_gives_way_stands_and_says_why(bench: Bench) -> None:
     assert (report.fault, report.mode) == ("a: no idea", "Stop/failed")
 
 
-def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench) -> None:
+def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench[Ahead]) -> None:
     words = {"shark": np.array([1.0, 2.0]), "near": np.float64(0.5)}
     bench.strategy.act = lambda _view: Action(STILL, words)  # type: ignore[method-assign]
     bench.tick()
@@ -385,7 +283,7 @@ def test_what_a_player_says_goes_to_its_team_and_is_heard_there(bench: Bench) ->
     assert seen[1].heard == [], "what was heard once is not heard again"
 
 
-def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench[Ahead], caplog: pytest.LogCaptureFixture) -> None:
     for number in range(100):
         told = telling(bench, Action(Twist(0.2, 0.1), "x" * (5000 + number // 50), sightings=[SIGHTING]))
         assert told == [m.Sightings(seen=(SIGHTING,))]
@@ -394,19 +292,19 @@ def test_a_player_cannot_say_more_than_the_radio_carries(bench: Bench, caplog: p
     assert len(caplog.messages) == 2, "each text is logged once"
 
 
-def test_a_loop_outside_may_look_and_drive_in_place_of_a_strategy(bench: Bench) -> None:
-    bench.time = 0.1
-    bench.hear(referee_state(), "referee")
-    bench.mailbox.handover(bench.time)
-    view = bench.player.look(Tick(bench.time))
+def test_a_loop_outside_may_look_and_drive_in_place_of_a_strategy(new: Bench[Ahead]) -> None:
+    new.time = 0.1
+    new.hear(referee_state())
+    new.mailbox.handover(new.time)
+    view = new.player.look(Tick(new.time))
     assert view is not None
     assert view.pose == POSE
-    bench.player.drive(view, Action(Twist(0.2, 0.1)))
-    assert bench.robot.told[-1] == "drive 0.20 0.10"
-    assert bench.strategy.asked == 0
+    new.player.drive(view, Action(Twist(0.2, 0.1)))
+    assert new.robot.told[-1] == "drive 0.20 0.10"
+    assert new.strategy.asked == 0
 
 
-def telling(bench: Bench, action: Action) -> list[m.Message]:
+def telling(bench: Bench[Ahead], action: Action) -> list[m.Message]:
     """What a player publishes besides its report when its strategy answers with this action."""
     bench.strategy.act = lambda view: action  # type: ignore[method-assign]
     bench.tick()
@@ -416,7 +314,7 @@ def telling(bench: Bench, action: Action) -> list[m.Message]:
 SIGHTING = m.Sighting(x=1.0, y=2.0, time=0.1, xx=0.01, xy=0.0, yy=0.01)
 
 
-def test_an_action_tells_the_referee_and_the_windows_what_it_holds(bench: Bench) -> None:
+def test_an_action_tells_the_referee_and_the_windows_what_it_holds(bench: Bench[Ahead]) -> None:
     action = Action(
         sightings=[SIGHTING],
         bids={"intruder1": np.float64(2.5), "intruder2": None},  # type: ignore[dict-item]
@@ -428,9 +326,6 @@ def test_an_action_tells_the_referee_and_the_windows_what_it_holds(bench: Bench)
         m.Bid(lot="intruder2", cost=None),
         m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0),), label="here"),)),
     ]
-
-
-def test_an_action_that_says_nothing_publishes_nothing(bench: Bench) -> None:
     assert telling(bench, Action(Twist(0.1, 0.0))) == []
 
 
@@ -449,10 +344,7 @@ def test_an_action_that_says_nothing_publishes_nothing(bench: Bench) -> None:
         Action(bids=[1.0]),  # type: ignore[arg-type]
     ],
 )
-def test_what_cannot_be_told_is_left_out_with_a_warning(
-    bench: Bench, action: Action, caplog: pytest.LogCaptureFixture
-) -> None:
-    bench.tick()
+def test_what_cannot_be_told_is_left_out(bench: Bench[Ahead], action: Action, caplog: pytest.LogCaptureFixture) -> None:
     bench.sent()
     good: dict[str, Any] = {"sketch": []} if action.sketch is None else {"bids": {"b": 1.0}}
     assert telling(bench, replace(action, **good)) == (
@@ -463,8 +355,7 @@ def test_what_cannot_be_told_is_left_out_with_a_warning(
     )
 
 
-def test_what_the_radio_brought_is_published_once_a_second_and_kept_for_the_result(bench: Bench) -> None:
-    bench.tick()
+def test_what_the_radio_brought_is_published_once_a_second_and_kept_for_the_result(bench: Bench[Ahead]) -> None:
     assert bench.player.counted() == {"radio": {}}
     bench.sent()
     for _ in range(25):

@@ -83,6 +83,7 @@ DRAWN: dict[type[inspect.Type], Callable[[Any], st.SearchStrategy[Any]]] = {
     inspect.StrType: lambda kind: texts(min(kind.max_length or 50, 50), kind.min_length or 0),
     inspect.BytesType: lambda kind: st.binary(max_size=kind.max_length),
     inspect.VarTupleType: lambda kind: tuples(drawn(kind.item_type), kind.min_length or 0),
+    inspect.ListType: lambda kind: st.lists(drawn(kind.item_type), max_size=4),
     inspect.TupleType: lambda kind: st.tuples(*map(drawn, kind.item_types)),
     inspect.DictType: lambda kind: st.dictionaries(drawn(kind.key_type), drawn(kind.value_type), max_size=3),
     inspect.UnionType: lambda kind: st.one_of(*map(drawn, kind.types)),

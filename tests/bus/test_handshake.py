@@ -77,9 +77,7 @@ def test_a_stranger_is_told_that_its_keys_are_of_another_match_and_is_refused_by
     assert "the router does not know the authority of this seat" in refused(endpoint, stranger)
 
 
-def test_an_expired_seat_is_told_to_renew_and_one_that_is_not_valid_yet_of_the_routers_clock(
-    endpoint: str, renewed: KeysFolder
-) -> None:
+def test_a_seat_that_has_expired_or_is_not_valid_yet_is_told_what_to_do(endpoint: str, renewed: KeysFolder) -> None:
     renewed.renew("final", [ANN], datetime.now(UTC) - 2 * DAY, lasts=DAY)
     told = refused(endpoint, find_credentials(renewed.path, [ANN]))
     assert "the certificate of this seat has expired" in told

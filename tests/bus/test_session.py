@@ -393,9 +393,7 @@ def raises(session: Session, kind: type[Exception]) -> bool:
     return False
 
 
-def test_what_goes_wrong_with_a_link_is_raised_where_messages_are_received(
-    way: Cuttable, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_what_goes_wrong_with_a_link_is_raised_by_receiving(way: Cuttable, monkeypatch: pytest.MonkeyPatch) -> None:
     def fails(_settings: object) -> None:
         raise OSError("the keys are gone")
 
@@ -422,7 +420,7 @@ def test_waiting_for_a_listener_ends_and_closing_twice_is_harmless(endpoint: str
         one.close()
 
 
-def test_of_two_nodes_of_one_name_the_second_is_refused_until_the_first_has_left(
+def test_the_second_node_of_a_name_is_refused_until_the_first_has_left(
     endpoint: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("vrg.bus.process.TAKEOVER_TIMEOUT", 0.3)
@@ -510,7 +508,7 @@ def test_a_node_ticks_by_the_match_clock_and_is_told_when_it_stops(endpoint: str
     assert node.seen[-1].time == pytest.approx(live[-1], abs=0.1)
 
 
-def test_an_exception_of_a_node_stops_its_robot_and_is_not_swallowed(
+def test_a_failing_node_stops_its_robot_and_is_not_swallowed(
     sessions: tuple[Session, Session], world: threading.Event
 ) -> None:
     pair = Pair(*sessions, KEYS.drive())

@@ -207,9 +207,7 @@ def test_the_order_of_bids_does_not_matter(
         st.tuples(st.sampled_from([*ALL, "dan"]), st.sampled_from([*lots, "nothing"]), st.none() | costs), max_size=40
     )
 )
-def test_whatever_is_bid_nobody_has_two_lots_and_who_wins_has_bid_and_may(
-    told: list[tuple[str, str, float | None]],
-) -> None:
+def test_whatever_is_bid_nobody_has_two_lots_and_who_wins_has_bid(told: list[tuple[str, str, float | None]]) -> None:
     now = state(*(auction(lot, bidders=ALL[: 1 + i]) for i, lot in enumerate(lots)))
     for i in range(0, len(told), 4):
         now, _ = auctioned(now, [Offer(*each) for each in told[i : i + 4]], 1.0 + 0.1 * i)

@@ -62,9 +62,7 @@ def test_what_was_written_is_read_back_and_taken_up_where_it_ended(path: Path) -
     ],
     ids=["of another release", "damaged before its last line"],
 )
-def test_a_journal_that_cannot_be_read_is_refused_in_words(
-    path: Path, line: int, old: bytes, new: bytes, said: str
-) -> None:
+def test_what_cannot_be_read_is_refused_in_words(path: Path, line: int, old: bytes, new: bytes, said: str) -> None:
     filled(path)
     lines = path.read_bytes().splitlines(keepends=True)
     lines[line], found = re.subn(old, new, lines[line], count=1)

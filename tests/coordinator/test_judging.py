@@ -115,9 +115,7 @@ def test_a_clock_that_was_altered_is_found(table: Table, played: Played) -> None
     assert "total is" in found.what
 
 
-def test_each_pose_that_was_altered_in_the_file_is_found_and_where(
-    table: Table, played: Played, tmp_path: Path
-) -> None:
+def test_each_pose_that_was_altered_in_the_file_is_found(table: Table, played: Played, tmp_path: Path) -> None:
     exhibits, records = played
     path = tmp_path / "evidence.bin"
     content = path.read_bytes()
@@ -152,9 +150,7 @@ def test_poses_that_would_have_been_a_tag_are_told_as_the_call_that_is_missing(t
     assert "the journal lacks" in found.what
 
 
-def test_a_torn_tick_is_left_out_and_what_it_would_have_told_counts_as_unjudged(
-    table: Table, played: Played, tmp_path: Path
-) -> None:
+def test_a_torn_tick_is_left_out_and_what_it_tells_is_unjudged(table: Table, played: Played, tmp_path: Path) -> None:
     exhibits, records = played
     path = tmp_path / "evidence.bin"
     path.write_bytes(path.read_bytes()[:-7])

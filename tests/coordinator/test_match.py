@@ -248,20 +248,6 @@ def test_players_that_do_not_line_up_are_put_on_their_marks_again_and_again_but_
     placed = [i for i in range(300) if match.step(0.1, at(7), []).place]
     assert placed[0] in (49, 50)
     assert placed[1] - placed[0] == pytest.approx(PLACE_AGAIN / 0.1, abs=1)
-    match = Match(Stubborn())
-    texts = [call.text for _ in range(60) for call in match.step(0.1, at(7, physical=A), []).calls]
-    hint = "drive them there by hand, or carry each there, and an official confirms its place"
-    assert hint in texts[0], "a physical robot is only asked for"
-
-
-def test_a_match_taken_up_again_stands_where_it_was_in_halt(match: Match) -> None:
-    play(match, [1, 1, 11, 1])
-    again = Match(Book(), match.standing())
-    assert (again.stage, again.clock, again.game) == (Stage.PLAY_ROUND, pytest.approx(match.clock), match.game)
-    assert again.halted == "the coordinator was restarted"
-    decided(again, OfficialAction.RESUME)
-    assert play(again, [11]) == ["goal"]
-    assert again.game.points == {"team": 2}
 
 
 def test_a_halt_says_how_it_is_left_and_what_is_in_the_way_but_does_not_repeat_its_reason(match: Match) -> None:

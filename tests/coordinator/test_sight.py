@@ -41,9 +41,7 @@ def test_a_team_sees(team: str, players: list[PlayerStatus], reach: float, seen:
 
 
 @given(st.lists(st.tuples(st.sampled_from("rb"), COORDINATE, COORDINATE), max_size=8), st.floats(0, 30))
-def test_nothing_that_nobody_of_the_team_is_near_is_ever_seen(
-    drawn: list[tuple[str, float, float]], reach: float
-) -> None:
+def test_what_nobody_of_the_team_is_near_is_never_seen(drawn: list[tuple[str, float, float]], reach: float) -> None:
     players = [status(f"{team}{i}", x, y) for i, (team, x, y) in enumerate(drawn)]
     own = [(x, y) for team, x, y in drawn if team == "r"]
     seen = seen_by("r", players, reach)

@@ -27,6 +27,24 @@ from vrg.launch.bounds import (
 from vrg.launch.process_log import FLOOD_WINDOW, MAX_LOG_SIZE, ProcessLog
 
 
+def ran(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
+    (folder / "stuck.py").write_text(program)
+    command = [sys.executable, str(folder / "stuck.py")]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+
+
+@pytest.fixture
+def log(tmp_path: Path) -> ProcessLog:
+    return ProcessLog(tmp_path / "ann.log")
+
+
+def grown(log: ProcessLog, now: float) -> int:
+    """What was written in a while, after a hundred bytes more."""
+    with log.open() as file:
+        file.write(b"x" * 100)
+    return log.grow(now)
+
+
 class TestOutput:
     def test_what_is_printed_arrives(self) -> None:
         stream = io.StringIO()
@@ -40,8 +58,6 @@ class TestOutput:
         with pytest.raises(OutputFloodError, match="more than 2 MB within 10 s"):
             _print_for_ever(BoundedOutput(stream))
         assert len(stream.getvalue()) <= OUTPUT_LIMIT
-
-    def test_lines_that_are_written_together_count(self) -> None:
         with pytest.raises(OutputFloodError):
             BoundedOutput(io.StringIO()).writelines(["x" * 1000] * (OUTPUT_LIMIT // 1000 + 1))
 
@@ -54,8 +70,7 @@ class TestOutput:
 
 
 class TestLog:
-    def test_one_that_is_too_long_begins_anew_and_its_end_is_kept(self, tmp_path: Path) -> None:
-        log = ProcessLog(tmp_path / "ann.log")
+    def test_one_that_is_too_long_begins_anew_and_its_end_is_kept(self, log: ProcessLog) -> None:
         with log.open() as file:
             file.write(b"old" * MAX_LOG_SIZE + b"\nlast line\n")
             file.flush()
@@ -63,30 +78,15 @@ class TestLog:
             assert log.size == 0
             file.write(b"new line\n")
         assert log.path.read_bytes() == b"new line\n"
-        kept = (tmp_path / "ann.log.1").read_bytes()
+        kept = log.path.with_suffix(".log.1").read_bytes()
         assert kept.endswith(b"last line\n")
         assert len(kept) == MAX_LOG_SIZE
 
-    def test_what_was_written_is_counted_over_a_while(self, tmp_path: Path) -> None:
-        log = ProcessLog(tmp_path / "ann.log")
-        counts = []
-        for now in (0.0, 30.0, 61.0, FLOOD_WINDOW * 3):
-            with log.open() as file:
-                file.write(b"x" * 100)
-            counts.append(log.grow(now))
-        assert counts == [100, 200, 200, 100]
-
-    def test_what_was_written_before_another_player_came_does_not_count(self, tmp_path: Path) -> None:
-        log = ProcessLog(tmp_path / "ann.log")
-        with log.open() as file:
-            file.write(b"x" * 100)
-        assert log.grow(0.0) == 100
+    def test_what_was_written_is_counted_over_a_while_until_another_player_comes(self, log: ProcessLog) -> None:
+        assert (log.size, log.grow(0.0), log.last_words(3), log.place(0)) == (0, 0, "", ""), "it is not there yet"
+        assert [grown(log, now) for now in (0.0, 30.0, 61.0, FLOOD_WINDOW * 3)] == [100, 200, 200, 100]
         log.forget()
-        assert log.grow(1.0) == 0
-
-    def test_a_log_that_is_not_there_yet_has_said_nothing(self, tmp_path: Path) -> None:
-        log = ProcessLog(tmp_path / "ann.log")
-        assert (log.size, log.grow(0.0), log.last_words(3), log.place(0)) == (0, 0, "", "")
+        assert log.grow(FLOOD_WINDOW * 3 + 1.0) == 0
 
     def test_a_process_in_an_endless_loop_says_where_it_is(self, tmp_path: Path) -> None:
         program = tmp_path / "stuck.py"
@@ -122,26 +122,24 @@ class TestMemory:
 
 class TestStubborn:
     def test_one_that_catches_everything_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
-        program = tmp_path / "stubborn.py"
-        program.write_text(
+        done = ran(
+            tmp_path,
             "from vrg.launch import bounds\nbounds.BUDGET = bounds._STUBBORN = 0.5\n"
             "def act():\n    while True:\n        try:\n            pass\n        except:\n            pass\n"
             "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
             "    while True:\n        try:\n"
-            "            act()\n        except BaseException:\n            pass\n"
+            "            act()\n        except BaseException:\n            pass\n",
         )
-        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == 1
-        assert "a strategy cannot be interrupted (stubborn.py, line " in done.stderr
+        assert "a strategy cannot be interrupted (stuck.py, line " in done.stderr
 
     def test_one_that_is_in_a_loop_in_c_code_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
-        program = tmp_path / "stuck.py"
-        program.write_text(
+        done = ran(
+            tmp_path,
             "from vrg.launch import bounds\nbounds._STUCK = 0.5\n"
             "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
-            "    sum(iter(int, 1))\n"
+            "    sum(iter(int, 1))\n",
         )
-        done = subprocess.run([sys.executable, str(program)], capture_output=True, text=True, timeout=300, check=False)
         assert done.returncode == -signal.SIGVTALRM
         assert 'stuck.py", line 4 in' in done.stderr
 

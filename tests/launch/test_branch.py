@@ -2,17 +2,17 @@
 
 import json
 import shutil
+from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 from threading import Event as Stop
 from unittest import mock
 
 import pytest
-from typer.testing import CliRunner
 
+from tests.launch.matches import vrg
 from tests.tiny import TINY
 from vrg.bus.messages import Call, Stage
-from vrg.cli import make_app
 from vrg.commands.branching import Progress, progress_of
 from vrg.config.loading import load_match
 from vrg.config.rules import rulebook_of
@@ -69,15 +69,15 @@ def lazy(tmp_path: Path) -> str:
     return f"{tmp_path / 'lazy.py'}:Lazy"
 
 
-def taken_up(of: RunFolder, runs: Path, change: Change) -> RunFolder:
+def taken_up(
+    of: RunFolder, runs: Path, change: Change, progress: Callable[[float], object] = id, stop: Stop | None = None
+) -> RunFolder:
     """The match as it goes on; the picture of it is made by the command only, as it takes long."""
     with mock.patch("vrg.launch.branch.plot"):
-        return play_branch(of, [change], runs, NOW, progress=lambda _time: None, stop=Stop())  # type: ignore[arg-type]
+        return play_branch(of, [change], runs, NOW, progress=progress, stop=stop or Stop())  # type: ignore[arg-type]
 
 
-def test_it_is_the_same_up_to_the_instant_and_another_match_from_there_on(
-    run: RunFolder, tmp_path: Path, lazy: str
-) -> None:
+def test_it_is_the_same_up_to_the_instant_and_another_one_from_there(run: RunFolder, tmp_path: Path, lazy: str) -> None:
     new = taken_up(run, tmp_path / "runs", Change(INSTANT, "shark", lazy))
     before, after = ([(e.tick.time, e.digest) for e in read_evidence(f.evidence)] for f in (run, new))
     same = [tick for tick in before if tick[0] < INSTANT - 1e-6]
@@ -95,9 +95,7 @@ def test_it_is_the_same_up_to_the_instant_and_another_match_from_there_on(
     assert branch_of(run) is None
 
 
-def test_a_match_that_was_taken_up_can_be_taken_up_again_with_both_changes(
-    run: RunFolder, tmp_path: Path, lazy: str
-) -> None:
+def test_a_match_that_was_taken_up_can_be_again_with_both_changes(run: RunFolder, tmp_path: Path, lazy: str) -> None:
     first = taken_up(run, tmp_path / "runs", Change(INSTANT, "shark", lazy))
     Path(lazy.partition(":")[0]).unlink()  # the run folder has a copy
     second = taken_up(first, tmp_path / "runs", Change(6.0, "ann", "sharks-and-minnows"))
@@ -108,9 +106,7 @@ def test_a_match_that_was_taken_up_can_be_taken_up_again_with_both_changes(
         taken_up(first, tmp_path / "runs", Change(2.0, "ann", "sharks-and-minnows"))
 
 
-def test_a_match_that_is_not_the_same_again_is_refused_and_leaves_nothing(
-    run: RunFolder, tmp_path: Path, lazy: str
-) -> None:
+def test_a_match_that_is_not_the_same_is_refused_and_leaves_nothing(run: RunFolder, tmp_path: Path, lazy: str) -> None:
     other = RunFolder(tmp_path / "other")
     shutil.copytree(run.path, other.path)
     other.match_file.write_text(other.match_file.read_text().replace("x = 3.0", "x = 3.1"))
@@ -138,36 +134,24 @@ def test_a_match_of_several_processes_cannot_be_repeated(run: RunFolder, tmp_pat
         last_instant(other)
 
 
-def test_it_can_be_broken_off(run: RunFolder, tmp_path: Path, lazy: str) -> None:
-    stop = Stop()
-    stop.set()
-    with pytest.raises(LaunchError, match="broken off"):
-        play_branch(
-            run,
-            [Change(INSTANT, "shark", lazy)],
-            tmp_path / "runs",
-            NOW,
-            progress=lambda _time: None,
-            stop=stop,  # type: ignore[arg-type]
-        )
-    assert not list((tmp_path / "runs").glob("*"))
-
-
-def test_what_is_played_is_broken_off_where_nobody_reads_how_far_it_is(
-    run: RunFolder, tmp_path: Path, lazy: str
-) -> None:
+def test_it_can_be_broken_off_and_is_where_nobody_reads_on(run: RunFolder, tmp_path: Path, lazy: str) -> None:
     def progress(_time: float) -> None:
         raise BrokenPipeError
 
+    stop = Stop()
+    stop.set()
+    change = Change(INSTANT, "shark", lazy)
+    with pytest.raises(LaunchError, match="broken off"):
+        taken_up(run, tmp_path / "runs", change, stop=stop)
     with pytest.raises(BrokenPipeError):
-        play_branch(run, [Change(INSTANT, "shark", lazy)], tmp_path / "runs", NOW, progress=progress, stop=Stop())  # type: ignore[arg-type]
+        taken_up(run, tmp_path / "runs", change, progress)
     assert not list((tmp_path / "runs").glob("*"))
 
 
 def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: str) -> None:
     Path(lazy.partition(":")[0]).write_text(f'print({{"debug": 1}})\nprint("{{}}")\n{LAZY}')
     command = ["run", "replay", str(run.path), "--at", "4", "--play", f"shark={lazy}", "--runs", str(tmp_path / "runs")]
-    done = CliRunner().invoke(make_app(), [*command, "--json"])
+    done = vrg(*command, "--json")
     assert done.exit_code == 0, done.output
     assert "{'debug': 1}" in done.stderr
     lines = [json.loads(line) for line in done.stdout.splitlines()]
@@ -175,9 +159,9 @@ def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: 
     assert lines[-1]["ending"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
     assert "Recorded: " in lines[-1]["ending"]
     assert RunFolder(Path(lines[-1]["run"])).plot.is_file()
-    lacking = CliRunner().invoke(make_app(), ["run", "replay", str(run.path), "--play", "shark=x"])
+    lacking = vrg("run", "replay", str(run.path), "--play", "shark=x")
     assert "expected --at too" in str(lacking.exception)
-    wrong = CliRunner().invoke(make_app(), ["run", "replay", str(run.path), "--at", "4", "--play", "shark"])
+    wrong = vrg("run", "replay", str(run.path), "--at", "4", "--play", "shark")
     assert "expected PLAYER=STRATEGY" in str(wrong.exception)
 
 
@@ -223,9 +207,7 @@ def test_another_seed_changes_the_noise_from_the_instant_on_and_nothing_before(r
 
 
 @pytest.mark.parametrize("settings", [{"rules.passes": 1, "seed": 3}, {"radio.delay": 0.3}])
-def test_only_what_is_changed_differs_from_the_instant_on(
-    run: RunFolder, tmp_path: Path, settings: dict[str, float]
-) -> None:
+def test_only_what_is_changed_differs_from_then_on(run: RunFolder, tmp_path: Path, settings: dict[str, float]) -> None:
     """The noise of sensors stays, unless the seed is another one."""
     new = taken_up(run, tmp_path / "runs", Change(INSTANT, settings=settings))
     before, after = readings_of(run), readings_of(new)
@@ -253,8 +235,6 @@ def read_calls(folder: RunFolder) -> list[Call]:
         ("radio", 1, r"radio: expected a field of"),
     ],
 )
-def test_a_field_that_cannot_be_changed_is_refused(
-    run: RunFolder, tmp_path: Path, field: str, value: int, wrong: str
-) -> None:
+def test_what_cannot_be_changed_is_refused(run: RunFolder, tmp_path: Path, field: str, value: int, wrong: str) -> None:
     with pytest.raises(ConfigError, match=wrong):
         taken_up(run, tmp_path / "runs", Change(INSTANT, settings={field: value}))

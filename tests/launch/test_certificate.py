@@ -10,14 +10,13 @@ from datetime import datetime
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
+from tests.launch import matches
 from tests.system.harness import long_match
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Official, OfficialAction, Poses, at_rest
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Topic
-from vrg.cli import make_app
 from vrg.commands.stops import rows
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
@@ -61,9 +60,10 @@ def decide(action: OfficialAction) -> Official:
     return Official(action=action, by="eve", reason="a test")
 
 
-def played(
-    folder: Path, plan: str, *, record: bool = True, until: float = 12.0
-) -> tuple[RunFolder, MatchSetup, Official_]:
+Played = tuple[RunFolder, MatchSetup, Official_]
+
+
+def played(folder: Path, plan: str, *, record: bool = True, until: float = 12.0) -> Played:
     """Play a match in one process to a match time, with what an official does: `halt@3 resume@5 estop@7 ...`."""
     (folder / "match.toml").write_text(long_match("certified"), encoding="utf-8")
     setup = load_match(folder / "match.toml").at_rate(0.0)
@@ -88,13 +88,11 @@ PLAN = "halt@5.05 resume@7 estop@9.04 release@10 resume@11"
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunFolder, MatchSetup, Official_]:
+def run(tmp_path_factory: pytest.TempPathFactory) -> Played:
     return played(tmp_path_factory.mktemp("match"), PLAN, until=13.0)
 
 
-def test_a_match_in_one_process_is_certified_from_its_journal_and_its_recording(
-    run: tuple[RunFolder, MatchSetup, Official_],
-) -> None:
+def test_a_match_in_one_process_is_certified_from_its_journal_and_its_recording(run: Played) -> None:
     folder, setup, eve = run
     certificate = certificate_of(setup, folder)
     halt, estop = certificate.incidents
@@ -117,45 +115,49 @@ def test_a_match_in_one_process_is_certified_from_its_journal_and_its_recording(
     assert summary_line(certificate).startswith("worst stop: ")
 
 
-def test_the_result_holds_the_certificate(run: tuple[RunFolder, MatchSetup, Official_]) -> None:
+def test_the_result_holds_the_certificate(run: Played) -> None:
     folder, setup, _ = run
     result = write_result(setup, folder, None, "interrupted")
     told = json.loads(folder.result.read_text(encoding="utf-8"))["stops"]
-    assert (
-        told
-        == json.loads(json.dumps(result["stops"]))
-        == json.loads(json.dumps(data_of(certificate_of(setup, folder))))
-    )
+    assert told == as_json(result["stops"]) == as_json(data_of(certificate_of(setup, folder)))
     assert [i["kind"] for i in told["incidents"]] == ["halt", "estop"]
     assert told["worst"]["seconds"] == max(r["seconds"] for i in told["incidents"] for r in i["robots"].values())
 
 
 def vrg(*arguments: str) -> str:
-    done = CliRunner().invoke(make_app(), arguments, env={"COLUMNS": "250"})
+    done = matches.vrg(*arguments)
     assert done.exit_code == 0, done.output
     return done.stdout
 
 
-def test_the_command_prints_a_table_whose_last_line_names_the_worst(
-    run: tuple[RunFolder, MatchSetup, Official_],
-) -> None:
+def as_json(data: object) -> object:
+    return json.loads(json.dumps(data))
+
+
+def test_the_command_prints_a_table_whose_last_line_names_the_worst(run: Played) -> None:
     folder, setup, _ = run
     said = vrg("run", "stops", str(folder.path))
     assert said.strip().splitlines()[-1] == summary_line(certificate_of(setup, folder))
     assert all(words in said for words in ("called by eve", "a dog", "ann", "bob", "cid"))
-    assert json.loads(vrg("run", "stops", str(folder.path), "--json")) == json.loads(
-        json.dumps(data_of(certificate_of(setup, folder)))
+    assert json.loads(vrg("run", "stops", str(folder.path), "--json")) == as_json(
+        data_of(certificate_of(setup, folder))
     )
 
 
-def test_a_match_in_which_nothing_happened_has_nothing_to_tell(tmp_path: Path) -> None:
+def test_a_match_in_which_nothing_happened_has_nothing_to_tell_unless_its_launcher_was_killed(tmp_path: Path) -> None:
     folder, setup, _ = played(tmp_path, "", until=2.0)
     certificate = certificate_of(setup, folder)
     assert (certificate.incidents, certificate.stops, certificate.worst) == ([], [], None)
     assert summary_line(certificate) == ""
-    assert "No HALT, no emergency stop, no death of a process and no lost machine" in vrg(
-        "run", "stops", str(folder.path)
-    )
+    said = vrg("run", "stops", str(folder.path))
+    assert "No HALT, no emergency stop, no death of a process and no lost machine" in said
+    EventLog(folder.events).write(Event(what=EventKind.BEGAN, monotonic=0.0, time=0.0))
+    certificate = certificate_of(setup, folder)
+    [incident] = certificate.incidents
+    assert incident.process == "vrg play"
+    assert any("did not end by itself" in note for note in certificate.notes)
+    assert certificate.resolution < incident.resolution, "how late it was noticed is told by itself"
+    assert "vrg play" in summary_line(certificate)
 
 
 def test_a_robot_that_moved_again_is_in_the_table_and_in_the_last_line() -> None:
@@ -183,9 +185,7 @@ def test_without_a_recording_the_incidents_are_told_and_that_no_stop_is_known(tm
     assert "is not known" in vrg("run", "stops", str(folder.path))
 
 
-def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(
-    run: tuple[RunFolder, MatchSetup, Official_], tmp_path: Path
-) -> None:
+def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(run: Played, tmp_path: Path) -> None:
     setup, folder = run[1], RunFolder(tmp_path / "torn")
     shutil.copytree(run[0].path, folder.path)
     whole = certificate_of(setup, folder)
@@ -201,32 +201,19 @@ def test_a_recording_that_is_torn_is_good_up_to_where_it_is_torn(
     assert any("holds no pose" in note for note in certificate_of(setup, folder).notes)
 
 
-def test_without_a_journal_no_halt_is_known(tmp_path: Path) -> None:
-    folder, setup, _ = played(tmp_path, "halt@2", until=3.0)
-    folder.journal.unlink()
-    certificate = certificate_of(setup, folder)
-    assert certificate.incidents == []
-    assert any("Without the journal" in note for note in certificate.notes)
-
-
-def test_a_launcher_that_was_killed_is_told(tmp_path: Path) -> None:
-    folder, setup, _ = played(tmp_path, "", until=2.0)
-    EventLog(folder.events).write(Event(what=EventKind.BEGAN, monotonic=0.0, time=0.0))
-    certificate = certificate_of(setup, folder)
-    [incident] = certificate.incidents
-    assert incident.process == "vrg play"
-    assert any("did not end by itself" in note for note in certificate.notes)
-    assert certificate.resolution < incident.resolution, "how late it was noticed is told by itself"
-    assert "vrg play" in summary_line(certificate)
-
-
-def test_robots_that_were_not_seen_to_stand_are_named_before_the_worst_stop(tmp_path: Path) -> None:
+def test_robots_that_were_not_seen_to_stand_are_named_first_and_without_a_journal_no_halt_is_known(
+    tmp_path: Path,
+) -> None:
     folder, setup, _ = played(tmp_path, "halt@3", until=5.0)
     certificate = certificate_of(setup, folder)
     known = summary_line(certificate)
     cut = RobotStop(0, "ghost", StopOutcome.CUT)
     more = replace(certificate, stops=[*certificate.stops, cut])
     assert summary_line(more) == f"not seen to stand before the recording ended: ghost; {known}"
+    folder.journal.unlink()
+    certificate = certificate_of(setup, folder)
+    assert certificate.incidents == []
+    assert any("Without the journal" in note for note in certificate.notes)
 
 
 def stop_in_a_dead_world(
@@ -250,9 +237,8 @@ def stop_in_a_dead_world(
     log.write(Event(what=EventKind.BEGAN, monotonic=50.0))
     for after, rolled, v in measured:
         y = ann.y[-1] - rolled
-        log.write(
-            Event(what=EventKind.MEASURED, process="ann", monotonic=100.0 + after, time=at, x=ann.x[-1], y=y, v=v)
-        )
+        place = {"x": ann.x[-1], "y": y, "v": v}
+        log.write(Event(what=EventKind.MEASURED, process="ann", monotonic=100.0 + after, time=at, **place))
     log.write(Event(what=EventKind.DIED, process="world", monotonic=100.4, time=at, clock=100.0, newest={"world": at}))
     log.write(Event(what=EventKind.STEPPED_BACK, process="world", monotonic=102.0, time=at if back is None else back))
     log.write(Event(what=EventKind.ENDED, monotonic=103.0, time=at))
@@ -288,10 +274,40 @@ def test_a_physical_robot_rolls_on_in_real_time_while_the_world_is_dead(
     assert stop.speed == pytest.approx(0.6, abs=0.1), "as it was before, although the next world begins with it at rest"
 
 
-def test_a_physical_robot_that_was_heard_of_late_stood_by_then(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, ((0.45, 0.1, 0.0), (0.55, 0.1, 0.0), (0.66, 0.1, 0.0)))
-    assert (stop.outcome, stop.seconds) == (StopOutcome.STOPPED, pytest.approx(0.45))
-    assert stop.resolution == pytest.approx(0.45)
+def rests(*times: float, rolled: float = 0.1) -> tuple[tuple[float, float, float], ...]:
+    return tuple((time, rolled, 0.0) for time in times)
+
+
+@pytest.mark.parametrize(
+    ("measured", "at", "found"),
+    [
+        (rests(0.45, 0.55, 0.66), 2.0, {"outcome": StopOutcome.STOPPED, "seconds": 0.45, "resolution": 0.45}),
+        (
+            (*ROLLS, (0.25, 0.11, 0.0), (0.28, 0.12, 0.4), (0.32, 0.13, 0.4), *rests(0.6, 0.7, 0.8, rolled=0.2)),
+            2.0,
+            {"outcome": StopOutcome.STOPPED, "seconds": 0.6},
+        ),
+        ((*ROLLS, *STANDS[:1]), 2.0, {"outcome": StopOutcome.CUT, "seconds": 0.3}),
+        (
+            (*ROLLS, *STANDS, (1.0, 0.12, 0.5), (1.1, 0.2, 0.5)),
+            2.0,
+            {"outcome": StopOutcome.MOVED_AGAIN, "real": True, "again": 1.0, "distance": 0.2},
+        ),
+        (rests(0.12, rolled=0.0), 0.1, {"outcome": StopOutcome.STOOD, "real": True}),
+    ],
+    ids=["was heard of late", "has no speed for a moment", "is at rest only once", "rolls on after it stood", "stood"],
+)
+def test_in_a_dead_world_a_physical_robot(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    measured: Sequence[tuple[float, float, float]],
+    at: float,
+    found: dict[str, object],
+) -> None:
+    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, measured, at=at)
+    for what, value in found.items():
+        expected = pytest.approx(value, abs=0.02 if what == "distance" else None) if type(value) is float else value
+        assert getattr(stop, what) == expected, what
 
 
 def test_a_physical_robot_rolls_from_the_instant_from_which_the_next_world_goes_on(
@@ -302,36 +318,3 @@ def test_a_physical_robot_rolls_from_the_instant_from_which_the_next_world_goes_
     assert before > 0.04
     assert stop.seconds == pytest.approx(0.4), "from the place at 1.9 s, so also from the time"
     assert stop.distance == pytest.approx(before + 0.12, abs=0.02)
-
-
-def test_a_physical_robot_whose_speed_is_zero_for_a_moment_does_not_stand(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    moment = ((0.25, 0.11, 0.0), (0.28, 0.12, 0.4), (0.32, 0.13, 0.4))
-    stands = ((0.6, 0.2, 0.0), (0.7, 0.2, 0.0), (0.8, 0.2, 0.0))
-    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *moment, *stands))
-    assert (stop.outcome, stop.seconds) == (StopOutcome.STOPPED, pytest.approx(0.6))
-
-
-def test_a_physical_robot_that_was_measured_at_rest_only_once_is_not_known_to_stand(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS[:1]))
-    assert (stop.outcome, stop.seconds) == (StopOutcome.CUT, pytest.approx(0.3))
-
-
-def test_a_physical_robot_that_rolls_on_in_a_dead_world_after_it_stood_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    on = ((1.0, 0.12, 0.5), (1.1, 0.2, 0.5))
-    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, (*ROLLS, *STANDS, *on))
-    assert (stop.outcome, stop.real) == (StopOutcome.MOVED_AGAIN, True)
-    assert stop.again == pytest.approx(1.0)
-    assert stop.distance == pytest.approx(0.2, abs=0.02)
-
-
-def test_a_physical_robot_that_stood_when_the_world_died_stood_already(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    stop, _ = stop_in_a_dead_world(tmp_path, monkeypatch, ((0.12, 0.0, 0.0),), at=0.1)
-    assert (stop.outcome, stop.real) == (StopOutcome.STOOD, True)

@@ -3,21 +3,19 @@
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import psutil
 import pytest
 
-from tests.system.harness import short_match
+from tests.launch import matches
+from tests.launch.matches import calls_of
+from tests.system.harness import short_match, wait_until
 from vrg.bus.messages import DISQUALIFIED, Call, Stage
 from vrg.config.loading import load_match
-from vrg.coordinator.journal import read_journal
 from vrg.errors import LaunchError
 from vrg.launch import bounds
-from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal, recorder_node
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.in_process import Ending
 
 BROKEN = """
 import sys
@@ -111,9 +109,9 @@ CULPRITS = {
 }
 
 
-def match_with(folder: Path, *kinds: str, more: str = "") -> Path:
-    """A short match in which bob, and then cid, play by classes of BROKEN."""
-    (folder / "broken.py").write_text(BROKEN)
+def match_with(folder: Path, *kinds: str, code: str = BROKEN, more: str = "") -> Path:
+    """A short match in which bob, and then cid, play by classes of this code."""
+    (folder / "broken.py").write_text(code)
     text = short_match("broken")
     for name, kind in zip(("bob", "cid"), kinds, strict=False):
         text = text.replace(f'name = "{name}"', f'name = "{name}"\nstrategy = "broken.py:{kind}"')
@@ -121,13 +119,13 @@ def match_with(folder: Path, *kinds: str, more: str = "") -> Path:
     return folder / "match.toml"
 
 
-def played(folder: Path, *kinds: str, more: str = "") -> tuple[Ending, list[Call]]:
-    setup = load_match(match_with(folder, *kinds, more=more))
-    run = RunFolder(folder)
-    run.prepare()
-    with open_journal(setup, run) as journal:
-        ending = play(setup, journal, limit=300.0, strict=True, logs=run.logs)
-    return ending, [call for record in read_journal(run.journal)[1] for call in record.calls]
+def played(
+    folder: Path, *kinds: str, code: str = BROKEN, more: str = "", recorded: bool = False
+) -> tuple[Ending, list[Call]]:
+    """How such a match ended, and who was disqualified."""
+    setup = load_match(match_with(folder, *kinds, code=code, more=more))
+    ending, run = matches.played(setup, folder, limit=300.0, strict=True, recorded=recorded)
+    return ending, calls_of(run, "disqualified")
 
 
 # Those that flood, or fill the memory, are alone in their process.
@@ -150,7 +148,7 @@ def test_the_culprits_are_named_and_the_others_play_on(
     monkeypatch.setattr(bounds, "BUDGET", 0.5 if "Loops" in kinds else 60.0)
     ending, calls = played(tmp_path, *kinds)
     assert ending.state.stage is Stage.GAME_OVER
-    out = {call.players[0]: call.text for call in calls if call.rule == "disqualified"}
+    out = {call.players[0]: call.text for call in calls}
     assert len(out) == len(kinds)
     for name, kind in zip(("bob", "cid"), kinds, strict=False):
         assert out[name].startswith(f"{name} is disqualified: {CULPRITS[kind]}")
@@ -244,13 +242,7 @@ class Raises(Strategy):
     "kinds", [("Bids", "Mode"), pytest.param(("Floats", "Sees"), marks=pytest.mark.thorough), ("Raises",)]
 )
 def test_no_object_of_a_strategy_ends_the_match(tmp_path: Path, kinds: tuple[str, ...]) -> None:
-    path = match_with(tmp_path, *kinds)
-    (tmp_path / "broken.py").write_text(ODD)
-    setup, run = load_match(path), RunFolder(tmp_path)
-    run.prepare()
-    with open_journal(setup, run) as journal:
-        watchers = [recorder_node(setup, run)]
-        ending = play(setup, journal, limit=300.0, strict=True, logs=run.logs, watchers=watchers)
+    ending, _ = played(tmp_path, *kinds, code=ODD, recorded=True)
     assert ending.state.stage is Stage.GAME_OVER
 
 
@@ -264,41 +256,33 @@ def test_no_object_of_a_strategy_ends_the_match(tmp_path: Path, kinds: tuple[str
     ],
 )
 def test_what_a_strategy_leaves_behind_in_one_process_is_bounded(tmp_path: Path, kind: str, said: list[str]) -> None:
-    path = match_with(tmp_path, kind)
-    (tmp_path / "broken.py").write_text(GREEDY.format(folder=str(tmp_path)))
-    setup, run = load_match(path), RunFolder(tmp_path)
-    run.prepare()
-    with open_journal(setup, run) as journal:
-        assert play(setup, journal, limit=300.0, logs=run.logs).state.stage is Stage.GAME_OVER
-    calls = [call for record in read_journal(run.journal)[1] for call in record.calls]
-    assert [call.text for call in calls if call.rule == "disqualified"] == said
+    ending, calls = played(tmp_path, kind, code=GREEDY.format(folder=str(tmp_path)))
+    assert ending.state.stage is Stage.GAME_OVER
+    assert [call.text for call in calls] == said
     if kind == "Starts":
         assert not psutil.pid_exists(int((tmp_path / "pid").read_text()))
 
 
+CHATTY = """
+from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
+
+
+class Chatty(SharksAndMinnowsPlayer):
+    def act(self, view):
+        print("x" * 15_000)
+        return super().act(view)
+"""
+
+
 def test_what_is_printed_now_and_then_is_no_flood_however_fast_the_match_is(tmp_path: Path) -> None:
     """By match time it is 30 kB a second; all of it is printed within a second or two."""
-    (tmp_path / "broken.py").write_text(
-        "from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer\n\n\n"
-        "class Chatty(SharksAndMinnowsPlayer):\n    def act(self, view):\n"
-        "        print('x' * 15_000)\n        return super().act(view)\n"
-    )
-    text = short_match("chatty").replace('name = "bob"', 'name = "bob"\nstrategy = "broken.py:Chatty"')
-    (tmp_path / "match.toml").write_text(text)
-    run = RunFolder(tmp_path)
-    run.prepare()
-    setup = load_match(tmp_path / "match.toml")
-    with open_journal(setup, run) as journal:
-        ending = play(setup, journal, limit=300.0, logs=run.logs)
-    bob = ending.state.player("bob")
-    assert bob is not None
-    assert bob.state != DISQUALIFIED
+    assert played(tmp_path, "Chatty", code=CHATTY)[1] == []
 
 
 def test_who_fails_once_goes_on_with_a_fresh_strategy(tmp_path: Path) -> None:
     ending, calls = played(tmp_path, "Once")
     assert ending.state.stage is Stage.GAME_OVER
-    assert [call for call in calls if call.rule == "disqualified"] == []
+    assert calls == []
     assert "RuntimeError: only once" in (tmp_path / "logs" / "bob.log").read_text()
 
 
@@ -311,19 +295,14 @@ def test_a_match_that_is_to_halt_ends_and_says_why(tmp_path: Path) -> None:
     "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)], ids=["Ctrl-C", "SIGTERM"]
 )
 def test_an_endless_loop_ends_at_the_first_signal(tmp_path: Path, number: signal.Signals) -> None:
-    match = match_with(tmp_path, "Loops")
-    marked = BROKEN.replace(
-        "while True:\n            pass", 'open("looping", "w").close()\n        while True:\n            pass'
-    )
-    (tmp_path / "broken.py").write_text(marked)
+    loop = "while True:\n            pass"
+    marked = BROKEN.replace(loop, f'open("looping", "w").close()\n        {loop}')
+    match = match_with(tmp_path, "Loops", code=marked)
     command = [sys.executable, "-m", "vrg", "play", str(match), "--in-process", "--no-record", "--runs", "runs"]
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
-        deadline = time.monotonic() + 60.0
-        while not (tmp_path / "looping").exists():
-            assert process.poll() is None
-            assert time.monotonic() < deadline
-            time.sleep(0.02)
+        wait_until(lambda: (tmp_path / "looping").exists() or process.poll() is not None, "the loop")
+        assert process.poll() is None
         process.send_signal(number)
         output, _ = process.communicate(timeout=60.0)
     finally:

@@ -90,9 +90,7 @@ def test_keys_that_are_being_made_are_not_deleted(tmp_path: Path) -> None:
     assert not keys.exists()
 
 
-def test_an_agent_of_another_machine_that_shares_the_folder_is_not_killed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_agent_of_another_machine_is_not_killed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with folder_lock(tmp_path):
         monkeypatch.setattr(locks, "this_machine", lambda: "lab2 other-boot")
         monkeypatch.setattr(os, "kill", lambda *_: pytest.fail("killed by number"))

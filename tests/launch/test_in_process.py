@@ -13,13 +13,13 @@ import pytest
 import typer
 from mcap.reader import make_reader
 from msgspec import structs
-from typer.testing import CliRunner
 
+from tests.launch import matches
+from tests.launch.matches import calls_of, vrg
 from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node, Tick
-from vrg.cli import make_app
 from vrg.commands import playing
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
@@ -29,8 +29,8 @@ from vrg.hal.models import robot_model
 from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal, recorder_node, spectator_node
+from vrg.launch.in_process import Ending
+from vrg.launch.nodes import spectator_node
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
@@ -88,21 +88,20 @@ def setup_for(engine: str, seed: int) -> MatchSetup:
     return load_match(match_path("sharks-and-minnows"), engine=engine, seed=seed, lasers=False)
 
 
-Played = tuple[Ending, Path, Witness]
+Played = tuple[Ending, RunFolder, Witness]
 WITH_PYBULLET = pytest.param("pybullet", marks=pytest.mark.thorough)
 
 
 @pytest.fixture(scope="module")
 def played(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, int], Played]:
-    """Plays the match of the thesis to its end, each once only: how it ended, its journal, and what was seen."""
+    """Plays the match of the thesis to its end, each once only: how it ended, its run, and what was seen."""
 
     @functools.cache
     def whole(engine: str, seed: int) -> Played:
-        setup, run = setup_for(engine, seed), RunFolder(tmp_path_factory.mktemp("match"))
+        setup = setup_for(engine, seed)
         witness = Witness(setup)
-        with open_journal(setup, run) as journal:
-            ending = play(setup, journal, watchers=[witness], limit=900.0, strict=True)
-        return ending, run.journal, witness
+        ending, run = matches.played(setup, tmp_path_factory.mktemp("match"), witness, limit=900.0, strict=True)
+        return ending, run, witness
 
     return whole
 
@@ -146,7 +145,7 @@ def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Pat
                 [sys.executable, "-m", "vrg", *command], env=environment, check=True, timeout=600, capture_output=True
             )
         else:
-            assert CliRunner().invoke(make_app(), command).exit_code == 0
+            assert vrg(*command).exit_code == 0
         journals.append(next(runs.glob("*/journal.jsonl")).read_bytes())
     assert journals[0] == journals[1]
     assert journals[0] != journals[2], "another seed gives another match"
@@ -156,14 +155,12 @@ def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Pat
 def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engine: str) -> None:
     found = []
     for camera in (False, True):
-        setup, run = setup_for(engine, 3), RunFolder(tmp_path / str(camera))
-        run.path.mkdir()
+        setup = setup_for(engine, 3)
         small = {"camera": {"columns": 64, "rows": 48}}
         players = [structs.replace(player, camera=camera, sensors=small) for player in setup.players]
         setup, witness = structs.replace(setup, players=players), Witness(setup)
         seen = witness.mailbox.subscribe(setup.keys.sensor(Camera))
-        with open_journal(setup, run) as journal:
-            play(setup, journal, watchers=[witness], pace=lambda time: time < 12.0, strict=True)
+        _, run = matches.played(setup, tmp_path / str(camera), witness, pace=lambda time: time < 12.0, strict=True)
         assert len(seen.by_key) == (len(players) if camera else 0)
         poses = witness.poses.latest
         assert poses is not None
@@ -179,14 +176,13 @@ def test_nobody_runs_into_anybody_but_a_shark_into_its_prey(played: Callable[[st
 
 
 def test_the_journal_tells_the_whole_story(played: Callable[[str, int], Played]) -> None:
-    ending, journal, _ = played("planar", 0)
-    _, records = read_journal(journal)
-    calls = [call for record in records for call in record.calls]
+    ending, run, _ = played("planar", 0)
+    calls = calls_of(run)
     assert [c.number for c in calls] == list(range(1, len(calls) + 1))
     tags = [c for c in calls if c.rule in ("tag", "out_of_bounds") and c.players[0] != "player1"]
     assert len(tags) == ending.state.score["sharks"]
     assert [c.rule for c in calls if c.rule in ("begin", "pass_over", "game_over")][-1] == "game_over"
-    assert records[-1].standing.winner == ending.state.winner
+    assert read_journal(run.journal)[1][-1].standing.winner == ending.state.winner
 
 
 class ClockWatch(Node):
@@ -225,9 +221,7 @@ def test_the_clock_tells_how_fast_a_match_is_played(
 
 
 def test_a_match_can_be_broken_off(tmp_path: Path) -> None:
-    setup = setup_for("planar", 0)
-    with open_journal(setup, RunFolder(tmp_path)) as journal:
-        ending = play(setup, journal, pace=lambda time: time < 5.0)
+    ending, _ = matches.played(setup_for("planar", 0), tmp_path, pace=lambda time: time < 5.0)
     assert ending.time == pytest.approx(5.0, abs=0.05)
     assert ending.state.stage is not Stage.GAME_OVER
 
@@ -248,25 +242,19 @@ def test_a_player_that_never_lines_up_does_not_keep_the_others_from_playing(tmp_
     minnow = 'name = "player7"\nrole = "minnow"'
     assert minnow in text
     text = text.replace(minnow, minnow + '\nstrategy = "circler.py:Circler"').replace("[rules]", "[rules]\npasses = 2")
-    (tmp_path / "match.toml").write_text(text)
     # With this seed it does not happen to circle over its mark in the second pass.
-    setup = load_match(tmp_path / "match.toml", engine="planar", lasers=False, seed=0)
-    with open_journal(setup, RunFolder(tmp_path)) as journal:
-        ending = play(setup, journal, limit=900.0)
+    setup = matches.written(tmp_path, text, engine="planar", lasers=False, seed=0)
+    ending, run = matches.played(setup, tmp_path, limit=900.0)
     assert ending.state.stage is Stage.GAME_OVER
-    calls = [call for record in read_journal(tmp_path / "journal.jsonl")[1] for call in record.calls]
-    placed = [c for c in calls if c.rule == "placed"]
+    placed = calls_of(run, "placed")
     assert 1 <= len(placed) <= 3
     assert "player7" in placed[0].text
 
 
 def test_a_recording_and_a_window_show_the_walls_of_the_map(tmp_path: Path) -> None:
-    setup, folder = setup_for("planar", 0), RunFolder(tmp_path)
-    recorder = recorder_node(setup, folder)
-    with open_journal(setup, folder) as journal:
-        play(setup, journal, watchers=[recorder], pace=lambda time: time < 1.0)
-    recorder.stop()
-    with folder.recording.open("rb") as stream:
+    setup = setup_for("planar", 0)
+    _, run = matches.played(setup, tmp_path, recorded=True, pace=lambda time: time < 1.0)
+    with run.recording.open("rb") as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
     assert "/map" in {channel.topic for channel in summary.channels.values()}
@@ -276,10 +264,6 @@ def test_a_recording_and_a_window_show_the_walls_of_the_map(tmp_path: Path) -> N
 
 def test_players_may_have_names_in_their_own_language(tmp_path: Path) -> None:
     text = TINY.replace('"ann"', '"Ольга"').replace('"bob"', '"José"')
-    (tmp_path / "match.toml").write_text(text, encoding="utf-8")
-    setup, run = load_match(tmp_path / "match.toml"), RunFolder(tmp_path)
-    recorder = recorder_node(setup, run)
-    with open_journal(setup, run) as journal:
-        ending = play(setup, journal, watchers=[recorder], strict=True)
+    ending, run = matches.played(matches.written(tmp_path, text), tmp_path, recorded=True, strict=True)
     assert ending.state.stage is Stage.GAME_OVER
     assert {"Ольга", "José"} < set(read_tracks(run.recording))

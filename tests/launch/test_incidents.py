@@ -29,6 +29,19 @@ class Run:
         if logged:
             self.event(EventKind.BEGAN, None, 0.0)
 
+    @classmethod
+    def of(cls, plan: str) -> "Run":
+        """Calls and events with their times and texts, as in `died/ann 5.0, halt 5.1 called by eve, resume 8.0`."""
+        run = cls()
+        for step in plan.split(", "):
+            what, time, *text = step.split(" ", 2)
+            name, _, process = what.partition("/")
+            if name in ("begin", "tag", "halt", "resume", "game_over"):
+                run.call(name, float(time), *text)
+            else:
+                run.event(EventKind(name), process or None, float(time), text="".join(text))
+        return run
+
     def call(self, rule: str, time: float, text: str = "") -> "Run":
         """The referee's call, with the standing that follows from it."""
         self._calls += 1
@@ -62,28 +75,48 @@ class Run:
         return incidents_of(RunData(self.records, self.events, self.estops, players, **more))  # type: ignore[arg-type]
 
 
-def test_a_match_in_which_nothing_happened_has_no_incident() -> None:
-    run = Run().call("begin", 1.0).event(EventKind.READY, "ann", 0.5).call("tag", 5.0).call("game_over", 9.0).end()
-    assert run.incidents() == []
+HALT, ESTOP, DEATH = IncidentKind.HALT, IncidentKind.ESTOP, IncidentKind.DEATH
+BY_EVE = "estop 5.0, halt 5.1 emergency stop by eve"
+
+
+@pytest.mark.parametrize(
+    ("plan", "found"),
+    [
+        ("begin 1.0, ready/ann 0.5, tag 5.0, game_over 9.0", []),
+        ("halt 5.0 called by eve, halt 6.0 ann fails, resume 8.0", [(HALT, 5.0, 8.0)]),
+        ("halt 5.0 x", [(HALT, 5.0, math.inf)]),
+        ("halt 5.0 x, game_over 7.0", [(HALT, 5.0, 7.0)]),
+        ("halt 5.0 x, resume 6.0, halt 7.0 y, resume 8.0", [(HALT, 5.0, 6.0), (HALT, 7.0, 8.0)]),
+        ("halt 5.0 called by eve, estop 5.95, halt 6.0 emergency stop by eve, release 7.0, resume 8.0",
+         [(HALT, 5.0, 8.0), (ESTOP, 5.95, 8.0)]),
+        ("died/referee 5.0, estop 5.1, ready/referee 8.0, halt 8.1 emergency stop, release 9.0, resume 10.0",
+         [(DEATH, 5.0, 10.0), (ESTOP, 5.1, 10.0)]),
+        (f"{BY_EVE}, release 6.0, halt 7.5 emergency stop by dan, halt 7.6 emergency stop by ann, resume 9.0",
+         [(ESTOP, 5.0, 9.0)]),
+        (f"{BY_EVE}, release 6.0, resume 7.0, halt 9.0 emergency stop by dan, resume 10.0",
+         [(ESTOP, 5.0, 7.0), (ESTOP, 9.0, 10.0)]),
+        (f"{BY_EVE}, resume 7.0, estop 8.0, halt 8.1 emergency stop by eve, resume 9.0",
+         [(ESTOP, 5.0, 7.0), (ESTOP, 8.0, 9.0)]),
+        ("died/ann 5.0, started/ann 5.0, ready/ann 5.5, died/ann 7.0, vacated/ann 7.0",
+         [(DEATH, 5.0, 5.5), (DEATH, 7.0, math.inf)]),
+        ("replaced/ann 5.0, ready/ann 6.0, closed/spectator 7.0", []),
+    ],
+    ids=["nothing", "a halt from its decision to the resume", "one that nobody ended", "one that the game ended", "two",
+         "an emergency stop in a halt", "the referee is started again meanwhile", "called again before play goes on",
+         "its order was not heard", "no release was heard", "two deaths, with a disqualification", "nobody has died"],
+)  # fmt: skip
+def test_of_a_match_are_found(plan: str, found: list[tuple[IncidentKind, float, float]]) -> None:
+    assert [(i.kind, i.time, i.until) for i in Run.of(plan).end().incidents()] == found
+
+
+def test_where_nothing_was_logged_or_called_there_is_no_incident() -> None:
     assert Run(logged=False).incidents() == []
 
 
-def test_a_halt_lasts_from_the_referees_decision_to_the_resume() -> None:
-    run = Run().call("begin", 1.0).call("halt", 5.0, "called by eve")
-    run.call("halt", 6.0, "ann fails").call("resume", 8.0).end()
-    [halt] = run.incidents()
-    assert (halt.kind, halt.time, halt.until, halt.robots) == (IncidentKind.HALT, 5.0, 8.0, None)
+def test_a_halt_stops_all_robots_and_tells_why() -> None:
+    [halt] = Run.of("halt 5.0 called by eve, resume 8.0").end().incidents()
+    assert halt.robots is None
     assert "called by eve" in halt.what
-
-
-def test_a_halt_that_nobody_ended_has_no_end_and_the_end_of_the_game_ends_one() -> None:
-    assert Run().call("halt", 5.0, "x").end().incidents()[0].until == math.inf
-    assert Run().call("halt", 5.0, "x").call("game_over", 7.0).end().incidents()[0].until == 7.0
-
-
-def test_each_of_two_halts_is_an_incident() -> None:
-    run = Run().call("halt", 5.0, "x").call("resume", 6.0).call("halt", 7.0, "y").call("resume", 8.0).end()
-    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 6.0), (7.0, 8.0)]
 
 
 def test_an_emergency_stop_begins_with_its_order_and_its_halt_is_a_part_of_it() -> None:
@@ -93,12 +126,6 @@ def test_an_emergency_stop_begins_with_its_order_and_its_halt_is_a_part_of_it() 
     [estop] = run.incidents()
     assert (estop.kind, estop.time, estop.until, estop.robots) == (IncidentKind.ESTOP, 4.93, 8.0, None)
     assert estop.resolution == pytest.approx(0.02)
-
-
-def test_an_emergency_stop_in_a_halt_is_an_incident_of_its_own() -> None:
-    run = Run().call("halt", 5.0, "called by eve").event(EventKind.ESTOP, None, 5.95)
-    run.call("halt", 6.0, "emergency stop by eve").event(EventKind.RELEASE, None, 7.0).call("resume", 8.0).end()
-    assert [(i.kind, i.time) for i in run.incidents()] == [(IncidentKind.HALT, 5.0), (IncidentKind.ESTOP, 5.95)]
 
 
 @pytest.mark.parametrize("rate", [1.0, 50.0])
@@ -114,54 +141,9 @@ def test_a_halt_that_the_referee_calls_late_belongs_to_the_emergency_stop(rate: 
 @pytest.mark.parametrize("rate", [1.0, 50.0])
 def test_a_halt_of_a_referee_that_is_behind_the_launcher_belongs_to_the_emergency_stop(rate: float) -> None:
     run = Run().call("halt", 3.0, "emergency stop by dan").call("resume", 4.0)
-    run.call("halt", 15.0 - 0.03 * rate, "emergency stop by eve").event(EventKind.ESTOP, None, 15.0).call(
-        "resume", 60.0
-    ).end()
+    run.call("halt", 15.0 - 0.03 * rate, "emergency stop by eve").event(EventKind.ESTOP, None, 15.0)
+    run.call("resume", 60.0).end()
     assert [(i.time, i.until) for i in run.incidents(rate=rate)] == [(3.0, 4.0), (15.0, 60.0)]
-
-
-def test_a_referee_that_is_started_again_while_the_emergency_stop_is_engaged_calls_no_second_one() -> None:
-    run = (
-        Run()
-        .event(EventKind.DIED, "referee", 5.0)
-        .event(EventKind.ESTOP, None, 5.1)
-        .event(EventKind.READY, "referee", 8.0)
-    )
-    run.call("halt", 8.1, "emergency stop, latched in the world").event(EventKind.RELEASE, None, 9.0).call(
-        "resume", 10.0
-    ).end()
-    assert [(i.kind, i.time, i.until) for i in run.incidents()] == [
-        (IncidentKind.DEATH, 5.0, 10.0),
-        (IncidentKind.ESTOP, 5.1, 10.0),
-    ]
-
-
-def test_an_emergency_stop_that_is_called_again_before_play_goes_on_is_the_same_one() -> None:
-    run = (
-        Run()
-        .event(EventKind.ESTOP, None, 5.0)
-        .call("halt", 5.1, "emergency stop by eve")
-        .event(EventKind.RELEASE, None, 6.0)
-    )
-    run.call("halt", 7.5, "emergency stop by dan").call("halt", 7.6, "emergency stop by ann").call("resume", 9.0).end()
-    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 9.0)]
-
-
-def test_an_emergency_stop_whose_order_was_not_heard_begins_with_the_referees_decision() -> None:
-    run = (
-        Run()
-        .event(EventKind.ESTOP, None, 5.0)
-        .call("halt", 5.1, "emergency stop by eve")
-        .event(EventKind.RELEASE, None, 6.0)
-    )
-    run.call("resume", 7.0).call("halt", 9.0, "emergency stop by dan").call("resume", 10.0).end()
-    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 7.0), (9.0, 10.0)]
-
-
-def test_an_emergency_stop_after_play_went_on_is_another_one_even_if_no_release_was_heard() -> None:
-    run = Run().event(EventKind.ESTOP, None, 5.0).call("halt", 5.1, "emergency stop by eve").call("resume", 7.0)
-    run.event(EventKind.ESTOP, None, 8.0).call("halt", 8.1, "emergency stop by eve").call("resume", 9.0).end()
-    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 7.0), (8.0, 9.0)]
 
 
 def test_without_a_log_the_recording_tells_of_emergency_stops_and_without_it_the_journal() -> None:
@@ -186,35 +168,14 @@ def test_a_players_death_begins_with_its_newest_message_and_ends_when_the_next_o
 
 def test_a_process_that_hangs_is_killed_and_found_dead_and_has_died_once() -> None:
     run = Run().event(EventKind.KILLED, "ann", 7.6, heard={"ann": 4.9}, text="hangs").event(EventKind.DIED, "ann", 7.7)
-    run.event(EventKind.STARTED, "ann", 7.7).event(EventKind.READY, "ann", 8.0).end()
-    [death] = run.incidents()
+    [death] = run.event(EventKind.READY, "ann", 8.0).end().incidents()
     assert (death.time, death.what) == (4.9, "ann hangs: killed")
-
-
-def test_two_deaths_of_one_player_are_two_incidents_and_a_disqualification_is_a_part_of_the_second() -> None:
-    run = (
-        Run().event(EventKind.DIED, "ann", 5.0).event(EventKind.STARTED, "ann", 5.0).event(EventKind.READY, "ann", 5.5)
-    )
-    run.event(EventKind.DIED, "ann", 7.0).event(EventKind.VACATED, "ann", 7.0).end()
-    assert [(i.time, i.until) for i in run.incidents()] == [(5.0, 5.5), (7.0, math.inf)]
-
-
-def test_a_player_that_is_replaced_or_a_window_that_is_closed_has_not_died() -> None:
-    run = (
-        Run()
-        .event(EventKind.REPLACED, "ann", 5.0)
-        .event(EventKind.READY, "ann", 6.0)
-        .event(EventKind.CLOSED, "spectator", 7.0)
-    )
-    assert run.end().incidents() == []
 
 
 def test_a_world_that_died_begins_anew_where_match_time_goes_on() -> None:
     run = Run().event(EventKind.DIED, "world", 5.1, heard={"world": 5.1}).event(EventKind.STARTED, "world", 5.1)
-    run.event(EventKind.STEPPED_BACK, "world", 5.0).call("halt", 5.1, "the world was restarted").call(
-        "resume", 9.0
-    ).end()
-    death, halt = run.incidents()
+    run.event(EventKind.STEPPED_BACK, "world", 5.0).call("halt", 5.1, "the world was restarted").call("resume", 9.0)
+    death, halt = run.end().incidents()
     assert (death.process, death.time, death.until, death.robots) == ("world", 5.0, 9.0, None)
     assert halt.kind is IncidentKind.HALT
 
@@ -273,10 +234,6 @@ def test_a_machine_that_comes_back_while_play_goes_on_holds_its_robots_up_to_the
 
 
 def test_the_loss_of_the_machine_of_the_world_stops_all_robots_and_match_time() -> None:
-    run = (
-        Run()
-        .event(EventKind.AWAY, "lab2", 8.0, heard={"world": 7.9, "bob": 7.8})
-        .event(EventKind.STEPPED_BACK, "world", 7.5)
-    )
-    [away] = run.end().incidents(place={"world": "lab2", "bob": "lab2"})
+    run = Run().event(EventKind.AWAY, "lab2", 8.0, heard={"world": 7.9, "bob": 7.8})
+    [away] = run.event(EventKind.STEPPED_BACK, "world", 7.5).end().incidents(place={"world": "lab2", "bob": "lab2"})
     assert (away.time, away.robots, away.timeless) == (7.5, None, True)

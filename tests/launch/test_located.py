@@ -6,22 +6,19 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from click.testing import Result
-from typer.testing import CliRunner
 
+from tests.launch import matches
+from tests.launch.matches import calls_of, vrg
 from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
 from vrg.bus.node import Node, Tick
-from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.journal import read_journal
 from vrg.errors import ConfigError
 from vrg.geometry import compose, inverse
 from vrg.hal.can.calibration import load_calibration
-from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal
+from vrg.launch.in_process import Ending
 from vrg.launch.run_folder import RunFolder
 from vrg.localisation.motion import corrected
 from vrg.types import Pose
@@ -78,30 +75,28 @@ class Surveyor(Node):
         self.faults += [(report.stamp, fault) for report in self._reports.take() if (fault := report.body.fault)]
 
 
-def played(tmp_path: Path, text: str, limit: float = 60.0) -> tuple[Ending, Surveyor, bytes]:
-    """Play a match to its end, or for `limit` s; the journal comes with it."""
-    (tmp_path / "located.toml").write_text(text)
-    setup, folder = load_match(tmp_path / "located.toml"), RunFolder(tmp_path / "run")
-    folder.prepare()
+def played(tmp_path: Path, text: str, limit: float = 60.0) -> tuple[Ending, Surveyor, RunFolder]:
+    """Play a match to its end, or for `limit` s."""
+    setup = matches.written(tmp_path, text)
     surveyor = Surveyor(setup)
-    with open_journal(setup, folder) as journal:
-        ending = play(setup, journal, watchers=[surveyor], limit=limit, strict=True)
-    return ending, surveyor, folder.journal.read_bytes()
+    ending, run = matches.played(setup, tmp_path / "run", surveyor, limit=limit, strict=True)
+    return ending, surveyor, run
 
 
 def test_a_match_is_played_by_robots_that_only_the_camera_locates(tmp_path: Path) -> None:
-    ending, surveyor, journal = played(tmp_path, located(TINY, "shark", "ann", "bob"))
+    ending, surveyor, run = played(tmp_path, located(TINY, "shark", "ann", "bob"))
     assert ending.state.stage is Stage.GAME_OVER
     assert set(surveyor.far) == {"shark", "ann", "bob"}
     distances = sorted(far for every in surveyor.far.values() for far in every)
     assert distances[int(0.95 * len(distances))] < 0.02
     (tmp_path / "again").mkdir()
-    assert played(tmp_path / "again", located(TINY, "shark", "ann", "bob"))[2] == journal
+    again = played(tmp_path / "again", located(TINY, "shark", "ann", "bob"))[2]
+    assert again.journal.read_bytes() == run.journal.read_bytes()
 
 
 def test_in_the_dark_robots_stand_and_play_is_halted(tmp_path: Path) -> None:
     text = located(TINY, "shark", "ann", more="dark = [[4.0, 6.0]]\n")
-    ending, surveyor, _ = played(tmp_path, text, limit=8.0)
+    ending, surveyor, run = played(tmp_path, text, limit=8.0)
     assert ending.state.halted is not None
     assert "shark: it has not been located for 0.5 s" in ending.state.halted
     lost = [(time, fault) for time, fault in surveyor.faults if "it is lost: no source has seen it for" in fault]
@@ -109,8 +104,7 @@ def test_in_the_dark_robots_stand_and_play_is_halted(tmp_path: Path) -> None:
     assert max(speed for time, speed in surveyor.speeds if 3.0 < time < 4.0) > 0.4
     assert max(speed for time, speed in surveyor.speeds if 5.5 < time < 6.5) < 0.01
     assert [fault for time, fault in surveyor.faults if time > 6.6] == [], "the light is on again"
-    _, records = read_journal(tmp_path / "run" / "journal.jsonl")
-    assert [call.rule for record in records for call in record.calls] == ["begin", "halt", "halt"]
+    assert [call.rule for call in calls_of(run)] == ["begin", "halt", "halt"]
 
 
 def test_robots_with_drives_are_where_the_camera_has_them_not_where_their_odometry_does(tmp_path: Path) -> None:
@@ -132,9 +126,8 @@ def test_robots_with_drives_are_where_the_camera_has_them_not_where_their_odomet
 
 
 def test_a_source_of_the_truth_locates_no_real_robot(tmp_path: Path) -> None:
-    (tmp_path / "real.toml").write_text(located(TINY_CAN, "ann").replace("emulate = true\n", ""))
     with pytest.raises(ConfigError, match="expected a source that sees real robots"):
-        load_match(tmp_path / "real.toml")
+        matches.written(tmp_path, located(TINY_CAN, "ann").replace("emulate = true\n", ""))
 
 
 @pytest.mark.parametrize(
@@ -153,18 +146,14 @@ def test_mistakes_in_the_match_file_are_told(tmp_path: Path, change: tuple[str, 
     text = located(TINY, "ann").replace(*change)
     if change[0] == "[localisation.overhead]\n":
         text = text.replace('source = "sim"\n', "")
-    (tmp_path / "wrong.toml").write_text(text)
     with pytest.raises(ConfigError) as caught:
-        load_match(tmp_path / "wrong.toml")
+        matches.written(tmp_path, text)
     assert words in str(caught.value)
 
 
 def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_path: Path) -> None:
     more = "[localisation.overhead.errors.ann]\nway = 0.03\nbend = 3.0\n"
     (tmp_path / "tiny.toml").write_text(located(TINY_CAN, "ann", more=more))
-
-    def vrg(*arguments: str) -> Result:
-        return CliRunner().invoke(make_app(), list(arguments))
 
     command = ("play", str(tmp_path / "tiny.toml"), "--in-process", "--headless", "--no-record")
     assert vrg(*command, "--runs", str(tmp_path / "runs")).exit_code == 0
@@ -196,9 +185,6 @@ def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monke
     text = located(TINY_CAN, "ann", more=more).replace("ratio = 50.0", f"ratio = 50.0\n{motor}")
     (tmp_path / "tiny.toml").write_text(text)
     monkeypatch.chdir(tmp_path)
-
-    def vrg(*arguments: str) -> Result:
-        return CliRunner().invoke(make_app(), list(arguments))
 
     command = ("can", "calibrate", "ann", "tiny.toml", "--fixes", "--in-process", "--speed", "0.7", "--for", "30")
     done = vrg(*command)

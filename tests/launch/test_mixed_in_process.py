@@ -4,15 +4,14 @@ from pathlib import Path
 
 import pytest
 
+from tests.launch import matches
 from tests.launch.test_in_process import Witness
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.in_process import Ending
 
 MIXED = Path("examples/mixed.toml")
 PHYSICAL = ("player2", "player5")
@@ -40,11 +39,8 @@ class Tour(Witness):
 
 def played(folder: Path, setup: MatchSetup, limit: float, *, strict: bool = False) -> tuple[Ending, Tour, bytes]:
     """Play a match; how it ended, what was seen, and its journal."""
-    run = RunFolder(folder)
-    run.prepare()
     tour = Tour(setup)
-    with open_journal(setup, run) as journal:
-        ending = play(setup.at_rate(0.0), journal, watchers=[tour], limit=limit, strict=strict)
+    ending, run = matches.played(setup.at_rate(0.0), folder, tour, limit=limit, strict=strict)
     return ending, tour, run.journal.read_bytes()
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import msgspec
 import pytest
 
+from tests.launch import matches
+from tests.launch.matches import calls_of
 from vrg.bus.access import hears
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
@@ -25,8 +27,7 @@ from vrg.coordinator.judging import judge_again, unproved
 from vrg.games.pursuit_evasion import CROSSING, INTRUDERS, PURSUERS
 from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS
-from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal
+from vrg.launch.in_process import Ending
 from vrg.launch.run_folder import RunFolder
 
 TOO_NEAR = 0.35
@@ -97,16 +98,13 @@ def places(value: Any, name: str = "") -> Iterator[tuple[float, float]]:
 def setup_of(folder: Path, more: str = "", **overrides: Any) -> MatchSetup:
     """The match of the thesis on the planar engine, with more lines at the top of its file."""
     text = match_path("pursuit-evasion-table-4-1").read_text()
-    (folder / "match.toml").write_text(text.replace("[rules]", f"{more}\n[rules]"))
-    return load_match(folder / "match.toml", **{"engine": "planar", **overrides}).at_rate(0)
+    text = text.replace("[rules]", f"{more}\n[rules]")
+    return matches.written(folder, text, **{"engine": "planar", **overrides}).at_rate(0)
 
 
 def played(setup: MatchSetup, folder: Path, *watchers: Node, strict: bool = False) -> tuple[Ending, list[Call]]:
-    run = RunFolder(folder / "run")
-    run.prepare()
-    with open_journal(setup, run) as journal:
-        ending = play(setup, journal, watchers=watchers, limit=300.0, strict=strict, logs=run.logs)
-    return ending, [call for record in read_journal(run.journal)[1] for call in record.calls]
+    ending, run = matches.played(setup, folder / "run", *watchers, limit=300.0, strict=strict)
+    return ending, calls_of(run)
 
 
 def test_the_match_of_the_thesis_ends_with_every_intruder_accounted_for(tmp_path: Path) -> None:

@@ -85,9 +85,7 @@ def test_an_entry_is_not_seen_before_it_is_whole(tmp_path: Path, monkeypatch: py
         assert [m.match for m in running.running()] == ["final"]
 
 
-def test_a_folder_that_cannot_be_written_does_not_keep_a_match_from_being_played(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_a_folder_that_cannot_be_written_keeps_no_match_back(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     (tmp_path / "vrg").write_text("not a folder")
     with listed("final"):
         assert running.running() == []

@@ -12,13 +12,12 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
 
+from tests.launch.matches import vrg
 from tests.tiny import TINY
 from vrg.agents.strategy import ForfeitError, Strategy, View
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
-from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import write_setup
 from vrg.errors import StrategyError
@@ -93,9 +92,8 @@ def play(home: Path, name: str, apart: Apart | None, *watchers: Node) -> tuple[R
     keep(setup, folder)
     write_setup(setup, folder.setup)
     with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
-        ending = in_process.play(
-            setup, journal, watchers=watchers, limit=9.0, logs=folder.logs, apart=apart, steps=steps
-        )
+        options: Any = {"limit": 9.0, "logs": folder.logs, "apart": apart, "steps": steps}
+        ending = in_process.play(setup, journal, watchers=watchers, **options)
     return folder, ending
 
 
@@ -123,9 +121,7 @@ def test_over_processes_a_match_is_the_same_as_in_one(home: Path, server: ForkSe
     assert {"world/world", "coordinator/referee", "player/ann"} <= set(digests[3].nodes)
 
 
-def test_what_a_player_is_too_late_for_is_forfeited_and_a_repetition_forfeits_it_too(
-    home: Path, server: ForkServer
-) -> None:
+def test_what_a_player_is_too_late_for_is_forfeited_in_a_repetition_too(home: Path, server: ForkServer) -> None:
     (home / "slow").touch()
     folder, ending = play(home, "late", Apart(server, every=True, deadline=0.1))
     found = missed(folder)
@@ -147,9 +143,7 @@ def test_a_process_that_is_killed_is_killed_in_a_repetition_too(home: Path, serv
     same(folder, repeated(folder, home, "spread", Apart(server, every=True)))
 
 
-def test_a_process_that_is_frozen_is_given_up_and_holds_up_nothing(
-    home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_frozen_process_is_given_up(home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stepping, "BUDGET", 0.5)
     folder, ending = play(home, "frozen", Apart(server, every=True, deadline=0.2), Killer(4.0, signal.SIGSTOP))
     found = [line for line in missed(folder) if line.player == "ann"]
@@ -195,7 +189,7 @@ def test_a_match_that_was_given_up_is_given_up_again(home: Path, server: ForkSer
     (home / "tiny.toml").write_text(MATCH.replace('map = "open"', 'map = "open"\non_fault = "halt"'))
     (home / "raises").touch()
     command = ["play", "tiny.toml", "--lockstep", "--headless", "--no-sandbox", "--deadline", "4", "--runs", "first"]
-    assert CliRunner().invoke(make_app(), command).exit_code == 1
+    assert vrg(*command).exit_code == 1
     first = RunFolder(next((home / "first").glob("tiny-*")))
     assert "given up" in first.result.read_text()
     again = repeat_match(first, home / "again", NOW, None, Stop())  # type: ignore[arg-type]
@@ -253,16 +247,14 @@ def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkey
     runs = []
     for name, speed in (("odd", "0.4"), ("other", "0.5")):
         (home / f"{name}.py").write_text(ODD.replace("HOME", str(home)).replace("0.4", speed))
-        (home / "tiny.toml").write_text(
-            MATCH.replace("odd.py", f"{name}.py").replace("passes = 1", "passes = 1\npass_limit = 4.0")
-        )
-        command = ["play", "tiny.toml", "--in-process", "--headless", "--runs", name]
-        done = CliRunner().invoke(make_app(), command)
+        short = MATCH.replace("passes = 1", "passes = 1\npass_limit = 4.0")
+        (home / "tiny.toml").write_text(short.replace("odd.py", f"{name}.py"))
+        done = vrg("play", "tiny.toml", "--in-process", "--headless", "--runs", name)
         assert done.exit_code == 0, done.output
         runs.append(str(next((home / name).glob("tiny-*"))))
-    same_run = CliRunner().invoke(make_app(), ["run", "diff", runs[0], runs[0]])
+    same_run = vrg("run", "diff", runs[0], runs[0])
     assert (same_run.exit_code, "The same" in same_run.output) == (0, True)
-    found = CliRunner().invoke(make_app(), ["run", "diff", *runs])
+    found = vrg("run", "diff", *runs)
     assert found.exit_code == 1
     assert "The match files differ" in found.output
     assert re.search(r"Recordings: at .* s, /robot/ann/\w+, .*: .* there, .* here", found.output), found.output

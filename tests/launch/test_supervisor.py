@@ -67,9 +67,7 @@ def polled(supervisor: Supervisor) -> dict[str, str]:
     return supervisor.take_failed()
 
 
-def test_nothing_waits_for_greedy_players_that_ignore_that_they_are_to_stop(
-    make: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_waits_for_greedy_players_that_ignore_a_stop(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     supervisor = make("stubborn", "stubborn", "modest")
     greedy = supervisor.processes[:2]
     monkeypatch.setattr(greed, "excess", lambda _run, name, _pid: "it writes too much" if name != "p2" else None)
@@ -110,9 +108,7 @@ def test_a_player_that_ends_its_program_before_it_is_ready_is_out_and_the_others
     assert supervisor.processes[0].pid is not None
 
 
-def test_a_player_that_cannot_be_started_again_is_out_and_the_others_go_on(
-    make: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_player_that_cannot_be_started_again_is_out_alone(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     supervisor = make("modest", "modest")
     first = supervisor.processes[0]
     monkeypatch.setattr(first.log, "path", Path("/dev/null/log"))

@@ -5,23 +5,18 @@ from pathlib import Path, PurePosixPath
 
 import pytest
 from click.testing import Result
-from typer.testing import CliRunner
 
+from tests.launch.matches import vrg
 from tests.test_machines import EMULATED, MACHINES, SITES, load
-from vrg.cli import make_app
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.launch.systemd import Installation, unit_files, used_machines
 
 AT = Installation(
-    vrg=PurePosixPath("/opt/my vrg/bin/vrg"),
-    folder=PurePosixPath("/opt/match"),
-    match_file="match.toml",
-    user="vrg",
-    router="tcp/10.0.0.1:7447",
-    upstream="tcp/10.0.0.9:7447",
-)
+    vrg=PurePosixPath("/opt/my vrg/bin/vrg"), folder=PurePosixPath("/opt/match"), match_file="match.toml", user="vrg",
+    router="tcp/10.0.0.1:7447", upstream="tcp/10.0.0.9:7447",
+)  # fmt: skip
 
 
 def texts(setup: MatchSetup, at: Installation = AT) -> dict[str, dict[str, str]]:
@@ -79,25 +74,16 @@ def test_systemd_accepts_them(tmp_path: Path) -> None:
     if shutil.which("systemd-analyze") is None:
         pytest.skip("systemd is not installed")
     at = Installation(
-        vrg=PurePosixPath("/bin/true"),
-        folder=PurePosixPath("/tmp"),
-        match_file="match.toml",
-        user="root",
-        router="tcp/127.0.0.1:7447",
-        keys=PurePosixPath("/tmp/keys"),
-    )
+        vrg=PurePosixPath("/bin/true"), folder=PurePosixPath("/tmp"), match_file="match.toml", user="root",
+        router="tcp/127.0.0.1:7447", keys=PurePosixPath("/tmp/keys"),
+    )  # fmt: skip
     folder = tmp_path / "units"
     folder.mkdir()
     found = texts(load(tmp_path), at)["here"]
     for name, text in found.items():
         (folder / name).write_text(text)
-    done = subprocess.run(
-        ["systemd-analyze", "verify", "--man=no", *(str(folder / name) for name in found)],
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600,
-    )
+    command = ["systemd-analyze", "verify", "--man=no", *(str(folder / name) for name in found)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=600)
     told = [line for line in done.stderr.splitlines() if "vrg-machines" in line]
     assert done.returncode == 0, done.stderr
     assert told == [], done.stderr
@@ -108,19 +94,26 @@ def deployed(folder: Path, *arguments: str, head: str = "") -> Result:
     file = folder / "alone.toml"
     file.write_text(head + (GAMES.get("sharks-and-minnows").default_match()).read_text())
     command = ["deploy", "systemd", str(file), "--output", str(folder / "units"), "--user", "vrg", *arguments]
-    return CliRunner().invoke(make_app(), command)
+    return vrg(*command)
 
 
-def test_a_match_with_seats_is_not_deployed_without_keys(tmp_path: Path) -> None:
+def router_command(folder: Path) -> str:
+    (unit,) = (folder / "units").rglob("*-router.service")
+    (command,) = lines(unit.read_text(), "ExecStart")
+    return command
+
+
+def test_a_match_with_seats_is_not_deployed_without_keys_and_one_without_seats_is(tmp_path: Path) -> None:
     done = deployed(tmp_path, head="seats = true\n")
     assert isinstance(done.exception, ConfigError)
     assert "has seats" in str(done.exception)
     assert "--keys" in str(done.exception)
     assert not (tmp_path / "units").exists()
+    assert deployed(tmp_path).exit_code == 0
+    assert router_command(tmp_path).endswith("router --router tcp/127.0.0.1:7447")
+    shutil.rmtree(tmp_path / "units")
     assert deployed(tmp_path, "--keys", "/etc/vrg/keys", head="seats = true\n").exit_code == 0
-    (unit,) = (tmp_path / "units").rglob("*-router.service")
-    (command,) = lines(unit.read_text(), "ExecStart")
-    assert "--keys /etc/vrg/keys --router tls/127.0.0.1:7447" in command
+    assert "--keys /etc/vrg/keys --router tls/127.0.0.1:7447" in router_command(tmp_path)
 
 
 def test_it_prints_what_to_type_to_bring_match_keys_and_units_to_each_machine(tmp_path: Path) -> None:
@@ -129,8 +122,7 @@ def test_it_prints_what_to_type_to_bring_match_keys_and_units_to_each_machine(tm
     path = tmp_path / "two.toml"
     path.write_text(file + tables)
     units = tmp_path / "units"
-    command = ["deploy", "systemd", str(path), "--output", str(units), "--keys", "/opt/vrg/keys"]
-    done = CliRunner().invoke(make_app(), command)
+    done = vrg("deploy", "systemd", str(path), "--output", str(units), "--keys", "/opt/vrg/keys")
     said = done.output.splitlines()
     assert done.exit_code == 0, done.exception
     assert f"  scp -r {path} robot@lab2:/opt/vrg/match/" in said
@@ -160,10 +152,3 @@ def test_a_folder_of_keys_that_systemd_could_not_find_is_told(tmp_path: Path, ke
     done = deployed(tmp_path, "--keys", keys, head="seats = true\n")
     assert isinstance(done.exception, ConfigError)
     assert "begins with /" in str(done.exception)
-
-
-def test_a_match_without_seats_is_deployed_without_keys(tmp_path: Path) -> None:
-    assert deployed(tmp_path).exit_code == 0
-    (unit,) = (tmp_path / "units").rglob("*-router.service")
-    (command,) = lines(unit.read_text(), "ExecStart")
-    assert command.endswith("router --router tcp/127.0.0.1:7447")

@@ -5,11 +5,10 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
+from tests.launch.matches import vrg
 from tests.requirements import missing as lacking
 from tests.system.harness import short_match
-from vrg.cli import make_app
 from vrg.errors import ConfigError
 from vrg.launch import trial as trying
 from vrg.launch.sandbox.seal import missing
@@ -58,35 +57,39 @@ def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ],
 )
 def test_no_command_that_checks_a_strategy_first_runs_it_first(attack: Path, arguments: list[str], said: str) -> None:
-    done = CliRunner().invoke(make_app(), arguments)
+    done = vrg(*arguments)
     assert said in f"{done.output}{done.exception}"
     assert not attack.exists()
     assert not any("mine" in name for name in sys.modules if name.startswith("vrg_strategy"))
 
 
-def test_what_is_wrong_with_a_strategy_is_told_with_its_place(tmp_path: Path) -> None:
+def test_what_is_wrong_with_a_strategy_is_told_with_its_place_and_one_with_a_name_is_found(tmp_path: Path) -> None:
     (tmp_path / "bad.py").write_text("class Mine:\n    pass\n\n\nclass Other(\n")
-    with trial() as tried, pytest.raises(ConfigError, match=r"bad\.py:Mine: cannot be imported.*bad\.py, line 5"):
-        tried.find("bad.py:Mine", tmp_path)
+    with trial() as tried:
+        with pytest.raises(ConfigError, match=r"bad\.py:Mine: cannot be imported.*bad\.py, line 5"):
+            tried.find("bad.py:Mine", tmp_path)
+        tried.find("sharks-and-minnows", tmp_path)
+        with pytest.raises(ConfigError, match="expected one of"):
+            tried.find("sharks-and-minnow", tmp_path)
 
 
-def test_an_endless_import_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+HALF = """
+import os, time
+for fd in range(3, 20):
+    try:
+        os.write(fd, b"\\0")
+    except OSError:
+        pass
+time.sleep(3600)
+"""
+
+
+@pytest.mark.parametrize("code", ["while True:\n    pass\n", HALF], ids=["endless", "begins to answer and never ends"])
+def test_an_import_that_does_not_end_is_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str) -> None:
     monkeypatch.setattr(trying, "LOADING_TIMEOUT", 1.0)
-    (tmp_path / "loop.py").write_text("while True:\n    pass\n")
+    (tmp_path / "loop.py").write_text(code)
     with trial() as tried, pytest.raises(ConfigError, match="still being made after 1 s"):
         tried.find("loop.py:Mine", tmp_path)
-
-
-def test_a_file_that_begins_to_answer_and_never_ends_is_given_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(trying, "LOADING_TIMEOUT", 1.0)
-    (tmp_path / "half.py").write_text(
-        "import os, time\nfor fd in range(3, 20):\n    try:\n        os.write(fd, b'\\0')\n"
-        "    except OSError:\n        pass\ntime.sleep(3600)\n"
-    )
-    with trial() as tried, pytest.raises(ConfigError, match="still being made after 1 s"):
-        tried.find("half.py:Mine", tmp_path)
 
 
 DEEP = "os.chdir(own)\nfor _ in range(3000):\n    os.mkdir('d')\n    os.chdir('d')\n"
@@ -113,10 +116,3 @@ def test_what_a_file_makes_while_it_is_checked_is_bounded_and_gone(
     with trial() as tried, pytest.raises(ConfigError, match=rf"bad\.py:Mine: .*{said}"):
         tried.find("bad.py:Mine", tmp_path)
     assert list(temporary.iterdir()) == []
-
-
-def test_a_strategy_with_a_name_is_found_as_before(tmp_path: Path) -> None:
-    with trial() as tried:
-        tried.find("sharks-and-minnows", tmp_path)
-        with pytest.raises(ConfigError, match="expected one of"):
-            tried.find("sharks-and-minnow", tmp_path)

@@ -40,6 +40,18 @@ def shark_ahead_of_a_minnow(folder: Path, rules: str = "") -> Path:
     return file
 
 
+@pytest.fixture
+def env() -> MatchEnvironment:
+    """A match of RoboFlag that has begun."""
+    return begun("roboflag")
+
+
+def begun(*arguments: Any, **options: Any) -> MatchEnvironment:
+    found = MatchEnvironment(*arguments, **options)
+    found.reset()
+    return found
+
+
 @pytest.mark.parametrize("game", GAMES_LEARNED)
 def test_it_keeps_the_contract_of_pettingzoo(game: str) -> None:
     with warnings.catch_warnings():
@@ -66,8 +78,7 @@ def test_observations_and_the_state_are_in_their_spaces(game: str, raw: bool) ->
 
 def test_every_step_is_one_decision_of_play(tmp_path: Path) -> None:
     """Between the rounds nobody decides; the clock of the new round has just begun."""
-    env = MatchEnvironment(short_match(tmp_path, "roboflag", "round_time = 1.0\nsudden_death = 1.0"))
-    env.reset()
+    env = begun(short_match(tmp_path, "roboflag", "round_time = 1.0\nsudden_death = 1.0"))
     rounds, clocks = [], []
     while env.agents:
         env.step(drive(env, 1.0))
@@ -96,8 +107,7 @@ def test_at_the_start_and_in_each_round_everybody_is_on_its_mark(tmp_path: Path)
 
 
 def test_the_shark_is_paid_for_its_tag_and_the_sharks_win(tmp_path: Path) -> None:
-    env = MatchEnvironment(shark_ahead_of_a_minnow(tmp_path))
-    env.reset()
+    env = begun(shark_ahead_of_a_minnow(tmp_path))
     earned = {"jaws": 0.0, "nemo": 0.0}
     while env.agents:
         _, rewards, terminations, truncations, infos = env.step(drive(env, 1.0))
@@ -110,8 +120,7 @@ def test_the_shark_is_paid_for_its_tag_and_the_sharks_win(tmp_path: Path) -> Non
 
 
 def test_a_minnow_that_arrives_is_paid_and_wins(tmp_path: Path) -> None:
-    env = MatchEnvironment(shark_ahead_of_a_minnow(tmp_path), shaping=True)
-    env.reset()
+    env = begun(shark_ahead_of_a_minnow(tmp_path), shaping=True)
     earned, shaped, steps = {"jaws": 0.0, "nemo": 0.0}, {"jaws": 0.0, "nemo": 0.0}, 0
     while env.agents:
         # The shark turns aside and leaves the field, so that it is out of the pass; then the minnow crosses.
@@ -126,8 +135,7 @@ def test_a_minnow_that_arrives_is_paid_and_wins(tmp_path: Path) -> None:
 
 
 def test_a_player_that_is_out_of_play_stays_and_knows_it() -> None:
-    env = MatchEnvironment("sharks-and-minnows", lasers=False, raw=True)
-    env.reset()
+    env = begun("sharks-and-minnows", lasers=False, raw=True)
     place, out = env.observation_names.index("i am active"), set[str]()
     # Most drive out of the field. In the next pass they are sharks.
     while len(out) < 4:
@@ -142,8 +150,7 @@ def test_a_player_that_is_out_of_play_stays_and_knows_it() -> None:
 
 
 def test_a_match_that_takes_too_long_is_cut_off_for_all() -> None:
-    env = MatchEnvironment("roboflag", max_time=1.0)
-    env.reset()
+    env = begun("roboflag", max_time=1.0)
     for _ in range(9):
         _, _, terminations, truncations, _ = env.step(drive(env))
         assert not any(truncations.values())
@@ -155,9 +162,7 @@ def test_a_match_that_takes_too_long_is_cut_off_for_all() -> None:
         env.step({})
 
 
-def test_a_disqualified_player_is_done_and_the_others_go_on() -> None:
-    env = MatchEnvironment("roboflag")
-    env.reset()
+def test_a_disqualified_player_is_done_and_the_others_go_on(env: MatchEnvironment) -> None:
     assert env._episode is not None
     match = env._episode._assembly.coordinator.match
     match.disqualify("red1", "it is a test", match.public(env._episode._assembly.coordinator._field), by_official=True)
@@ -169,20 +174,20 @@ def test_a_disqualified_player_is_done_and_the_others_go_on() -> None:
     assert "red1" not in observations
 
 
-def test_seeds_follow_from_one_another() -> None:
-    first, second = MatchEnvironment("roboflag"), MatchEnvironment("roboflag")
-    seeds = []
-    for env in (first, second):
-        env.reset()
-        seeds.append([env.match_seed])
-        for _ in range(2):
-            env.reset()
-            seeds[-1].append(env.match_seed)
+def test_seeds_follow_from_one_another_and_attributes_may_be_written() -> None:
+    def seed_of(env: MatchEnvironment, **options: Any) -> int:
+        env.reset(**options)
+        return env.match_seed
+
+    env, seeds = MatchEnvironment("roboflag"), []
+    for each in (env, MatchEnvironment("roboflag")):
+        seeds.append([seed_of(each) for _ in range(3)])
     assert seeds[0] == seeds[1]
     assert seeds[0][0] == 0, "the first match has the seed of the match file"
     assert len(set(seeds[0])) == 3
-    first.reset(seed=np.int64(7))
-    assert first.match_seed == 7
+    assert seed_of(env, seed=np.int64(7)) == 7
+    env.max_cycles = 3
+    assert env.unwrapped is env, "attributes may be written"
 
 
 def test_players_that_do_not_learn_play_by_the_strategies_that_are_named() -> None:
@@ -202,8 +207,7 @@ def test_players_that_do_not_learn_play_by_the_strategies_that_are_named() -> No
 
 def test_pursuers_report_what_they_see_though_a_program_drives_them() -> None:
     """Their strategies go on telling: without, nobody would ever be dispatched."""
-    env = MatchEnvironment("pursuit-evasion", learners=["pursuer1", "pursuer2", "pursuer3"])
-    env.reset()
+    env = begun("pursuit-evasion", learners=["pursuer1", "pursuer2", "pursuer3"])
     active = False
     while env.agents and not active:
         *_, infos = env.step(drive(env, 1.0))
@@ -212,15 +216,12 @@ def test_pursuers_report_what_they_see_though_a_program_drives_them() -> None:
 
 
 def test_a_spectator_s_picture_needs_no_window() -> None:
-    env = MatchEnvironment("sharks-and-minnows", render_mode="rgb_array", max_time=2.0)
-    env.reset()
+    env = begun("sharks-and-minnows", render_mode="rgb_array", max_time=2.0)
     first = env.render()
     env.step(drive(env, 1.0))
     second = env.render()
     assert first is not None
-    assert second is not None
-    assert first.shape == (640, 960, 3)
-    assert first.dtype == np.uint8
+    assert (first.shape, first.dtype) == ((640, 960, 3), np.uint8)
     assert first.std() > 10.0
     assert (first != second).any()
     assert MatchEnvironment("roboflag").render() is None
@@ -241,23 +242,22 @@ def test_a_recorded_match_leaves_a_run_folder(tmp_path: Path) -> None:
     assert again.engine == "planar"
 
 
-WRONG_ACTIONS = {
-    "missing": (lambda a: a.pop("red1"), "expected an action of each of red1.*got none of red1"),
-    "shape": (lambda a: a.update(red1=[0.0]), r"red1: expected the shape \(2,\), got \(1,\)"),
-    "scalar": (lambda a: a.update(red1=0.0), r"red1: expected the shape \(2,\), got \(\)"),
-    "nan": (lambda a: a.update(red1=[0.0, float("nan")]), "red1: expected finite numbers"),
-    "inf": (lambda a: a.update(red1=[float("inf"), 0.0]), "red1: expected finite numbers"),
-    "text": (lambda a: a.update(red1="left"), "red1: expected 2 numbers, got 'left'"),
-    "stranger": (lambda a: a.update(green1=[0.0, 0.0]), "expected a player that learns"),
-}
-
-
-@pytest.mark.parametrize("wrong", WRONG_ACTIONS)
-def test_a_wrong_action_is_refused_and_nothing_has_happened(wrong: str) -> None:
-    change: Callable[[dict[str, Any]], object]
-    change, message = WRONG_ACTIONS[wrong]
-    env = MatchEnvironment("roboflag")
-    env.reset()
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda a: a.pop("red1"), "expected an action of each of red1.*got none of red1"),
+        (lambda a: a.update(red1=[0.0]), r"red1: expected the shape \(2,\), got \(1,\)"),
+        (lambda a: a.update(red1=0.0), r"red1: expected the shape \(2,\), got \(\)"),
+        (lambda a: a.update(red1=[0.0, float("nan")]), "red1: expected finite numbers"),
+        (lambda a: a.update(red1=[float("inf"), 0.0]), "red1: expected finite numbers"),
+        (lambda a: a.update(red1="left"), "red1: expected 2 numbers, got 'left'"),
+        (lambda a: a.update(green1=[0.0, 0.0]), "expected a player that learns"),
+    ],
+    ids=["missing", "shape", "scalar", "nan", "inf", "text", "stranger"],
+)
+def test_a_wrong_action_is_refused_and_nothing_has_happened(
+    env: MatchEnvironment, change: Callable[[dict[str, Any]], object], message: str
+) -> None:
     actions: dict[str, Any] = drive(env)
     change(actions)
     before = env.state()
@@ -270,8 +270,7 @@ def test_a_wrong_action_is_refused_and_nothing_has_happened(wrong: str) -> None:
 def test_what_is_beyond_the_bounds_is_cut_off() -> None:
     ends = []
     for value in (1.0, 1e9):
-        env = MatchEnvironment("roboflag")
-        env.reset()
+        env = begun("roboflag")
         for _ in range(5):
             env.step(drive(env, value, -value))
         ends.append(env.state())
@@ -283,11 +282,10 @@ def test_nothing_can_be_asked_of_a_match_that_has_not_begun() -> None:
     for act in (lambda: env.step({}), env.state, env.render):
         with pytest.raises(ConfigError, match=r"call reset\(\) first"):
             act()
-    env.close()
-    env.close()
-    env.reset()
-    env.close()
-    env.close()
+    for begin in (env.reset, env.close):
+        begin()
+        env.close()
+        env.close()
     with pytest.raises(ConfigError, match=r"call reset\(\) first"):
         env.step({})
     env.reset()
@@ -317,21 +315,17 @@ def test_a_wrong_argument_is_refused(arguments: dict[str, Any], message: str) ->
 
 
 @pytest.mark.parametrize("seed", [-1, 2**63, 1.5, "one"])
-def test_a_wrong_seed_is_refused(seed: Any) -> None:
-    env = MatchEnvironment("roboflag")
+def test_a_wrong_seed_is_refused(env: MatchEnvironment, seed: Any) -> None:
     with pytest.raises(ConfigError, match="seed: expected a whole number"):
         env.reset(seed=seed)
     env.reset(seed=1)
 
 
-def test_a_match_that_cannot_be_learned_is_refused() -> None:
+def test_a_match_that_cannot_be_learned_or_has_physical_robots_is_refused() -> None:
     with pytest.raises(ConfigError, match="expected a game that can be learned"):
         MatchEnvironment("practice")
     with pytest.raises(ConfigError, match="expected a match file"):
         MatchEnvironment("chess")
-
-
-def test_a_match_with_physical_robots_is_refused() -> None:
     setup = load_match(match_path("roboflag"))
     players = [structs.replace(setup.players[0], physical=True), *setup.players[1:]]
     with pytest.raises(ConfigError, match=r"expected virtual robots, but those of red1 are physical ones"):
@@ -349,14 +343,19 @@ class Failing(Strategy):
 """
 
 
-def test_an_opponent_that_fails_is_named_with_the_reason(tmp_path: Path) -> None:
-    file = tmp_path / "failing.py"
-    file.write_text(FAILING, encoding="utf-8")
-    env = MatchEnvironment("roboflag", opponents={"blue3": f"{file}:Failing"})
-    env.reset()
+def opposed(folder: Path, old: str = "", new: str = "") -> MatchEnvironment:
+    """A match with an opponent that fails at the next decision, in one way or another."""
+    file = folder / "failing.py"
+    file.write_text(FAILING.replace(old, new) if old else FAILING, encoding="utf-8")
+    env = begun("roboflag", opponents={"blue3": f"{file}:Failing"})
     for _ in range(6):
         env.step(drive(env))
     assert env.referee.clock == pytest.approx(0.6)
+    return env
+
+
+def test_an_opponent_that_fails_is_named_with_the_reason(tmp_path: Path) -> None:
+    env = opposed(tmp_path)
     with pytest.raises(StrategyError, match=r"out of luck.*player blue3"):
         env.step(drive(env))
     assert env.agents == []
@@ -369,16 +368,11 @@ def test_an_opponent_that_fails_is_named_with_the_reason(tmp_path: Path) -> None
 def test_an_opponent_in_an_endless_loop_is_named_and_a_timer_of_the_program_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file = tmp_path / "endless.py"
-    file.write_text(FAILING.replace('raise RuntimeError("out of luck")', "while True: pass"), encoding="utf-8")
     monkeypatch.setattr(bounds, "BUDGET", 0.5)
-    env = MatchEnvironment("roboflag", opponents={"blue3": f"{file}:Failing"})
-    env.reset()
-    for _ in range(6):
-        env.step(drive(env))
+    env = opposed(tmp_path, 'raise RuntimeError("out of luck")', "while True: pass")
     signal.setitimer(signal.ITIMER_REAL, 1000.0)
     try:
-        with pytest.raises(StrategyError, match=r"still deciding.*endless.py, line 7.*player blue3"):
+        with pytest.raises(StrategyError, match=r"still deciding.*failing.py, line 7.*player blue3"):
             env.step(drive(env))
         assert signal.getitimer(signal.ITIMER_REAL)[0] > 900.0
     finally:
@@ -388,22 +382,15 @@ def test_an_opponent_in_an_endless_loop_is_named_and_a_timer_of_the_program_goes
 
 
 def test_who_interrupts_while_an_opponent_decides_has_interrupted_the_program(tmp_path: Path) -> None:
-    file = tmp_path / "interrupted.py"
-    file.write_text(FAILING.replace('RuntimeError("out of luck")', "KeyboardInterrupt"), encoding="utf-8")
-    env = MatchEnvironment("roboflag", opponents={"blue3": f"{file}:Failing"})
-    env.reset()
-    for _ in range(6):
-        env.step(drive(env))
+    env = opposed(tmp_path, 'RuntimeError("out of luck")', "KeyboardInterrupt")
     with pytest.raises(KeyboardInterrupt):
         env.step(drive(env))
     env.reset()
 
 
 def test_an_opponent_that_cannot_be_made_is_refused_at_once(tmp_path: Path) -> None:
-    file = tmp_path / "broken.py"
-    file.write_text(FAILING.replace("class Failing(Strategy):", "class Failing(Strategy):\n    x = 1 / 0"))
     with pytest.raises(ConfigError, match="division by zero"):
-        MatchEnvironment("roboflag", opponents={"blue3": f"{file}:Failing"})
+        opposed(tmp_path, "class Failing(Strategy):", "class Failing(Strategy):\n    x = 1 / 0")
 
 
 def test_a_robot_that_can_drive_sideways_has_an_action_of_three_numbers() -> None:
@@ -421,12 +408,6 @@ def test_the_other_engine_can_be_chosen() -> None:
             env.step(drive(env, 1.0))
         assert env._setup.engine == "pybullet"
     env.close()
-
-
-def test_attributes_may_be_written() -> None:
-    env = MatchEnvironment("roboflag")
-    env.max_cycles = 3
-    assert env.unwrapped is env
 
 
 def test_a_match_in_which_nobody_learns_plays_by_itself() -> None:

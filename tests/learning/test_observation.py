@@ -19,11 +19,8 @@ REACH = math.hypot(12.0, 8.0)
 @pytest.fixture
 def flags() -> Situation:
     """red1 is at the middle and looks along +y; red2 is 3 m ahead of it, and blue1 4 m to its right."""
-    poses = {
-        "red1": Pose(0.0, 0.0, math.pi / 2),
-        "red2": Pose(0.0, 3.0, math.pi),
-        "blue1": Pose(4.0, 0.0, math.pi / 2),
-    }
+    north = math.pi / 2
+    poses = {"red1": Pose(0.0, 0.0, north), "red2": Pose(0.0, 3.0, math.pi), "blue1": Pose(4.0, 0.0, north)}
     others = {name: Pose(5.0, -3.0 + index / 2, 0.0) for index, name in enumerate(("red3", "red4", "blue2", "blue3"))}
     return Situation("roboflag", {**poses, **others, "blue4": Pose(-5.9, 3.9, 0.0)}, clock=150.0)
 
@@ -62,12 +59,8 @@ def test_numbers_and_places_of_roboflag(flags: Situation) -> None:
     home = [seen[f"own home: {part}"] for part in ("cos bearing", "sin bearing", "distance")]
     away = math.hypot(6.0, 4.0)
     assert home == pytest.approx([-4.0 / away, 6.0 / away, away / REACH])
-
-
-def test_a_place_where_the_player_stands_is_straight_ahead(flags: Situation) -> None:
-    seen = flags.seen(flags.view("red1"))
-    place = [v for name, v in seen.items() if name.startswith("nearest point of the midline")]
-    assert place == [1.0, 0.0, 0.0, 1.0]
+    here = [v for name, v in seen.items() if name.startswith("nearest point of the midline")]
+    assert here == [1.0, 0.0, 0.0, 1.0], "a place where the player stands is straight ahead"
 
 
 def test_a_flag_that_is_carried_and_points_are_seen_from_both_sides(flags: Situation) -> None:
@@ -116,17 +109,11 @@ def test_a_scan_is_the_nearest_range_of_each_sector() -> None:
     view = game.view("pursuer1", Twist(0.0, 0.0), {}, Sample(0.0, 0.0, scan))
     seen = game.seen(view)
     found = [seen[f"scan {sector}"] for sector in range(SECTORS)]
-    assert found[0] == 0.25
-    assert found[16] == 0.5
-    assert found[31] == 0.75
+    assert (found[0], found[16], found[31]) == (0.25, 0.5, 0.75)
     assert found.count(1.0) == SECTORS - 3
     assert game.seen(view, raw=True)["scan 16"] == 4.0
-
-
-def test_without_a_laser_a_scan_is_zeros() -> None:
-    game = Situation("pursuit-evasion")
-    seen = game.seen(game.view("pursuer1"))
-    assert all(seen[f"scan {sector}"] == 0.0 for sector in range(SECTORS))
+    without = game.seen(game.view("pursuer1"))
+    assert all(without[f"scan {sector}"] == 0.0 for sector in range(SECTORS)), "without a laser"
 
 
 def test_raw_observations_are_in_si_units(flags: Situation) -> None:
@@ -140,21 +127,17 @@ def test_raw_observations_are_in_si_units(flags: Situation) -> None:
 
 
 @pytest.mark.parametrize("game", GAMES_LEARNED)
-def test_whatever_happens_all_values_are_within_bounds(game: str) -> None:
+def test_whatever_happens_all_values_have_names_of_their_own_and_are_within_bounds(game: str) -> None:
+    first = Situation(game)
+    for raw in (False, True):
+        words = names(first.learning, len(first.setup.players), raw=raw)
+        assert len(set(words)) == len(words)
     random = np.random.default_rng(1)
     for _ in range(50):
-        poses = {name: Pose(*random.uniform(-200.0, 200.0, 3).tolist()) for name in Situation(game).poses}
+        poses = {name: Pose(*random.uniform(-200.0, 200.0, 3).tolist()) for name in first.poses}
         situation = Situation(game, poses, clock=1e5)
         name = sorted(poses)[0]
         velocities = dict.fromkeys(poses, (50.0, -50.0))
         seen = observe(situation.view(name, Twist(90.0, -90.0), velocities), situation.learning)
         assert np.isfinite(seen).all()
         assert np.abs(seen).max() <= 1.0
-
-
-@pytest.mark.parametrize("game", GAMES_LEARNED)
-def test_every_value_has_a_name_of_its_own(game: str) -> None:
-    situation = Situation(game)
-    for raw in (False, True):
-        words = names(situation.learning, len(situation.setup.players), raw=raw)
-        assert len(set(words)) == len(words)

@@ -9,15 +9,15 @@ import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
+from tests.launch.matches import vrg
 from tests.learning.making import GAMES_LEARNED, Situation, short_match
 from vrg.agents.strategy import Action
 from vrg.bus.messages import DISQUALIFIED, Stage
-from vrg.cli import make_app
 from vrg.commands.evaluating import _entered
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.coordinator.journal import NoJournal
@@ -67,15 +67,9 @@ def test_a_policy_is_read_as_it_was_written(game: str, tmp_path: Path) -> None:
 
 
 def test_it_plays_what_its_network_says() -> None:
-    policy = random_policy()
-    situation = Situation(SHARKS)
-
-    class Player(PolicyPlayer):
-        pass
-
-    Player.policy = policy
+    policy, situation = random_policy(), Situation(SHARKS)
     view = situation.view("player2")
-    action = Player("player2", view.robot).act(view)
+    action = type("Player", (PolicyPlayer,), {"policy": policy})("player2", view.robot).act(view)
     assert isinstance(action, Action)
     seen = observe(view, situation.learning)
     assert action.twist == twist_of(np.tanh(policy.network(seen[None]))[0], (view.robot.v_max, view.robot.w_max))
@@ -98,7 +92,7 @@ def arrays_of(file: Path) -> dict[str, np.ndarray]:
         return {name: found[name] for name in found.files}
 
 
-def with_header(file: Path, change: Callable[[dict[str, object]], object]) -> None:
+def with_header(file: Path, change: Callable[[dict[str, Any]], object]) -> None:
     arrays = arrays_of(file)
     header = json.loads(str(arrays["header"]))
     change(header)
@@ -135,42 +129,46 @@ def lying(file: Path) -> None:
         archive.writestr("more.npy", head.getvalue())
 
 
+def header(change: Callable[[dict[str, Any]], object]) -> Callable[[Path], None]:
+    return lambda file: with_header(file, change)
+
+
+def array(name: str, values: np.ndarray | None) -> Callable[[Path], None]:
+    return lambda file: with_array(file, name, values)
+
+
+def content(data: bytes) -> Callable[[Path], object]:
+    return lambda file: file.write_bytes(data)
+
+
+AN_ARCHIVE = "expected a policy, an archive of numpy"
 BAD: dict[str, tuple[Callable[[Path], object], str]] = {
     "no file": (os.unlink, "no such file"),
-    "a pickle": (lambda file: file.write_bytes(pickle.dumps({"first.weight": [1.0]})), "got a pickle"),
-    "a pickle in an array": (
-        lambda file: with_array(file, "first.weight", np.array([{}])),
-        "cannot be read as a policy",
-    ),
-    "text": (lambda file: file.write_text("weights"), "expected a policy, an archive of numpy"),
-    "nothing": (lambda file: file.write_bytes(b""), "expected a policy, an archive of numpy"),
-    "one array": (lambda file: np.save(file.open("wb"), np.zeros(3)), "expected a policy, an archive of numpy"),
-    "no header": (lambda file: with_array(file, "header", None), "an archive without a header"),
-    "a header of numbers": (lambda file: with_array(file, "header", np.zeros(3)), "an archive without a header"),
-    "no json": (lambda file: with_array(file, "header", np.array("{")), "the header is wrong"),
-    "deep json": (lambda file: with_array(file, "header", np.array("[" * 100_000)), "the header is wrong"),
-    "a field more": (lambda file: with_header(file, lambda h: h.update(colour="red")), "the header is wrong"),
-    "a later format": (lambda file: with_header(file, lambda h: h.update(format=2)), "of format 1, got 2"),
-    "an unknown game": (
-        lambda file: with_header(file, lambda h: h.update(game="chess")),
-        "got 'chess'",
-    ),
-    "no game to learn": (
-        lambda file: with_header(file, lambda h: h.update(game="practice")),
-        "got 'practice'",
-    ),
-    "another game": (lambda file: with_header(file, lambda h: h.update(game="roboflag")), "train it anew"),
+    "a pickle": (content(pickle.dumps({"first.weight": [1.0]})), "got a pickle"),
+    "a pickle in an array": (array("first.weight", np.array([{}])), "cannot be read as a policy"),
+    "text": (content(b"weights"), AN_ARCHIVE),
+    "nothing": (content(b""), AN_ARCHIVE),
+    "one array": (lambda file: np.save(file.open("wb"), np.zeros(3)), AN_ARCHIVE),
+    "no header": (array("header", None), "an archive without a header"),
+    "a header of numbers": (array("header", np.zeros(3)), "an archive without a header"),
+    "no json": (array("header", np.array("{")), "the header is wrong"),
+    "deep json": (array("header", np.array("[" * 100_000)), "the header is wrong"),
+    "a field more": (header(lambda h: h.update(colour="red")), "the header is wrong"),
+    "a later format": (header(lambda h: h.update(format=2)), "of format 1, got 2"),
+    "an unknown game": (header(lambda h: h.update(game="chess")), "got 'chess'"),
+    "no game to learn": (header(lambda h: h.update(game="practice")), "got 'practice'"),
+    "another game": (header(lambda h: h.update(game="roboflag")), "train it anew"),
     "other values": (
-        lambda file: with_header(file, lambda h: h["own"].__setitem__(3, "z")),  # type: ignore[index]
+        header(lambda h: h["own"].__setitem__(3, "z")),
         "value 3 of 'own' is 'w', and it was trained with 'z'",
     ),
-    "an array less": (lambda file: with_array(file, "last.bias", None), "found no last.bias"),
-    "an array more": (lambda file: with_array(file, "critic last.bias", np.zeros(1)), "found critic last.bias too"),
+    "an array less": (array("last.bias", None), "found no last.bias"),
+    "an array more": (array("critic last.bias", np.zeros(1)), "found critic last.bias too"),
     "another shape": (
-        lambda file: with_array(file, "last.bias", np.zeros(3, dtype=np.float32)),
+        array("last.bias", np.zeros(3, dtype=np.float32)),
         r"last.bias: expected float32 of shape (2,), got float32 of (3,)",
     ),
-    "another type": (lambda file: with_array(file, "last.bias", np.zeros(2)), "expected float32"),
+    "another type": (array("last.bias", np.zeros(2)), "expected float32"),
     "nan": (nan, "first.weight: expected finite numbers"),
     "too large": (lambda file: file.write_bytes(bytes(policies.MOST_BYTES + 1)), "of at most 8 MB, got 8.0 MB"),
     "too large when unpacked": (bomb, "of at most 8 MB"),
@@ -201,9 +199,8 @@ def test_a_file_is_told_from_a_name() -> None:
     assert file_of("policy.npz") == file_of("./policy.npz").removeprefix("./") == "policy.npz"  # type: ignore[union-attr]
     assert file_of("folder/mine.py:Mine") == "folder/mine.py"
     assert file_of("module:Class") is file_of("pursuer") is file_of("some.name") is None
-    assert [has_name(text) for text in ("pursuer", "policy.npz", "mine.py:Mine", "module:Class")] == [True] + [
-        False
-    ] * 3
+    named = ("pursuer", "policy.npz", "mine.py:Mine", "module:Class")
+    assert [has_name(text) for text in named] == [True, False, False, False]
 
 
 def match_with(file: Path, folder: Path, game: str = SHARKS) -> Path:
@@ -218,6 +215,15 @@ def test_a_match_is_played_by_a_policy(file: Path, tmp_path: Path) -> None:
     assert not ending.failures
     assert ending.state.stage in (Stage.PLAY_ROUND, Stage.GAME_OVER)
     assert setup.strategy_file(setup.players[0].name) == file.resolve()
+    kind = player_of(file)
+    assert issubclass(kind, PolicyPlayer)
+    assert (kind.games, kind.policy.trained) == ((SHARKS,), "chance")
+
+
+def test_a_policy_of_pursuit_evasion_tells_what_the_games_own_strategy_tells(tmp_path: Path) -> None:
+    save(random_policy("pursuit-evasion"), tmp_path / "policy.npz")
+    setup = load_match(match_with(Path("policy.npz"), tmp_path, "pursuit-evasion"), engine="planar")
+    assert not play(setup, NoJournal(), limit=3.0).failures
 
 
 def test_emulated_drives_do_what_a_policy_wants(file: Path, tmp_path: Path) -> None:
@@ -232,30 +238,21 @@ def test_emulated_drives_do_what_a_policy_wants(file: Path, tmp_path: Path) -> N
     assert not any(player.state == DISQUALIFIED for player in ending.state.players)
 
 
-def test_a_policy_of_pursuit_evasion_tells_what_the_games_own_strategy_tells(tmp_path: Path) -> None:
-    save(random_policy("pursuit-evasion"), tmp_path / "policy.npz")
-    setup = load_match(match_with(Path("policy.npz"), tmp_path, "pursuit-evasion"), engine="planar")
-    assert not play(setup, NoJournal(), limit=3.0).failures
-
-
-def test_a_policy_does_not_play_another_game(file: Path, tmp_path: Path) -> None:
-    setup = load_match(match_with(Path(file.name), tmp_path, "roboflag"))
-    with pytest.raises(
-        ConfigError, match=r"match\.toml:\d+: .*expected a strategy for roboflag, got one that plays sharks"
-    ):
-        check_strategies(setup, strategy_of)
-
-
-def test_a_match_file_that_names_a_missing_policy_is_wrong_at_its_line(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match=r"match\.toml:\d+: .*gone\.npz: no such file"):
-        load_match(match_with(Path("gone.npz"), tmp_path))
-
-
-def test_a_bad_policy_is_a_fault_of_the_match_file_at_its_line(file: Path, tmp_path: Path) -> None:
-    file.write_text("weights")
-    setup = load_match(match_with(Path(file.name), tmp_path))
-    with pytest.raises(ConfigError, match=r"match\.toml:\d+: .*expected a policy, an archive of numpy"):
-        check_strategies(setup, strategy_of)
+@pytest.mark.parametrize(
+    ("game", "named", "said"),
+    [
+        ("roboflag", "policy", "expected a strategy for roboflag, got one that plays sharks"),
+        (SHARKS, "gone", r"gone\.npz: no such file"),
+        (SHARKS, "weights", AN_ARCHIVE),
+    ],
+    ids=["of another game", "missing", "no policy"],
+)
+def test_a_policy_that_cannot_play_is_a_fault_of_the_match_file_at_its_line(
+    file: Path, tmp_path: Path, game: str, named: str, said: str
+) -> None:
+    (tmp_path / "weights.npz").write_text("weights")
+    with pytest.raises(ConfigError, match=rf"match\.toml:\d+: .*{said}"):
+        check_strategies(load_match(match_with(Path(f"{named}.npz"), tmp_path, game)), strategy_of)
 
 
 def test_a_policy_is_tried_in_a_process_of_its_own(file: Path, tmp_path: Path) -> None:
@@ -277,11 +274,8 @@ def test_a_sealed_player_may_read_its_own_policy_and_no_other(tmp_path: Path) ->
     (tmp_path / "match.toml").write_text(text, encoding="utf-8")
     setup = load_match(tmp_path / "match.toml")
     run = RunFolder(tmp_path / "runs" / "run")
-    readable = {
-        path
-        for path, access in policy_of(setup, "player1", router=None, run=run, seat=None).files
-        if Access.READ in access
-    }
+    files = policy_of(setup, "player1", router=None, run=run, seat=None).files
+    readable = {path for path, access in files if Access.READ in access}
     assert tmp_path / "sharks.npz" in readable
     assert not any((tmp_path / "minnows.npz").is_relative_to(path) for path in readable)
 
@@ -293,10 +287,8 @@ def test_a_run_folder_keeps_the_policies_of_its_match(file: Path, tmp_path: Path
     [(place, source)] = kept.copies.items()
     assert source == file.resolve()
     assert f'strategy = "{place.as_posix()}"' in kept.text
-    assert files_of_strategy(str(file), Path("substitute")) == (
-        "substitute/policy.npz",
-        {Path("substitute/policy.npz"): file},
-    )
+    copied = {Path("substitute/policy.npz"): file}
+    assert files_of_strategy(str(file), Path("substitute")) == ("substitute/policy.npz", copied)
 
 
 def test_policies_are_compared_by_the_names_of_their_files(file: Path, tmp_path: Path) -> None:
@@ -304,35 +296,33 @@ def test_policies_are_compared_by_the_names_of_their_files(file: Path, tmp_path:
     assert seen_from(tmp_path, str(file)) == "policy.npz"
 
 
-def run(*words: str) -> str:
-    result = CliRunner().invoke(make_app(), list(words))
-    assert result.exit_code == 0, result.output
-    return result.output
-
-
 def test_a_new_match_for_a_policy_is_one_of_its_game(tmp_path: Path) -> None:
     learned = tmp_path / "learned.npz"
-    save(random_policy("roboflag"), learned)
-    run("new", "match", "first", str(learned), "--output", str(tmp_path))
-    setup = load_match(tmp_path / "first.toml")
-    assert setup.game == "roboflag"
-    assert "learned.npz" in {player.strategy for player in setup.players}
-    wrong = CliRunner().invoke(make_app(), ["new", "match", "other", str(learned), "--game", SHARKS])
-    assert "expected a strategy for sharks-and-minnows, got one that plays roboflag alone" in str(wrong.exception)
+    for game, player in (("roboflag", 0), (SHARKS, 1)):
+        save(random_policy(game), learned)
+        here = tmp_path / game
+        done = vrg("new", "match", "first", str(learned), "--output", str(here))
+        assert done.exit_code == 0, done.output
+        setup = load_match(here / "first.toml")
+        assert setup.game == game
+        assert strategy_class(setup.players[player].strategy, here).games == (game,)
+    wrong = vrg("new", "match", "other", str(learned), "--game", "roboflag")
+    assert "expected a strategy for roboflag, got one that plays sharks-and-minnows alone" in str(wrong.exception)
 
 
 def test_a_policy_cannot_practise(file: Path) -> None:
-    wrong = CliRunner().invoke(make_app(), ["practice", str(file), "--in-process"])
+    wrong = vrg("practice", str(file), "--in-process")
     assert "expected a strategy for practice, got one that plays sharks-and-minnows alone" in str(wrong.exception)
 
 
 @pytest.mark.thorough
 def test_a_policy_is_compared_with_the_shipped_strategy(file: Path, tmp_path: Path) -> None:
     match = short_match(tmp_path, SHARKS, rules="passes = 1\npass_limit = 1.0", top="lasers = false")
-    output = run("compare", str(file), SHARKS, "--match", str(match), "--games", "2", "--jobs", "1",
-                 "--output", str(tmp_path / "compared"))  # fmt: skip
-    assert "2 games played" in output
-    assert "policy" in output
+    where = ("--match", str(match), "--output", str(tmp_path / "compared"))
+    done = vrg("compare", str(file), SHARKS, "--games", "2", "--jobs", "1", *where)
+    assert done.exit_code == 0, done.output
+    assert "2 games played" in done.output
+    assert "policy" in done.output
 
 
 def test_a_folder_of_policies_and_players_is_a_field_of_a_tournament(tmp_path: Path) -> None:
@@ -347,12 +337,6 @@ def test_a_folder_of_policies_and_players_is_a_field_of_a_tournament(tmp_path: P
     assert not wrong
 
 
-def test_a_new_match_has_a_policy(file: Path, tmp_path: Path) -> None:
-    run("new", "match", "first", str(file), "--output", str(tmp_path / "here"))
-    setup = load_match(tmp_path / "here" / "first.toml")
-    assert strategy_class(setup.players[1].strategy, tmp_path / "here").games == (SHARKS,)
-
-
 def test_a_player_of_a_policy_loads_no_library_for_learning(file: Path, tmp_path: Path) -> None:
     match = match_with(Path(file.name), tmp_path)
     code = (
@@ -363,10 +347,3 @@ def test_a_player_of_a_policy_loads_no_library_for_learning(file: Path, tmp_path
     )
     out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=600, check=True)
     assert out.stdout.split() == []
-
-
-def test_its_player_is_made_of_its_file(file: Path) -> None:
-    kind = player_of(file)
-    assert issubclass(kind, PolicyPlayer)
-    assert kind.games == (SHARKS,)
-    assert kind.policy.trained == "chance"

@@ -2,6 +2,7 @@
 
 import dataclasses
 import shutil
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -35,17 +36,15 @@ from vrg.learning.policy import load
 from vrg.learning.record import MatchRecord
 from vrg.learning.recorded import Decision, Driver, decisions, wanted
 from vrg.learning.table import Heading, read
-from vrg.recording.recorded import read_recorded
+from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.types import Twist
 
-SHORT = {
-    "sharks-and-minnows": "passes = 1\npass_limit = 6.0",
-    "roboflag": "round_time = 14.0\nsudden_death = 0.5",
-}
+SHORT = {"sharks-and-minnows": "passes = 1\npass_limit = 6.0", "roboflag": "round_time = 14.0\nsudden_death = 0.5"}
 SEEN = 2e-3
 """The largest difference of a value without noise: odometry counts ticks, one of which in 20 ms is 1 mm/s."""
 
 Kept = dict[tuple[int, str], tuple[np.ndarray, Twist]]
+Runs = dict[str, tuple[Path, Kept]]
 
 
 class Witness(Strategy):
@@ -65,10 +64,8 @@ def played(match: Path, runs: Path, kept: Kept) -> Path:
     """The run folder of a match without noise, by its strategies, of which is kept what players see and want."""
     setup = structs.replace(match_of(match, engine="planar", lasers=False), noise=False)
     learning, record = learning_of(setup.game), MatchRecord(runs, setup)
-    watchers = [record.recorder]
-    episode = Episode(
-        setup, (), journal=record.journal, watchers=watchers, wrap=lambda strategy: Witness(strategy, learning, kept)
-    )
+    witness = partial(Witness, learning=learning, kept=kept)
+    episode = Episode(setup, (), journal=record.journal, watchers=[record.recorder], wrap=witness)
     episode.start()
     while not episode.over:
         episode.decide({})
@@ -79,7 +76,7 @@ def played(match: Path, runs: Path, kept: Kept) -> Path:
 
 
 @pytest.fixture(scope="module")
-def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Path, Kept]]:
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     """A run folder of a short match of each game, with what its players saw and wanted."""
     found = {}
     for game, rules in SHORT.items():
@@ -88,9 +85,23 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Path, Kept
     return found
 
 
+@pytest.fixture
+def sharks(runs: Runs) -> Path:
+    return runs["sharks-and-minnows"][0]
+
+
+@pytest.fixture
+def flags(runs: Runs) -> Path:
+    return runs["roboflag"][0]
+
+
+def recorded_in(run: Path) -> RecordedMatch:
+    return read_recorded(RunFolder(run).recordings())
+
+
 def rebuilt(run: Path) -> tuple[MatchSetup, list[Decision]]:
     setup = read_setup(RunFolder(run).setup)
-    return setup, list(decisions(setup, read_recorded(RunFolder(run).recordings())))
+    return setup, list(decisions(setup, recorded_in(run)))
 
 
 def export(*runs: Path, output: Path) -> Result:
@@ -98,7 +109,7 @@ def export(*runs: Path, output: Path) -> Result:
 
 
 @pytest.mark.parametrize("game", SHORT)
-def test_what_players_saw_and_did_is_rebuilt_from_the_recording(game: str, runs: dict[str, tuple[Path, Kept]]) -> None:
+def test_what_players_saw_and_did_is_rebuilt_from_the_recording(game: str, runs: Runs) -> None:
     run, kept = runs[game]
     setup, found = rebuilt(run)
     assert len(found) > 40 * len(setup.players)
@@ -120,14 +131,13 @@ def test_what_players_saw_and_did_is_rebuilt_from_the_recording(game: str, runs:
     assert np.mean(exact) > 0.98
 
 
-def test_who_drove_is_told(runs: dict[str, tuple[Path, Kept]]) -> None:
-    run, _ = runs["roboflag"]
-    setup, found = rebuilt(run)
+def test_who_drove_is_told(flags: Path) -> None:
+    setup, found = rebuilt(flags)
     led = [decision for decision in found if decision.driver is Driver.REFEREE]
     assert led, "a tagged player is driven home"
     assert {decision.me.state for decision in led} == {"tagged"}
     assert not any(decision.able for decision in led)
-    recorded = read_recorded(RunFolder(run).recordings())
+    recorded = recorded_in(flags)
     half = recorded.poses[len(recorded.poses) // 2][0]
     recorded.reports["red1"] = [
         (stamp, structs.replace(report, manual=stamp >= half, mode="Manual"))
@@ -139,21 +149,19 @@ def test_who_drove_is_told(runs: dict[str, tuple[Path, Kept]]) -> None:
 
 
 @pytest.mark.parametrize("mode", ["Referee", "Learning", "Manual"])
-def test_the_mode_of_a_strategy_does_not_tell_who_drove(mode: str, runs: dict[str, tuple[Path, Kept]]) -> None:
-    run, _ = runs["roboflag"]
-    setup, found = rebuilt(run)
-    recorded = read_recorded(RunFolder(run).recordings())
+def test_the_mode_of_a_strategy_does_not_tell_who_drove(mode: str, flags: Path) -> None:
+    setup, found = rebuilt(flags)
+    recorded = recorded_in(flags)
     for reports in recorded.reports.values():
         reports[:] = [(stamp, structs.replace(report, mode=mode)) for stamp, report in reports]
     again = list(decisions(setup, recorded))
     assert [(d.driver, d.able) for d in again] == [(d.driver, d.able) for d in found]
 
 
-def test_a_recording_that_does_not_tell_whom_the_referee_drove_is_refused(runs: dict[str, tuple[Path, Kept]]) -> None:
-    run, _ = runs["roboflag"]
-    recorded = dataclasses.replace(read_recorded(RunFolder(run).recordings()), leases=False)
+def test_a_recording_that_does_not_tell_whom_the_referee_drove_is_refused(flags: Path) -> None:
+    recorded = dataclasses.replace(recorded_in(flags), leases=False)
     with pytest.raises(ConfigError, match="got one of an older release"):
-        list(decisions(read_setup(RunFolder(run).setup), recorded))
+        list(decisions(read_setup(RunFolder(flags).setup), recorded))
 
 
 def test_a_player_that_learned_was_driven_by_a_program(tmp_path: Path) -> None:
@@ -166,11 +174,7 @@ def test_a_player_that_learned_was_driven_by_a_program(tmp_path: Path) -> None:
     assert by == {(True, Driver.PROGRAM), (False, Driver.STRATEGY)}
 
 
-@given(
-    v=st.floats(-3.0, 3.0),
-    w=st.floats(-6.0, 6.0),
-    share=st.floats(0.1, 1.0),
-)
+@given(v=st.floats(-3.0, 3.0), w=st.floats(-6.0, 6.0), share=st.floats(0.1, 1.0))
 def test_a_motion_that_was_cut_is_one_from_which_the_same_follows(v: float, w: float, share: float) -> None:
     limit = share * P2AT.v_max
     sent = P2AT.limited(Twist(v, w), limit)
@@ -180,10 +184,9 @@ def test_a_motion_that_was_cut_is_one_from_which_the_same_follows(v: float, w: f
     assert (whole.v, whole.w) == pytest.approx((found.v, found.w), abs=1e-5), "the robot can do it"
 
 
-def test_a_gap_of_the_recording_has_no_decisions(runs: dict[str, tuple[Path, Kept]]) -> None:
-    run, _ = runs["sharks-and-minnows"]
-    setup, whole = rebuilt(run)
-    recorded = read_recorded(RunFolder(run).recordings())
+def test_a_gap_of_the_recording_has_no_decisions(sharks: Path) -> None:
+    setup, whole = rebuilt(sharks)
+    recorded = recorded_in(sharks)
     middle = whole[len(whole) // 2].time
     del_from, del_to = middle - 1.0, middle + 1.0
     recorded.poses[:] = [entry for entry in recorded.poses if not del_from < entry[0] < del_to]
@@ -191,11 +194,10 @@ def test_a_gap_of_the_recording_has_no_decisions(runs: dict[str, tuple[Path, Kep
     assert times == {d.time for d in whole if not del_from < d.time < del_to}
 
 
-def test_between_recorded_instants_places_are_interpolated(runs: dict[str, tuple[Path, Kept]]) -> None:
+def test_between_recorded_instants_places_are_interpolated(sharks: Path) -> None:
     """As in a match of several processes, whose recorder may hear the world at other instants than players do."""
-    run, _ = runs["sharks-and-minnows"]
-    setup, whole = rebuilt(run)
-    recorded = read_recorded(RunFolder(run).recordings())
+    setup, whole = rebuilt(sharks)
+    recorded = recorded_in(sharks)
     recorded.poses[:] = recorded.poses[::2]
     found = {(d.time, d.me.name): d.observation for d in decisions(setup, recorded)}
     errors = [np.abs(found[d.time, d.me.name] - d.observation) for d in whole if (d.time, d.me.name) in found]
@@ -203,17 +205,16 @@ def test_between_recorded_instants_places_are_interpolated(runs: dict[str, tuple
     assert np.mean(errors) < 0.02
 
 
-def test_runs_become_one_table(runs: dict[str, tuple[Path, Kept]], tmp_path: Path) -> None:
-    run, _ = runs["sharks-and-minnows"]
+def test_runs_become_one_table(sharks: Path, tmp_path: Path) -> None:
     again = tmp_path / "again"
-    shutil.copytree(run, again)
+    shutil.copytree(sharks, again)
     file = tmp_path / "pairs.parquet"
-    done = export(run, again, output=file)
+    done = export(sharks, again, output=file)
     assert done.exit_code == 0, done.output
-    setup, found = rebuilt(run)
+    setup, found = rebuilt(sharks)
     table = parquet.read_table(file)
     assert len(table) == 2 * len(found)
-    assert set(table["run"].to_pylist()) == {run.name, "again"}
+    assert set(table["run"].to_pylist()) == {sharks.name, "again"}
     assert set(table["strategy"].to_pylist()) == {setup.players[0].strategy}
     assert table.schema.field("observation").type == pa.list_(pa.float32(), len(found[0].observation))
     row = table.slice(100, 1).to_pylist()[0]
@@ -247,11 +248,9 @@ def test_a_table_without_what_is_asked_for_is_refused(tmp_path: Path) -> None:
         read(file, team="red", won=True)
 
 
-def test_a_network_learns_from_the_file(
-    runs: dict[str, tuple[Path, Kept]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_network_learns_from_the_file(flags: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file, policy = tmp_path / "pairs.parquet", tmp_path / "policy.npz"
-    assert export(runs["roboflag"][0], output=file).exit_code == 0
+    assert export(flags, output=file).exit_code == 0
     words = f"imitate.py --from {file} --team red --driver strategy --minutes 0.01 --output {policy}".split()
     monkeypatch.setattr("sys.argv", words)
     imitate.main()
@@ -286,23 +285,21 @@ def test_what_imitate_cannot_use_is_refused(
     assert "nowhere" in refused("--match", "nowhere")
 
 
-def test_a_torn_recording_gives_what_it_has(runs: dict[str, tuple[Path, Kept]], tmp_path: Path) -> None:
-    run, _ = runs["sharks-and-minnows"]
-    torn = Path(shutil.copytree(run, tmp_path / "torn"))
+def test_a_torn_recording_gives_what_it_has(sharks: Path, tmp_path: Path) -> None:
+    torn = Path(shutil.copytree(sharks, tmp_path / "torn"))
     [part] = RunFolder(torn).recordings()
     part.write_bytes(part.read_bytes()[: part.stat().st_size * 2 // 3])
     done = export(torn, output=tmp_path / "pairs.parquet")
     assert done.exit_code == 0, done.output
     assert "recording.mcap ends in the middle" in done.output
     table = parquet.read_table(tmp_path / "pairs.parquet")
-    whole = rebuilt(run)[1]
+    whole = rebuilt(sharks)[1]
     assert 0 < len(table) < len(whole)
     assert table["time"].to_pylist() == [d.time for d in whole[: len(table)]]
     assert set(table["won"].to_pylist()) == {None}, "how it ended is not known"
 
 
-def test_runs_without_what_is_needed_are_refused(runs: dict[str, tuple[Path, Kept]], tmp_path: Path) -> None:
-    sharks, flags = (runs[game][0] for game in SHORT)
+def test_runs_without_what_is_needed_are_refused(sharks: Path, flags: Path, tmp_path: Path) -> None:
     file = tmp_path / "pairs.parquet"
 
     def refused(*paths: Path) -> str:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
+from tests.launch.matches import calls_of, played
 from tests.learning.making import GAMES_LEARNED, digest, short_match
 from vrg.agents.strategy import Strategy, decided
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
-from vrg.launch.in_process import play
-from vrg.launch.nodes import open_journal, strategy_of
+from vrg.launch.nodes import strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.learning.environment import MatchEnvironment
 
@@ -50,28 +50,23 @@ def test_one_seed_gives_one_match_in_every_process(games: tuple[str, ...], play:
 )
 def test_a_match_of_strategies_is_the_same_as_without_an_environment(tmp_path: Path, game: str, rules: str) -> None:
     file = short_match(tmp_path, game, f'lineup = "place"\n{rules}')
-    setup, folder = load_match(file, engine="planar", seed=3).at_rate(0.0), RunFolder(tmp_path / "run")
-    folder.prepare()
-    with open_journal(setup, folder) as journal:
-        play(setup, journal, limit=900.0)
+    setup = load_match(file, engine="planar", seed=3).at_rate(0.0)
+    _, run = played(setup, tmp_path / "run", limit=900.0)
     env = MatchEnvironment(file, learners=[], record=tmp_path / "runs")
     env.reset(seed=3)
     while not env.over:
         env.step({})
     (recorded,) = (tmp_path / "runs").iterdir()
-    _, whole = read_journal(folder.journal)
-    assert whole[-1].standing.winner is not None
-    assert RunFolder(recorded).journal.read_bytes() == folder.journal.read_bytes()
-    assert RunFolder(recorded).evidence.read_bytes() == folder.evidence.read_bytes()
+    assert read_journal(run.journal)[1][-1].standing.winner is not None
+    assert RunFolder(recorded).journal.read_bytes() == run.journal.read_bytes()
+    assert RunFolder(recorded).evidence.read_bytes() == run.evidence.read_bytes()
 
 
 def test_programs_that_decide_as_the_strategies_do_play_the_same_match(tmp_path: Path) -> None:
     """In the first pass: before the second one strategies drive to their marks, and programs are put there."""
     file = short_match(tmp_path, "sharks-and-minnows", 'lineup = "place"\npasses = 1')
-    setup, folder = load_match(file, engine="planar", lasers=False).at_rate(0.0), RunFolder(tmp_path / "run")
-    folder.prepare()
-    with open_journal(setup, folder) as journal:
-        play(setup, journal, limit=900.0)
+    setup = load_match(file, engine="planar", lasers=False).at_rate(0.0)
+    _, run = played(setup, tmp_path / "run", limit=900.0)
     env = MatchEnvironment(file, lasers=False, raw=True, record=tmp_path / "runs")
     strategies: dict[str, Strategy] = {agent: strategy_of(setup, agent) for agent in env.possible_agents}
     env.reset()
@@ -85,10 +80,7 @@ def test_programs_that_decide_as_the_strategies_do_play_the_same_match(tmp_path:
             actions[agent] = [twist.v, twist.w]
         env.step(actions)
     (recorded,) = (tmp_path / "runs").iterdir()
-    journals = [read_journal(run.journal)[1] for run in (folder, RunFolder(recorded))]
-    calls = [
-        [(call.clock, call.rule, call.players) for record in records for call in record.calls] for records in journals
-    ]
+    calls = [[(c.clock, c.rule, c.players) for c in calls_of(each)] for each in (run, RunFolder(recorded))]
     assert len(calls[0]) > 3
     assert calls[0] == calls[1]
 

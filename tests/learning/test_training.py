@@ -92,23 +92,16 @@ class TinyBatch:
 
 
 def options(**change: object) -> dict[str, Any]:
-    found = {
-        "match": SHARKS,
-        "seed": 3,
-        "matches": 16,
-        "horizon": 16,
-        "hold": 1,
-        "most": 50,
-        "vary": False,
-        "start": None,
-        "teacher": "none",
-        "against": None,
-    }
-    return found | change
+    found = {"match": SHARKS, "seed": 3, "matches": 16, "horizon": 16, "hold": 1, "most": 50, "vary": False}
+    return found | {"start": None, "teacher": "none", "against": None} | change
 
 
-def test_training_gets_better_at_what_it_is_rewarded_for(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.fixture
+def tiny(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(train, "Batch", TinyBatch)
+
+
+def test_training_gets_better_at_what_it_is_rewarded_for(monkeypatch: pytest.MonkeyPatch, tiny: None) -> None:
     monkeypatch.setattr(sys.modules["ppo"], "ROWS", 256)
     training = train.Training(options())
     for _ in range(30):
@@ -124,11 +117,11 @@ def test_training_gets_better_at_what_it_is_rewarded_for(monkeypatch: pytest.Mon
 @pytest.mark.parametrize(
     "real", [False, pytest.param(True, marks=pytest.mark.thorough)], ids=["tiny", "sharks and minnows"]
 )
-def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
-    real: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_training_that_goes_on_is_as_if_never_stopped(
+    real: bool, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     if not real:
-        monkeypatch.setattr(train, "Batch", TinyBatch)
+        request.getfixturevalue("tiny")
     whole, stopped = (train.Training(options(horizon=6, hold=2)) for _ in range(2))
     whole.go_on()
     stopped.go_on()
@@ -143,8 +136,7 @@ def test_a_training_that_goes_on_is_the_same_as_one_that_was_not_stopped(
         np.testing.assert_array_equal(again.arrays()[name], values, err_msg=name)
 
 
-def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(train, "Batch", TinyBatch)
+def test_what_was_learned_is_a_policy(tmp_path: Path, tiny: None) -> None:
     training = train.Training(options())
     training.go_on()
     save(training.learned(), tmp_path / "policy.npz")
@@ -156,8 +148,9 @@ def test_what_was_learned_is_a_policy(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 @pytest.mark.thorough
-def test_lessons_bring_the_policy_nearer_to_the_teacher(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(train, "Batch", TinyBatch)
+def test_lessons_bring_a_policy_nearer_to_its_teacher(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, tiny: None
+) -> None:
     monkeypatch.setattr(sys.modules["lessons"], "BATCH", 256)
     training = train.Training(options(teacher="turner"))
     assert training.lessons is not None
@@ -186,10 +179,9 @@ def run(monkeypatch: pytest.MonkeyPatch, words: str) -> None:
 
 
 def test_a_training_is_typed_stopped_and_resumed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tiny: None
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(train, "Batch", TinyBatch)
     few = "--matches 16 --horizon 8 --hold 1 --teacher none"
     run(monkeypatch, f"--match {SHARKS} --minutes 0.01 {few}")
     assert {file.name for file in tmp_path.iterdir()} == {"policy.npz", "policy.png", "policy.training"}
@@ -215,8 +207,7 @@ def test_a_training_is_typed_stopped_and_resumed(
     assert next(steps) < 100, "it has ended after the update that was under way"
 
 
-def test_a_training_of_a_match_that_has_changed_does_not_go_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(train, "Batch", TinyBatch)
+def test_a_training_of_a_match_that_has_changed_does_not_go_on(tmp_path: Path, tiny: None) -> None:
     match = short_match(tmp_path, SHARKS)
     train.Training(options(match=str(match))).write_training(tmp_path / "policy.training")
     match.write_text(match.read_text() + "\n# changed\n")

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vrg.agents.perception.scan import Floats, Scan, make_scan
+from vrg.bus.messages import Sighting
 from vrg.types import Pose, Vector
 
 ATRV_JR = (0.78, 0.64)
@@ -29,6 +30,10 @@ def room(x_min: float, y_min: float, x_max: float, y_max: float) -> Floats:
 def box(x: float, y: float, heading: float = 0.0, size: Vector = ATRV_JR) -> Floats:
     c, s, a, b = math.cos(heading), math.sin(heading), size[0] / 2, size[1] / 2
     return chain([(x + c * u - s * v, y + s * u + c * v) for u, v in ((a, b), (-a, b), (-a, -b), (a, -b))])
+
+
+def covariance_of(sighting: Sighting) -> Floats:
+    return np.array([[sighting.xx, sighting.xy], [sighting.xy, sighting.yy]])
 
 
 def together(*parts: Floats) -> Floats:

@@ -38,13 +38,12 @@ def test_one_robot_is_one_cluster_of_all_its_returns() -> None:
     assert found(ROOM, body) == [on(body)]
 
 
-def test_two_robots_apart_are_two() -> None:
-    left, right = box(4.0, 1.5, 0.3), box(4.0, -1.0, 1.3)
-    assert found(ROOM, left, right) == [on(right), on(left)]
-
-
-def test_two_robots_side_by_side_with_a_gap_wider_than_a_gap_are_two() -> None:
-    left, right = box(4.0, 0.6), box(4.0, -0.6)
+@pytest.mark.parametrize(
+    ("left", "right"),
+    [(box(4.0, 1.5, 0.3), box(4.0, -1.0, 1.3)), (box(4.0, 0.6), box(4.0, -0.6))],
+    ids=["apart", "side by side with a gap wider than a gap"],
+)
+def test_two_robots_are_two(left: Floats, right: Floats) -> None:
     assert found(ROOM, left, right) == [on(right), on(left)]
 
 
@@ -58,16 +57,10 @@ def test_a_robot_that_is_quite_hidden_is_not_seen() -> None:
     assert found(ROOM, near, far) == [on(near)]
 
 
-def test_a_wall_that_is_too_wide_for_a_robot_is_none() -> None:
+def test_a_wall_that_is_too_wide_for_a_robot_and_a_single_return_are_none() -> None:
     assert found(ROOM, chain([(4.0, -1.0), (4.0, 1.0)], closed=False)) == []
     assert found(ROOM, chain([(3.0, 0.0), (4.3, 1.3)], closed=False)) == [], "whichever way it runs"
-
-
-def test_a_plank_that_is_as_wide_as_a_robot_may_be_is_seen() -> None:
-    assert len(found(ROOM, chain([(4.0, -0.7), (4.0, 0.7)], closed=False))) == 1
-
-
-def test_a_single_return_is_no_robot() -> None:
+    assert len(found(ROOM, chain([(4.0, -0.7), (4.0, 0.7)], closed=False))) == 1, "as wide as a robot may be"
     assert found(ROOM, chain([(5.0, -0.02), (5.0, 0.02)], closed=False)) == []
 
 

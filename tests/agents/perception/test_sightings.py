@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.agents.perception.scenes import RADIUS, box, look
+from tests.agents.perception.scenes import RADIUS, box, covariance_of, look
 from vrg.agents.perception.clusters import BODY_ERROR, HALF_WIDTH, HEADING_ERROR, clusters, sighting_of
-from vrg.agents.perception.scan import Floats, make_scan
+from vrg.agents.perception.scan import Floats, Scan, make_scan
 from vrg.bus.codec import checked
 from vrg.bus.messages import Sighting, Sightings
 from vrg.types import Pose, Uncertainty, Vector
@@ -43,26 +43,18 @@ def sample(error: float, count: int = 1500) -> tuple[Floats, Floats, Floats]:
         dx, dy = sighting.x - centre[0], sighting.y - centre[1]
         c, s = math.cos(bearing), math.sin(bearing)
         errors.append((dx * c + dy * s, dy * c - dx * s))
-        covariance = np.array([[sighting.xx, sighting.xy], [sighting.xy, sighting.yy]])
+        covariance = covariance_of(sighting)
         normalised.append(float(np.array([dx, dy]) @ np.linalg.solve(covariance, [dx, dy])))
         distances.append(away)
     return np.array(errors), np.array(normalised), np.array(distances)
 
 
-def test_the_centre_is_found_to_a_quarter_of_a_metre_whatever_the_side() -> None:
-    errors, _, _ = sample(0.0)
+def test_the_centre_is_found_to_a_quarter_of_a_metre_and_its_bias_does_not_grow_with_the_distance() -> None:
+    errors, _, distances = sample(0.0)
     assert np.hypot(*errors.T).max() < 0.25
-
-
-def test_on_the_mean_it_is_neither_too_near_nor_too_far_nor_to_one_side() -> None:
-    errors, _, _ = sample(0.0)
     along, aside = errors.mean(axis=0)
     assert abs(along) < 0.05
     assert abs(aside) < 0.01
-
-
-def test_the_bias_does_not_grow_with_the_distance() -> None:
-    errors, _, distances = sample(0.0)
     for low in (1.5, 3.0, 4.5, 6.0):
         here = (distances >= low) & (distances < low + 1.5)
         assert abs(errors[here, 0].mean()) < 0.06, f"{low} m"
@@ -79,39 +71,30 @@ def test_the_covariance_is_honest() -> None:
     assert (normalised > 16.0).mean() < 0.001, "so that tracking takes it for what it is"
 
 
-def test_a_sighting_can_be_sent() -> None:
-    rng = np.random.default_rng(0)
-    sighting = seen_at((4.0, 3.0), 0.2, 0.6, rng, error=0.0)
-    assert sighting is not None
-    assert checked(Sightings(seen=(sighting,))).seen == (sighting,)
-    assert sighting.time == 1.0
-
-
 def test_the_error_is_told_along_the_line_of_sight_and_across_it() -> None:
     rng = np.random.default_rng(0)
     for bearing in (0.0, 0.7, math.pi / 2, 2.5, -2.0):
         centre = 6.0 * math.cos(bearing), 6.0 * math.sin(bearing)
         sighting = seen_at(centre, bearing, bearing, rng, error=0.0)
         assert sighting is not None
-        covariance = np.array([[sighting.xx, sighting.xy], [sighting.xy, sighting.yy]])
+        covariance = covariance_of(sighting)
         axes = np.linalg.eigh(covariance)[1]
         sight = np.array([math.cos(bearing), math.sin(bearing)])
         assert max(abs(axes.T @ sight)) == pytest.approx(1.0, abs=1e-3)
         assert np.linalg.eigvalsh(covariance).min() > 0.0
 
 
-def test_a_robot_that_is_straight_ahead_by_hand() -> None:
-    """Three returns at 3 m: the centre is 3 m and 0.6 radii ahead of the laser."""
-    scan = make_scan(
-        [3.0, 3.0, 3.0], Pose(1.0, 2.0, math.pi / 2), mount=0.0, angle_min=-0.02, angle_step=0.02, range_max=8
-    )
-    sighting = sighting_of(scan, np.array([0, 1, 2]), radius=0.5, time=7.0)
-    assert (sighting.x, sighting.y) == pytest.approx((1.0, 2.0 + 3.0 + 0.3))
+def three(pose: Pose) -> Scan:
+    """Three returns at 3 m."""
+    return make_scan([3.0] * 3, pose, mount=0.0, angle_min=-0.02, angle_step=0.02, range_max=8)
+
+
+def test_a_robot_that_is_straight_ahead_by_hand_and_one_return_is_enough_for_a_place() -> None:
+    """The centre is 3 m and 0.6 radii ahead of the laser."""
+    sighting = sighting_of(three(Pose(1.0, 2.0, math.pi / 2)), np.array([0, 1, 2]), radius=0.5, time=7.0)
+    assert (sighting.x, sighting.y, sighting.time) == pytest.approx((1.0, 2.0 + 3.0 + 0.3, 7.0))
     assert sighting.xy == pytest.approx(0.0, abs=1e-12)
     assert sighting.yy == pytest.approx(BODY_ERROR**2)
-
-
-def test_one_return_is_enough_for_a_place() -> None:
     scan = make_scan([3.0, 4.0], Pose(0.0, 0.0, 0.0), mount=0.0, angle_min=0.0, angle_step=0.1, range_max=8.0)
     sighting = sighting_of(scan, np.array([1]), radius=0.5, time=0.0)
     assert (sighting.x, sighting.y) == pytest.approx((4.3 * math.cos(0.1), 4.3 * math.sin(0.1)))
@@ -130,8 +113,7 @@ def half_hidden(count: int = 800) -> tuple[Floats, Floats]:
         if sighting is not None:
             d = np.array([sighting.x - away, sighting.y])
             errors.append((d[0], d[1] * side))
-            covariance = np.array([[sighting.xx, sighting.xy], [sighting.xy, sighting.yy]])
-            normalised.append(float(d @ np.linalg.solve(covariance, d)))
+            normalised.append(float(d @ np.linalg.solve(covariance_of(sighting), d)))
     return np.array(errors), np.array(normalised)
 
 
@@ -145,15 +127,14 @@ def test_a_robot_of_which_the_laser_sees_a_part_is_not_taken_for_that_part() -> 
 
 def test_a_robot_behind_a_post_goes_on_behind_it() -> None:
     """The post hides the right half of a robot that is 4 m away."""
-    bearings, width = range(-5, 7), math.radians(1.0)
-    ranges = [1.0 if i < 0 else 4.0 for i in bearings]
-    scan = make_scan(ranges, Pose(0, 0, 0), mount=0.0, angle_min=-5 * width, angle_step=width, range_max=8)
-    beams = np.arange(5, 12)
-    hidden = sighting_of(scan, beams[:-1], radius=0.5, time=0.0)
-    free = make_scan(
-        [8.0] * 5 + ranges[5:], Pose(0, 0, 0), mount=0.0, angle_min=-5 * width, angle_step=width, range_max=8
-    )
-    seen = sighting_of(free, beams[:-1], radius=0.5, time=0.0)
+    width = math.radians(1.0)
+
+    def with_post(post: float) -> Sighting:
+        ranges = [post] * 5 + [4.0] * 7
+        scan = make_scan(ranges, Pose(0, 0, 0), mount=0.0, angle_min=-5 * width, angle_step=width, range_max=8)
+        return sighting_of(scan, np.arange(5, 11), radius=0.5, time=0.0)
+
+    hidden, seen = with_post(1.0), with_post(8.0)
     end = 4.3 * math.sin(5 * width)
     assert seen.y == pytest.approx(end / 2, abs=0.01)
     assert hidden.y == pytest.approx(end - HALF_WIDTH * 0.5, abs=0.02)
@@ -162,8 +143,7 @@ def test_a_robot_behind_a_post_goes_on_behind_it() -> None:
 
 
 def test_an_uncertain_pose_makes_what_is_seen_from_it_uncertain() -> None:
-    scan = make_scan([3.0] * 3, Pose(1.0, 2.0, 0.0), mount=0.0, angle_min=-0.02, angle_step=0.02, range_max=8)
-    beams = np.array([0, 1, 2])
+    scan, beams = three(Pose(1.0, 2.0, 0.0)), np.array([0, 1, 2])
     sure = sighting_of(scan, beams, radius=0.5, time=0.0, uncertainty=Uncertainty(0.0, 0.0, 0.0, 0.0))
     unsure = sighting_of(scan, beams, radius=0.5, time=0.0, uncertainty=Uncertainty(0.04, 0.01, 0.09, 0.25))
     assert (unsure.x, unsure.y) == (sure.x, sure.y)
@@ -175,6 +155,5 @@ def test_an_uncertain_pose_makes_what_is_seen_from_it_uncertain() -> None:
 @given(st.floats(0, 1e10), st.floats(0, 1e10), st.floats(-1, 1), st.floats(0, 1e10), st.floats(-math.pi, math.pi))
 def test_also_what_a_lost_robot_sees_can_be_sent(xx: float, yy: float, share: float, turn: float, theta: float) -> None:
     lost = Uncertainty(xx, share * math.sqrt(xx * yy), yy, turn)
-    scan = make_scan([3.0] * 3, Pose(1.0, 2.0, theta), mount=0.0, angle_min=-0.02, angle_step=0.02, range_max=8)
-    seen = sighting_of(scan, np.array([0, 1, 2]), radius=0.5, time=0.0, uncertainty=lost)
+    seen = sighting_of(three(Pose(1.0, 2.0, theta)), np.array([0, 1, 2]), radius=0.5, time=0.0, uncertainty=lost)
     assert checked(Sightings(seen=(seen,))).seen == (seen,)

@@ -32,25 +32,23 @@ def on(start: Vector, velocity: Vector, time: float, rng: np.random.Generator | 
     return sighting(start[0] + velocity[0] * time + dx, start[1] + velocity[1] * time + dy, time)
 
 
-def watched(*scans: list[Sighting], tidy: bool = True) -> Tracker:
+def times(begin: float, end: float) -> list[float]:
+    """Ten times a second."""
+    return np.arange(begin, end, 0.1).tolist()
+
+
+def watched(*scans: list[Sighting]) -> Tracker:
     tracker = Tracker(SPEED)
     for scan in scans:
         tell(tracker, scan)
-        if tidy and scan:
+        if scan:
             tracker.tidy(scan[0].time)
     return tracker
 
 
-def test_no_sightings_are_no_robots() -> None:
-    tracker = watched([], [])
-    assert tracker.tracks == []
-    tracker.tidy(5.0)
-    assert tracker.tracks == []
-
-
 def test_one_robot_is_one_track() -> None:
     rng = np.random.default_rng(0)
-    tracker = watched(*([on((0, 0), (0.7, 0.2), t, rng)] for t in np.arange(0, 5, 0.1).tolist()))
+    tracker = watched(*([on((0, 0), (0.7, 0.2), t, rng)] for t in times(0.0, 5.0)))
     (track,) = tracker.tracks
     assert track.line.count == 50
     assert track.line.velocity == pytest.approx((0.7, 0.2), abs=0.03)
@@ -63,9 +61,13 @@ def test_only_the_latest_sightings_are_kept_to_be_shown_oldest_first() -> None:
     assert track.line.count == TRACK_LENGTH + 10
 
 
-def test_two_robots_that_are_seen_at_once_from_the_start_are_two() -> None:
-    tracker = watched([sighting(0, 0, 1.0), sighting(3, 0, 1.0)])
+def test_two_robots_that_are_seen_at_once_from_the_start_are_two_and_none_where_none_is_seen() -> None:
+    tracker = watched([], [], [sighting(0, 0, 1.0), sighting(3, 0, 1.0)])
     assert [t.line.at(1.0) for t in tracker.tracks] == [pytest.approx((0, 0)), pytest.approx((3, 0))]
+    assert len(watched([sighting(0, 0, 0.0), sighting(0.9, 0, 0.0)]).tracks) == 2
+    nobody = watched([], [])
+    nobody.tidy(5.0)
+    assert nobody.tracks == []
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -74,7 +76,7 @@ def test_two_crossing_courses_are_kept_apart(seed: int) -> None:
     rng = np.random.default_rng(seed)
     first, second = ((-4.0, 0.0), (0.8, 0.0)), ((0.0, -5.2), (0.0, 0.8))
     tracker = Tracker(SPEED)
-    for t in np.arange(0.0, 10.0, 0.1).tolist():
+    for t in times(0.0, 10.0):
         scan = [on(*first, t, rng), on(*second, t, rng)]
         tell(tracker, [scan[i] for i in rng.permutation(2)])
         tracker.tidy(t)
@@ -90,7 +92,7 @@ def test_nobody_sees_one_robot_double() -> None:
     double = []
     for seed in range(40):
         rng, tracker = np.random.default_rng(seed), Tracker(SPEED)
-        for t in np.arange(0.0, 6.0, 0.1).tolist():
+        for t in times(0.0, 6.0):
             s = on((0.0, 0.0), (0.8, 0.0), t, rng)
             tell(tracker, [s if abs(t - 2.0) > 0.01 else sighting(1.6, 0.5, t)])
             tracker.tidy(t)
@@ -103,16 +105,14 @@ def test_nobody_sees_one_robot_double() -> None:
 def test_two_robots_whose_ways_cross_while_nobody_sees_them_stay_who_they_are() -> None:
     rng = np.random.default_rng(1)
     first, second = ((-4.0, 0.0), (0.8, 0.0)), ((0.0, -5.2), (0.0, 0.8))
-    times = [t for t in np.arange(0.0, 10.0, 0.1).tolist() if not 4.0 < t < 7.5]
-    tracker = watched(*([on(*second, t, rng), on(*first, t, rng)] for t in times))
-    assert sorted(t.line.count for t in tracker.tracks) == [len(times), len(times)]
+    seen = [t for t in times(0.0, 10.0) if not 4.0 < t < 7.5]
+    tracker = watched(*([on(*second, t, rng), on(*first, t, rng)] for t in seen))
+    assert sorted(t.line.count for t in tracker.tracks) == [len(seen), len(seen)]
 
 
 def test_two_robots_side_by_side_at_the_same_speed_are_never_joined() -> None:
     rng = np.random.default_rng(2)
-    tracker = watched(
-        *([on((0, 0), (0.7, 0), t, rng), on((0, 1.2), (0.7, 0), t, rng)] for t in np.arange(0, 6, 0.1).tolist())
-    )
+    tracker = watched(*([on((0, 0), (0.7, 0), t, rng), on((0, 1.2), (0.7, 0), t, rng)] for t in times(0.0, 6.0)))
     assert [t.line.count for t in tracker.tracks] == [60, 60]
 
 
@@ -139,7 +139,7 @@ def test_sightings_of_two_pursuers_whose_errors_differ_are_better_than_those_of_
 
 def test_a_false_sighting_is_forgotten_and_the_robot_is_not() -> None:
     tracker = Tracker(SPEED)
-    for t in np.arange(0.0, 6.0, 0.1).tolist():
+    for t in times(0.0, 6.0):
         tell(tracker, [on((0, 0), (0.7, 0), t), *([sighting(20.0, 20.0, t)] if t == 1.0 else [])])
         tracker.tidy(t)
         if t == 1.0 + FORGET_ONCE - 0.1:
@@ -159,22 +159,13 @@ def test_who_was_seen_once_is_forgotten_sooner_than_who_was_seen_twice() -> None
     assert len(tracker.tracks) == 1
     tracker.tidy(0.2 + FORGET + 0.01)
     assert tracker.tracks == []
-
-
-def test_who_was_seen_by_two_at_one_time_only_was_seen_once() -> None:
-    tracker = watched([sighting(0, 0, 0.0)], [sighting(0.1, 0, 0.0)])
-    assert [t.line.count for t in tracker.tracks] == [2]
-    tracker.tidy(FORGET_ONCE + 0.01)
-    assert tracker.tracks == []
-
-
-def test_after_all_are_forgotten_it_begins_anew() -> None:
-    tracker = watched([sighting(0, 0, 0.0)])
-    tracker.tidy(100.0)
-    tell(tracker, [sighting(5, 5, 100.0)])
-    tell(tracker, [sighting(5.07, 5, 100.1)])
-    (track,) = tracker.tracks
-    assert track.line.count == 2
+    by_two = watched([sighting(0, 0, 0.0)], [sighting(0.1, 0, 0.0)])
+    assert [t.line.count for t in by_two.tracks] == [2]
+    by_two.tidy(FORGET_ONCE + 0.01)
+    assert by_two.tracks == [], "by two at one time only it was seen once"
+    tell(by_two, [sighting(5, 5, 100.0)])
+    tell(by_two, [sighting(5.07, 5, 100.1)])
+    assert [t.line.count for t in by_two.tracks] == [2], "it begins anew"
 
 
 def test_two_halves_of_one_robot_become_one() -> None:
@@ -194,40 +185,33 @@ def test_courses_that_turn_out_to_be_of_one_robot_are_joined() -> None:
     tracker.tracks = [
         Track(fitted(seen, time=0.0, speed=SPEED), tuple(seen))
         for begin in (0.0, 0.05)
-        for seen in [[on((0, 0), (0.7, 0.2), t, rng) for t in np.arange(begin, 3, 0.1).tolist()]]
+        for seen in [[on((0, 0), (0.7, 0.2), t, rng) for t in times(begin, 3.0)]]
     ]
     tracker.tidy(3.0)
     (track,) = tracker.tracks
     assert track.line.count == 60
-    times = [s.time for s in track.sightings]
-    assert times == sorted(times)
-    assert len(times) == TRACK_LENGTH
-    assert times[-1] == pytest.approx(2.95)
+    shown = [s.time for s in track.sightings]
+    assert shown == sorted(shown)
+    assert len(shown) == TRACK_LENGTH
+    assert shown[-1] == pytest.approx(2.95)
 
 
 def test_duplicates_do_not_make_a_robot_slow() -> None:
     """A pole hides its middle for 2 s, so that each scan sees it twice, again and again."""
     tracker = Tracker(SPEED)
-    for t in np.arange(0.0, 2.0, 0.1).tolist():
+    for t in times(0.0, 2.0):
         x = 0.8 * t
         tell(tracker, [sighting(x, 0.25, t), sighting(x, -0.25, t)])
         tracker.tidy(t)
     (track,) = tracker.tracks
-    alone = fitted(
-        [s for t in np.arange(0.0, 2.0, 0.1).tolist() for s in (sighting(0.8 * t, 0.0, t),) * 2], time=0.0, speed=SPEED
-    )
+    alone = fitted([s for t in times(0.0, 2.0) for s in (sighting(0.8 * t, 0.0, t),) * 2], time=0.0, speed=SPEED)
     assert track.line.velocity[0] == pytest.approx(alone.velocity[0], abs=0.02)
-
-
-def test_a_course_far_from_another_is_never_joined_to_it() -> None:
-    tracker = watched([sighting(0, 0, 0.0), sighting(0.9, 0, 0.0)])
-    assert len(tracker.tracks) == 2
 
 
 def test_evidence_tells_which_robot_is_meant() -> None:
     rng = np.random.default_rng(0)
     first, second = ((0.0, 0.0), (0.7, 0.0)), ((0.0, 4.0), (0.5, -0.2))
-    tracker = watched(*([on(*first, t, rng), on(*second, t, rng)] for t in np.arange(0, 4, 0.1).tolist()))
+    tracker = watched(*([on(*first, t, rng), on(*second, t, rng)] for t in times(0.0, 4.0)))
     for course in (first, second):
         track = tracker.track_of([on(*course, t) for t in (1.0, 1.5, 2.0)])
         assert track is not None
@@ -235,14 +219,11 @@ def test_evidence_tells_which_robot_is_meant() -> None:
         assert track.line.velocity == pytest.approx(course[1], abs=0.05)
 
 
-def test_one_wrong_sighting_in_the_evidence_does_not_matter() -> None:
-    tracker = watched(*([on((0, 0), (0.7, 0), t)] for t in np.arange(0, 4, 0.1).tolist()))
+def test_evidence_of_somebody_else_is_a_robot_that_is_not_kept_and_one_wrong_sighting_does_not_matter() -> None:
+    tracker = watched(*([on((0, 0), (0.7, 0), t)] for t in times(0.0, 4.0)))
+    assert tracker.track_of([]) is None
     evidence = [on((0, 0), (0.7, 0), 1.0), sighting(30, 30, 1.5), on((0, 0), (0.7, 0), 2.0)]
     assert tracker.track_of(evidence) is tracker.tracks[0]
-
-
-def test_evidence_of_somebody_else_is_a_robot_that_is_not_kept() -> None:
-    tracker = watched(*([on((0, 0), (0.7, 0), t)] for t in np.arange(0, 4, 0.1).tolist()))
     evidence = [sighting(30 + 0.4 * t, 30, t) for t in (1.0, 2.0, 3.0)]
     track = tracker.track_of(evidence)
     assert track is not None
@@ -250,6 +231,13 @@ def test_evidence_of_somebody_else_is_a_robot_that_is_not_kept() -> None:
     assert track is not tracker.tracks[0]
     assert track.sightings == tuple(evidence)
     assert track.line.at(4.0) == pytest.approx((31.6, 30.0), abs=0.1)
+
+
+def test_who_has_seen_nothing_relies_on_the_evidence() -> None:
+    assert Tracker(SPEED).track_of([]) is None
+    track = Tracker(SPEED).track_of([sighting(3.0, 3.0, 1.0)])
+    assert track is not None
+    assert track.line.at(1.0) == pytest.approx((3.0, 3.0))
 
 
 def test_robots_can_be_compared() -> None:
@@ -260,24 +248,12 @@ def test_robots_can_be_compared() -> None:
     assert second in tracker.tracks
 
 
-def test_who_has_seen_nothing_relies_on_the_evidence() -> None:
-    track = Tracker(SPEED).track_of([sighting(3.0, 3.0, 1.0)])
-    assert track is not None
-    assert track.line.at(1.0) == pytest.approx((3.0, 3.0))
-
-
-def test_no_evidence_is_nobody() -> None:
-    assert Tracker(SPEED).track_of([]) is None
-    assert watched([sighting(0, 0, 0.0)]).track_of([]) is None
-
-
 @given(st.integers(0, 1000), st.randoms(use_true_random=False))
 def test_sightings_that_come_late_and_out_of_order_give_the_same_course(seed: int, mixer: random.Random) -> None:
     """Each comes up to 0.5 s too late, as over a slow radio. None is so far out that it seems to be another robot."""
     rng = np.random.default_rng(seed)
     seen = [
-        sighting(0.7 * t + rng.uniform(-0.15, 0.15), 0.2 * t + rng.uniform(-0.15, 0.15), t)
-        for t in np.arange(0.0, 4.0, 0.1).tolist()
+        sighting(0.7 * t + rng.uniform(-0.15, 0.15), 0.2 * t + rng.uniform(-0.15, 0.15), t) for t in times(0.0, 4.0)
     ]
     late = sorted(seen, key=lambda s: s.time + mixer.uniform(0.0, 0.5))
     one, other = Tracker(SPEED), Tracker(SPEED)
@@ -295,20 +271,13 @@ def test_sightings_that_come_late_and_out_of_order_give_the_same_course(seed: in
 def test_the_order_in_which_a_scan_lists_its_sightings_does_not_matter() -> None:
     rng = np.random.default_rng(4)
     courses = [((0.0, 0.0), (0.7, 0.0)), ((0.0, 2.0), (0.5, -0.1)), ((6.0, 1.0), (-0.6, 0.1))]
-    scans = [[on(*course, t, rng) for course in courses] for t in np.arange(0.0, 4.0, 0.1).tolist()]
+    scans = [[on(*course, t, rng) for course in courses] for t in times(0.0, 4.0)]
     ends = []
     for order in ((0, 1, 2), (2, 0, 1)):
         tracker = watched(*([scan[i] for i in order] for scan in scans))
         ends.append(sorted(tuple(round(v, 6) for v in t.line.at(4.0)) for t in tracker.tracks))
     assert ends[0] == ends[1]
     assert len(ends[0]) == 3
-
-
-def test_the_result_depends_on_what_was_given_alone() -> None:
-    rng = np.random.default_rng(4)
-    scans = [[on((0, 0), (0.7, 0), t, rng), on((0, 3), (0.5, -0.1), t, rng)] for t in np.arange(0, 3, 0.1).tolist()]
-    one, other = watched(*scans), watched(*scans)
-    assert [t.line.at(5.0) for t in one.tracks] == [t.line.at(5.0) for t in other.tracks]
 
 
 def test_a_sighting_that_is_very_sure_breaks_nothing() -> None:
@@ -381,7 +350,7 @@ def test_a_message_that_comes_twice_tells_nothing_new_also_after_a_halt() -> Non
 
 def test_a_team_mate_that_falls_silent_leaves_what_it_has_told() -> None:
     tracker = Tracker(SPEED)
-    for t in np.arange(0.0, 3.0, 0.1).tolist():
+    for t in times(0.0, 3.0):
         tracker.update([on((0, 0), (0.7, 0), t)], t, "ann")
         if t < 1.0:
             tracker.update([on((0, 5), (0.7, 0), t)], t, "bob")
@@ -398,7 +367,7 @@ def test_who_takes_itself_to_be_elsewhere_is_heard_as_far_as_it_is_sure() -> Non
     errors = {}
     for error in (0.5, 0.1):
         tracker = Tracker(SPEED)
-        for t in np.arange(0.0, 3.0, 0.1).tolist():
+        for t in times(0.0, 3.0):
             tracker.update([on((0, 0), (0.7, 0), t)], t, "ann")
             tracker.update([sighting(0.7 * t, 0.5, t, error**2, 0.0, error**2)], t, "bob")
             tracker.tidy(t)

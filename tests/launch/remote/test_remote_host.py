@@ -113,6 +113,13 @@ def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Bench]:
     made.host.close(goes_on)
 
 
+@pytest.fixture
+def playing(bench: Bench) -> Bench:
+    """One that plays."""
+    bench.play()
+    return bench
+
+
 def status(name: str, machine: str = "lab2", node: str = "player/ann") -> ProcessStatus:
     return ProcessStatus(name=name, machine=machine, state=ProcessState.RUNNING, node=node)
 
@@ -122,10 +129,8 @@ def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Be
     assert (host.names, host.stop_orders) == (["world", "ann"], [0, 2]), "the match file tells that, and no agent"
     bench.send(wire.Hello(__version__, "10.0.0.1", "/home"))
     ordered = bench.look(lambda: host.is_at(StartupStep.LOADED))
-    assert [type(order) for order in ordered if not isinstance(order, wire.FilePart | wire.Beat)] == [
-        wire.Prepare,
-        wire.Load,
-    ]
+    kinds = [type(order) for order in ordered if not isinstance(order, wire.FilePart | wire.Beat)]
+    assert kinds == [wire.Prepare, wire.Load]
     assert (host.endpoint, host.peer) == ("tcp/10.0.0.2:7447", "10.0.0.1")
     for _ in range(5):
         host.keep()
@@ -133,11 +138,8 @@ def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Be
     host.router = "tcp/10.0.0.1:7447"
     host.aim(StartupStep.FIRST)
     later = bench.look(lambda: host.is_at(StartupStep.FIRST))
-    assert [order for order in later if not isinstance(order, wire.Beat)] == [
-        wire.Serve("tcp/10.0.0.1:7447", None),
-        wire.Join(),
-        wire.Begin(1, []),
-    ]
+    serves = [wire.Serve("tcp/10.0.0.1:7447", None), wire.Join(), wire.Begin(1, [])]
+    assert [order for order in later if not isinstance(order, wire.Beat)] == serves
     assert host.trouble is None
 
 
@@ -181,15 +183,14 @@ RUBBISH = {
 
 
 @pytest.mark.parametrize("rubbish", RUBBISH.values(), ids=RUBBISH)
-def test_an_agent_that_sends_rubbish_costs_its_own_machine_only(bench: Bench, rubbish: bytes) -> None:
+def test_an_agent_that_sends_rubbish_costs_its_own_machine_only(playing: Bench, rubbish: bytes) -> None:
     """It is given up and tried again, as if it were away."""
-    bench.play()
-    bench.send_bytes(rubbish)
-    bench.look(lambda: not bench.host.is_at(StartupStep.LOADED))
-    assert "its agent has sent what no agent sends: " in bench.told[0]
-    assert bench.host.take_failed() == {}
-    assert not bench.folder.events.exists()
-    assert not list(bench.folder.path.parent.rglob("*evil*"))
+    playing.send_bytes(rubbish)
+    playing.look(lambda: not playing.host.is_at(StartupStep.LOADED))
+    assert "its agent has sent what no agent sends: " in playing.told[0]
+    assert playing.host.take_failed() == {}
+    assert not playing.folder.events.exists()
+    assert not list(playing.folder.path.parent.rglob("*evil*"))
 
 
 TEXTS = st.sampled_from(
@@ -217,9 +218,7 @@ ANYTHING = st.one_of(
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(messages=st.lists(ANYTHING, max_size=8))
-def test_nothing_that_an_agent_sends_raises_what_its_machine_does_not_expect(
-    bench: Bench, messages: list[wire.ToLauncher]
-) -> None:
+def test_nothing_that_an_agent_sends_raises_what_is_not_expected(bench: Bench, messages: list[wire.ToLauncher]) -> None:
     bench.host._fetching = 1
     frames: Frames[wire.ToLauncher] = Frames(wire.ToLauncher)  # type: ignore[arg-type]
     for message in messages:
@@ -233,16 +232,14 @@ def test_nothing_that_an_agent_sends_raises_what_its_machine_does_not_expect(
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf"), 1e308])
-def test_numbers_that_mean_nothing_do_no_harm(bench: Bench, value: float) -> None:
-    bench.play()
-    bench.send(wire.Status([status("ann")], value, value, value), wire.LogText("ann", b"hello\n", -(1 << 63)))
-    bench.look(lambda: bench.host.names == ["ann"] and (bench.folder.logs / "ann.log").exists())
-    assert bench.host.is_at(StartupStep.PLAYS)
+def test_numbers_that_mean_nothing_do_no_harm(playing: Bench, value: float) -> None:
+    playing.send(wire.Status([status("ann")], value, value, value), wire.LogText("ann", b"hello\n", -(1 << 63)))
+    playing.look(lambda: playing.host.names == ["ann"] and (playing.folder.logs / "ann.log").exists())
+    assert playing.host.is_at(StartupStep.PLAYS)
 
 
-def test_nothing_waits_for_an_ssh_that_does_not_end(bench: Bench) -> None:
-    bench.play()
-    connection = bench.host._connection
+def test_nothing_waits_for_an_ssh_that_does_not_end(playing: Bench) -> None:
+    connection = playing.host._connection
     assert connection is not None
     connection._process.send_signal(signal.SIGSTOP)
     # It must have stopped: of several signals that are pending, the one that ends it would be taken first.
@@ -250,21 +247,20 @@ def test_nothing_waits_for_an_ssh_that_does_not_end(bench: Bench) -> None:
     while psutil.Process(connection._process.pid).status() != psutil.STATUS_STOPPED:
         assert time.monotonic() < deadline, "it does not stop"
         time.sleep(0.01)
-    while bench.host.is_at(StartupStep.LOADED):
-        bench.now += MAX_PAUSE
+    while playing.host.is_at(StartupStep.LOADED):
+        playing.now += MAX_PAUSE
     assert not connection.gone, "it was not waited for"
-    bench.again()
-    bench.now += RECONNECT_PERIOD
-    bench.play()
+    playing.again()
+    playing.now += RECONNECT_PERIOD
+    playing.play()
     assert not connection.gone, "the machine is back although it has not ended"
     connection._process.kill()
 
 
-def test_only_an_honest_failure_ends_the_match(bench: Bench) -> None:
-    bench.play()
-    bench.send(wire.Failed("world was killed by signal 9, too often to go on"))
+def test_only_an_honest_failure_ends_the_match(playing: Bench) -> None:
+    playing.send(wire.Failed("world was killed by signal 9, too often to go on"))
     with pytest.raises(LaunchError, match="lab2: world was killed by signal 9, too often to go on"):
-        bench.look(lambda: False)
+        playing.look(lambda: False)
 
 
 def test_before_the_match_a_machine_that_fails_is_not_waited_for(bench: Bench) -> None:
@@ -273,92 +269,84 @@ def test_before_the_match_a_machine_that_fails_is_not_waited_for(bench: Bench) -
         bench.look(lambda: False)
 
 
-def test_an_agent_changes_what_its_own_processes_have_written_and_nothing_else(bench: Bench) -> None:
-    bench.play()
-    bench.folder.journal.write_bytes(b"the journal\n")  # once the match runs
-    (bench.folder.logs / "world.log").write_bytes(b"of this machine\n")
-    bench.send(wire.LogText("ann", b"hello\n", 6), wire.LogText("world", b"forged\n", 7))
-    bench.look(lambda: len(bench.told) > 0)
-    bench.host.fetch()
+def test_an_agent_changes_what_its_own_processes_have_written_and_nothing_else(playing: Bench) -> None:
+    playing.folder.journal.write_bytes(b"the journal\n")  # once the match runs
+    (playing.folder.logs / "world.log").write_bytes(b"of this machine\n")
+    playing.send(wire.LogText("ann", b"hello\n", 6), wire.LogText("world", b"forged\n", 7))
+    playing.look(lambda: len(playing.told) > 0)
+    playing.host.fetch()
     for _ in range(2):
         for path in ("match.toml", "journal.jsonl", "../evil", "a\0b", "x" * 5000, "players/ann/notes"):
-            bench.send(wire.FilePart(path, b"forged\n", begins=True))
-    bench.send(wire.LogText("ann", b"hello\n", 12))
-    bench.look(lambda: (bench.folder.logs / "ann.log").read_bytes() == b"hello\nhello\n")
-    assert (bench.folder.path / "players" / "ann" / "notes").read_bytes() == b"forged\n"
-    assert (bench.folder.logs / "world.log").read_bytes() == b"of this machine\n"
-    assert bench.folder.match_file.read_bytes() == b"the match"
-    assert bench.folder.journal.read_bytes() == b"the journal\n"
-    assert not list(bench.folder.path.parent.rglob("*evil*"))
-    assert bench.told[0] == "lab2: 'logs/world.log' cannot be kept: the run folder has such a file already"
-    assert len(bench.told) == 5, "each is told once"
-    assert bench.host.is_at(StartupStep.PLAYS)
+            playing.send(wire.FilePart(path, b"forged\n", begins=True))
+    playing.send(wire.LogText("ann", b"hello\n", 12))
+    playing.look(lambda: (playing.folder.logs / "ann.log").read_bytes() == b"hello\nhello\n")
+    assert (playing.folder.path / "players" / "ann" / "notes").read_bytes() == b"forged\n"
+    assert (playing.folder.logs / "world.log").read_bytes() == b"of this machine\n"
+    assert playing.folder.match_file.read_bytes() == b"the match"
+    assert playing.folder.journal.read_bytes() == b"the journal\n"
+    assert not list(playing.folder.path.parent.rglob("*evil*"))
+    assert playing.told[0] == "lab2: 'logs/world.log' cannot be kept: the run folder has such a file already"
+    assert len(playing.told) == 5, "each is told once"
+    assert playing.host.is_at(StartupStep.PLAYS)
 
 
-def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(bench: Bench) -> None:
-    bench.play()
-    bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
-    bench.look(lambda: bench.host.names == ["ann"])
-    bench.host.fetch()
+def test_an_agent_that_sends_no_files_does_not_hold_up_the_end(playing: Bench) -> None:
+    playing.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+    playing.look(lambda: playing.host.names == ["ann"])
+    playing.host.fetch()
 
     def goes_on() -> None:
-        bench.now += 0.1
-        bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+        playing.now += 0.1
+        playing.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
 
-    bench.host.close(goes_on)
-    assert bench.told == ["what the processes on lab2 have written was not fetched; it is there in /home/run"]
+    playing.host.close(goes_on)
+    assert playing.told == ["what the processes on lab2 have written was not fetched; it is there in /home/run"]
 
 
-def test_what_happens_to_its_processes_is_noted(bench: Bench) -> None:
-    bench.play()
-    bench.send(
+def test_what_happens_to_its_processes_is_noted(playing: Bench) -> None:
+    playing.send(
         wire.Noted(EventKind.DIED, "ann", "was killed by signal 9", -9),
         wire.Noted(EventKind.VACATED, "ann", "ann: bad"),
     )
-    bench.look(bench.folder.events.exists)
-    bench.look(lambda: len(read_events(bench.folder.events)) == 2)
-    assert bench.host.take_failed() == {"ann": "bad"}
+    playing.look(playing.folder.events.exists)
+    playing.look(lambda: len(read_events(playing.folder.events)) == 2)
+    assert playing.host.take_failed() == {"ann": "bad"}
 
 
-def test_a_flood_of_an_agent_is_taken_in_bit_by_bit(bench: Bench) -> None:
-    bench.play()
-    bench.send(*[wire.Notice("x" * 10_000)] * 1000)
+def test_a_flood_of_an_agent_is_taken_in_bit_by_bit(playing: Bench) -> None:
+    playing.send(*[wire.Notice("x" * 10_000)] * 1000)
     seen, deadline = 0, time.monotonic() + PATIENCE
     while seen < 1000:
         assert time.monotonic() < deadline, f"{seen} have come"
-        bench.host.poll()
-        assert len(bench.told) - seen < 100, "others have their turn"
-        seen = len(bench.told)
-    assert max(map(len, bench.told)) < 5000
+        playing.host.poll()
+        assert len(playing.told) - seen < 100, "others have their turn"
+        seen = len(playing.told)
+    assert max(map(len, playing.told)) < 5000
 
 
-def test_a_machine_is_quiet_and_then_away_when_the_launcher_has_looked_and_heard_nothing_for_so_long(
-    bench: Bench,
-) -> None:
-    bench.play()
+def test_a_machine_is_quiet_and_then_away_when_the_launcher_has_heard_nothing_for_so_long(playing: Bench) -> None:
 
     def silent(until: Callable[[], bool]) -> float:
-        began = bench.now
+        began = playing.now
         while not until():
-            bench.now += 0.05
-            bench.host.poll()
-        return bench.now - began
+            playing.now += 0.05
+            playing.host.poll()
+        return playing.now - began
 
-    assert silent(lambda: bench.host.trouble is not None) == pytest.approx(AGENT_TIMEOUT, abs=0.2)
-    assert silent(lambda: not bench.host.is_at(StartupStep.LOADED)) == pytest.approx(
+    assert silent(lambda: playing.host.trouble is not None) == pytest.approx(AGENT_TIMEOUT, abs=0.2)
+    assert silent(lambda: not playing.host.is_at(StartupStep.LOADED)) == pytest.approx(
         AWAY_TIMEOUT - AGENT_TIMEOUT, abs=0.2
     )
-    assert "(nothing was heard of robot@lab2.local for 12 s)" in bench.told[-1]
+    assert "(nothing was heard of robot@lab2.local for 12 s)" in playing.told[-1]
 
 
-def test_time_in_which_the_launcher_did_not_run_is_no_silence_of_a_machine(bench: Bench) -> None:
-    bench.play()
+def test_time_in_which_the_launcher_did_not_run_is_no_silence_of_a_machine(playing: Bench) -> None:
     for _ in range(int(AGENT_TIMEOUT / MAX_PAUSE) - 1):
-        bench.now += 3600.0
-        bench.host.poll()
-    assert bench.host.trouble is None
-    bench.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
-    bench.look(lambda: bench.host.names == ["ann"])
-    bench.now += 3600.0
-    bench.host.poll()
-    assert bench.host.trouble is None
+        playing.now += 3600.0
+        playing.host.poll()
+    assert playing.host.trouble is None
+    playing.send(wire.Status([status("ann")], 0.0, 0.0, 0.0))
+    playing.look(lambda: playing.host.names == ["ann"])
+    playing.now += 3600.0
+    playing.host.poll()
+    assert playing.host.trouble is None

@@ -17,14 +17,9 @@ PATIENCE = 180
 
 def policy(folder: Path, *, port: int = 7447, core: int = 0) -> Policy:
     """One by which `folder/code/mine.py` and `tricks.py` can be read, and `folder/own` be written."""
-    allowed = files(
-        own=[folder / "code" / "mine.py", folder / "code" / "tricks.py"],
-        libraries=libraries(),
-        hidden=(),
-        folder=folder / "own",
-        written=[folder / "statistics.json"],
-        entries=entries_of,
-    )
+    code = [folder / "code" / "mine.py", folder / "code" / "tricks.py"]
+    places = {"own": code, "folder": folder / "own", "written": [folder / "statistics.json"]}
+    allowed = files(libraries=libraries(), hidden=(), entries=entries_of, **places)  # type: ignore[arg-type]
     return Policy(files=allowed, ports=(port,), folder=folder / "own", memory=400 + _used(), core=core)
 
 

@@ -1,5 +1,6 @@
 """A sealed player that has too many threads, or that writes too much."""
 
+import contextlib
 import mmap
 import os
 import shutil
@@ -21,14 +22,26 @@ def own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def test_a_modest_player_uses_not_too_much(own: Path, tmp_path: Path) -> None:
+def test_a_modest_player_uses_not_too_much_and_one_that_has_ended_nothing(own: Path, tmp_path: Path) -> None:
     (own / "notes").write_text("hello")
+    assert excess(tmp_path, "ann", os.getpid()) is None
+    assert excess(tmp_path, "ann", 2**22 + 1) is None
+
+
+def test_a_player_that_is_not_sealed_is_not_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounds, "THREADS", 0)
     assert excess(tmp_path, "ann", os.getpid()) is None
 
 
-def test_many_threads_are_too_many(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bounds, "THREADS", threading.active_count() - 1)
-    assert "threads" in (excess(tmp_path, "ann", os.getpid()) or "")
+def test_many_threads_or_sockets_are_too_many(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(bounds, "THREADS", threading.active_count() - 1)
+        assert "threads" in (excess(tmp_path, "ann", os.getpid()) or "")
+    monkeypatch.setattr(bounds, "SOCKETS", 3)
+    with contextlib.ExitStack() as stack:
+        for end in (end for _ in range(2) for end in socket.socketpair()):
+            stack.enter_context(end)
+        assert "sockets" in (excess(tmp_path, "ann", os.getpid()) or "")
 
 
 def test_a_large_file_is_too_large_and_takes_no_room_itself(own: Path, tmp_path: Path) -> None:
@@ -45,9 +58,7 @@ def test_many_small_files_are_too_many(own: Path, tmp_path: Path, monkeypatch: p
     assert excess(tmp_path, "ann", os.getpid()) == "it keeps 0 MB in 4 files in its folder"
 
 
-def test_a_file_that_was_deleted_and_is_still_open_counts(
-    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_deleted_file_that_is_still_open_counts(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bounds, "MAX_FOLDER_SIZE", 1_500_000)
     with (own / "gone").open("wb") as file:
         file.write(bytes(2_000_000))
@@ -57,9 +68,7 @@ def test_a_file_that_was_deleted_and_is_still_open_counts(
     assert excess(tmp_path, "ann", os.getpid()) is None
 
 
-def test_a_file_that_was_deleted_and_is_mapped_counts(
-    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_deleted_file_that_is_mapped_counts(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bounds, "MAX_FOLDER_SIZE", 1_500_000)
     (own / "gone").write_bytes(bytes(2_000_000))
     with (own / "gone").open("r+b") as file:
@@ -72,28 +81,13 @@ def test_a_file_that_was_deleted_and_is_mapped_counts(
     assert excess(tmp_path, "ann", os.getpid()) is None
 
 
-def test_a_folder_that_cannot_be_listed_is_told(own: Path, tmp_path: Path) -> None:
-    (own / "secret").mkdir(mode=0o300)
+def test_a_folder_that_cannot_be_listed_or_is_too_deep_is_told(own: Path, tmp_path: Path) -> None:
+    secret = own / "secret"
+    secret.mkdir(mode=0o300)
     assert "cannot be listed" in (excess(tmp_path, "ann", os.getpid()) or "")
-
-
-def test_many_sockets_are_too_many(own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bounds, "SOCKETS", 3)
-    pairs = [socket.socketpair() for _ in range(2)]
-    assert "sockets" in (excess(tmp_path, "ann", os.getpid()) or "")
-    for ends in pairs:
-        for end in ends:
-            end.close()
-
-
-def test_a_player_that_is_not_sealed_is_not_looked_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bounds, "THREADS", 0)
-    assert excess(tmp_path, "ann", os.getpid()) is None
-
-
-def test_a_player_that_has_ended_uses_nothing(own: Path, tmp_path: Path) -> None:
-    assert own.is_dir()
-    assert excess(tmp_path, "ann", 2**22 + 1) is None
+    secret.rmdir()
+    own.joinpath(*["n"] * (bounds.MAX_FOLDER_DEPTH + 2)).mkdir(parents=True)
+    assert excess(tmp_path, "ann", os.getpid()) == f"it nests more than {bounds.MAX_FOLDER_DEPTH} folders"
 
 
 def test_folders_whose_path_is_too_long_are_looked_through(own: Path, tmp_path: Path) -> None:
@@ -108,11 +102,6 @@ def test_folders_whose_path_is_too_long_are_looked_through(own: Path, tmp_path: 
     finally:
         os.chdir(here)
     assert excess(tmp_path, "ann", os.getpid()) == "it keeps 100 MB in 21 files in its folder"
-
-
-def test_folders_within_one_another_are_bounded(own: Path, tmp_path: Path) -> None:
-    own.joinpath(*["n"] * (bounds.MAX_FOLDER_DEPTH + 2)).mkdir(parents=True)
-    assert excess(tmp_path, "ann", os.getpid()) == f"it nests more than {bounds.MAX_FOLDER_DEPTH} folders"
 
 
 def test_folders_may_go_away_while_they_are_looked_through(own: Path, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.launch import matches
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
@@ -42,6 +43,14 @@ def test_a_folder_without_secrets_is_one_entry() -> None:
     assert list(readable(Path("/a"), {Path("/a/b/x")}, entries)) == [Path("/a/b/y"), Path("/a/c"), Path("/a/f")]
 
 
+def written(folder: Path, **strategies: str) -> MatchSetup:
+    """A match in which players play by these strategies."""
+    text = short_match("m")
+    for player, strategy in strategies.items():
+        text = text.replace(f'name = "{player}"', f'name = "{player}"\nstrategy = "{strategy}"')
+    return matches.written(folder, text)
+
+
 @pytest.fixture
 def match(tmp_path: Path) -> MatchSetup:
     """A match with a strategy for each team, a module that both import, and runs, keys and notes beside them."""
@@ -52,12 +61,7 @@ def match(tmp_path: Path) -> MatchSetup:
         (tmp_path / name).touch()
     for name in ("runs/now/logs", "runs/now/players", "runs/before", "keys/player.ann", "keys/player.bob"):
         (tmp_path / name).mkdir(parents=True)
-    text = short_match("m")
-    for player in ("shark", "ann", "bob", "cid"):
-        file = "red.py" if player == "shark" else "blue.py"
-        text = text.replace(f'name = "{player}"', f'name = "{player}"\nstrategy = "{file}:S"')
-    (tmp_path / "match.toml").write_text(text)
-    return load_match(tmp_path / "match.toml")
+    return written(tmp_path, shark="red.py:S", ann="blue.py:S", bob="blue.py:S", cid="blue.py:S")
 
 
 def policy(match: MatchSetup, name: str = "ann", router: str = "tls/127.0.0.1:7450") -> Policy:
@@ -73,31 +77,15 @@ def test_a_player_reads_what_it_needs_and_no_more(match: MatchSetup) -> None:
     base, wanted = Path(match.base), policy(match)
     (base / "runs/now/logs/ann.json").touch()
     needed = {
-        "blue.py",
-        "blue_tricks.py",
-        "shared.py",
-        "blue.bin",
-        "keys/player.ann/seat.key",
-        "runs/now/players/ann/notes",
+        "blue.py", "blue_tricks.py", "shared.py", "blue.bin", "keys/player.ann/seat.key", "runs/now/players/ann/notes",
         "runs/now/logs/ann.json",
-    }
+    }  # fmt: skip
     others = {
-        "match.toml",
-        "red.py",
-        "red_tricks.py",
-        "red.bin",
-        "diary.txt",
-        "keys/player.bob/seat.key",
-        "keys/authority/ca.key",
-        "runs/before/red.py",
-        "runs/now/red.py",
-        "runs/now/world.snapshot",
-        "runs/now/setup.json",
-        "runs/now/setups/bob.json",
-        "runs/now/secret",
-        "runs/now/logs/referee.log",
+        "match.toml", "red.py", "red_tricks.py", "red.bin", "diary.txt", "keys/player.bob/seat.key",
+        "keys/authority/ca.key", "runs/before/red.py", "runs/now/red.py", "runs/now/world.snapshot",
+        "runs/now/setup.json", "runs/now/setups/bob.json", "runs/now/secret", "runs/now/logs/referee.log",
         "runs/now/players/bob/notes",
-    }
+    }  # fmt: skip
     found = {path for path in needed | others if allowed(wanted, base / path, Access.READ)}
     assert found == needed, f"cannot read {needed - found}, but can read {found - needed}"
 
@@ -119,6 +107,8 @@ def test_nobody_reads_another_process_of_the_system(match: MatchSetup) -> None:
 @pytest.mark.parametrize(("router", "port"), [("tls/[::1]:7450", 7450), ("tcp/lab:9", 9), ("tcp/lab:9#iface=eth0", 9)])
 def test_it_connects_to_the_port_of_its_router(match: MatchSetup, router: str, port: int) -> None:
     assert policy(match, router=router).ports == (port,)
+    with pytest.raises(SandboxError, match="expected a router with a TCP port"):
+        policy(match, router="unixsock-stream//tmp/x")
 
 
 def test_a_robot_that_runs_ros_is_reached_at_its_own_router(match: MatchSetup, tmp_path: Path) -> None:
@@ -130,27 +120,19 @@ def test_a_robot_that_runs_ros_is_reached_at_its_own_router(match: MatchSetup, t
     assert policy(match).ports == (7450,)
 
 
-def test_a_router_without_a_port_is_told(match: MatchSetup) -> None:
-    with pytest.raises(SandboxError, match="expected a router with a TCP port"):
-        policy(match, router="unixsock-stream//tmp/x")
-
-
-def test_players_are_sealed_by_default_if_their_strategy_is_a_file_of_a_match_with_seats(match: MatchSetup) -> None:
-    assert match.sandboxed("ann", seats=True)
-    assert not match.sandboxed("ann", seats=False)
-    built_in = match.substituted("ann", "sharks-and-minnows")
-    assert not built_in.sandboxed("ann", seats=True)
-
-
-def test_a_strangers_file_is_sealed_without_seats_too(
+def test_players_are_sealed_by_default_with_seats_if_their_strategy_is_a_file_and_without_if_it_is_a_strangers(
     match: MatchSetup, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    built_in = match.substituted("ann", "sharks-and-minnows")
+    assert match.sandboxed("ann", seats=True)
+    assert not match.sandboxed("ann", seats=False)
+    assert not built_in.sandboxed("ann", seats=True)
     elsewhere = tmp_path_factory.mktemp("elsewhere") / "new.py"
     elsewhere.touch()
     assert match.substituted("ann", f"{elsewhere}:S").sandboxed("ann", seats=False), "outside the match's folder"
     monkeypatch.setattr(os, "geteuid", lambda: 12345)
     assert match.sandboxed("ann", seats=False), "of another user"
-    assert not match.substituted("ann", "sharks-and-minnows").sandboxed("ann", seats=False)
+    assert not built_in.sandboxed("ann", seats=False)
 
 
 @pytest.mark.parametrize("wanted", [True, False])
@@ -166,15 +148,8 @@ def test_a_stranger_does_not_name_what_it_may_read(
 ) -> None:
     """What its text names is its own only if it is: no keys, no runs, and nothing of another team."""
     outside = tmp_path_factory.mktemp("outside") / "secret"
-    files = [
-        "keys/referee/seat.key",
-        "runs/old/setup.json",
-        ".ssh/id",
-        ".hidden",
-        "bob/plan.bin",
-        "bob/bob.py",
-        "seat.key",
-    ]
+    hidden = ("keys/referee/seat.key", "runs/old/setup.json", ".ssh/id", ".hidden", "seat.key")
+    files = [*hidden, "bob/plan.bin", "bob/bob.py"]
     for name in [*files, "match.toml", "mine.bin"]:
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
@@ -183,9 +158,7 @@ def test_a_stranger_does_not_name_what_it_may_read(
     named = [*files, "match.toml", "mine.bin", "linked", str(outside), "../secret", "."]
     (tmp_path / "ann.py").write_text(f"import bob\nFILES = {named}\n")
     (tmp_path / "bob" / "bob.py").write_text('import tricks\nFILES = ["plan.bin"]\n')
-    text = short_match("m").replace('name = "shark"', 'name = "shark"\nstrategy = "bob/bob.py:S"')
-    (tmp_path / "match.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "ann.py:S"'))
-    match = load_match(tmp_path / "match.toml")
+    match = written(tmp_path, shark="bob/bob.py:S", ann="ann.py:S")
     policy_of_ann = policy_of(match, "ann", router="tcp/h:1", run=RunFolder(tmp_path / "runs/now"), seat=None)
     paths = [*(tmp_path / name for name in [*files, "match.toml", "mine.bin", "linked"]), outside]
     assert [path for path in paths if allowed(policy_of_ann, path, Access.READ)] == [tmp_path / "mine.bin"]
@@ -223,9 +196,7 @@ def test_a_strategy_that_is_named_as_a_module_is_hidden_and_sealed_too(tmp_path:
     where.parent.mkdir(exist_ok=True)
     where.touch()
     (tmp_path / "blue.py").touch()
-    text = short_match("m").replace('name = "shark"', 'name = "shark"\nstrategy = "red:S"')
-    (tmp_path / "match.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "blue:S"'))
-    match = load_match(tmp_path / "match.toml")
+    match = written(tmp_path, shark="red:S", ann="blue:S")
     assert not allowed(policy(match), where, Access.READ)
     assert allowed(policy(match, "shark"), where, Access.READ)
     assert match.sandboxed("shark", seats=True)

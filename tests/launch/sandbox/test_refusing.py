@@ -27,18 +27,9 @@ def test_a_player_that_cannot_be_sealed_does_not_start(tmp_path: Path, monkeypat
 
 @pytest.mark.parametrize(
     "said",
-    [
-        "[" * 100_000,
-        '"' + "x" * 2_000_000 + '"',
-        "no json",
-        "",
-        "7",
-        '{"radio": 5}',
-        '{"radio": {"bob": {"lost": "x"}}}',
-        '{"refused": 5}',
-        '{"refused": {"vrg/m/clock": "x"}}',
-    ],
-)
+    ["[" * 100_000, '"' + "x" * 2_000_000 + '"', "no json", "", "7", '{"radio": 5}',
+     '{"radio": {"bob": {"lost": "x"}}}', '{"refused": 5}', '{"refused": {"vrg/m/clock": "x"}}'],
+)  # fmt: skip
 def test_a_result_is_written_whatever_a_player_says_of_itself(tmp_path: Path, said: str) -> None:
     (tmp_path / "match.toml").write_text(short_match("m"))
     setup = load_match(tmp_path / "match.toml")
