@@ -21,19 +21,15 @@ def folder(home: Path, name: str, written: float) -> Path:
     return made
 
 
-def test_runs_that_nobody_has_fetched_are_deleted_when_they_are_old(tmp_path: Path) -> None:
-    old, new = folder(tmp_path, "old", OLD), folder(tmp_path, "new", NEW)
-    sweep(tmp_path, BETWEEN)
-    assert not old.exists()
-    assert new.exists()
-
-
-def test_a_run_that_an_agent_supervises_is_kept_however_old_it_is(tmp_path: Path) -> None:
-    used = folder(tmp_path, "used", OLD)
+def test_runs_that_nobody_has_fetched_are_deleted_when_they_are_old_unless_an_agent_supervises_them(
+    tmp_path: Path,
+) -> None:
+    sweep(tmp_path / "nowhere", BETWEEN)
+    old, new, used = folder(tmp_path, "old", OLD), folder(tmp_path, "new", NEW), folder(tmp_path, "used", OLD)
     with folder_lock(used):
         os.utime(used, (OLD, OLD))
         sweep(tmp_path, BETWEEN)
-        assert used.exists()
+    assert [each.exists() for each in (old, new, used)] == [False, True, True]
 
 
 def test_a_link_is_not_followed(tmp_path: Path) -> None:
@@ -43,10 +39,6 @@ def test_a_link_is_not_followed(tmp_path: Path) -> None:
     (home / "link").symlink_to(kept)
     sweep(home, BETWEEN)
     assert (kept / "journal.jsonl").exists()
-
-
-def test_nothing_is_there_yet(tmp_path: Path) -> None:
-    sweep(tmp_path / "nowhere", BETWEEN)
 
 
 def test_keys_that_a_killed_agent_has_left_are_deleted_by_the_next_one(tmp_path: Path) -> None:

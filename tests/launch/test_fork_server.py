@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -66,14 +67,19 @@ def run(server: ForkServer, log: Path, *arguments: str, forked: bool = True) -> 
         return server.run("littering", arguments, output, forked=forked)
 
 
+def status(child: Child) -> int | None:
+    """That with which a process has ended."""
+    assert child.wait(60.0)
+    return child.poll()
+
+
 def test_a_process_that_is_being_forked_is_known_although_stop_is_set(server: ForkServer, tmp_path: Path) -> None:
     server.stop = stop = threading.Event()
     run(server, tmp_path / "log", "ends", "0")
     stop.set()
     forked = run(server, tmp_path / "log", "ends", "3")
     assert server.alive
-    assert forked.wait(60.0)
-    assert forked.poll() == 3
+    assert status(forked) == 3
 
 
 def test_no_process_waits_for_a_server_that_still_loads_once_stop_is_set(server: ForkServer, tmp_path: Path) -> None:
@@ -81,8 +87,7 @@ def test_no_process_waits_for_a_server_that_still_loads_once_stop_is_set(server:
     stop.set()
     spawned = run(server, tmp_path / "log", "ends", "3")
     assert not server.alive
-    assert spawned.wait(60.0)
-    assert spawned.poll() == 3, "it has an interpreter of its own"
+    assert status(spawned) == 3, "it has an interpreter of its own"
 
 
 def test_an_end_that_is_reported_late_keeps_its_status(server: ForkServer, tmp_path: Path) -> None:
@@ -135,8 +140,7 @@ def test_a_helper_that_a_process_has_detached_lives_as_long_as_the_process(serve
     child = run(server, log, "litters", "stays")
     wait_until(lambda: len(log.read_text().split()) == 4, "all to be started")
     left = {int(word) for word in log.read_text().split()} - {child.pid}
-    assert run(server, tmp_path / "other", "ends", "0").wait(60.0)
-    assert run(server, tmp_path / "other", "ends", "0").wait(60.0)
+    assert [status(run(server, tmp_path / "other", "ends", "0")) for _ in range(2)] == [0, 0]
     assert not any(map(_ended, left))
     child.kill()
     wait_until(lambda: all(map(_ended, left)), f"{left} to be ended")
@@ -149,11 +153,9 @@ def test_where_the_system_has_no_room_for_a_fork_the_server_and_its_processes_go
     with fork_server(preload=["littering", "full"]) as server:
         first = run(server, tmp_path / "log", "sleeps")
         second = run(server, tmp_path / "log", "ends", "3")
-        assert second.wait(60.0)
-        assert (second.poll(), first.poll(), server.alive) == (3, None, True), "it has an interpreter of its own"
+        assert (status(second), first.poll(), server.alive) == (3, None, True), "it has an interpreter of its own"
         third = run(server, tmp_path / "log", "ends", "4")
-        assert third.wait(60.0)
-        assert (third.poll(), server.alive) == (4, True)
+        assert (status(third), server.alive) == (4, True)
         first.kill()
         assert first.wait(60.0)
 
@@ -165,9 +167,8 @@ def test_a_server_that_is_a_fork_ends_with_the_process_that_has_it(tmp_path: Pat
         "sys.stdin.read()\nserver.close()\nprint('closed', flush=True)\n"
     )
     for kill in (True, False):
-        process = subprocess.Popen(
-            [sys.executable, "-c", code], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-        )
+        pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
+        process = subprocess.Popen([sys.executable, "-c", code], text=True, **pipes)
         assert process.stdout is not None
         pid = int(process.stdout.readline())
         if kill:

@@ -67,6 +67,13 @@ def polled(supervisor: Supervisor) -> dict[str, str]:
     return supervisor.take_failed()
 
 
+def out(supervisor: Supervisor) -> dict[str, str]:
+    """The players that have failed, as soon as one has."""
+    failed: dict[str, str] = {}
+    wait_until(lambda: failed.update(polled(supervisor)) or failed, "the player to be out")
+    return failed
+
+
 def test_nothing_waits_for_greedy_players_that_ignore_a_stop(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     supervisor = make("stubborn", "stubborn", "modest")
     greedy = supervisor.processes[:2]
@@ -113,24 +120,19 @@ def test_a_player_that_cannot_be_started_again_is_out_alone(make: Make, monkeypa
     first = supervisor.processes[0]
     monkeypatch.setattr(first.log, "path", Path("/dev/null/log"))
     first.kill()
-    failed: dict[str, str] = {}
-    wait_until(lambda: failed.update(polled(supervisor)) or failed, "the player to be out")
+    failed = out(supervisor)
     assert list(failed) == ["p0"]
     assert "cannot be started: [Errno 20]" in failed["p0"]
     assert supervisor.processes[1].pid is not None
 
 
-def test_what_a_player_starts_counts_as_its_memory(make: Make) -> None:
+def test_what_a_player_starts_counts_as_its_memory(make: Make, monkeypatch: pytest.MonkeyPatch) -> None:
     if sys.platform != "linux":
         pytest.skip("the memory of a process is told otherwise elsewhere")
     supervisor = make("parent", "modest", memory=100)
     own = supervisor.processes[0].pid
     assert own is not None
     (started,) = psutil.Process(own).children()
-    greedy = pytest.MonkeyPatch()
-    greedy.setattr(greed, "_OWN", 0)
-    failed: dict[str, str] = {}
-    wait_until(lambda: failed.update(polled(supervisor)) or failed, "the player to be out")
-    assert failed == {"p0": "it uses more than 100 MB of memory"}
+    monkeypatch.setattr(greed, "_OWN", 0)
+    assert out(supervisor) == {"p0": "it uses more than 100 MB of memory"}
     wait_until(lambda: polled(supervisor) == {} and not started.is_running(), "what it has started to be ended")
-    greedy.undo()

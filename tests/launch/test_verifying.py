@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.launch.matches import written
 from tests.tiny import TINY
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
@@ -34,6 +35,13 @@ def played(folder: Path, setup: MatchSetup, *, limit: float = 3600.0, verify: bo
     return run
 
 
+def forgetful(folder: Path, code: str) -> MatchSetup:
+    """A match in which ann plays by this code."""
+    (folder / "forgetful.py").write_text(code)
+    text = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "forgetful.py:Forgetful"')
+    return written(folder, text).at_rate(0.0)
+
+
 BRIEF = {("sharks-and-minnows", "planar")}
 
 
@@ -52,8 +60,7 @@ def test_every_game_is_the_same_twice_on_every_engine(tmp_path: Path, game: str,
 
 
 def test_the_copies_leave_nothing_in_the_run(tmp_path: Path) -> None:
-    (tmp_path / "tiny.toml").write_text(TINY)
-    setup = load_match(tmp_path / "tiny.toml").at_rate(0.0)
+    setup = written(tmp_path).at_rate(0.0)
     plain, verified = (played(tmp_path / str(verify), setup, verify=verify, limit=8.0) for verify in (False, True))
     names = sorted(path.relative_to(plain.path) for path in plain.path.rglob("*"))
     assert names == sorted(path.relative_to(verified.path) for path in verified.path.rglob("*"))
@@ -63,11 +70,9 @@ def test_the_copies_leave_nothing_in_the_run(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("something", ["1e-3 * (os.getpid() % 991)", "1e-3 * os.urandom(1)[0]"])
 def test_what_depends_on_something_else_is_found_with_its_second_and_its_node(tmp_path: Path, something: str) -> None:
-    (tmp_path / "forgetful.py").write_text(FORGETFUL.replace("SOMETHING", something))
-    text = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "forgetful.py:Forgetful"')
-    (tmp_path / "tiny.toml").write_text(text)
+    setup = forgetful(tmp_path, FORGETFUL.replace("SOMETHING", something))
     with pytest.raises(LaunchError, match="was not the same when it was played twice") as found:
-        played(tmp_path / "run", load_match(tmp_path / "tiny.toml").at_rate(0.0))
+        played(tmp_path / "run", setup)
     assert re.search(r"before 5\.\d+ s.*player/ann", str(found.value))
 
 
@@ -84,10 +89,7 @@ def test_a_copy_that_ends_is_named_and_a_decision_without_end_is_the_same_twice(
     monkeypatch.setattr(bounds, "BUDGET", 0.5)  # the copies are forks of this process
     text = FORGETFUL.replace("SOMETHING if", "0.0 if").replace("class", "STARTED = os.getpid()\nclass")
     act = f"        if view.time > 4.5:\n            {deed}\n        return"
-    (tmp_path / "forgetful.py").write_text(text.replace("        return", act))
-    text = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "forgetful.py:Forgetful"')
-    (tmp_path / "tiny.toml").write_text(text)
-    setup = load_match(tmp_path / "tiny.toml").at_rate(0.0)
+    setup = forgetful(tmp_path, text.replace("        return", act))
     if not words:
         run = played(tmp_path / "run", setup, limit=8.0)
         assert "still deciding after 0.5 s" in (run.logs / "ann.log").read_text()

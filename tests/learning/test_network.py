@@ -44,21 +44,14 @@ def test_slopes_are_those_of_finite_differences(slots: int, unknown: int) -> Non
             assert slopes[name][at] == pytest.approx((above - below) / (2 * step), rel=1e-5, abs=1e-6), name
 
 
-def test_the_order_of_the_others_does_not_matter() -> None:
-    net, seen = network(), observations(5, 6)
-    others = seen[:, OWN:].reshape(5, 6, SLOT)[:, [3, 1, 5, 0, 2, 4]].reshape(5, -1)
-    np.testing.assert_allclose(net(np.hstack([seen[:, :OWN], others])), net(seen), atol=1e-5)
-
-
-def test_unknown_others_do_not_matter() -> None:
-    net, seen = network(), observations(5, 6, unknown=2)
-    np.testing.assert_allclose(net(seen[:, : OWN + 4 * SLOT]), net(seen), atol=1e-5)
-
-
-def test_one_row_has_the_outputs_that_it_has_among_many() -> None:
+def test_neither_the_order_of_the_others_nor_unknown_ones_nor_other_rows_matter() -> None:
     net, seen = network(), observations(64, 6)
+    others = seen[:, OWN:].reshape(64, 6, SLOT)[:, [3, 1, 5, 0, 2, 4]].reshape(64, -1)
+    np.testing.assert_allclose(net(np.hstack([seen[:, :OWN], others])), net(seen), atol=1e-5)
     for row in (0, 17, 63):
         np.testing.assert_allclose(net(seen[row : row + 1])[0], net(seen)[row], atol=1e-5)
+    unknown = observations(5, 6, unknown=2)
+    np.testing.assert_allclose(net(unknown[:, : OWN + 4 * SLOT]), net(unknown), atol=1e-5)
 
 
 def test_slopes_of_many_rows_are_those_of_all_at_once() -> None:

@@ -35,13 +35,10 @@ def test_the_others_play_by_their_strategies_until_the_match_is_over() -> None:
     assert tagged, "a minnow that stands is tagged or late"
 
 
-def test_the_first_player_learns_if_none_is_named() -> None:
+def test_the_first_player_learns_if_none_is_named_and_an_unknown_one_is_refused() -> None:
     assert PlayerEnvironment("roboflag").player == "red1"
     env = PlayerEnvironment("roboflag", "blue3", opponents={"red": "aggressive"})
     assert env.environment.possible_agents == ["blue3"]
-
-
-def test_an_unknown_player_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"expected the name of a player of this match .*got 'blu3'"):
         PlayerEnvironment("roboflag", "blu3")
     with pytest.raises(ConfigError, match="expected `player`"):

@@ -76,14 +76,13 @@ def test_threads_are_made_and_processes_are_not(architecture: Architecture, filt
     assert asked(architecture, filtering, "clone3") == UNKNOWN
 
 
-def test_signals_are_sent_to_oneself_only(architecture: Architecture, filtering: list[Instruction]) -> None:
+def test_signals_are_sent_and_bounds_looked_up_for_oneself_only(
+    architecture: Architecture, filtering: list[Instruction]
+) -> None:
     answers = {PID: ALLOW, 1: NOT_PERMITTED, 0: NOT_PERMITTED, -1: NOT_PERMITTED, -PID: NOT_PERMITTED}
     calls = itertools.product(("kill", "tgkill", "rt_sigqueueinfo"), answers.items())
     wrong = [f"{call} to {to}" for call, (to, answer) in calls if asked(architecture, filtering, call, to) != answer]
     assert not wrong, "\n".join(wrong)
-
-
-def test_bounds_are_looked_up_for_oneself_only(architecture: Architecture, filtering: list[Instruction]) -> None:
     assert [asked(architecture, filtering, "prlimit64", pid) for pid in (0, PID, 1)] == [ALLOW, ALLOW, NOT_PERMITTED]
 
 
@@ -167,12 +166,8 @@ def test_a_program_is_packed_as_the_kernel_reads_it(filtering: list[Instruction]
 
 @pytest.mark.parametrize("between", [LONGEST_JUMP, LONGEST_JUMP + 1])
 def test_a_jump_goes_only_so_far(between: int) -> None:
-    steps = [
-        ProgramLine(0x15, 1, yes="far"),
-        *[ProgramLine(RETURN)] * between,
-        ProgramLine(label="far"),
-        ProgramLine(RETURN),
-    ]
+    returns = [ProgramLine(RETURN)] * between
+    steps = [ProgramLine(0x15, 1, yes="far"), *returns, ProgramLine(label="far"), ProgramLine(RETURN)]
     if between == LONGEST_JUMP:
         assert assembled(steps)[0] == (0x15, LONGEST_JUMP, 0, 1)
     else:
