@@ -423,6 +423,29 @@ def test_the_officials_buttons_ask_for_what_they_say_and_the_end_is_confirmed(vi
     assert asked == [*2 * ["halt", "resume", "recover", "release"], "end"]
 
 
+def test_an_emergency_stop_is_sent_again_until_the_bus_has_it_and_says_so_meanwhile(browser, page_admission):
+    button = "document.querySelector('#official .estop').textContent"
+    first = WebServer(page_admission, "final")
+    first.start()
+    page = Visitor(browser, f"http://127.0.0.1:{page_admission.port}/#{page_admission.official}")
+    page.wait("vrg.match.role === 'official'")
+    first.stop()
+    page.wait("!vrg.link.open")
+    page.page.keyboard.press("Space")
+    page.wait(f"{button} === 'NOT SENT, trying again'")
+    server = WebServer(page_admission, "final")
+    server.start()
+    asked: list[str] = []
+    while len(asked) < 2:  # the process that took the first may have died with it
+        asked += [decision.what for decision in server.wishes().decisions]
+        page.page.wait_for_timeout(20)
+    assert set(asked) == {PageButton.ESTOP}
+    server.show(parts.parts(replace(crowd(3), estop=True)))
+    page.wait(f"{button} === 'EMERGENCY STOP' && vrg.stop.stands === ''")
+    page.close()
+    server.stop()
+
+
 def test_a_viewer_that_tries_to_halt_is_told_that_it_may_not(visit, server):
     page = visit()
     page.wait("vrg.link.open")

@@ -67,7 +67,10 @@ export class Link {
     this.socket?.close();
   }
 
+  /** Send a request; whether there was a connection to send it on. */
   send(request) {
-    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(request));
+    const open = this.socket?.readyState === WebSocket.OPEN;
+    if (open) this.socket.send(JSON.stringify(request));
+    return open;
   }
 }

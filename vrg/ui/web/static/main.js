@@ -4,6 +4,7 @@ import { Field } from "./field.js";
 import { Link } from "./link.js";
 import { Match } from "./match.js";
 import { Panel, say } from "./panel.js";
+import { PendingStop } from "./stop.js";
 import { KEYS, WORDS } from "./words.js";
 
 /** ms between two driving commands, and ms without news after which the picture is said to be old. */
@@ -18,6 +19,7 @@ const panel = new Panel();
 const controls = new Controls(byId("stick"), byId("knob"), () => act("estop"), () => driving && stopDriving(WORDS.padLost));
 let token = takeToken();
 let takeover = false;
+const stop = new PendingStop(() => link.open && link.send({ t: "act", what: "estop" }));
 let driving = false;
 let notice = 0, confirming = 0;
 const tab = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.toString(16)).join("");
@@ -122,6 +124,7 @@ function stopDriving(words = "") {
 
 setInterval(() => {
   showLink();
+  showStop();
   if (match.role !== "seat" || !link.open) {
     driving = false;
     return;
@@ -150,7 +153,20 @@ function act(what) {
     return;
   }
   confirming = 0;
-  link.send({ t: "act", what });
+  if (what === "estop" && match.role !== "viewer") stop.press(performance.now());
+  else if (!link.send({ t: "act", what })) tell(WORDS.notSent);
+  showStop();
+}
+
+/** What the buttons of the emergency stop say: that it is under way, or was not sent, until the bus has it. */
+function showStop() {
+  const lost = stop.look(performance.now(), Boolean(match.state?.estop));
+  if (lost) tell(WORDS.stopLost);
+  const words = { "": WORDS.estop, sending: WORDS.stopping, unsent: WORDS.stopNotSent }[stop.stands];
+  for (const button of document.querySelectorAll(".estop")) {
+    if (button.textContent !== words) button.textContent = words;
+    button.classList.toggle("unsent", stop.stands === "unsent");
+  }
 }
 
 document.addEventListener("click", ({ target }) => {
@@ -219,6 +235,6 @@ function draw() {
 let drawn = 0;
 
 // For tests, and for whoever wants to know.
-window.vrg = { match, field, link, controls, drawn: () => drawn };
+window.vrg = { match, field, link, controls, stop, drawn: () => drawn };
 link.connect();
 requestAnimationFrame(draw);
