@@ -1,10 +1,15 @@
 """The commands `vrg play`, which plays a match, and `vrg check`, which checks a match file."""
 
+from typing import TYPE_CHECKING
+
 import typer
 
 from vrg.commands.groups import PlayOptions
 from vrg.commands.options import GameArgument
 from vrg.launch.fork_server import fork_server
+
+if TYPE_CHECKING:
+    from vrg.config.setup import MatchSetup
 
 
 def check(match: GameArgument) -> None:
@@ -29,8 +34,21 @@ def check(match: GameArgument) -> None:
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
     for remark in unproved_properties(setup):
         typer.echo(f"not proved: {remark}")
-    for note in filter(None, (idle_machines(setup), untried(), *undriven(setup))):
+    for note in filter(None, (idle_machines(setup), untried(), *undriven(setup), _unwritten(setup))):
         typer.echo(f"note: {note}")
+
+
+def _unwritten(setup: "MatchSetup") -> str | None:
+    """The names of a match that windows cannot show, in words; None if there are none."""
+    from vrg.ui.letters import PACKAGE, unwritten
+
+    names = unwritten([setup.name, *(player.name for player in setup.players)])
+    if not names:
+        return None
+    return (
+        f"no font of this machine has the letters of {', '.join(names)}, so windows and plots show boxes: install one, "
+        f"such as the package {PACKAGE}"
+    )
 
 
 def play(match: GameArgument, options: PlayOptions) -> None:

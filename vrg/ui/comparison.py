@@ -12,6 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vrg.colours import GREEN, PURPLE
+from vrg.files import write_whole
+from vrg.ui.letters import png_of
 
 Share = tuple[int, float, float, float]
 """A number of games, and after it the share of the first strategy and the ends of its interval, 0 to 1."""
@@ -56,7 +58,7 @@ def plot_comparison(
     _draw_histograms(axes, times, whole=False)
     axes.set(xlabel="time of play, s")
     figure.suptitle("\n".join(textwrap.wrap(title, 110)), fontsize=11)
-    figure.savefig(path, dpi=130)
+    write_whole(path, png_of(figure))
 
 
 def _draw_shares(axes: Axes, first: str, shares: Sequence[Share]) -> None:

@@ -9,6 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from vrg.colours import BLUE
+from vrg.files import write_whole
+from vrg.ui.letters import png_of
 
 
 def plot_cross_table(
@@ -44,7 +46,7 @@ def plot_cross_table(
     rated.grid(True, color="0.92", linewidth=0.6)
     rated.set_axisbelow(True)
     figure.suptitle(title, fontsize=11)
-    figure.savefig(path, dpi=130)
+    write_whole(path, png_of(figure))
 
 
 def _draw_cells(

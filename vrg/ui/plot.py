@@ -18,6 +18,7 @@ from msgspec import structs
 
 from vrg.bus.messages import LARGE_ZONES, FieldObject, Zone
 from vrg.colours import WHITE, Rgb
+from vrg.files import write_whole
 from vrg.games import UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment
 from vrg.recording.reader import RobotPoses, read_calls, read_setting, read_tracks
@@ -26,6 +27,7 @@ from vrg.regions import Bounds, Region, surrounding
 from vrg.regions import Polygon as Outlined
 from vrg.types import Pose
 from vrg.ui.labels import HALO, Colour, Labels
+from vrg.ui.letters import png_of
 from vrg.ui.palette import INK, mix
 from vrg.ui.scene import JUMP, clock_text
 from vrg.ui.thoughts import Thoughts
@@ -125,7 +127,7 @@ def plot_trajectories(
     figure.legend(
         handles=handles, loc="outside right upper", frameon=False, fontsize=9, handlelength=2.6, ncols=columns
     )
-    figure.savefig(out_png, dpi=130, format="png", bbox_inches="tight", pad_inches=0.15)
+    write_whole(out_png, png_of(figure, bbox_inches="tight", pad_inches=0.15))
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import FigureCanvasPdf, PdfPages
 from matplotlib.figure import Figure
 
+from vrg.ui.letters import spell
+
 A4: Final = (210.0, 297.0)
 """Width and height of the paper, mm."""
 EDGE: Final = 5.0
@@ -53,6 +55,7 @@ def tag_sheets(tags: Sequence[PrintedTag]) -> bytes:
         for tag in tags:
             figure, page = _page(*A4)
             _tag(page, tag)
+            spell(figure)
             pages.savefig(figure)
     return file.getvalue()
 
@@ -70,6 +73,7 @@ def board_sheet(picture: npt.NDArray[np.uint8], size: tuple[float, float], words
         left, lower = (A4[1] - width) / 2, (A4[0] - height) / 2 + 4.0
         _picture(page, picture, (left, lower, left + width, lower + height))
         page.text(A4[1] / 2, lower - 8.0, words, ha="center", va="top", fontsize=9)
+        spell(figure)
         pages.savefig(figure)
     return file.getvalue()
 

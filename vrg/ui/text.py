@@ -1,6 +1,7 @@
 """Writes text on a surface, with the same fonts on every machine, wrapped and shortened to fit."""
 
 import importlib.util
+import itertools
 from enum import Enum
 from pathlib import Path
 from typing import Final
@@ -8,6 +9,7 @@ from typing import Final
 import pygame
 
 from vrg.colours import Rgb
+from vrg.ui.letters import font_for
 
 RENDERED_LIMIT: Final = 600
 """Rendered texts that are kept; beyond it all of them are forgotten."""
@@ -28,6 +30,7 @@ class Fonts:
         pygame.font.init()
         self._folder = _folder()
         self._fonts: dict[tuple[Face, int], pygame.font.Font] = {}
+        self._others: dict[tuple[Path, int], pygame.font.Font] = {}
         self._rendered: dict[tuple[str, Face, int, Rgb], pygame.Surface] = {}
 
     def font(self, size: int, face: Face = Face.REGULAR) -> pygame.font.Font:
@@ -47,14 +50,29 @@ class Fonts:
         if surface is None:
             if len(self._rendered) >= RENDERED_LIMIT:
                 self._rendered.clear()
-            # A null character is the one that SDL cannot write.
-            surface = self.font(size, face).render(text.replace("\0", " "), True, colour)
+            surface = _joined([font.render(part, True, colour) for part, font in self._parts(text, size, face)])
             self._rendered[key] = surface
         return surface
 
     def width(self, text: str, size: int, face: Face = Face.REGULAR) -> int:
         """Pixels that the text takes in one line."""
-        return self.font(size, face).size(text.replace("\0", " "))[0]
+        return sum(font.size(part)[0] for part, font in self._parts(text, size, face))
+
+    def _parts(self, text: str, size: int, face: Face) -> list[tuple[str, pygame.font.Font]]:
+        """A text in parts, each with the font that has its letters."""
+        text = text.replace("\0", " ")  # the one character that SDL cannot write
+        if text.isascii():
+            return [(text, self.font(size, face))]
+        return [
+            ("".join(letters), self.font(size, face) if other is None else self._other(other, size))
+            for other, letters in itertools.groupby(text, font_for)
+        ]
+
+    def _other(self, path: Path, size: int) -> pygame.font.Font:
+        font = self._others.get((path, size))
+        if font is None:
+            font = self._others[path, size] = pygame.font.Font(str(path), size)
+        return font
 
     def shorten(self, text: str, width: int, size: int, face: Face = Face.REGULAR) -> str:
         """The text, or as much of its beginning as fits into `width` pixels with an ellipsis."""
@@ -89,6 +107,19 @@ class Fonts:
         if len(wrapped) > lines:
             wrapped = [*wrapped[: lines - 1], " ".join(wrapped[lines - 1 :])]
         return [self.shorten(line, width, size, face) for line in wrapped]
+
+
+def _joined(parts: list[pygame.Surface]) -> pygame.Surface:
+    """Surfaces side by side, each in the middle of the height."""
+    if len(parts) == 1:
+        return parts[0]
+    height = max(part.get_height() for part in parts)
+    joined = pygame.Surface((sum(part.get_width() for part in parts), height), pygame.SRCALPHA)
+    x = 0
+    for part in parts:
+        joined.blit(part, (x, (height - part.get_height()) // 2))
+        x += part.get_width()
+    return joined
 
 
 def _folder() -> Path | None:
