@@ -82,6 +82,23 @@ class TestLog:
         assert kept.endswith(b"last line\n")
         assert len(kept) == MAX_LOG_SIZE
 
+    def test_one_that_its_process_has_emptied_is_noticed(self, tmp_path: Path) -> None:
+        log = ProcessLog(tmp_path / "ann.log")
+        with log.open() as file:
+            for _ in range(2):  # to begin it anew is no such thing
+                file.write(b"x" * (MAX_LOG_SIZE + 1))
+                file.flush()
+                log.grow(0.0)
+            file.write(b"a confession\n")
+            file.flush()
+            log.grow(1.0)
+            assert not log.emptied
+            file.truncate(0)
+            log.grow(2.0)
+            assert log.emptied
+        log.forget()
+        assert not log.emptied, "another process writes to it"
+
     def test_what_was_written_is_counted_over_a_while_until_another_player_comes(self, log: ProcessLog) -> None:
         assert (log.size, log.grow(0.0), log.last_words(3), log.place(0)) == (0, 0, "", ""), "it is not there yet"
         assert [grown(log, now) for now in (0.0, 30.0, 61.0, FLOOD_WINDOW * 3)] == [100, 200, 200, 100]
@@ -132,6 +149,18 @@ class TestStubborn:
         )
         assert done.returncode == 1
         assert "a strategy cannot be interrupted (stuck.py, line " in done.stderr
+
+    def test_one_that_ignores_the_signals_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
+        done = ran(
+            tmp_path,
+            "import signal\nfrom vrg.launch import bounds\nbounds._STUCK = 0.5\n"
+            "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
+            "    for number in (signal.SIGALRM, signal.SIGVTALRM, signal.SIGTERM):\n"
+            "        signal.signal(number, signal.SIG_IGN)\n"
+            "    while True:\n        pass\n",
+        )
+        assert done.returncode == 1
+        assert "a strategy ignores the signals that end a decision (stuck.py, line " in done.stderr
 
     def test_one_that_is_in_a_loop_in_c_code_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
         done = ran(

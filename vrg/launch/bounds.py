@@ -125,6 +125,8 @@ def say_where_on_request() -> None:
 class DecisionAlarm:
     """Ends a decision that takes too long, or that goes on when the match is to stop; a context manager.
 
+    Signals do it. A thread ends the program where the decision has had them ignored.
+
     Only the main thread can be interrupted, so in another thread nothing is bounded. A timer (ITIMER_REAL) that this
     program has set goes on at the end; one of processor time (ITIMER_VIRTUAL) is cleared.
 
@@ -136,6 +138,8 @@ class DecisionAlarm:
         self._stop = stop
         self._looks = 0
         self._deciding = False
+        self._decisions = 0
+        self._over = threading.Event()
         self._before: object = None
         self._timer = 0.0, 0.0
         self._works = threading.current_thread() is threading.main_thread()
@@ -147,9 +151,11 @@ class DecisionAlarm:
             self._bound(_STUCK)
             # It tells where it was, and then ends.
             faulthandler.register(signal.SIGVTALRM, file=sys.__stderr__ or 2, all_threads=False, chain=True)
+            self._watch()
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._over.set()
         if self._works:
             signal.setitimer(signal.ITIMER_REAL, 0.0)
             signal.signal(signal.SIGALRM, self._before)  # type: ignore[arg-type]
@@ -162,10 +168,11 @@ class DecisionAlarm:
         if self._works:
             signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
             self._bound(_STUCK)
+            self._watch()
 
     def begin(self) -> None:
         """A decision begins. Until its `end` a DecisionTimeoutError may come at any point."""
-        self._looks, self._deciding = 0, True
+        self._looks, self._decisions, self._deciding = 0, self._decisions + 1, True
 
     def end(self) -> None:
         """It has been made."""
@@ -175,6 +182,22 @@ class DecisionAlarm:
     def _bound(seconds: float) -> None:
         """Let the kernel end this process after so much processor time; 0 for never."""
         signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+
+    def _watch(self) -> None:
+        """Watch in a thread of its own whether signals still end a decision."""
+        over = self._over = threading.Event()
+        threading.Thread(target=self._guard, args=(over, threading.get_ident()), daemon=True).start()
+
+    def _guard(self, over: threading.Event, main: int) -> None:
+        decision = looks = 0
+        while not over.wait(_LOOK):
+            looks = looks + 1 if self._deciding and decision == self._decisions else 0
+            decision = self._decisions
+            if looks * _LOOK >= _STUCK:
+                where = place_of_frame(sys._current_frames().get(main))
+                text = f"vrg: a strategy ignores the signals that end a decision ({where}): the match is ended"
+                print(text, file=sys.__stderr__, flush=True)
+                os._exit(1)
 
     def _look(self, _number: int, frame: FrameType | None) -> None:
         # Signals are handled, so nothing is stuck. Setting the kernel's timer for each decision would cost more than

@@ -2,8 +2,10 @@
 
 import contextlib
 import queue
+import re
 import threading
 from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path
 
 import psutil
 
@@ -13,6 +15,7 @@ from vrg.launch.sandbox.excess import excess
 
 CHECK_PERIOD = 1.0
 """The real time in s between two looks at what the processes use."""
+_PAGE_TABLES = re.compile(r"^VmPTE:\s+(\d+) kB", re.MULTILINE)
 _SLACK, _OWN = 1.25, 500
 """A process may use this many times the memory that its strategy may use, and so many MB more."""
 
@@ -54,6 +57,8 @@ class Greed:
                 continue
             if used[pid] > 1_000_000 * (_SLACK * self._memory + _OWN):
                 why: str | None = f"it uses more than {self._memory} MB of memory"
+            elif process.log.emptied:
+                why = "it has emptied its log"
             elif written > FLOOD_SIZE:
                 why = f"it has written {written // 1_000_000} MB to its log within {FLOOD_WINDOW:g} s"
             else:
@@ -77,5 +82,15 @@ def _memory(pids: Collection[int]) -> dict[int, int]:
             owner = parents[owner]
         if owner in used:
             with contextlib.suppress(psutil.Error):
-                used[owner] += psutil.Process(pid).memory_info().rss
+                used[owner] += psutil.Process(pid).memory_info().rss + _page_tables(pid)
     return used
+
+
+def _page_tables(pid: int) -> int:
+    """The memory in bytes that the kernel needs to know where a process' memory is; 0 where it does not tell."""
+    try:
+        status = Path(f"/proc/{pid}/status").read_text(encoding="ascii", errors="replace")
+    except OSError:
+        return 0
+    found = _PAGE_TABLES.search(status)
+    return 1024 * int(found[1]) if found else 0

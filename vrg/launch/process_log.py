@@ -28,10 +28,14 @@ class ProcessLog:
 
     Args:
         path: the file.
+
+    Attributes:
+        emptied: True once it was found shorter than before, although `grow` had not begun it anew: its process did it.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.emptied = False
         self._size = 0
         self._written: deque[tuple[float, int]] = deque()
 
@@ -70,6 +74,7 @@ class ProcessLog:
             now: the monotonic time, s.
         """
         size = self.size
+        self.emptied = self.emptied or (size < self._size and self.path.exists())
         written = self._written  # another thread may forget it meanwhile
         written.append((now, max(0, size - self._size)))
         while now - written[0][0] > FLOOD_WINDOW:
@@ -83,6 +88,7 @@ class ProcessLog:
         """Count what is written from now on."""
         self._size = self.size
         self._written = deque()
+        self.emptied = False
 
     def _begin_anew(self) -> None:
         # The process has the file open, so its content is moved and not the file. A line in between may be lost.

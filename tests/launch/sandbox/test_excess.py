@@ -81,10 +81,12 @@ def test_a_deleted_file_that_is_mapped_counts(own: Path, tmp_path: Path, monkeyp
     assert excess(tmp_path, "ann", os.getpid()) is None
 
 
-def test_a_folder_that_cannot_be_listed_or_is_too_deep_is_told(own: Path, tmp_path: Path) -> None:
-    secret = own / "secret"
+def test_a_folder_that_cannot_be_listed_or_is_too_deep_is_told_in_one_line(own: Path, tmp_path: Path) -> None:
+    secret = own / "x\n0:99.9  game over: Blue wins"
     secret.mkdir(mode=0o300)
-    assert "cannot be listed" in (excess(tmp_path, "ann", os.getpid()) or "")
+    told = excess(tmp_path, "ann", os.getpid()) or ""
+    assert "cannot be listed: x\\n0:99.9" in told
+    assert "\n" not in told
     secret.rmdir()
     own.joinpath(*["n"] * (bounds.MAX_FOLDER_DEPTH + 2)).mkdir(parents=True)
     assert excess(tmp_path, "ann", os.getpid()) == f"it nests more than {bounds.MAX_FOLDER_DEPTH} folders"

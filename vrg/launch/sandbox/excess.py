@@ -10,6 +10,7 @@ from pathlib import Path
 import psutil
 
 from vrg.launch.run_folder import RunFolder
+from vrg.types import printable
 
 THREADS = 300
 """The most threads of a sealed player. Zenoh and the Python interpreter have about twenty of them."""
@@ -36,6 +37,10 @@ def excess(run: Path, name: str, pid: int) -> str | None:
         threads = psutil.Process(pid).num_threads()
     except psutil.Error:
         return None
+    return None if (why := _excess(folder, pid, threads)) is None else printable(why)
+
+
+def _excess(folder: Path, pid: int, threads: int) -> str | None:
     sockets, unlinked = _open(pid)
     if threads > THREADS or sockets > SOCKETS:
         return f"it has {threads} threads" if threads > THREADS else f"it has {sockets} sockets"

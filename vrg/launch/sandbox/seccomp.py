@@ -122,8 +122,9 @@ def rules(pid: int, *, udp: bool = False, can: bool = False) -> list[SyscallRule
         SyscallRule("socket", tuple(sockets), errno.EACCES),
         SyscallRule("socketpair", (pair,), errno.EACCES),
         SyscallRule("sendto", ((ArgumentCheck(3, (0,), _FAST_OPEN),),), errno.EACCES),
-        SyscallRule("sendmsg", ((ArgumentCheck(2, (0,), _FAST_OPEN),),), errno.EACCES),
-        SyscallRule("sendmmsg", ((ArgumentCheck(3, (0,), _FAST_OPEN),),), errno.EACCES),
+        # With them an open file travels over a socket, and is nowhere to be found while it does.
+        SyscallRule("sendmsg", error=errno.EACCES),
+        SyscallRule("sendmmsg", error=errno.EACCES),
         SyscallRule("fcntl", ((ArgumentCheck(1, _OTHERS_NOTICE, not_in=True),),)),
         SyscallRule(
             "mmap", (tuple(ArgumentCheck(3, (flags,), flags, not_in=True) for flags in (_SHARED_NOWHERE, _GROWS)),)
