@@ -1,8 +1,10 @@
 """A match that is taken up from an instant with another strategy is the same before it, and another one after it."""
 
+import io
 import json
 import shutil
 from collections.abc import Callable
+from contextlib import redirect_stdout
 from datetime import datetime
 from pathlib import Path
 from threading import Event as Stop
@@ -153,12 +155,13 @@ def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: 
     command = ["run", "replay", str(run.path), "--at", "4", "--play", f"shark={lazy}", "--runs", str(tmp_path / "runs")]
     done = vrg(*command, "--json")
     assert done.exit_code == 0, done.output
-    assert "{'debug': 1}" in done.stderr
     lines = [json.loads(line) for line in done.stdout.splitlines()]
+    new = RunFolder(Path(lines[-1]["run"]))
+    assert "{'debug': 1}" in (new.logs / "shark.log").read_text(), "a stranger's code decides in a process of its own"
     assert lines[0] == {"time": 0.02}
     assert lines[-1]["ending"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
     assert "Recorded: " in lines[-1]["ending"]
-    assert RunFolder(Path(lines[-1]["run"])).plot.is_file()
+    assert new.plot.is_file()
     lacking = vrg("run", "replay", str(run.path), "--play", "shark=x")
     assert "expected --at too" in str(lacking.exception)
     wrong = vrg("run", "replay", str(run.path), "--at", "4", "--play", "shark")
@@ -238,3 +241,38 @@ def read_calls(folder: RunFolder) -> list[Call]:
 def test_what_cannot_be_changed_is_refused(run: RunFolder, tmp_path: Path, field: str, value: int, wrong: str) -> None:
     with pytest.raises(ConfigError, match=wrong):
         taken_up(run, tmp_path / "runs", Change(INSTANT, settings={field: value}))
+
+
+def test_strategies_of_one_name_and_the_modules_beside_them_are_kept_apart(run: RunFolder, tmp_path: Path) -> None:
+    for name in ("one", "two"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "helper.py").write_text(f"WHO = {name!r}\n")
+        text = LAZY.replace("class Lazy", "from helper import WHO\nprint('by', WHO)\n\n\nclass Lazy")
+        (tmp_path / name / "player.py").write_text(text)
+    changes = [
+        Change(4.0, player, f"{tmp_path}/{name}/player.py:Lazy") for player, name in (("shark", "one"), ("ann", "two"))
+    ]
+    with redirect_stdout(io.StringIO()) as said:
+        new = play_branch(run, changes, tmp_path / "runs", NOW, progress=lambda _time: None, stop=Stop())  # type: ignore[arg-type]
+    assert set(said.getvalue().split("\n")) == {"by one", "by two", ""}
+    kept = sorted(path.read_text() for path in (new.path / "substitute").glob("*/helper.py"))
+    assert kept == ["WHO = 'one'\n", "WHO = 'two'\n"]
+
+
+def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_wanted(tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    mark = tmp_path / "mark"
+    writes = f"import contextlib\nwith contextlib.suppress(OSError):\n    open({str(mark)!r}, 'w')\n"
+    (home / "lazy.py").write_text(LAZY.replace("class Lazy", f"{writes}\n\nclass Lazy"))
+    (home / "m.toml").write_text(TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "lazy.py:Lazy"'))
+    runs = ["--runs", str(home / "runs")]
+    assert vrg("play", str(home / "m.toml"), "--in-process", "--headless", "--rate", "max", *runs).exit_code == 0
+    (first,) = (home / "runs").iterdir()
+    ways = (([], "sealed: the code of ann can only play", False), (["--no-sandbox"], "not sealed", True))
+    for options, said, written in ways:
+        mark.unlink(missing_ok=True)
+        done = vrg("run", "repeat", str(first), *runs, *options)
+        assert said in done.stderr
+        assert "The same: " in done.stdout
+        assert mark.exists() is written

@@ -24,6 +24,9 @@ def import_object(target: str, base: Path) -> object:
         raise ConfigError(f"expected `module:Class` or `file.py:Class`, got {target!r}")
     if module_name.endswith(".py") and not (base / module_name).is_file():
         raise ConfigError(f"{target}: no such file: {(base / module_name).resolve()}")
+    if not module_name.endswith(".py") and ("/" in module_name or module_name.lower().endswith((".py", ".ipynb"))):
+        how = "save the notebook as a Python file" if module_name.endswith(".ipynb") else "rename it"
+        raise ConfigError(f"{target}: expected a file whose name ends in .py, got {Path(module_name).name!r}: {how}")
     try:
         if module_name.endswith(".py"):
             module = _import_file((base / module_name).resolve())
@@ -43,7 +46,8 @@ def import_object(target: str, base: Path) -> object:
 def _import_file(path: Path) -> ModuleType:
     """Import a file under a name of its own, so that a student's `queue.py` does not replace the library's module.
 
-    The file can import the modules beside it. Installed modules are found first.
+    The file can import the modules beside it, also where those beside another strategy have the same names. Installed
+    modules are found first.
     """
     name = f"vrg_strategy_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     if name in sys.modules:
@@ -51,7 +55,19 @@ def _import_file(path: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is no Python file")
+    others = [folder for folder in sys.path if folder in _folders and folder != str(path.parent)]
+    # Modules of these folders, which this file would get in place of those beside it.
+    aside = {
+        known: module
+        for known, module in sys.modules.items()
+        if _is_in(path.parent, known.partition(".")[0]) and Path(getattr(module, "__file__", None) or "").parts[:-1]
+        and any(Path(module.__file__ or "").is_relative_to(folder) for folder in others)
+    }  # fmt: skip
+    for known in aside:
+        del sys.modules[known]
+    sys.path[:] = [folder for folder in sys.path if folder not in others]
     _append_path(path.parent)
+    sys.path += others
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
@@ -59,10 +75,21 @@ def _import_file(path: Path) -> ModuleType:
     except BaseException:
         del sys.modules[name]
         raise
+    finally:
+        sys.modules.update(aside)
     return module
+
+
+def _is_in(folder: Path, module: str) -> bool:
+    return (folder / f"{module}.py").is_file() or (folder / module).is_dir()
+
+
+_folders: set[str] = set()
+"""The folders of strategies on the import path."""
 
 
 def _append_path(folder: Path) -> None:
     """Append a folder to the import path. It comes last, so that a student's `random.py` hides no installed module."""
     if str(folder) not in sys.path:
+        _folders.add(str(folder))
         sys.path.append(str(folder))

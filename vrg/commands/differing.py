@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vrg.commands.matches import ended_run
-from vrg.commands.options import RunArgument, RunsOption
+from vrg.commands.options import RunArgument, RunsOption, SealedOption, echo
 from vrg.errors import LaunchError
+from vrg.files import read_bytes
 
 if TYPE_CHECKING:
     from vrg.launch.run_folder import RunFolder
@@ -33,6 +34,7 @@ def repeat(
         bool, typer.Option("--lockstep", help="Let each strategy decide in a process of its own.")
     ] = False,
     runs: RunsOption = Path("runs"),
+    sandbox: SealedOption = True,
 ) -> None:
     """Play a match again that was played in one process or in lockstep, and find out whether it is the same.
 
@@ -40,18 +42,13 @@ def repeat(
     the two runs differ.
     """
     from vrg.bus.stopping import stop_on_signals
-    from vrg.commands.playing import sealing
+    from vrg.commands.playing import strangers
     from vrg.launch.branch import repeat_match
-    from vrg.launch.fork_server import fork_server
-    from vrg.launch.stepping import Apart
 
     folder, setup = ended_run(run)
-    for warning in sealing(setup, seats=False, in_process=not lockstep):
-        typer.echo(warning, err=True)
-    with fork_server(wanted=lockstep) as server, stop_on_signals() as stop:
-        apart = Apart(server, every=True) if lockstep else None
+    with strangers(setup, sandbox=sandbox, lockstep=lockstep) as apart, stop_on_signals() as stop:
         again = repeat_match(folder, runs, datetime.now(), apart, stop)
-    typer.echo(f"Played again in {again.path}.")
+    echo(f"Played again in {again.path}.")
     if not _compare(folder, again):
         raise typer.Exit(1)
 
@@ -69,16 +66,16 @@ def _compare(there: "RunFolder", here: "RunFolder") -> bool:
     for file in (there.match_file, here.match_file, there.journal, here.journal):
         if not file.is_file():
             raise LaunchError(f"{file}: no such file: expected a run folder with all its files")
-    if there.match_file.read_bytes() != here.match_file.read_bytes():
-        typer.echo(f"The match files differ: {there.match_file}, {here.match_file}")
+    if _content(there.match_file) != _content(here.match_file):
+        echo(f"The match files differ: {there.match_file}, {here.match_file}")
         found = True
     step = parted(read_steps(there.steps), read_steps(here.steps))
     if step is not None:
-        typer.echo(f"Digests: the first that differ are those of {step[0]:.2f} s, of {', '.join(step[1])}.")
+        echo(f"Digests: the first that differ are those of {step[0]:.2f} s, of {', '.join(step[1])}.")
         found = True
     line = _journal_line(there.journal, here.journal)
     if line is not None:
-        typer.echo(f"Journals: the first lines that differ are {line[0]}, at {line[1]:.2f} s.")
+        echo(f"Journals: the first lines that differ are {line[0]}, at {line[1]:.2f} s.")
         found = True
     if there.recordings() and here.recordings():
         try:
@@ -86,10 +83,10 @@ def _compare(there: "RunFolder", here: "RunFolder") -> bool:
         except OSError as error:
             raise LaunchError(f"a recording cannot be read: {error}") from None
         if difference is not None:
-            typer.echo(f"Recordings: {difference}.")
+            echo(f"Recordings: {difference}.")
             found = True
     if not found:
-        typer.echo("The same: journals and all else that was compared do not differ.")
+        echo("The same: journals and all else that was compared do not differ.")
     return not found
 
 
@@ -97,7 +94,7 @@ def _journal_line(there: Path, here: Path) -> tuple[int, float] | None:
     """The number of the first line in which two journals differ, and its match time in s; None if there is none."""
     from vrg.coordinator.journal import read_journal
 
-    if there.read_bytes() == here.read_bytes():
+    if _content(there) == _content(here):
         return None
     (header, one), (other_header, other) = read_journal(there), read_journal(here)
     if header != other_header:
@@ -108,3 +105,15 @@ def _journal_line(there: Path, here: Path) -> tuple[int, float] | None:
     longer = max(one, other, key=len)
     least = min(len(one), len(other))
     return least + 2, longer[least].time if least < len(longer) else 0.0
+
+
+def _content(file: Path) -> bytes:
+    """The content of a file of a run.
+
+    Raises:
+        LaunchError: it cannot be read.
+    """
+    try:
+        return read_bytes(file)
+    except OSError as error:
+        raise LaunchError(f"{file}: cannot be read: {error.strerror}") from None

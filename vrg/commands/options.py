@@ -14,11 +14,14 @@ from vrg.blame import failure_of
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
+from vrg.files import write_whole
 from vrg.modules import classes_of, no_method, parsed
 from vrg.registry import close_to
+from vrg.types import printable
 
 if TYPE_CHECKING:
     from rich.console import Console
+    from rich.text import Text
 
 
 def duration(least: float = 0.0, most: float = math.inf) -> Callable[[str | float], float]:
@@ -114,6 +117,13 @@ SandboxOption = Annotated[
     bool | None,
     typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),
 ]
+SealedOption = Annotated[
+    bool,
+    typer.Option(
+        "--sandbox/--no-sandbox",
+        help="Seal the code of players' files: a run may come from anybody. Without, it can do all that you can.",
+    ),
+]
 
 # When, where and in which form.
 AtOption = Annotated[float | None, typer.Option("--at", metavar=TIME, parser=duration(), help="The match time.")]
@@ -154,14 +164,27 @@ def exit_if_interrupted(stop: Stop) -> None:
         raise typer.Exit(130)
 
 
+def echo(text: str, *, err: bool = False) -> None:
+    """Print a text that may hold words from files of others: these steer no terminal."""
+    typer.echo(printable(text, lines=True), err=err)
+
+
 def make_console(*, stderr: bool = False) -> "Console":
     """The console of a command, for its output or, with `stderr`, for remarks.
 
     Names are printed as they are: `mine.py:Shark:` is no picture.
 
-    Where the output is no terminal, whose width is known, there is room for all columns of a table.
+    Where the output is no terminal, whose width is known, there is room for all columns of a table. What comes from
+    files of others steers no terminal.
     """
-    from rich.console import Console  # a decision of an official shows no table
+    from rich.console import Console as RichConsole  # a decision of an official shows no table
+
+    class Console(RichConsole):
+        """A console that prints signs of control as they are written in Python."""
+
+        def render_str(self, text: str, **options: Any) -> "Text":
+            """The text with its markup."""
+            return super().render_str(printable(text, lines=True), **options)
 
     wide = None if sys.stdout.isatty() or "COLUMNS" in os.environ else 160
     return Console(highlight=False, emoji=False, width=wide, stderr=stderr)
@@ -296,8 +319,6 @@ def write_text(file: Path, text: str | bytes) -> None:
     Raises:
         ConfigError: it cannot be written; what was there still is.
     """
-    from vrg.launch.run_folder import write_whole
-
     data = text.encode() if isinstance(text, str) else text
     try:
         if file.exists() and not file.is_file():

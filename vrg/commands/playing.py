@@ -1,7 +1,8 @@
 """The course of `vrg play`: it plays a match in this process or as processes, shows it, records and concludes it."""
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
@@ -16,7 +17,7 @@ from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.commands.groups import PlayOptions
 from vrg.commands.launching import Launch, Show
-from vrg.commands.options import has_display
+from vrg.commands.options import echo, has_display
 from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
 from vrg.commands.ros import ros_address, typed_domain, undriven
@@ -26,7 +27,7 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch import in_process, nodes
-from vrg.launch.fork_server import ForkServer
+from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
@@ -157,6 +158,34 @@ def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
     return found + (
         [f"not sealed: the code of {_listed(names)} can read and change all that you can; {how}"] if names else []
     )
+
+
+@contextmanager
+def strangers(
+    setup: MatchSetup, *, sandbox: bool, lockstep: bool = False, silent: bool = False
+) -> Iterator[Apart | None]:
+    """Where the strategies of a recorded match decide that is played again: by default those of files are sealed.
+
+    Args:
+        sandbox: False lets them do all that the user can. lockstep: all decide in processes of their own.
+        silent: nothing is printed.
+
+    Raises:
+        LaunchError: this machine cannot seal them.
+    """
+    from vrg.launch.sandbox.seal import missing
+
+    files = [player.name for player in setup.players if setup.strategy_file(player.name) is not None]
+    sealed = sandbox and bool(files)
+    if sealed and (lacking := missing()) is not None:
+        raise LaunchError(
+            f"{lacking.partition(': ')[0]}; with --no-sandbox the code in the run can do all that you can"
+        )
+    if files and not silent:
+        can = "only play" if sealed else "read and change all that you can"
+        echo(f"{'sealed' if sealed else 'not sealed'}: the code of {_listed(files)} can {can}", err=True)
+    with fork_server(wanted=sealed or lockstep) as server:
+        yield Apart(server, every=lockstep, strangers=sealed) if sealed or lockstep else None
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -11,7 +11,17 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 
 from vrg.commands.matches import ended_run, need_recording
-from vrg.commands.options import AtOption, JsonOption, RunArgument, RunsOption, ThreeOption, has_display, need_display
+from vrg.commands.options import (
+    AtOption,
+    JsonOption,
+    RunArgument,
+    RunsOption,
+    SealedOption,
+    ThreeOption,
+    echo,
+    has_display,
+    need_display,
+)
 from vrg.commands.three import show_replay
 from vrg.errors import ConfigError, LaunchError, MessageError
 
@@ -38,6 +48,7 @@ def replay(
         typer.Option("--set", metavar="FIELD=VALUE", help="Play on from --at by another rule, radio or noise."),
     ] = None,
     runs: RunsOption = Path("runs"),
+    sandbox: SealedOption = True,
     as_json: JsonOption = False,
     in_three: ThreeOption = False,
 ) -> None:
@@ -53,7 +64,7 @@ def replay(
     if play or settings:
         if at is None:
             raise LaunchError("--play, --set: expected --at too, such as `--at 1:20 --play ann=mine.py:Mine`")
-        folder = _take_up(folder, at, play or [], settings or [], runs, as_json=as_json)
+        folder = _take_up(folder, at, play or [], settings or [], runs, sandbox=sandbox, as_json=as_json)
         if as_json or not has_display():
             return
     need_recording(folder)
@@ -73,12 +84,12 @@ def replay(
     if at is not None:
         window.playback = window.playback.to(at)
     if window.note:
-        typer.echo(window.note)
+        echo(window.note)
     show(window)
 
 
 def _take_up(
-    folder: "RunFolder", since: float, plays: list[str], sets: list[str], runs: Path, *, as_json: bool
+    folder: "RunFolder", since: float, plays: list[str], sets: list[str], runs: Path, *, sandbox: bool, as_json: bool
 ) -> "RunFolder":
     """Play a recorded match on from an instant with changes, and return the new run folder."""
     from rich.console import Console
@@ -86,7 +97,7 @@ def _take_up(
 
     from vrg.bus.stopping import stop_on_signals
     from vrg.commands.branching import changes_of, compared
-    from vrg.commands.playing import sealing
+    from vrg.commands.playing import strangers
     from vrg.config.loading import load_match
     from vrg.launch.branch import last_instant, play_branch
     from vrg.launch.change import amended
@@ -96,8 +107,6 @@ def _take_up(
     end = last_instant(folder)
     setup = reduce(amended, changes, setup)
     changed = ", ".join(map(str, changes))
-    for warning in () if as_json else sealing(setup, seats=False, in_process=True):
-        typer.echo(warning, err=True)
     bar = Progress(
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[time]:.0f} s"), TimeElapsedColumn(),
         console=Console(stderr=True), transient=True, disable=as_json,
@@ -116,13 +125,13 @@ def _take_up(
         if as_json:
             typer.echo(json.dumps({"time": round(time, 3)}), file=out)
 
-    with stop_on_signals() as stop, bar, prints:
+    with strangers(setup, sandbox=sandbox, silent=as_json) as apart, stop_on_signals() as stop, bar, prints:
         task = bar.add_task("repeating what was recorded", total=end, time=0.0)
-        new = play_branch(folder, changes, runs, datetime.now(), progress=progress, stop=stop)
+        new = play_branch(folder, changes, runs, datetime.now(), progress=progress, stop=stop, apart=apart)
     if as_json:
         typer.echo(json.dumps({"run": str(new.path), "ending": compared(folder, new)}))
     else:
-        typer.echo(compared(folder, new))
+        echo(compared(folder, new))
     return new
 
 

@@ -80,6 +80,7 @@ def play_branch(
     *,
     progress: Callable[[float], None],
     stop: StopSignal,
+    apart: "Apart | None" = None,
 ) -> RunFolder:
     """Play a recorded match again up to an instant, and on from there with changes.
 
@@ -88,6 +89,7 @@ def play_branch(
         runs: the folder for the new run folder. now: the local real time, for its name.
         progress: called with the match time now and then.
         stop: set it to break this off.
+        apart: which strategies are imported and decide in processes of their own; None lets all do so in this process.
 
     Returns:
         the new run folder, with everything that any run leaves.
@@ -101,7 +103,8 @@ def play_branch(
     earlier = check_instant(of, changes[0].time)
     # The clock tells the rate, at which nothing is paced here.
     setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
-    check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
+    make = nodes.strategy_of if apart is None else apart.tried
+    check_strategies(reduce(amended, changes, setup), make)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
     with _written(folder):
         keep(setup, folder)
@@ -110,11 +113,11 @@ def play_branch(
             strategy: kept(strategy, folder) for strategy in dict.fromkeys(c.strategy for c in changes if c.strategy)
         }
         changes = [*earlier, *(structs.replace(c, strategy=own.get(c.strategy, "")) for c in changes)]
-        check_strategies(reduce(amended, changes, setup), nodes.strategy_of)
+        check_strategies(reduce(amended, changes, setup), make)
         write_setup(setup, folder.setup)
         write_branch(folder, Branch(str(of.path.resolve()), changes))
         watchers = [nodes.recorder_node(setup, folder)]
-        ending = play_on(setup, of, folder, watchers=watchers, progress=progress, stop=stop)
+        ending = play_on(setup, of, folder, watchers=watchers, progress=progress, stop=stop, apart=apart)
         _conclude(setup, folder, ending, stop)
     plot(setup, folder)
     return folder

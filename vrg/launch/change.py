@@ -1,5 +1,7 @@
 """The changes by which a match that was taken up from an instant of another one differs from that."""
 
+import hashlib
+import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -11,10 +13,11 @@ from vrg.config.loading import check_match
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.rulebook import RuleBook
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError, FileError, LaunchError
+from vrg.files import decoded, read_bytes, write_whole
 from vrg.games import file_of, has_name
 from vrg.launch.keeping import copy_into, files_of_strategy
-from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.launch.run_folder import RunFolder
 from vrg.toml_text import with_value
 
 _TABLES: Final = ("rules", "radio")
@@ -67,10 +70,10 @@ def branch_of(folder: RunFolder) -> Branch | None:
         LaunchError: the file that tells it is damaged.
     """
     try:
-        return msgspec.json.decode(folder.branch.read_bytes(), type=Branch)
+        return decoded(msgspec.json.Decoder(Branch), read_bytes(folder.branch))
     except FileNotFoundError:
         return None
-    except (OSError, msgspec.MsgspecError) as error:
+    except (OSError, FileError) as error:
         raise LaunchError(f"{folder.branch}: cannot be read: {error}") from error
 
 
@@ -99,7 +102,10 @@ def kept(strategy: str, folder: RunFolder) -> str:
     Raises:
         OSError: it cannot be copied.
     """
-    target, copies = files_of_strategy(strategy, Path("substitute"))
+    file = file_of(strategy)
+    # Files of the same name come from different folders.
+    source = "" if file is None else hashlib.sha256(os.fsencode(Path(file).resolve().parent)).hexdigest()[:8]
+    target, copies = files_of_strategy(strategy, Path("substitute", source))
     copy_into(folder, copies)
     if copies and (file := file_of(target)) is not None:
         target = f"{(folder.path / file).resolve()}{target.removeprefix(file)}"

@@ -16,8 +16,9 @@ from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.apart import StrategyApart
 from vrg.launch.bounds import BUDGET
 from vrg.launch.fork_server import ForkServer
+from vrg.launch.nodes import strategy_of
 from vrg.launch.remote.strategies import RemoteStarter
-from vrg.launch.run_folder import RunFolder
+from vrg.launch.run_folder import RunFolder, scratch_folder
 from vrg.launch.step_log import Missed
 from vrg.launch.trial import LOADING_TIMEOUT
 
@@ -116,16 +117,33 @@ class Apart:
     Args:
         server: forks their processes.
         every: True for all strategies; False for those alone that are to be sealed in a match with seats.
+        strangers: True seals all strategies of files, here, whatever the match file says: it is a stranger's as well.
         deadline: the real time in s after which one forfeits a step; None waits.
     """
 
     server: ForkServer
     every: bool = False
+    strangers: bool = False
     deadline: float | None = None
 
     def wanted(self, setup: MatchSetup, name: str) -> bool:
         """True if the strategy of a player decides in a process of its own."""
-        return self.every or setup.sandboxed(name, seats=True)
+        return self.every or self._is_strangers(setup, name) or setup.sandboxed(name, seats=True)
+
+    def _is_strangers(self, setup: MatchSetup, name: str) -> bool:
+        return self.strangers and setup.strategy_file(name) is not None
+
+    def tried(self, setup: MatchSetup, name: str) -> None:
+        """Import and make the strategy of a player where it would decide, to find out whether that can be done.
+
+        Raises:
+            ConfigError: it cannot.
+        """
+        if not self.wanted(setup, name):
+            strategy_of(setup, name)
+            return
+        with scratch_folder() as place:
+            self.made(setup, name, RunFolder(place), None).close()
 
     def made(
         self, setup: MatchSetup, name: str, run: RunFolder, write: Callable[[Missed], None] | None
@@ -140,8 +158,8 @@ class Apart:
         """
         from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
 
-        sealed = is_sealed(setup, name, seats=False) if self.every else True
-        machine = setup.place.get(name, HERE)
+        sealed = not self.every or self._is_strangers(setup, name) or is_sealed(setup, name, seats=False)
+        machine = HERE if self.strangers else setup.place.get(name, HERE)
         there = RemoteStarter(machine, setup.hosts[machine]) if machine in setup.hosts else self.server
         try:
             strategy = StrategyApart(there, setup, name, run, sealed=sealed, patience=LOADING_TIMEOUT)
