@@ -14,12 +14,13 @@ from vrg.bus import messages as m
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.configuration import MAX_MESSAGE_SIZE, client_settings
 from vrg.bus.flood import MAX_MESSAGE_RATE
-from vrg.bus.link import EVENTS_KEPT
+from vrg.bus.link import EVENTS_KEPT, _undeclare
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.process import claim, run_node, run_world
 from vrg.bus.session import Session, configuration, open_router, open_session
 from vrg.bus.topics import Qos, Topic
+from vrg.commands.official import Conversation
 from vrg.errors import BusError, DuplicateNodeError
 from vrg.types import STILL, Twist
 
@@ -401,6 +402,38 @@ def test_what_goes_wrong_with_a_link_is_raised_by_receiving(way: Cuttable, monke
         monkeypatch.setattr(zenoh, "open", fails)
         way.cut()
         wait(lambda: raises(session, OSError), "the error")
+
+
+def test_what_another_thread_is_using_is_undeclared_when_it_is_free() -> None:
+    class Borrowed:
+        tries = 0
+
+        def undeclare(self) -> None:
+            self.tries += 1
+            if self.tries < 3:
+                raise RuntimeError("Already borrowed")
+
+    item = Borrowed()
+    _undeclare(item)
+    assert item.tries == 3
+
+
+def test_an_emergency_stop_is_published_before_anybody_is_known_to_listen(
+    endpoint: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with open_session(endpoint) as one, open_session(endpoint) as witness:
+        heard: list[str] = []
+        witness.watch_raw(KEYS.estop.key, lambda key, _payload: heard.append(key))
+        asked = Conversation(one, KEYS, Mailbox("commander/a"), patience=PATIENCE)
+        asked.mailbox.publish(KEYS.estop, m.Estop(by="ann"))
+
+        def nobody(*_: object) -> bool:
+            wait(lambda: bool(heard), "the stop to be heard all the same")
+            return False
+
+        monkeypatch.setattr(one, "wait_for_listener", nobody)
+        with pytest.raises(BusError, match="no node of match"):
+            asked.send(at_once=True)
 
 
 def test_nobody_at_the_endpoint_is_told_with_what_to_do() -> None:

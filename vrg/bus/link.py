@@ -54,6 +54,10 @@ Arrived = Callable[[zenoh.Sample], None]
 _Publisher = zenoh.Publisher | zenoh.ext.AdvancedPublisher
 
 
+BORROWED_TRIES = 100
+"""How often something is undeclared that another thread is using, every 10 ms."""
+
+
 class Declared(Protocol):
     """Something that was declared on a zenoh session."""
 
@@ -154,7 +158,7 @@ class RouterLink:
                 try:
                     publisher.put(payload, attachment=attachment)
                     return
-                except zenoh.ZError as error:
+                except (zenoh.ZError, RuntimeError) as error:  # "already borrowed", by the thread that undeclares it
                     log.debug("the session was replaced meanwhile: %s", error)
             elif not self._up:
                 return
@@ -295,12 +299,24 @@ class RouterLink:
             items: list[Any] = [*self._declared, *self._publishers.values()]
             self._declared, self._publishers, self._matching = [], {}, {}
         for item in items:
-            try:
-                item.undeclare()
-            except zenoh.ZError as error:
-                log.debug("undeclare: %s", error)
+            _undeclare(item)
         if not self._raw.is_closed():
             self._raw.close()  # type: ignore[no-untyped-call]
+
+
+def _undeclare(item: Declared) -> None:
+    """Undeclare something, also where another thread is just using it: the library then refuses with a RuntimeError."""
+    for _ in range(BORROWED_TRIES):
+        try:
+            item.undeclare()
+        except zenoh.ZError as error:
+            log.debug("undeclare: %s", error)
+        except RuntimeError as error:
+            log.debug("undeclare: %s", error)
+            time.sleep(0.01)
+            continue
+        return
+    log.warning("%s could not be undeclared: another thread uses it", type(item).__name__)
 
 
 def _declare_publisher(raw: zenoh.Session, key: str, qos: Qos, *, waits: bool = True) -> _Publisher:

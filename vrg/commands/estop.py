@@ -78,7 +78,8 @@ def _order_estop(name: str, endpoint: str, seats: Path | None, order: Estop | Es
             # Sent in any case: the world may know of a stop of which the referee has not heard yet.
             before = _reports(referee, estop=None) is not False
             referee.mailbox.publish(referee.keys.estop_release, order)
-        referee.send()
+        # It is not for this process to decide that nobody would hear an emergency stop.
+        referee.send(at_once=isinstance(order, Estop))
         if _reports(referee, estop=isinstance(order, Estop)) is None:
             raise BusError("sent, but the referee has not confirmed it: is the coordinator running?")
     return before

@@ -70,13 +70,18 @@ class Conversation:
         self.state: Inlet[RefereeState] = self.mailbox.subscribe(keys.referee_state)
         session.attach(self.mailbox)
 
-    def send(self, advice: str = "is it running?") -> None:
+    def send(self, advice: str = "is it running?", *, at_once: bool = False) -> None:
         """Send what was published.
+
+        Args:
+            at_once: send it now, and again once a node listens.
 
         Raises:
             BusError: no node listens to it in time; the message ends with the advice.
         """
         out = self.mailbox.collect()
+        if at_once:
+            self._session.send(out)
         for item in out:
             if not self._session.wait_for_listener(item.message.key, item.topic.qos, self._patience):
                 raise BusError(f"no node of match {self.keys.match!r} listens to {item.message.key}: {advice}")
