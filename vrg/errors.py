@@ -107,8 +107,12 @@ class StrategyError(VrgError, RuntimeError):
         self.final = final
 
 
-class JournalError(VrgError, OSError):
-    """The journal cannot be written or read."""
+class FileError(VrgError, ValueError):
+    """A file is damaged, of another kind, or no text. The message says what was expected and found, but not where."""
+
+
+class JournalError(VrgError):
+    """The journal or the evidence cannot be written or read."""
 
 
 class LaunchError(VrgError, RuntimeError):

@@ -1,5 +1,7 @@
 """A match is judged again from its evidence: an honest journal agrees, and whatever was altered is found."""
 
+import errno
+import os
 import tracemalloc
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -160,6 +162,78 @@ def test_a_torn_tick_is_left_out_and_what_it_tells_is_unjudged(table: Table, pla
     judgement = judged(table, early, records)
     assert judgement.disagreements == []
     assert judgement.unjudged == sum(len(record.calls) for record in records[2:])
+
+
+@pytest.mark.parametrize("tail", [bytes(4096), bytes([7]) * 4096, b"\xff" * 3000, b"\x05\0\0\0" + b"x" * 13])
+def test_what_a_power_cut_leaves_behind_the_last_tick_is_named_and_a_coordinator_goes_on_before_it(
+    tmp_path: Path, tail: bytes
+) -> None:
+    first = Table(tmp_path)
+    first.ticks(12)
+    first.journal.close()
+    path = tmp_path / "evidence.bin"
+    ticks = list(read_evidence(path))
+    path.write_bytes(path.read_bytes() + tail)
+    damage: list[str] = []
+    assert list(read_evidence(path, damage)) == ticks
+    assert damage == [f"{path}: its last {len(tail)} bytes are torn or damaged, and were left out"]
+    second = Table(tmp_path)
+    second.time = first.time
+    second.ticks(3)
+    exhibits, records = told(second)
+    assert len(exhibits) > len(ticks)
+    judgement = judged(second, exhibits, records)
+    assert (judgement.disagreements, judgement.unjudged) == ([], 0)
+
+
+def test_after_a_disk_was_full_the_evidence_goes_on_and_the_gap_is_no_fault_of_the_referee(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table.ticks(12)
+    write = os.pwrite
+
+    def refuse(file: int, data: bytes, at: int) -> int:
+        if b"m0" in data and not data.startswith(b"{"):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, data, at)
+
+    monkeypatch.setattr(os, "pwrite", refuse)
+    began = table.time
+    table.tag()
+    assert table.tick().unproved, "everybody sees it"
+    table.ticks(10)
+    monkeypatch.undo()
+    ended = table.time
+    table.ticks(2)
+    assert not table.tick().unproved
+    table.decide(m.OfficialAction.HALT)
+    table.ticks(3)
+    exhibits, records = told(table)
+    judgement = judged(table, exhibits, records)
+    assert judgement.disagreements == []
+    assert (judgement.unjudged, judgement.calls) == (1, len(table.calls) - 1), "the tag alone was not proved"
+    ((since, until),) = judgement.gaps
+    assert since <= began <= until
+    assert until == pytest.approx(ended, abs=0.21)
+
+
+def test_a_standing_that_somebody_has_edited_is_a_finding(table: Table, played: Played) -> None:
+    exhibits, records = played
+    at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
+    standing = records[at].standing
+    game = {**standing.game, "points": {"sharx": 1, "minnows": 0}}
+    records[at] = structs.replace(records[at], standing=structs.replace(standing, game=game))
+    found = judged(table, exhibits, records)
+    assert found.disagreements
+    assert found.calls + found.unjudged == sum(len(record.calls) for record in records)
+
+
+def test_a_record_that_the_journal_lacks_is_named_and_the_others_are_judged(table: Table, played: Played) -> None:
+    exhibits, records = played
+    at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
+    found = judged(table, exhibits, [*records[:at], *records[at + 1 :]])
+    assert any("the journal lacks: " in one.what for one in found.disagreements)
+    assert found.calls == sum(len(record.calls) for record in records) - len(records[at].calls)
 
 
 def test_evidence_with_a_hole_is_told(table: Table, played: Played) -> None:

@@ -38,4 +38,11 @@ def test_who_is_recorded_elsewhere_is_named_once() -> None:
 def test_when_the_world_steps_back_what_was_seen_again_counts() -> None:
     looks = [seen(0.1 * i, ann=9.0 if i > 4 else 1.0) for i in range(10)]
     looks += [seen(0.1 * i, ann=1.0) for i in range(5, 10)]
-    assert cross_check([track("ann")], looks) == ([], 10)
+    assert cross_check([track("ann")], looks) == ([], 7)
+
+
+def test_instants_to_which_the_world_stepped_back_during_a_halt_are_not_compared() -> None:
+    """The referee notes the first of them alone, as it judges nothing while play is halted."""
+    looks = [seen(0.1 * i, ann=9.0 if i > 4 else 1.0) for i in range(10)]
+    assert len(cross_check([track("ann")], looks)[0]) == 1
+    assert cross_check([track("ann")], [*looks, seen(0.7, ann=1.0)]) == ([], 5)

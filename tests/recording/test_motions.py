@@ -102,6 +102,13 @@ def test_a_world_that_steps_back_begins_a_rest_anew_and_the_old_one_goes_on(tmp_
     assert [rest.begin for rest in motion_of(world).rests] == [1.0]
 
 
+def test_a_world_that_was_started_again_during_a_halt_and_counts_rests_anew_has_moved_nobody(tmp_path: Path) -> None:
+    world = World(tmp_path / "r.mcap", until(1.0)).play(0.0, 3.0, deaf=(2.5, 3.0))
+    world.rest = 3.0
+    world.play(3.0, 4.0)
+    assert [(rest.begin, rest.end) for rest in motion_of(world).rests] == [(1.0, math.inf)]
+
+
 def test_a_recorder_that_is_started_again_goes_on_with_the_same_rest(tmp_path: Path) -> None:
     world = World(tmp_path / "r.mcap", until(1.0)).play(0.0, 2.0)
     world.recorder.stop()

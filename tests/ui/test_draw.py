@@ -61,6 +61,7 @@ def test_a_picture_can_be_written_without_a_display(scene_at, tmp_path):
         ({"estop": True}, palette.ALARM, "EMERGENCY STOP"),
         ({"stage": m.Stage.GAME_OVER, "winner": "sharks"}, VERMILLION, "SHARKS WIN"),
         ({"live": False}, palette.LOST, "NO CLOCK"),
+        ({"unproved": True}, palette.CAUTION, "NO EVIDENCE"),
     ],
 )
 def test_a_banner_appears(scene_at, changes, colour, heading):

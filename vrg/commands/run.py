@@ -1,7 +1,6 @@
 """The commands `vrg run list`, `result`, `plot` and `judge`, on matches that were recorded."""
 
 import json
-import tomllib
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -13,12 +12,12 @@ import typer
 
 from vrg.bus.messages import Stage
 from vrg.commands.matches import ended_run, is_running, need_recording, played_at, run_folders
-from vrg.commands.options import JsonOption, RunArgument, make_console, print_table
+from vrg.commands.options import JsonOption, RunArgument, echo, make_console, print_table
 from vrg.config.rules import rulebook_of
 from vrg.coordinator.journal import read_standing
-from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Observation
-from vrg.errors import LaunchError
+from vrg.coordinator.match import state_after
+from vrg.errors import LaunchError, MessageError
+from vrg.files import read_json, read_text, toml_of
 from vrg.launch import result as results
 from vrg.launch.run_folder import RunFolder
 
@@ -52,7 +51,7 @@ def list_runs(
         typer.echo(json.dumps([asdict(run) for run in found], indent=2))
         return
     if not found:
-        typer.echo(f"{runs}: no runs; `vrg play` makes one")
+        echo(f"{runs}: no runs; `vrg play` makes one")
         return
     rows = [
         (run.run, run.game, run.began.replace("T", " ")[:16], run.ended, "" if run.duration is None else _clock(run))
@@ -77,10 +76,10 @@ def _listed(folder: RunFolder) -> Listed:
     began = datetime.fromtimestamp(played_at(folder.path)).isoformat(timespec="seconds")
     table: dict[str, Any] = {}
     with suppress(OSError, ValueError):
-        table = tomllib.loads(folder.match_file.read_text(encoding="utf-8"))
+        table = toml_of(read_text(folder.match_file))
     game = str(table.get("game", ""))
-    with suppress(OSError, ValueError, KeyError, TypeError, AttributeError):
-        result = json.loads(folder.result.read_text(encoding="utf-8"))
+    with suppress(OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
+        result = read_json(folder.result)
         played = result["play_time"]
         seconds = float(played) if played is not None else None
         return Listed(folder.path.name, str(result["game"]), began, results.headline(result), seconds)
@@ -94,14 +93,14 @@ def result(run: RunArgument = None) -> None:
     standing = read_standing(folder.journal)
     if standing is None:
         raise LaunchError(f"{folder.journal}: nothing was decided in this match")
-    state = Match(rulebook_of(setup), standing).state(Observation({}), estop=False)
+    state = state_after(rulebook_of(setup), standing)
     over = state.stage is Stage.GAME_OVER
     ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
     found = results.write_result(setup, folder, state, ended)
-    typer.echo(f"{results.conclusion(found)}{results.summary(found)}")
+    echo(f"{results.conclusion(found)}{results.summary(found)}")
     if found["stops"]["sentence"]:
-        typer.echo(found["stops"]["sentence"])
-    typer.echo(f"Written to {folder.result}.")
+        echo(found["stops"]["sentence"])
+    echo(f"Written to {folder.result}.")
 
 
 def plot(run: RunArgument = None) -> None:
@@ -112,7 +111,7 @@ def plot(run: RunArgument = None) -> None:
         results.plot(setup, folder)
     except (OSError, ValueError) as error:
         raise LaunchError(f"{folder.path}: cannot be plotted: {error}") from None
-    typer.echo(f"Written to {folder.plot}.")
+    echo(f"Written to {folder.plot}.")
 
 
 def judge(run: RunArgument = None) -> None:
@@ -127,12 +126,14 @@ def judge(run: RunArgument = None) -> None:
         raise LaunchError(
             f"{folder.path}: expected {folder.evidence.name}, found none: an earlier VRG has played this match"
         )
-    judgement, wrong = judge_run(setup, folder)
+    damage: list[str] = []
+    judgement, wrong = judge_run(setup, folder, damage=damage)
     seen, compared = _recorded(folder)
     found = sorted([*wrong, *seen], key=lambda d: d.time)
-    for disagreement in found:
-        typer.echo(str(disagreement))
-    typer.echo(_sentence(judgement, len(found), compared))
+    gaps = [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
+    for line in (*damage, *gaps, *map(str, found)):
+        echo(line)
+    echo(_sentence(judgement, len(found), compared))
     if found:
         raise typer.Exit(1)
 
@@ -149,10 +150,11 @@ def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
     torn: list[Path] = []
     try:
         found = cross_check(list(read_tracks(parts, torn).values()), read_evidence(folder.evidence))
-    except OSError as error:
-        raise LaunchError(f"{folder.path}: its recording cannot be read: {error}") from None
+    except (OSError, MessageError) as error:
+        echo(f"The recording cannot be read, and was not compared: {error}")
+        return [], 0
     for part in torn:
-        typer.echo(f"{part.name} ends in the middle: what it lacks was not compared.")
+        echo(f"{part.name} ends in the middle: what it lacks was not compared.")
     return found
 
 
@@ -168,5 +170,6 @@ def _sentence(judgement: "Judgement", wrong: int, compared: int) -> str:
     )
     text += "no disagreement." if not wrong else f"{wrong} disagreement{'s' if wrong > 1 else ''}."
     if judgement.unjudged:
-        text += f" The evidence ends early: {judgement.unjudged} further calls could not be judged."
+        why = "The evidence has gaps" if judgement.gaps else "The evidence ends early"
+        text += f" {why}: {judgement.unjudged} further calls could not be judged."
     return text

@@ -7,7 +7,7 @@ import msgspec
 import typer
 
 from vrg.commands.matches import run_of
-from vrg.commands.options import JsonOption, RunArgument
+from vrg.commands.options import JsonOption, RunArgument, echo
 from vrg.errors import LaunchError
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ def why(
             typer.echo(msgspec.json.encode(list(calls.values())))
             return
         for made in calls.values():
-            typer.echo(f"{made.number:4d}  {_clock(made)}  {made.rule}: {made.text}")
+            echo(f"{made.number:4d}  {_clock(made)}  {made.rule}: {made.text}")
         return
     from vrg.launch.explaining import explain
 
@@ -44,9 +44,9 @@ def why(
         typer.echo(msgspec.json.encode(known))
         return
     for line in (proof.heading, *proof.lines):
-        typer.echo(line)
+        echo(line)
     if picture is not None:
-        typer.echo(f"Drawn in {picture}.")
+        echo(f"Drawn in {picture}.")
 
 
 def _draw(proof: "Proof", path: Path) -> None:

@@ -5,6 +5,7 @@ from typing import Any
 
 from vrg.config.setup import RULES, MatchSetup, PlayerSetup
 from vrg.coordinator.rulebook import Contestant, RuleBook
+from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.hal.sensors.spec import Sweep
 from vrg.hal.sim.config import place_problems
@@ -18,7 +19,10 @@ def rulebook_of(setup: MatchSetup) -> RuleBook[Any]:
         ConfigError: the rules cannot be played with this set-up.
     """
     game = GAMES.get(setup.game)
-    settings = game.load_settings().model_validate(setup.rules)
+    try:
+        settings = game.load_settings().model_validate(setup.rules)
+    except ValueError as error:  # of a match file it was checked, but a set-up may come from anybody
+        raise ConfigError(f"expected rules of {setup.game}: {error}") from None
     contestants = [
         Contestant(
             name=p.name, role=p.role, start=p.pose, size=p.robot.size, v_max=p.robot.v_max, sweeps=_sweeps(setup, p)

@@ -18,16 +18,22 @@ def cases_of(
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
         later: the rule books that took its place in the course of the match.
     """
+    numbered = {record.n: record for record in records}
     before = Observation({})
     for exhibit, following, match, state, _ in replayed(book, exhibits, later):
         tick = exhibit.tick
         # Who was put somewhere or pushed away is judged elsewhere than on its way.
         seen = match.judged or (before if before.poses else tick.field, tick.field)
         decided = following is None or following.tick.after > tick.after
-        # Where the evidence ends early, its last tick has decided nothing.
-        cut = following is None and tick.after < len(records) and tick.time < records[tick.after].time
-        if decided and not cut and tick.after < len(records):
-            for call in records[tick.after].calls:
+        record = numbered.get(tick.after + 1)
+        # Where the evidence ends early, or has a gap, the last tick before has decided nothing.
+        cut = following is None or following.tick.resumed is not None
+        if (
+            decided
+            and record is not None
+            and not (cut and tick.time < record.time and record.evidence != exhibit.digest)
+        ):
+            for call in record.calls:
                 yield Case(call, state, *seen)
         before = tick.field
 

@@ -34,6 +34,7 @@ from vrg.coordinator.evidence import (
     Halted,
     Looked,
     Reinstated,
+    Resumed,
     enact,
 )
 from vrg.coordinator.journal import Journal, NoJournal
@@ -140,6 +141,8 @@ class Coordinator(Node):
     def tick(self, tick: Tick) -> None:
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
         idle = self.match.halted is not None or self.match.over
+        if self._journal.resume():
+            self._entries.append(Resumed(self.match.standing(), self.match.before))
         self._look(tick.time)
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
         present, halts = self._call_the_roll(tick)
@@ -172,7 +175,7 @@ class Coordinator(Node):
 
     def _publish(self) -> None:
         """Publish the state: all of it to everybody, or in a match with a limited view the poses to those who see."""
-        state = self._state
+        state = structs.replace(self._state, unproved=True) if self._journal.gap else self._state
         if self._in_play is not (in_play := state.stage is Stage.PLAY_ROUND):
             # To its mark each robot drives as fast as it can.
             self._in_play = in_play

@@ -5,11 +5,12 @@ world and without players; see `vrg.coordinator.judging`. One entry is one thing
 it looked at the field, applied what an official wants, halted play, or took a player out.
 """
 
+import contextlib
 import hashlib
 import logging
 import os
 import struct
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
@@ -23,7 +24,8 @@ from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Checkpoint, Match
 from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Call, Observation, RuleBook
-from vrg.errors import JournalError
+from vrg.errors import FileError, JournalError
+from vrg.files import decoded, opened
 
 log = logging.getLogger(__name__)
 
@@ -33,6 +35,8 @@ _HEAD = struct.Struct("<I8s")
 """The head of each tick: the number of its bytes, and its digest."""
 _START = bytes(8)
 """The digest before the first tick."""
+_LONGEST = 16_000_000
+"""The bytes that a tick may have."""
 TINY = 1e-6
 """The match time in s below which two instants are the same."""
 
@@ -49,6 +53,17 @@ class Began(Struct, frozen=True, kw_only=True, tag=True, array_like=True):
 
     format: int = FORMAT
     standing: Checkpoint | None = None
+
+
+class Resumed(Struct, frozen=True, tag=True, array_like=True):
+    """The evidence goes on after a gap: what was decided before, since the last tick, could not be written.
+
+    Args:
+        standing: the standing before this tick. before: the field by which the next step judges, as the field before.
+    """
+
+    standing: Checkpoint
+    before: Observation | None
 
 
 class Halted(Struct, frozen=True, tag=True, array_like=True):
@@ -101,7 +116,7 @@ class Looked(Struct, frozen=True, tag=True, array_like=True):
     absent: list[str]
 
 
-Entry = Began | Halted | Disqualified | Reinstated | Decided | Answered | Looked
+Entry = Began | Resumed | Halted | Disqualified | Reinstated | Decided | Answered | Looked
 
 
 class TickEvidence(Struct, frozen=True, array_like=True):
@@ -124,6 +139,12 @@ class TickEvidence(Struct, frozen=True, array_like=True):
         first = self.entries[0] if self.entries else None
         return first if isinstance(first, Began) else None
 
+    @property
+    def resumed(self) -> Resumed | None:
+        """The entry with which the evidence goes on in this tick after a gap; None if there was none."""
+        first = self.entries[0] if self.entries else None
+        return first if isinstance(first, Resumed) else None
+
 
 def enact(match: Match, entry: Entry, field: Observation) -> Effects:
     """Apply an entry to a match, and return the effects. The result depends on the arguments alone.
@@ -144,7 +165,7 @@ def enact(match: Match, entry: Entry, field: Observation) -> Effects:
             outcome = decide(match, official, field, absent, silent)
         case Answered(calls):
             outcome = Effects(calls)
-        case Began():
+        case Began() | Resumed():
             outcome = Effects()
     return outcome
 
@@ -160,56 +181,80 @@ class EvidenceFile:
     Each tick is its length, a digest and MessagePack. The digest is of the tick and of the digest before it, so no tick
     can be changed, added or left out later without a trace; and the journal has the digest of each of its records.
 
-    What cannot be written, for example on a full disk, is logged once; after that the file stays as it is, and what
-    follows in the journal has no digest. The match goes on.
+    What cannot be written, for example on a full disk, is logged and left out. The match goes on; as soon as `resume`
+    has been called the file goes on, too, if there is room again.
 
     Args:
         path: the path of the file. Nothing is written before `open`.
+
+    Attributes:
+        gap: True while what the referee decides by is not written.
     """
 
     def __init__(self, path: Path) -> None:
         self._path = path
         self._file = -1
-        self._digest = _START
-        self._broken = False
+        self._digest = self._written = _START
+        self._end = 0
+        self._chain = 0
+        self.gap = False
+        self._reported = False
 
     def open(self) -> None:
-        """Open the file, or make it, and go on after the last complete tick in it.
+        """Open the file, or make it, and go on after the last whole tick in it. What follows that is cut off.
 
         Raises:
             OSError: it cannot be opened or read.
         """
         self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
-        end = 0
-        with self._path.open("rb") as written:
-            for digest, data in _pieces(written):
-                self._digest = digest
-                end += _HEAD.size + len(data)
-        os.ftruncate(self._file, end)
-        os.lseek(self._file, end, os.SEEK_SET)
+        with opened(self._path) as written:
+            for piece in _pieces(written):
+                if piece.genuine:
+                    self._digest, self._end = piece.digest, piece.end
+        self._written = self._digest
+        if (further := os.fstat(self._file).st_size - self._end) > 0:
+            log.warning("%s: dropped %d bytes behind the last whole tick", self._path, further)
+        os.ftruncate(self._file, self._end)
 
     @property
     def digest(self) -> str:
         """The digest of the newest tick, as hexadecimal digits; empty if it could not be written."""
-        return "" if self._broken else self._digest.hex()
+        return "" if self.gap else self._digest.hex()
 
-    def piece(self, tick: TickEvidence) -> bytes:
-        """The bytes of the referee's inputs and effects in one tick, to be written in this order."""
+    def resume(self) -> None:
+        """Go on behind the last tick that is in the file. The next tick begins with the entry `Resumed`."""
+        self._digest = self._written
+        self._chain += 1
+        self.gap = False
+
+    def piece(self, tick: TickEvidence) -> Callable[[], None]:
+        """The job that writes the referee's inputs and effects in one tick. Jobs must be done in this order."""
         data = _encoder.encode(tick)
-        self._digest = _chained(self._digest, data)
-        return _HEAD.pack(len(data), self._digest) + data
+        self._digest = digest = _chained(self._digest, data)
+        chain = self._chain
+        return lambda: self._write(chain, digest, data)
 
-    def write(self, piece: bytes) -> None:
-        """Write what `piece` has returned."""
-        if self._broken:
-            return
+    def _write(self, chain: int, digest: bytes, data: bytes) -> None:
+        if self.gap or chain != self._chain:
+            return  # one before it is missing
+        piece = _HEAD.pack(len(data), digest) + data
         try:
-            problem = "" if os.write(self._file, piece) == len(piece) else "no space left"
+            problem = "" if os.pwrite(self._file, piece, self._end) == len(piece) else "no space left"
         except OSError as error:
             problem = error.strerror or str(error)
-        if problem:
-            self._broken = True
+        if not problem:
+            self._end += len(piece)
+            self._written = digest
+            if self._reported:
+                log.warning("%s: is written again: what was decided meanwhile cannot be judged again", self._path)
+            self._reported = False
+            return
+        self.gap = True
+        with contextlib.suppress(OSError):
+            os.ftruncate(self._file, self._end)
+        if not self._reported:
             log.error("%s: cannot be written: %s: what follows cannot be judged again", self._path, problem)
+        self._reported = True
 
     def close(self) -> None:
         """Close the file. Idempotent."""
@@ -231,29 +276,35 @@ class Exhibit:
     genuine: bool
 
 
-def read_evidence(path: Path) -> Iterator[Exhibit]:
-    """Read the complete ticks, one after the other; a missing file has none.
+def read_evidence(path: Path, damage: list[str] | None = None) -> Iterator[Exhibit]:
+    """Read the whole ticks, one after the other; a missing file has none.
 
     What a coordinator decided before it crashed, and could not write into the journal, has not happened: these ticks
     are left out.
 
+    Args:
+        damage: where to note, in words, that the file does not end with a whole tick.
+
     Raises:
-        JournalError: the file cannot be read, or is damaged, or of another version.
+        JournalError: the file cannot be read, or is of another version.
     """
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             begun = [
                 (number, tick.after)
-                for number, (_, data) in enumerate(_pieces(file))
-                if b"Began" in data and (tick := _decoded(path, number, data)).began
+                for number, piece in enumerate(_pieces(file))
+                if b"Began" in piece.data and (tick := _decoded(path, number, piece)) is not None and tick.began
             ]
             file.seek(0)
-            before = _START
-            for number, (digest, data) in enumerate(_pieces(file)):
-                tick = _decoded(path, number, data)
+            end = 0
+            for number, piece in enumerate(_pieces(file)):
+                if (tick := _decoded(path, number, piece)) is None:
+                    continue
+                end = piece.end
                 if all(tick.after <= after for later, after in begun if later > number):
-                    yield Exhibit(tick, digest.hex(), _chained(before, data) == digest)
-                before = digest
+                    yield Exhibit(tick, piece.digest.hex(), piece.genuine)
+            if damage is not None and (further := os.fstat(file.fileno()).st_size - end) > 0:
+                damage.append(f"{path}: its last {further} bytes are torn or damaged, and were left out")
     except FileNotFoundError:
         return
     except OSError as error:
@@ -285,16 +336,21 @@ def replayed(
             if tick.began is not None:
                 match = Match(now, tick.began.standing)
             match.judge_by(now)
+            if tick.resumed is not None:
+                match.restore(tick.resumed.standing, tick.resumed.before)
             state = match.game
             made = [outcome for entry in tick.entries if (outcome := enact(match, entry, tick.field))]
             yield exhibit, following, match, state, made
         exhibit = following
 
 
-def _decoded(path: Path, number: int, data: bytes) -> TickEvidence:
+def _decoded(path: Path, number: int, piece: "_Piece") -> TickEvidence | None:
+    """The tick in a piece; None if the piece was changed so that it holds none."""
     try:
-        tick = _decoder.decode(data)
-    except (msgspec.DecodeError, msgspec.ValidationError) as error:
+        tick = decoded(_decoder, piece.data)
+    except FileError as error:
+        if not piece.genuine:
+            return None
         raise JournalError(f"{path}: expected the evidence of tick {number + 1}: {error}") from None
     if tick.began and tick.began.format != FORMAT:
         raise JournalError(
@@ -307,11 +363,42 @@ def _chained(before: bytes, data: bytes) -> bytes:
     return hashlib.blake2b(before + data, digest_size=len(_START)).digest()
 
 
-def _pieces(file: BinaryIO) -> Iterator[tuple[bytes, bytes]]:
-    """The digest and the data of each tick in a file; a torn last one is left out."""
-    left = os.fstat(file.fileno()).st_size
-    while left >= _HEAD.size:
-        length, digest = _HEAD.unpack(file.read(_HEAD.size))
-        left -= _HEAD.size + length
-        if left >= 0:
-            yield digest, file.read(length)
+@dataclass(frozen=True)
+class _Piece:
+    """One tick as it is in the file.
+
+    Args:
+        digest: its digest. data: its bytes. genuine: whether the digest fits them and the digest before.
+        end: the number of bytes of the file up to its end.
+    """
+
+    digest: bytes
+    data: bytes
+    genuine: bool
+    end: int
+
+
+def _pieces(file: BinaryIO) -> Iterator[_Piece]:
+    """The ticks in a file, up to the first that is torn or damaged.
+
+    One whose digest does not fit it counts if the next one goes on from that digest, or if it is the last and whole:
+    somebody has changed it later.
+    """
+    before, doubtful, end = _START, None, 0
+    while len(head := file.read(_HEAD.size)) == _HEAD.size:
+        length, digest = _HEAD.unpack(head)
+        # Behind what a power cut has left the file may be full of zeros, or of what was on the disk before.
+        if not 0 < length <= _LONGEST or len(data := file.read(length)) < length:
+            return
+        end += len(head) + length
+        piece = _Piece(digest, data, _chained(before, data) == digest, end)
+        if doubtful is not None:
+            if not piece.genuine:
+                return
+            yield doubtful
+        doubtful = None if piece.genuine else piece
+        if piece.genuine:
+            yield piece
+        before = digest
+    if doubtful is not None and not head:
+        yield doubtful

@@ -18,7 +18,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Self
 
 import msgspec
 from msgspec import Struct
@@ -27,11 +27,10 @@ from vrg.bus.messages import Call, Stage
 from vrg.coordinator.evidence import Entry, EvidenceFile, TickEvidence
 from vrg.coordinator.match import Checkpoint
 from vrg.coordinator.rulebook import Observation
-from vrg.errors import JournalError
+from vrg.errors import FileError, JournalError
+from vrg.files import Records, decoded, read_bytes, records_of
 
 log = logging.getLogger(__name__)
-
-T = TypeVar("T", bound=Struct)
 
 FORMAT = 3
 """The version of the records; from 3 on no stage is called `foul`."""
@@ -81,6 +80,9 @@ class ClockMark(Struct, frozen=True, kw_only=True):
 
 
 _json = msgspec.json.Encoder()
+_header = msgspec.json.Decoder[JournalHeader | Record](JournalHeader)
+_record = msgspec.json.Decoder[JournalHeader | Record](Record)
+_mark = msgspec.json.Decoder(ClockMark)
 CLOCK_WIDTH = 120
 
 
@@ -119,26 +121,27 @@ class Journal:
             raise
         except OSError as error:
             self.close()
-            raise JournalError(f"{path}: cannot be read: {error}") from error
+            raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
 
     def _load(self, header: JournalHeader) -> tuple[int, Record | None]:
-        content = self.path.read_bytes()
-        whole = content[: content.rfind(b"\n") + 1]
-        if len(whole) < len(content):
-            log.warning("%s: dropped a torn last line of %d bytes", self.path, len(content) - len(whole))
-            os.ftruncate(self._file, len(whole))
-        lines = whole.splitlines()
-        if not lines:
+        """The number of bytes up to the end of the last whole record, and that record. What follows it is cut off."""
+        content = read_bytes(self.path)
+        found = records_of(content, _header, _record)
+        if len(content) == found.torn:
             first = _json.encode(header) + b"\n"
+            os.ftruncate(self._file, 0)
             self._write(0, first)
             return len(first), None
-        found = _decode(lines[0], JournalHeader, self.path, 1)
-        if found != header:
+        head, records = _parts(found, self.path)
+        if head != header:
             raise JournalError(
-                f"{self.path}:1: expected the journal of {header}, got that of {found}: choose another run folder"
+                f"{self.path}:1: expected the journal of {header}, got that of {head}: choose another run folder"
             )
-        last = _decode(lines[-1], Record, self.path, len(lines)) if len(lines) > 1 else None
-        return len(whole), last
+        _warn(found, self.path)
+        if found.end < len(content):
+            log.warning("%s: dropped %d bytes behind its last whole line", self.path, len(content) - found.end)
+            os.ftruncate(self._file, found.end)
+        return found.end, records[-1] if records else None
 
     @property
     def standing(self) -> Checkpoint | None:
@@ -230,8 +233,19 @@ class Journal:
     def witness(self, time: float, field: Observation, entries: list[Entry]) -> None:
         """Write what the referee decides by in this tick, before what follows from it is appended."""
         after = self.last.n if self.last else 0
-        piece = self._evidence.piece(TickEvidence(after=after, time=round(time, 6), field=field, entries=entries))
-        self._do(lambda: self._evidence.write(piece))
+        tick = TickEvidence(after=after, time=round(time, 6), field=field, entries=entries)
+        self._do(self._evidence.piece(tick))
+
+    def resume(self) -> bool:
+        """Let the evidence go on after a gap, if there is one: whether the next tick must begin with `Resumed`."""
+        if gap := self._evidence.gap:
+            self._evidence.resume()
+        return gap
+
+    @property
+    def gap(self) -> bool:
+        """True while what the referee decides by is not written."""
+        return self._evidence.gap
 
     def mark(self, standing: Checkpoint) -> None:
         """Write the play clock of this tick. A failure is only logged, because the last record is still good."""
@@ -288,29 +302,59 @@ class NoJournal:
     def witness(self, time: float, field: Observation, entries: list[Entry]) -> None:
         """Forget what the referee decides by."""
 
+    gap = False
+    """Nothing of it is ever judged again."""
+
+    def resume(self) -> bool:
+        """False: there is no evidence that goes on."""
+        return False
+
     def mark(self, standing: Checkpoint) -> None:
         """Forget the play clock."""
 
 
-def read_journal(path: Path) -> tuple[JournalHeader, list[Record]]:
-    """Read all complete lines of a journal.
+def read_journal(path: Path, damage: list[str] | None = None) -> tuple[JournalHeader, list[Record]]:
+    """Read the whole lines of a journal.
+
+    Args:
+        damage: where to note the lines that are damaged, in words; None logs them.
 
     Raises:
-        JournalError: the file cannot be read, is empty, of another version, or has a damaged complete line.
+        JournalError: the file cannot be read, is empty, of another version, or does not begin as a journal does.
     """
     try:
-        content = path.read_bytes()
+        content = read_bytes(path)
     except OSError as error:
         raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
-    lines = content[: content.rfind(b"\n") + 1].splitlines()
-    if not lines:
-        raise JournalError(f"{path}: expected a journal, got an empty file")
-    header = _decode(lines[0], JournalHeader, path, 1)
+    found = records_of(content, _header, _record)
+    if len(content) == found.torn:
+        raise JournalError(f"{path}: expected a journal, got {'a torn line' if content else 'an empty file'}")
+    header, records = _parts(found, path)
     if header.journal != FORMAT:
         raise JournalError(
             f"{path}: expected a journal of version {FORMAT}, got {header.journal}: use the VRG that recorded it"
         )
-    return header, [_decode(line, Record, path, number) for number, line in enumerate(lines[1:], 2)]
+    if damage is None:
+        _warn(found, path)
+    else:
+        damage += found.damage(path, "a record")
+    return header, records
+
+
+def _warn(found: Records[JournalHeader | Record], path: Path) -> None:
+    for text in found.damage(path, "a record"):
+        log.warning("%s", text)
+
+
+def _parts(found: Records[JournalHeader | Record], path: Path) -> tuple[JournalHeader, list[Record]]:
+    """The header and the records of a journal, as far as they are whole and in their order.
+
+    Raises:
+        JournalError: it does not begin with a header.
+    """
+    if not found.whole or not isinstance(found.whole[0][1], JournalHeader):
+        raise JournalError(f"{path}:1: expected a journalheader: {found.damaged[0][1]}")
+    return found.whole[0][1], [record for record in found if isinstance(record, Record)]
 
 
 def read_standing(path: Path) -> Checkpoint | None:
@@ -323,7 +367,7 @@ def read_standing(path: Path) -> Checkpoint | None:
     if not records:
         return None
     try:
-        mark = _clock_file(path).read_bytes()
+        mark = read_bytes(_clock_file(path))
     except OSError:
         return records[-1].standing
     return _at_mark(records[-1], mark)
@@ -336,16 +380,9 @@ def _clock_file(path: Path) -> Path:
 def _at_mark(last: Record, mark: bytes) -> Checkpoint:
     """The standing of the last record, with the play clock of the newest tick if the mark belongs to this record."""
     try:
-        found = msgspec.json.decode(mark[:CLOCK_WIDTH], type=ClockMark)
-    except (msgspec.DecodeError, msgspec.ValidationError):
+        found = decoded(_mark, mark[:CLOCK_WIDTH])
+    except FileError:
         return last.standing
     if found.n != last.n:
         return last.standing
     return msgspec.structs.replace(last.standing, clock=found.clock, total=found.total, in_stage=found.in_stage)
-
-
-def _decode(line: bytes, kind: type[T], path: Path, number: int) -> T:
-    try:
-        return msgspec.json.decode(line, type=kind)
-    except (msgspec.DecodeError, msgspec.ValidationError) as error:
-        raise JournalError(f"{path}:{number}: expected a {kind.__name__.lower()}: {error}") from None

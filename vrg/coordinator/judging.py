@@ -1,5 +1,6 @@
 """Judges a recorded match again, by the evidence, and lists where the journal differs. Pure."""
 
+from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -37,13 +38,15 @@ class Judgement:
     Args:
         disagreements: the differences from the journal, in the order of time.
         ticks: how many ticks were judged. calls: how many calls of the journal were compared.
-        unjudged: how many calls of the journal the evidence does not reach.
+        unjudged: how many calls of the journal the evidence does not reach. gaps: the spans of match time, s, in which
+            the evidence could not be written.
     """
 
     disagreements: Sequence[Disagreement]
     ticks: int
     calls: int
     unjudged: int
+    gaps: Sequence[tuple[float, float]] = ()
 
 
 def judge_again(
@@ -59,43 +62,63 @@ def judge_again(
     """
     found: list[Disagreement] = []
     outcomes: list[Effects] = []
+    gaps: list[tuple[float, float]] = []
+    left = deque(sorted({record.n: record for record in records}.values(), key=lambda record: record.n))
+    last = left[-1].n if left else 0
     chained = True
-    ticks = compared = reached = 0
-    for exhibit, following, match, _, made in replayed(book, exhibits, later):
-        tick, after = exhibit.tick, exhibit.tick.after
-        ticks += 1
-        if not exhibit.genuine:
-            what = "the evidence of this tick was changed after it was written, or one before it"
-            found.append(Disagreement(tick.time, what))
-        outcomes = made if tick.began is not None else [*outcomes, *made]
-        if following is not None and following.tick.after == after:
-            continue
-        decided, outcomes = outcomes, []
-        lost = records[reached:after]
-        if lost:
-            found.append(Disagreement(lost[0].time, f"the evidence of {_calls(lost)} is missing"))
-        reached = min(after + 1, len(records))
-        if after >= len(records):
-            further = [call.text for outcome in decided for call in outcome.calls]
-            if further:
-                found.append(Disagreement(tick.time, f"the journal lacks: {'; '.join(further)}"))
-            continue
-        record = records[after]
-        if record.evidence not in ("", exhibit.digest) and following is None and tick.time < record.time:
-            # The evidence ends before the tick in which this was decided.
-            reached = after
-            continue
-        compared += len(record.calls)
-        if chained and record.evidence not in ("", exhibit.digest):
-            chained = False  # what follows has other digests, too
-            found.append(Disagreement(tick.time, "the evidence up to here is not that of this journal"))
-        wrong = _compared(match, decided, record)
-        if wrong:
-            found += [Disagreement(record.time, what) for what in wrong]
-            match.restore(record.standing, tick.field)
-        match.calls = record.standing.calls
-    unjudged = sum(len(record.calls) for record in records[reached:])
-    return Judgement(sorted(found, key=lambda d: d.time), ticks, compared, unjudged)
+    ticks = compared = unjudged = 0
+    since = 0.0
+    try:
+        for exhibit, following, match, _, made in replayed(book, exhibits, later):
+            tick, after = exhibit.tick, exhibit.tick.after
+            ticks += 1
+            if tick.resumed is not None:
+                gaps.append((since, tick.time))
+                unjudged += sum(len(record.calls) for record in _up_to(left, after))
+            since = tick.time
+            if not exhibit.genuine:
+                what = "the evidence of this tick was changed after it was written, or one before it"
+                found.append(Disagreement(tick.time, what))
+            outcomes = made if tick.began or tick.resumed else [*outcomes, *made]
+            if following is not None and following.tick.after == after:
+                continue
+            decided, outcomes = outcomes, []
+            if lost := _up_to(left, after):
+                found.append(Disagreement(lost[0].time, f"the evidence of {_calls(lost)} is missing"))
+            if not left or left[0].n != after + 1:
+                if texts := "; ".join(call.text for outcome in decided for call in outcome.calls):
+                    found.append(Disagreement(tick.time, f"the journal lacks: {texts}"))
+                elif after < last:
+                    found.append(Disagreement(tick.time, f"the journal lacks its record {after + 1}"))
+                match.calls += sum(len(outcome.calls) for outcome in decided)
+                continue
+            record = left[0]
+            cut = following is None or following.tick.resumed is not None
+            if cut and tick.time < record.time and record.evidence != exhibit.digest:
+                continue  # the evidence ends, or has a gap, before the tick in which this was decided
+            left.popleft()
+            compared += len(record.calls)
+            if chained and record.evidence not in ("", exhibit.digest):
+                chained = False  # what follows has other digests, too
+                found.append(Disagreement(tick.time, "the evidence up to here is not that of this journal"))
+            wrong = _compared(match, decided, record)
+            if wrong:
+                found += [Disagreement(record.time, what) for what in wrong]
+                match.restore(record.standing, tick.field)
+            match.calls = record.standing.calls
+    except Exception as error:  # the rules of any game, on numbers that anybody may have changed
+        what = f"the rules cannot go on from what the journal or the evidence says: {type(error).__name__}: {error}"
+        found.append(Disagreement(since, what))
+    unjudged += sum(len(record.calls) for record in left)
+    return Judgement(sorted(found, key=lambda d: d.time), ticks, compared, unjudged, gaps)
+
+
+def _up_to(left: deque[Record], number: int) -> list[Record]:
+    """Take the records up to a number."""
+    taken = []
+    while left and left[0].n <= number:
+        taken.append(left.popleft())
+    return taken
 
 
 def unproved(

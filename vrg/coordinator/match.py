@@ -21,6 +21,7 @@ from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Effects, announce
 from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Observation, RuleBook, Verdict, away, wins
+from vrg.errors import JournalError
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -121,11 +122,19 @@ class Match:
         """True if the game has ended."""
         return self.stage is Stage.GAME_OVER
 
-    def restore(self, standing: Checkpoint, before: Observation) -> None:
+    @property
+    def before(self) -> Observation | None:
+        """The field from which the next step judges; None if play has not been judged just before."""
+        return self._before
+
+    def restore(self, standing: Checkpoint, before: Observation | None) -> None:
         """Go on from a standing as if the match had come to it by itself, in HALT only if that is halted.
 
         Args:
             before: the field at that instant.
+
+        Raises:
+            JournalError: it is none of this game.
         """
         self._take_up(standing)
         self._reasons = [] if standing.halted is None else [standing.halted]
@@ -137,7 +146,10 @@ class Match:
         self.calls = standing.calls
         self._ended = standing.ended
         self._pushed = dict(standing.pushed)
-        self.game = msgspec.convert(standing.game, self._book.state_type)
+        try:
+            self.game = msgspec.convert(standing.game, self._book.state_type)
+        except msgspec.ValidationError as error:
+            raise JournalError(f"expected a standing of {self._book.name}: {error}") from None
 
     def standing(self) -> Checkpoint:
         """The standing of the match, for the journal."""
@@ -384,6 +396,21 @@ class Match:
 def won(team: str) -> str:
     """That a team has won, in words: `sharks win`, but `lion wins`."""
     return f"{team} {wins(team)}"
+
+
+def state_after(book: RuleBook[Any], standing: Checkpoint | None) -> RefereeState:
+    """The state of a match that has ended with a standing of its journal, which anybody may have changed.
+
+    Raises:
+        JournalError: the rules cannot go on from it.
+    """
+    try:
+        return Match(book, standing).state(Observation({}), estop=False)
+    except JournalError:
+        raise
+    except Exception as error:  # the rules of any game
+        what = f"{type(error).__name__}: {error}"
+        raise JournalError(f"the last standing in the journal is none of {book.name}: {what}") from None
 
 
 def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:

@@ -12,18 +12,28 @@ from vrg.recording.reader import RobotPoses
 TOLERANCE = 1e-6
 """The difference in m or rad from which on two poses are not the same: recordings have all digits."""
 
+STEP_BACK = 0.3
+"""The match time in s that the first instant which the referee notes after the world stepped back may be late."""
+
 
 def cross_check(tracks: Sequence[RobotPoses], exhibits: Iterable[Exhibit]) -> tuple[list[Disagreement], int]:
     """Compare a recording with the referee's evidence, and return the robots and times at which their poses differ.
 
-    Only instants that both have count. Each robot is reported once, with the first instant and how many there are.
+    Only instants that both have count, and of those to which the world stepped back none that the referee saw before.
+    Each robot is reported once, with the first instant and how many there are.
 
     Returns:
         the disagreements, and the number of poses that were compared.
     """
     # What was seen again later, after the world stepped back in time, counts.
     known = [(track, np.rint(track.times * 1e6), np.full((2, len(track.times)), np.nan)) for track in tracks]
+    before = -math.inf
     for exhibit in exhibits:
+        if exhibit.tick.time < before:
+            # While play is halted the referee notes nothing, so that it may not have noted these instants again.
+            for _, times, gaps in known:
+                gaps[:, times >= 1e6 * (exhibit.tick.time - STEP_BACK)] = np.nan
+        before = exhibit.tick.time
         time = round(exhibit.tick.field.time * 1e6)
         for track, times, gaps in known:
             pose = exhibit.tick.field.poses.get(track.name)

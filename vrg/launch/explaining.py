@@ -51,8 +51,12 @@ def explain(run: Path, number: int) -> Proof:
     places = [f"{name} at ({pose.x:.2f}, {pose.y:.2f})" for name, pose in zip(call.players, call.poses, strict=False)]
     lines += [f"Where it was: {', '.join(places)}."] if places else []
     book, later = books_of(setup, folder)
-    cases = cases_of(book, read_evidence(folder.evidence), records, later)
-    case = next((c for c in cases if c.call == call), None)
+    try:
+        cases = cases_of(book, read_evidence(folder.evidence), records, later)
+        case = next((c for c in cases if c.call == call), None)
+    except Exception as error:  # the rules of any game, on numbers that anybody may have changed
+        why = f"the rules cannot go on from what the evidence says: {type(error).__name__}: {error}"
+        return Proof(heading, (*lines, f"There is no more to show: {why}."))
     if case is None:
         return Proof(heading, (*lines, f"There is no more to show: {folder.evidence.name} does not reach this call."))
     book = book_at(case.now.time, book, later)

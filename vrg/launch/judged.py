@@ -13,12 +13,12 @@ from vrg.launch.run_folder import RunFolder
 
 
 def judge_run(
-    setup: MatchSetup, folder: RunFolder, records: Sequence[Record] | None = None
+    setup: MatchSetup, folder: RunFolder, records: Sequence[Record] | None = None, damage: list[str] | None = None
 ) -> tuple[Judgement, list[Disagreement]]:
     """Let the rule book judge a match again.
 
     Args:
-        records: those of its journal; None reads them.
+        records: those of its journal; None reads them. damage: where to note what of its files is damaged, in words.
 
     Returns:
         what came of it; and all disagreements, with the calls whose deciding numbers are not as the rules want them.
@@ -27,8 +27,12 @@ def judge_run(
         JournalError: the journal or the evidence cannot be read.
     """
     book, later = books_of(setup, folder)
-    records = read_journal(folder.journal)[1] if records is None else records
-    judgement = judge_again(book, read_evidence(folder.evidence), records, later)
+    records = read_journal(folder.journal, damage)[1] if records is None else records
+    judgement = judge_again(book, read_evidence(folder.evidence, damage), records, later)
     cases = cases_of(book, read_evidence(folder.evidence), records, later)
-    measured = unproved(game_of(setup.game).load_prover(), book, cases, later)
+    try:
+        measured = unproved(game_of(setup.game).load_prover(), book, cases, later)
+    except Exception as error:  # the rules of any game, on numbers that anybody may have changed
+        what = f"calls cannot be proved by what the evidence says: {type(error).__name__}: {error}"
+        return judgement, [*judgement.disagreements, Disagreement(0.0, what)]
     return judgement, [*judgement.disagreements, *measured]

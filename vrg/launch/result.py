@@ -1,6 +1,5 @@
 """The files that are written when a match has ended: the result, and the plot of the trajectories."""
 
-import json
 import logging
 from collections.abc import Mapping
 from typing import Any
@@ -12,9 +11,10 @@ from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.match import won
 from vrg.coordinator.rulebook import DRAW, NOBODY
 from vrg.errors import JournalError
+from vrg.files import read_json, write_json
 from vrg.games import game_of
 from vrg.games.game import capitalised
-from vrg.launch.run_folder import RunFolder, write_json
+from vrg.launch.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
@@ -47,6 +47,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         "calls": [
             {"clock": round(c.clock, 3), "rule": c.rule, "text": c.text} for record in records for c in record.calls
         ],
+        "unproved": sum(len(record.calls) for record in records if not record.evidence),
         "radio": _radio(processes),
         "refused": {name: found["refused"] for name, found in processes.items() if found.get("refused")},
         "stops": data_of(certificate_of(setup, folder)),
@@ -93,6 +94,8 @@ def summary(result: dict[str, Any]) -> str:
     refused = sum(sum(keys.values()) for keys in result.get("refused", {}).values())
     if refused:
         points.append(f"{refused} messages under a wrong key refused")
+    if unproved := result.get("unproved", 0):
+        points.append(f"{unproved} calls cannot be judged again: their evidence could not be written")
     return f" ({', '.join(points)})" if points else ""
 
 
@@ -116,12 +119,11 @@ def _statistics(folder: RunFolder) -> dict[str, Any]:
     for path in sorted(folder.logs.glob("*.json")):
         try:
             # A player's statistics are written by a process in which a student's code runs.
-            if path.stat().st_size <= _LONGEST_STATISTICS:
-                read = json.loads(path.read_text(encoding="utf-8"))
-                _radio({path.stem: read})
-                sum(read.get("refused", {}).values())
-                found[path.stem] = read
-        except (OSError, ValueError, RecursionError, AttributeError, KeyError, TypeError):
+            read = read_json(path, _LONGEST_STATISTICS)
+            _radio({path.stem: read})
+            sum(read.get("refused", {}).values())
+            found[path.stem] = read
+        except (OSError, ValueError, AttributeError, KeyError, TypeError):
             continue  # it is missing, unfinished, or not what such a process writes
     return found
 

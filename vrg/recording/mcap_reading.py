@@ -9,27 +9,35 @@ from pathlib import Path
 from typing import Final, TypeVar
 
 import msgspec
-from mcap.exceptions import EndOfFile, InvalidMagic, McapError
-from mcap.reader import NonSeekingReader
-from zstandard import ZstdError
+import zstandard
+from mcap.exceptions import EndOfFile, McapError
+from mcap.records import Channel, Chunk, McapRecord, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
 
-from vrg.errors import MessageError
+from vrg.errors import FileError, MessageError
+from vrg.files import decoded, opened
 from vrg.recording.schemas import schema_name
 
 R = TypeVar("R", bound=msgspec.Struct)
 
-_TORN: Final = (EndOfFile, struct.error, ZstdError)
+LONGEST: Final = 16_000_000
+"""The bytes that a chunk may have, also unpacked. A recorder begins a new one after 1 MiB, and a picture may follow."""
+_CUT: Final = (EndOfFile, struct.error)
 """The exceptions of mcap's reader where a file ends within a record."""
+_DAMAGED: Final = (McapError, struct.error, zstandard.ZstdError, ValueError, LookupError, OverflowError, MemoryError)
+"""Those where the bytes of a record are not such as it has."""
 
 
 def records_in(
     path: Path | Sequence[Path], torn: list[Path] | None = None
 ) -> Iterator[tuple[str, dict[str, str], float, bytes]]:
-    """Read every record of a recording, up to where it is torn.
+    """Read every record of a recording that is whole.
+
+    A chunk that is damaged is left out. What stands behind the last chunk whose end can be found is left out, too.
 
     Args:
         path: a recording, or its parts in their order where the recorder was started again.
-        torn: where to note the files that are torn.
+        torn: where to note the files that are torn or damaged.
 
     Yields:
         the topic, the channel's metadata, the match time in s, and the JSON of the record.
@@ -42,15 +50,45 @@ def records_in(
         for part in path:
             yield from records_in(part, torn)
         return
-    with path.open("rb") as stream:
-        try:
-            for _, channel, message in NonSeekingReader(stream).iter_messages(log_time_order=False):
-                yield channel.topic, channel.metadata, message.log_time / 1e9, message.data
-        except _TORN:
-            if torn is not None:
-                torn.append(path)
-        except (InvalidMagic, McapError) as error:
-            raise MessageError(f"{path}: expected an MCAP recording: {error}") from None
+    channels: dict[int, Channel] = {}
+    whole = True
+    with opened(path) as stream:
+        records = StreamReader(stream, emit_chunks=True, record_size_limit=LONGEST).records
+        begun = False
+        while True:
+            try:
+                record = next(records, None)
+            except _DAMAGED as error:
+                if not begun and not isinstance(error, _CUT):
+                    raise MessageError(f"{path}: expected an MCAP recording: {error}") from None
+                whole = False
+                break
+            if record is None:
+                break
+            begun = True
+            # A recorder writes messages into chunks only, which have a sum of their own.
+            unpacked = _unpacked(record) if isinstance(record, Chunk) else []
+            whole = whole and unpacked is not None
+            for inner in unpacked or ():
+                if isinstance(inner, Channel):
+                    channels[inner.id] = inner
+                elif isinstance(inner, Message) and (channel := channels.get(inner.channel_id)) is not None:
+                    yield channel.topic, channel.metadata, inner.log_time / 1e9, inner.data
+    if not whole and torn is not None:
+        torn.append(path)
+
+
+def _unpacked(chunk: Chunk) -> list[McapRecord] | None:
+    """The records in a chunk; None if it is damaged."""
+    size = chunk.uncompressed_size
+    try:
+        if chunk.compression == "zstd":
+            size = max(size, zstandard.frame_content_size(chunk.data))
+        elif chunk.compression:
+            return None  # no recorder packs in another way
+        return breakup_chunk(chunk, validate_crc=True) if size <= LONGEST else None
+    except _DAMAGED:
+        return None
 
 
 def decode(data: bytes, record: type[R], topic: str) -> R:
@@ -60,6 +98,6 @@ def decode(data: bytes, record: type[R], topic: str) -> R:
         MessageError: it is not such a record.
     """
     try:
-        return msgspec.json.decode(data, type=record)
-    except msgspec.DecodeError as error:
+        return decoded(msgspec.json.Decoder(record), data)
+    except FileError as error:
         raise MessageError(f"{topic}: expected {schema_name(record)}: {error}") from None

@@ -3,6 +3,7 @@
 A file that is torn, because its recorder was killed or its disk was full, is read as far as it goes.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -160,6 +161,10 @@ def read_sketches(path: Path | Sequence[Path]) -> list[Thought]:
     return sorted(found, key=lambda thought: thought.time)
 
 
+SAME_PLACE = 1e-6
+"""The distance in m below which two places are the same: no robot comes back to where it was so exactly."""
+
+
 @dataclass
 class _Moves:
     """The motion of one robot in a recording: places, velocities, and the times at which it came to rest or moved."""
@@ -168,7 +173,7 @@ class _Moves:
     places: list[tuple[float, float, float]] = field(default_factory=list)
     twists: list[tuple[float, Twist]] = field(default_factory=list)
     rests: list[tuple[float, RestRecord, bool]] = field(default_factory=list)
-    """Each record with its match time, and whether the robot was seen shortly before."""
+    """Each record with its match time, and whether the robot was seen shortly before, or before at the same place."""
 
     def step_back(self, time: float) -> None:
         """Drop what was recorded beyond a match time to which the world has stepped back: it did not happen."""
@@ -181,8 +186,10 @@ class _Moves:
 
     def add_rest(self, time: float, record: RestRecord) -> None:
         """Add a record of a rest, after the place at the same time."""
-        seen = len(self.places) > 1 and self.places[-1][0] - self.places[-2][0] <= MAX_POSE_INTERVAL
-        self.rests.append((time, record, seen))
+        (before, *there), (now, *here) = self.places[-2:] if len(self.places) > 1 else ((-math.inf, 0.0, 0.0),) * 2
+        # A world that was started again during a HALT counts rests anew.
+        stayed = now - before <= MAX_POSE_INTERVAL or math.dist(there, here) < SAME_PLACE
+        self.rests.append((time, record, before > -math.inf and stayed))
 
     def motion(self, name: str) -> Trajectory:
         speeds = dict(self.twists)

@@ -183,6 +183,7 @@ class _Reading:
             ),
             zones=self._zones, auctions=record.auctions, objects=record.objects, numbers=record.numbers,
             winner=record.winner or None, ended=record.ended or None, estop=record.estop,
+            unproved=record.unproved,
         )  # fmt: skip
 
 

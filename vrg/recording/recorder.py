@@ -265,6 +265,7 @@ class Recorder(Node):
                 for p in state.players
             ),
             state.zones, state.auctions, state.objects, state.numbers, state.ended or "",
+            state.unproved,
         )  # fmt: skip
         self._write("/referee/state", record, received)
 

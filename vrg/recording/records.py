@@ -50,6 +50,7 @@ class StateRecord(Struct, frozen=True, gc=False):
     objects: tuple[FieldObject, ...] = ()
     numbers: Mapping[str, float] = {}
     ended: str = ""
+    unproved: bool = False
 
 
 class ReportRecord(Struct, frozen=True, gc=False):

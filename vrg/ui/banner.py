@@ -49,6 +49,9 @@ def banners(scene: Scene, help_: Help = Help.NONE) -> list[Banner]:
         found.append(_stopped("EMERGENCY STOP", reason, scene, palette.ALARM, help_))
     if not scene.live:
         found.append(Banner("NO CLOCK", ("No clock from the world: what you see is old, robots stop.",), palette.LOST))
+    if scene.unproved:
+        lines = ("The disk takes no evidence: what is called now cannot be judged again.",)
+        found.append(Banner("NO EVIDENCE", lines, palette.CAUTION))
     if scene.stage is Stage.GAME_OVER:
         heading, colour = winner_words(scene)
         found.append(Banner(heading, result_lines(scene), colour))

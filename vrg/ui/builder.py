@@ -235,6 +235,7 @@ def _with_referee(scene: Scene, state: m.RefereeState, players: tuple[ScenePlaye
         score=tuple(state.score.items()),
         winner=state.winner,
         ended=state.ended,
+        unproved=state.unproved,
         time_limit=state.numbers.get(m.TIME_LIMIT),
         players=players,
         zones=tuple(state.zones),

@@ -126,7 +126,7 @@ class Scene:
         live: the world's clock runs. time: match time, s. rate: match seconds per real second.
         game: its name, empty before the referee spoke; `vrg.games.game_of` returns its look.
         stage: None before the referee spoke.
-        halted, way_out, waiting, clock, round, rounds, score, winner, ended: as in `RefereeState`.
+        halted, way_out, waiting, clock, round, rounds, score, winner, ended, unproved: as in `RefereeState`.
         time_limit: the time of play in s at which the round ends at the latest; None if it is not limited.
         reason: the last call by which a team came nearer to winning; None before one. reason_round: its round.
         estop: the emergency stop is latched anywhere. estop_reason: who pressed it and why, if that is known.
@@ -151,6 +151,7 @@ class Scene:
     score: tuple[tuple[str, int], ...] = ()
     winner: str | None = None
     ended: str | None = None
+    unproved: bool = False
     time_limit: float | None = None
     reason: Call | None = None
     reason_round: int = 0

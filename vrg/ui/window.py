@@ -1,6 +1,7 @@
 """The base of all windows: opening, events, keys, frames, pictures, closing, and a display that goes away."""
 
 import ctypes
+import io
 import logging
 import os
 import sys
@@ -11,6 +12,7 @@ from typing import ClassVar, Final, NoReturn
 import pygame
 
 from vrg.errors import LaunchError
+from vrg.files import write_whole
 from vrg.ui import palette, shapes
 from vrg.ui.acts import Act, Press, press_of
 
@@ -249,10 +251,12 @@ def save_png(surface: pygame.Surface, path: Path) -> None:
     Raises:
         OSError: the file cannot be written.
     """
+    picture = io.BytesIO()
+    pygame.image.save(surface, picture, "picture.png")
     try:
-        pygame.image.save(surface, os.fspath(path))
-    except pygame.error as error:
-        raise OSError(f"{path}: cannot write the picture: {error}") from None
+        write_whole(path, picture.getvalue())
+    except OSError as error:
+        raise OSError(f"{path}: cannot write the picture: {error.strerror}") from None
 
 
 def save_numbered(surface: pygame.Surface, folder: Path) -> str:

@@ -146,6 +146,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
         winner: the winning team when the game is over; `draw` is possible.
         ended: who ended the game before its end, and why, in words; None if it was not ended.
         estop: True while the emergency stop is engaged.
+        unproved: True while what the referee decides by cannot be written, so that it cannot be judged again.
     """
 
     version = 6
@@ -168,6 +169,7 @@ class RefereeState(Message, frozen=True, kw_only=True):
     winner: Name | None = None
     ended: Text | None = None
     estop: bool = False
+    unproved: bool = False
 
     def __post_init__(self) -> None:
         freeze(self, "score", "numbers")

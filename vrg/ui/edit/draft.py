@@ -13,6 +13,7 @@ from pathlib import Path as FilePath
 from typing import Any, Final
 
 from vrg.errors import Path
+from vrg.files import toml_of
 from vrg.games import default_strategy, game_of
 from vrg.toml_text import TomlValue, quoted, with_item, with_value, without
 from vrg.types import Pose
@@ -103,7 +104,7 @@ class Draft:
     def data(self) -> Mapping[str, Any]:
         """The content of the file; empty while it is no TOML."""
         try:
-            return tomllib.loads(self.text)
+            return toml_of(self.text)
         except tomllib.TOMLDecodeError:
             return {}
 

@@ -6,7 +6,8 @@ from pathlib import Path as FilePath
 from typing import Any, Final
 
 from vrg.bus.names import NAME_RULE, is_name
-from vrg.errors import Path, Problem, VrgError
+from vrg.errors import FileError, Path, Problem, VrgError
+from vrg.files import read_text
 from vrg.games import GAMES, game_of
 from vrg.types import Pose
 from vrg.ui.edit import checking
@@ -274,8 +275,8 @@ class Editor:
     def _reopen(self, match: str) -> None:
         recent = self._of(match)
         try:
-            text = recent.match.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
+            text = read_text(recent.match)
+        except (OSError, FileError) as error:
             raise ValueError(f"{recent.name}: {recent.match} cannot be read: {error}") from None
         file = recent.match if recent.run is None else None
         self._take(Draft(text, recent.base, file), str(recent.match))
