@@ -131,12 +131,10 @@ def test_a_file_is_replaced_in_one_step_and_stays_where_it_cannot_be(tmp_path: P
     link.symlink_to(file)
     with pytest.MonkeyPatch.context() as full:
 
-        def write_a_part(path: Path, data: bytes) -> None:
-            with path.open("wb") as out:
-                out.write(data[:2])
+        def refuse(*_: object) -> None:
             raise OSError(errno.ENOSPC, "No space left on device")
 
-        full.setattr(Path, "write_bytes", write_a_part)
+        full.setattr(os, "replace", refuse)
         with pytest.raises(ConfigError, match="cannot be written: No space left on device: choose another place"):
             write_text(file, "new text")
     assert file.read_text() == "old"

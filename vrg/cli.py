@@ -7,6 +7,7 @@ does not wait for physics to load. The help texts of the groups below are here, 
 import os
 import sys
 from collections.abc import Mapping
+from io import TextIOWrapper
 from typing import Annotated, Any, ClassVar
 
 import typer
@@ -219,6 +220,9 @@ def welcome_app() -> typer.Typer:
 
 def main() -> None:
     """Run the command line. An expected error becomes a message and status 1, never a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")  # a terminal may lack the letters of a name
     try:
         if sys.argv[1:] in ([], ["--terminal"]) and sys.stdin.isatty() and sys.stdout.isatty():
             welcome_app()()

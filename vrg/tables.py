@@ -11,6 +11,7 @@ import msgspec
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
 
 from vrg.errors import ConfigError, Path, Problem
+from vrg.files import toml_of
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector
 from vrg.registry import did_you_mean
 from vrg.types import Pose
@@ -189,7 +190,7 @@ def parsed(text: str, file: FilePath | str) -> dict[str, Any]:
         ConfigError: it is no TOML; with its line.
     """
     try:
-        return tomllib.loads(text)
+        return toml_of(text)
     except tomllib.TOMLDecodeError as error:
         line = re.search(r"line (\d+)", str(error))
         raise ConfigError([Problem(f"not TOML: {error}", (), str(file), int(line[1]) if line else 1)]) from None

@@ -50,7 +50,7 @@ def test_a_last_line_that_is_torn_loses_nothing_else(tmp_path: Path, caplog: pyt
     log.write(event)
     path.write_bytes(path.read_bytes()[:-10])
     assert read_events(path) == [event]
-    assert "left out a line" in caplog.text
+    assert "left out a torn last line of" in caplog.text
 
 
 def test_a_log_that_cannot_be_written_is_told_once_only(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:

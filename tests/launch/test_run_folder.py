@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from vrg.launch.run_folder import RunFolder, write_json, write_whole
+from vrg.files import write_json, write_whole
+from vrg.launch.run_folder import RunFolder
 
 NOW = datetime(2026, 5, 17, 14, 3, 9)
 

@@ -1,6 +1,7 @@
 import shlex
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -8,6 +9,8 @@ from click.testing import Result
 
 from tests.launch.matches import vrg
 from tests.test_machines import EMULATED, MACHINES, SITES, load
+from tests.tiny import TINY
+from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import GAMES
@@ -152,3 +155,15 @@ def test_a_folder_of_keys_that_systemd_could_not_find_is_told(tmp_path: Path, ke
     done = deployed(tmp_path, "--keys", keys, head="seats = true\n")
     assert isinstance(done.exception, ConfigError)
     assert "begins with /" in str(done.exception)
+
+
+def test_names_of_people_make_units_that_systemd_takes(tmp_path: Path) -> None:
+    path = tmp_path / "match.toml"
+    path.write_text(TINY.replace('"tiny"', '"café"').replace('"ann"', '"é1"'))
+    setup = load_match(path)
+    found = texts(setup, replace(AT, folder=PurePosixPath("/opt/100% mine")))["here"]
+    assert all(name.isascii() for name in found)
+    service = found["vrg-x--caf-dma-x--1-9fa.service"]
+    assert lines(service, "WorkingDirectory") == ["/opt/100%% mine"]
+    assert lines(service, "StateDirectory") == ["vrg-x--caf-dma"]
+    assert set(lines(found["vrg-x--caf-dma.target"], "Wants")[0].split()) == set(found) - {"vrg-x--caf-dma.target"}

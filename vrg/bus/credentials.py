@@ -1,12 +1,12 @@
 """The files by which a process proves its seat to the router, and the router its own to everybody."""
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from vrg.bus.seats import Seat, SeatKind
 from vrg.errors import CredentialsError
+from vrg.files import write_whole
 
 CERTIFICATE, PRIVATE_KEY, AUTHORITY = "seat.crt", "seat.key", "ca.crt"
 """The names of the files in the folder of a seat."""
@@ -73,8 +73,7 @@ def keep_key(keys: Path, seat: str, name: str, data: bytes) -> None:
         raise CredentialsError(f"expected a file of the keys of a seat, got {seat}/{name}")
     folder = keys / seat
     folder.mkdir(mode=0o700, exist_ok=True)
-    with os.fdopen(os.open(folder / name, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "wb") as file:
-        file.write(data)
+    write_whole(folder / name, data, 0o600)
 
 
 def find_credentials(keys: Path, seats: Sequence[Seat]) -> Credentials:

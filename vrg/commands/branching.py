@@ -1,7 +1,6 @@
 """Takes a recorded match up from an instant: for the command `vrg run replay`, and for the window that it opens."""
 
 import contextlib
-import json
 import os
 import subprocess
 import sys
@@ -17,6 +16,7 @@ from msgspec import Struct
 from vrg.commands.options import whole_target
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
+from vrg.files import read_json
 from vrg.games import strategies_of
 from vrg.games.game import capitalised
 from vrg.launch.branch import last_instant
@@ -41,9 +41,9 @@ def compared(recorded: RunFolder, folder: RunFolder) -> str:
 def ending_of(folder: RunFolder) -> str:
     """The end of a match, in words."""
     try:
-        result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
+        result: dict[str, Any] = read_json(folder.result)
         return f"{headline(result)}{summary(result)}"
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return "how it ended is not known"
 
 

@@ -1,6 +1,5 @@
 """The configurator's access to its folder: match files, maps, strategies, and recent matches."""
 
-import json
 import tomllib
 from collections.abc import Iterator
 from contextlib import suppress
@@ -8,10 +7,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
 
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, FileError
+from vrg.files import read_json, read_text, toml_of, write_whole
 from vrg.games import is_strategy_file
 from vrg.launch.result import headline, summary
-from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.launch.run_folder import RunFolder
 from vrg.modules import classes_in
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import Draft
@@ -32,19 +32,27 @@ def open_draft(file: Path) -> Draft:
         ConfigError: there is no such file, or it cannot be read.
     """
     try:
-        return Draft(file.read_text(encoding="utf-8"), file.resolve().parent, file)
+        return Draft(read_text(file), file.resolve().parent, file)
     except FileNotFoundError:
         raise ConfigError(f"{file}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, FileError) as error:
         raise ConfigError(f"{file}: cannot be read: {error}") from None
 
 
 def save_draft(draft: Draft, known: str | None) -> None:
     """Write a match file; see `vrg.ui.edit.editor.Tools`."""
     assert draft.file is not None
-    if known is not None and draft.file.exists() and draft.file.read_text(encoding="utf-8", errors="replace") != known:
+    if known is not None and draft.file.exists() and _text(draft.file) != known:
         raise FileExistsError(draft.file)
     write_whole(draft.file, draft.text.encode())
+
+
+def _text(file: Path) -> str | None:
+    """The text of a file; None if it cannot be read."""
+    try:
+        return read_text(file)
+    except (OSError, FileError):
+        return None
 
 
 def choices_in(folder: Path) -> Choices:
@@ -80,7 +88,7 @@ def _run(path: Path, when: float) -> Recent | None:
         return None
     name, game, end = path.name, "", "broken off"
     try:
-        result: dict[str, Any] = json.loads(folder.result.read_text(encoding="utf-8"))
+        result: dict[str, Any] = read_json(folder.result)
         name, game = str(result["match"]), str(result["game"])
         end = f"{headline(result)}{summary(result)}"
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -112,10 +120,8 @@ def _tables(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
 def _table(path: Path) -> dict[str, Any] | None:
     """The content of a file; None if it cannot be read as TOML."""
     try:
-        if path.stat().st_size > _LONGEST:
-            return None
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError):
+        return toml_of(read_text(path))
+    except (OSError, FileError, tomllib.TOMLDecodeError):
         return None
 
 

@@ -28,6 +28,7 @@ from vrg.commands.options import (
 )
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
+from vrg.files import write_whole
 
 if TYPE_CHECKING:
     from vrg.seats.folder import SeatKeys
@@ -149,7 +150,7 @@ def sheet(
     The links are good whenever `vrg play` serves the page with these keys.
     """
     from vrg.commands.page import EVERYWHERE, known_page, reached_at
-    from vrg.seats.folder import KeysFolder, write_private
+    from vrg.seats.folder import KeysFolder
     from vrg.ui import sheet as paper
     from vrg.ui.web.admission import DEFAULT_PORT, VisitorKind, admission
 
@@ -169,8 +170,8 @@ def sheet(
     strips = [paper.Strip(role.player or role.kind, purposes[role.kind], link) for role, link in page.links(address)]
     file = output or folder.sheet
     try:
-        write_private(folder.page, page.encoded().encode())
-        write_private(file, paper.page(setup.name, strips).encode())
+        write_whole(folder.page, page.encoded().encode(), 0o600)
+        write_whole(file, paper.page(setup.name, strips).encode(), 0o600)
     except OSError as error:
         raise ConfigError([f"{file}: cannot be written: {error.strerror}: choose another place"]) from None
     at = f"the page at {address}:{page.port}"

@@ -21,6 +21,7 @@ from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import ListenOption, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
 from vrg.errors import ConfigError
+from vrg.files import read_text
 from vrg.seats.folder import KeysFolder
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission
 
@@ -109,7 +110,7 @@ def known_page(keys: Path) -> Admission | None:
     """
     file = KeysFolder(keys).page
     try:
-        return read_admission(file.read_text(encoding="utf-8")) if file.exists() else None
+        return read_admission(read_text(file)) if file.exists() else None
     except (OSError, ValueError) as error:
         raise ConfigError(f"{file}: {error}: make new ones by `vrg keys init --replace`") from None
 

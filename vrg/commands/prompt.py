@@ -11,6 +11,7 @@ from vrg.commands.checking import DraftCheck
 from vrg.commands.drafts import choices_in, save_draft
 from vrg.errors import ConfigError, Problem
 from vrg.errors import Path as Place
+from vrg.files import read_text
 from vrg.games import GAMES, game_of
 from vrg.ui.edit.checking import problem_text
 from vrg.ui.edit.draft import COLUMNS, Draft
@@ -137,7 +138,7 @@ def _tell(draft: Draft, problems: Sequence[Problem]) -> None:
 
 def _save(draft: Draft) -> Draft:
     """Ask for a name and write the file; another file is only replaced if the person wants that."""
-    known = draft.text if draft.file is None else draft.file.read_text(encoding="utf-8", errors="replace")
+    known = draft.text if draft.file is None else read_text(draft.file)
     file = draft.file
     while True:
         name = typer.prompt("save as", default=file.stem if file is not None else draft.shown(("name",)))

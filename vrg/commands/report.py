@@ -11,7 +11,8 @@ from rich.markup import escape
 
 from vrg.commands.matches import ended_run
 from vrg.commands.options import JsonOption, RunArgument, make_console, print_table, write_text
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError, FileError, LaunchError
+from vrg.files import read_json
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup, PlayerSetup
@@ -82,7 +83,10 @@ def read_learned(folder: "RunFolder") -> dict[str, Any]:
     file = folder.logs / "fusion.json"
     if not file.is_file():
         raise LaunchError(f'{folder.path}: expected {file.name} in logs: no player has `localisation = "fusion"`')
-    told: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
+    try:
+        told: dict[str, Any] = read_json(file)
+    except (OSError, FileError) as error:
+        raise LaunchError(f"{file}: cannot be read: {error}") from None
     return told
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from vrg.commands.options import RunsOption
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, LaunchError
 
 if TYPE_CHECKING:
     from vrg.ui.edit.draft import Draft
@@ -94,9 +94,16 @@ def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "NextStep | None":
     from vrg.ui.edit.server import HOST, EditServer
 
     tools = Tools(DraftCheck(), save_draft, choices_in, lambda: recent_matches(runs, Path.cwd()))
-    port = free_port(HOST, PORT)
-    server = EditServer(Editor(tools, Path.cwd(), draft), port)
-    server.start()
+    editor = Editor(tools, Path.cwd(), draft)
+    while True:
+        port = free_port(HOST, PORT)
+        server = EditServer(editor, port)
+        try:
+            server.start()
+            break
+        except LaunchError:
+            if free_port(HOST, PORT) == port:
+                raise  # it is not that another page, begun at the same instant, was faster
     # The end of the terminal or of the session is an end like Ctrl-C: what is not saved is kept.
     for number in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.default_int_handler)

@@ -14,8 +14,9 @@ from vrg.config import checks
 from vrg.config.files import HERE, MatchFile, TeamTable
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, PlayerSetup
-from vrg.errors import ConfigError, Problem
+from vrg.errors import ConfigError, FileError, Problem
 from vrg.errors import Path as Place
+from vrg.files import read_text, toml_of
 from vrg.games import GAMES, STRATEGIES, file_of, has_name
 from vrg.games.game import Game
 from vrg.hal.backends import BACKENDS
@@ -47,7 +48,7 @@ def match_path(game_or_path: str) -> Path:
     path = Path(game_or_path)
     if path.suffix == ".toml" or path.is_file():
         if not path.is_file():
-            there = [str(file) for file in path.parent.glob("*.toml")]
+            there = [str(file) for file in path.parent.glob("*.toml") if _is_match(file)]
             raise ConfigError(f"{path}: no such file{did_you_mean(str(path), there)}")
         return path
     if game_or_path in GAMES:
@@ -65,6 +66,14 @@ def match_path(game_or_path: str) -> Path:
     )
 
 
+def _is_match(path: Path) -> bool:
+    """True for a file that names a game, as no other file in TOML does."""
+    try:
+        return "game" in toml_of(read_text(path))
+    except (OSError, FileError, tomllib.TOMLDecodeError):
+        return False
+
+
 def read_match(path: Path) -> MatchFile:
     """Read a match file without checking what it names, such as strategies, maps and calibration files.
 
@@ -72,8 +81,8 @@ def read_match(path: Path) -> MatchFile:
         ConfigError: it cannot be read, or a field is unknown, missing or wrong.
     """
     try:
-        return _FILE.validate_python(tomllib.loads(path.read_text(encoding="utf-8")))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError, ValidationError) as error:
+        return _FILE.validate_python(toml_of(read_text(path)))
+    except (OSError, FileError, tomllib.TOMLDecodeError, ValidationError) as error:
         raise ConfigError(f"{path}: cannot be read; `vrg check {path}` says more: {error}") from None
 
 
@@ -88,8 +97,10 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
         ConfigError: the file has problems. The error lists all of them, each with the file and the line.
     """
     try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path)
+    except OSError as error:
+        raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
+    except FileError as error:
         raise ConfigError(f"{path}: cannot be read: {error}") from None
     return check_match(text, path, base or path.resolve().parent, **overrides)
 
@@ -146,8 +157,8 @@ def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object
             problems += [Problem(p.text, ("players", player.number, "strategy")) for p in error.problems]
     if problems:
         text = setup.text
-        with contextlib.suppress(OSError, UnicodeDecodeError):
-            text = Path(setup.origin).read_text(encoding="utf-8")  # without overrides, which are lines of their own
+        with contextlib.suppress(OSError, FileError):
+            text = read_text(Path(setup.origin))  # without overrides, which are lines of their own
         raise ConfigError(located(problems, setup.origin, text))
 
 

@@ -15,7 +15,8 @@ from msgspec import structs
 from vrg.bus.seats import Roster
 from vrg.bus.topics import Keys
 from vrg.config.files import HERE, Machine, MatchFile, PlayerEntry
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError, FileError, LaunchError
+from vrg.files import decoded, read_bytes, write_whole
 from vrg.games import file_of
 from vrg.hal.backends import BACKENDS
 from vrg.hal.companions import Companion
@@ -297,8 +298,7 @@ def write_setup(setup: MatchSetup, path: Path) -> None:
         LaunchError: the file cannot be written.
     """
     try:
-        path.touch(mode=0o600)
-        path.write_bytes(msgspec.json.encode(setup))
+        write_whole(path, msgspec.json.encode(setup), 0o600)
     except OSError as error:
         raise LaunchError(f"{path}: cannot be written: {error.strerror}: choose another place") from error
 
@@ -310,10 +310,10 @@ def read_setup(path: Path) -> MatchSetup:
         LaunchError: it cannot be read, or is of another release of VRG.
     """
     try:
-        return msgspec.json.decode(path.read_bytes(), type=MatchSetup)
+        return decoded(msgspec.json.Decoder(MatchSetup), read_bytes(path))
     except OSError as error:
         raise LaunchError(f"{path}: cannot be read: {error.strerror}") from error
-    except msgspec.DecodeError as error:
+    except FileError as error:
         raise LaunchError(
             f"{path}: expected the set-up of a match of this release: {error}: use the VRG that played the match"
         ) from None

@@ -12,12 +12,13 @@ from msgspec import Struct
 
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.evaluation.experiment import Definition, written
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
+from vrg.files import decoded, read_bytes, records_of, write_whole
 from vrg.launch.change import Branch, Change, kept
 from vrg.launch.keeping import keep
-from vrg.launch.run_folder import RunFolder, delete, write_whole
+from vrg.launch.run_folder import RunFolder, delete
 
 log = logging.getLogger(__name__)
 
@@ -214,30 +215,30 @@ def read_definition(folder: Path) -> Definition:
     """
     path = folder / DEFINITION
     try:
-        return msgspec.json.decode(path.read_bytes(), type=Definition)
-    except (OSError, msgspec.DecodeError) as error:
+        return decoded(msgspec.json.Decoder(Definition), read_bytes(path))
+    except (OSError, FileError) as error:
         text = f"expected the definition of an experiment of this release: {error}: choose another --output"
         raise ConfigError(f"{path}: {text}") from None
 
 
 def read_records(path: Path, kind: type[R]) -> list[R]:
-    """Read a file of records, one a line. A torn last line is removed; a missing file has no records.
+    """Read a file of records, one a line. What is torn behind the last whole one is removed; a missing file has none.
+
+    A line that is damaged is left out with a warning.
 
     Raises:
-        LaunchError: a line is no such record. OSError: it cannot be read.
+        OSError: it cannot be read.
     """
-    content = path.read_bytes() if path.exists() else b""
-    whole = content[: content.rfind(b"\n") + 1]
-    if len(whole) < len(content):
-        log.warning("%s: dropped a torn last line of %d bytes", path, len(content) - len(whole))
-        os.truncate(path, len(whole))
-    found = []
-    for number, line in enumerate(whole.splitlines(), 1):
-        try:
-            found.append(msgspec.json.decode(line, type=kind))
-        except msgspec.DecodeError as error:
-            raise LaunchError(f"{path}:{number}: expected a {kind.__name__}: {error}: remove this line") from None
-    return found
+    try:
+        content = read_bytes(path)
+    except FileNotFoundError:
+        return []
+    found = records_of(content, msgspec.json.Decoder(kind))
+    if found.torn:
+        os.truncate(path, len(content) - found.torn)
+    for text in found.damage(path, f"a {kind.__name__}"):
+        log.warning("%s", text)
+    return list(found)
 
 
 def write_record(file: IO[bytes], record: Struct) -> None:

@@ -14,14 +14,15 @@ from vrg.bus.messages import DISQUALIFIED, Call
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.errors import ConfigError, LaunchError, VrgError
+from vrg.errors import ConfigError, FileError, LaunchError, VrgError
 from vrg.evaluation.contenders import Contender
 from vrg.evaluation.entries import Source
 from vrg.evaluation.experiment import Definition
 from vrg.evaluation.folder import ExperimentFolder, read_records, write_record
 from vrg.evaluation.games import ScheduledGame
+from vrg.files import decoded, read_bytes, write_whole
 from vrg.launch.keeping import keep
-from vrg.launch.run_folder import RunFolder, delete, write_whole
+from vrg.launch.run_folder import RunFolder, delete
 
 SAMPLED_EVERY = 0.5
 """The match time in s between two poses of a player that are kept of a game."""
@@ -190,8 +191,8 @@ class LeagueFolder(ExperimentFolder):
     def trace(self, game: ScheduledGame) -> Trace:
         """The trace of a game; an empty one if there is none."""
         try:
-            return msgspec.json.decode((self.kept(game) / "trace.json").read_bytes(), type=Trace)
-        except (OSError, msgspec.DecodeError):
+            return decoded(msgspec.json.Decoder(Trace), read_bytes(self.kept(game) / "trace.json"))
+        except (OSError, FileError):
             return Trace()
 
     def again(self, game: ScheduledGame) -> str:
@@ -211,9 +212,7 @@ class LeagueFolder(ExperimentFolder):
                 file.unlink(missing_ok=True)
                 return
             self.errors.mkdir(mode=0o700, exist_ok=True)
-            descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
-            with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as opened:
-                opened.write(text)
+            write_whole(file, text.encode(errors="backslashreplace"), 0o600)
         except OSError as error:
             raise LaunchError(f"{file}: cannot be written: {error.strerror}: free some space") from None
 

@@ -21,8 +21,7 @@ from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.coordinator.match import Match
-from vrg.coordinator.rulebook import Observation
+from vrg.coordinator.match import state_after
 from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.games import has_name
@@ -87,7 +86,7 @@ def judged(setup: MatchSetup, folder: RunFolder, reported: Played) -> Played:
         officials = [words for entry in entries if (words := _by_nobody(entry, reported.failures))]
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
-        state = Match(rulebook_of(setup), standing).state(Observation({}), estop=False)
+        state = state_after(rulebook_of(setup), standing)
     except VrgError as error:
         return invalid(setup, reported, str(error))
     if wrong or officials or judgement.unjudged or reported.ended != _ended(state):

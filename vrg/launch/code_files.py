@@ -6,6 +6,7 @@ import pwd
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
+from vrg.files import TEXT_LIMIT, read_bytes
 from vrg.modules import module_in
 
 DECLARED = "FILES"
@@ -49,7 +50,7 @@ def readable_parts(path: Path) -> Iterator[Path]:
 def _needed(file: Path, folder: Path) -> Iterator[Path]:
     """The modules in a folder that a file imports, and the files beside it that it names."""
     try:
-        tree = ast.parse(file.read_text(encoding="utf-8"))
+        tree = ast.parse(read_bytes(file, TEXT_LIMIT))
     except (OSError, SyntaxError, ValueError, RecursionError, MemoryError):
         return  # the import tells it better
     for node in ast.walk(tree):

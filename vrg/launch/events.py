@@ -13,6 +13,8 @@ from typing import Protocol
 import msgspec
 from msgspec import Struct
 
+from vrg.files import read_bytes, records_of
+
 log = logging.getLogger(__name__)
 
 _json = msgspec.json.Encoder()
@@ -69,6 +71,9 @@ class Event(Struct, frozen=True, kw_only=True, omit_defaults=True):
     side: float = 0.0
 
 
+_decoder = msgspec.json.Decoder(Event)
+
+
 class EventLog:
     """Appends events to a file. An event that cannot be written is logged and forgotten: the match goes on.
 
@@ -117,12 +122,7 @@ def read_events(path: Path) -> list[Event]:
     Raises:
         OSError: the file cannot be read.
     """
-    events = []
-    for line in path.read_bytes().split(b"\n"):
-        if not line:
-            continue
-        try:
-            events.append(msgspec.json.decode(line, type=Event))
-        except (msgspec.DecodeError, msgspec.ValidationError) as error:
-            log.warning("%s: left out a line that is no event: %s", path, error)
-    return events
+    found = records_of(read_bytes(path), _decoder)
+    for text in found.damage(path, "an event"):
+        log.warning("%s", text)
+    return list(found)

@@ -20,13 +20,14 @@ from vrg.coordinator.evidence import TINY
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
+from vrg.files import write_json
 from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.change import Change, amended
 from vrg.launch.contained import ContainedPlayer
 from vrg.launch.nodes import coordinator_node, player_node, tracker_node, world_node
 from vrg.launch.repeating import Strategies
-from vrg.launch.run_folder import RunFolder, write_json
+from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import Ended, Line, StepLog
 from vrg.launch.verifying import Digested, Verification
 

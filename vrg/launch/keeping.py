@@ -4,13 +4,13 @@ Files beside the match file keep their place, so that the match file in the run 
 the folder `files`, and the copy of the match file names them there.
 """
 
-import json
 import os
 import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
 from vrg.config.setup import MatchSetup
+from vrg.files import write_json, write_whole
 from vrg.games import file_of
 from vrg.hal.sensors.depiction import Rays
 from vrg.launch.code_files import imported
@@ -91,7 +91,7 @@ def keep(setup: MatchSetup, folder: RunFolder) -> None:
     """
     kept = files_of(setup)
     copy_into(folder, kept.copies)
-    folder.match_file.write_text(kept.text, encoding="utf-8")
+    write_whole(folder.match_file, kept.text.encode())
 
 
 def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
@@ -109,7 +109,7 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
     x_min, y_min, x_max, y_max = surrounding(bounds)
     middle = ((x_min + x_max) / 2, (y_min + y_max) / 2)
     width = max(x_max - x_min, y_max - y_min, LEAST_SHOWN)
-    folder.layout.write_text(json.dumps(foxglove_layout(scans, middle, width), indent=2) + "\n", encoding="utf-8")
+    write_json(folder.layout, foxglove_layout(scans, middle, width))
 
 
 def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:

@@ -27,11 +27,12 @@ from vrg.bus.stopping import StopSignal
 from vrg.config.files import WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
+from vrg.files import write_json
 from vrg.launch.events import EventKind
 from vrg.launch.host import GROUPS, Host
 from vrg.launch.listening import Listening
 from vrg.launch.process_log import LogWarnings
-from vrg.launch.run_folder import RunFolder, write_json
+from vrg.launch.run_folder import RunFolder
 from vrg.launch.running import RunningMatch, registered
 from vrg.launch.vacancies import LAUNCHER, Vacancies
 from vrg.types import few

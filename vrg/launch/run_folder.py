@@ -1,6 +1,5 @@
 """The folder of a run, with all files that the run writes."""
 
-import json
 import os
 import secrets
 import shutil
@@ -10,7 +9,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
-from typing import Any
 
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError
@@ -160,27 +158,3 @@ def scratch_folder() -> Iterator[Path]:
 
 def _unusable(path: Path, error: OSError) -> LaunchError:
     return LaunchError(f"{path}: the run folder cannot be made: {error.strerror}: choose another place")
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Replace a file in one step, so that a reader sees either the old or the new content, never a part of it.
-
-    Raises:
-        OSError: it cannot be written; the old content is still there.
-    """
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_bytes(data)
-        os.replace(partial, path)
-    except OSError:
-        partial.unlink(missing_ok=True)
-        raise
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a JSON file for people and scripts.
-
-    Raises:
-        OSError: it cannot be written; the old content is still there.
-    """
-    write_whole(path, (json.dumps(content, indent=2) + "\n").encode())

@@ -87,7 +87,7 @@ def running() -> list[RunningMatch]:
                     path.unlink(missing_ok=True)
                     continue
                 matches.append(RunningMatch(**json.load(entry)))
-        except (OSError, ValueError, TypeError):
+        except (OSError, ValueError, TypeError, RecursionError):
             continue
     return matches
 

@@ -26,9 +26,10 @@ from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.files import LIVE, ROS, THREE
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, SandboxError, StrategyError
+from vrg.files import read_bytes, write_whole
 from vrg.launch import nodes
 from vrg.launch.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
-from vrg.launch.run_folder import RunFolder, write_whole
+from vrg.launch.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
@@ -93,7 +94,7 @@ def serve(
         if kind == "world":
             world = nodes.world_node(setup)
             if folder.snapshot.exists():
-                world.restore(folder.snapshot.read_bytes())
+                world.restore(read_bytes(folder.snapshot))
                 log.info("going on from the snapshot at tick %d", world.start_tick)
             keeper = _SnapshotKeeper(folder, world.snapshot)
             first = world.start_tick

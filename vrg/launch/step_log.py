@@ -5,6 +5,7 @@ each node has published in that step. Two runs of one match with one seed have t
 differs tells when and in which node they parted. Besides, each step is noted that a player has missed: see `Missed`.
 """
 
+import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Self
@@ -14,6 +15,7 @@ from msgspec import Struct
 
 from vrg.blame import DecisionTimeoutError
 from vrg.errors import LaunchError, StrategyError
+from vrg.files import Decoder, read_bytes, records_of
 
 
 class Digest(Struct, frozen=True, kw_only=True, tag="digest"):
@@ -74,7 +76,8 @@ class Ended(Struct, frozen=True, kw_only=True, tag="ended"):
 
 
 Line = Digest | Missed | Unmade | Ended
-_decoder = msgspec.json.Decoder(Line)
+_decoder: Decoder[Line] = msgspec.json.Decoder(Line)
+log = logging.getLogger(__name__)
 
 
 class StepLog:
@@ -122,24 +125,20 @@ class StepLog:
 
 
 def read_steps(path: Path) -> list[Line]:
-    """The whole lines of a log; none if there is no log.
+    """The whole lines of a log; none if there is no log. A line that is damaged is left out with a warning.
 
     Raises:
-        LaunchError: it cannot be read, or a whole line is damaged.
+        LaunchError: it cannot be read.
     """
     try:
-        content = path.read_bytes()
+        found = records_of(read_bytes(path), _decoder)
     except FileNotFoundError:
         return []
     except OSError as error:
         raise LaunchError(f"{path}: cannot be read: {error.strerror}") from None
-    found: list[Line] = []
-    for number, line in enumerate(content[: content.rfind(b"\n") + 1].splitlines(), 1):
-        try:
-            found.append(_decoder.decode(line))
-        except msgspec.DecodeError as error:
-            raise LaunchError(f"{path}:{number}: expected a line of a log of steps: {error}") from None
-    return found
+    for text in found.damage(path, "one of a log of steps"):
+        log.warning("%s", text)
+    return list(found)
 
 
 def parted(one: Iterable[Line], other: Iterable[Line]) -> tuple[float, list[str]] | None:

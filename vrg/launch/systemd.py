@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from vrg.bus.names import chunk_of
 from vrg.config.files import HERE, WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.launch.keeping import files_of
@@ -83,11 +84,17 @@ def unit_files(
 
 
 def _stem(setup: MatchSetup) -> str:
-    return f"vrg-{setup.name}"
+    """The beginning of the names of all units. They have ASCII letters only."""
+    return f"vrg-{chunk_of(setup.name)}"
 
 
 def _unit(setup: MatchSetup, process: str) -> str:
-    return f"{_stem(setup)}-{process}"
+    return f"{_stem(setup)}-{chunk_of(process)}"
+
+
+def _plain(text: str) -> str:
+    """A text as systemd reads it where a line is no list of words."""
+    return text.replace("%", "%%")
 
 
 def _run_service(setup: MatchSetup, at: Installation) -> str:
@@ -115,7 +122,7 @@ def _service(setup: MatchSetup, process: str, where: Mapping[str, str], at: Inst
         "[Service]",
     ]
     lines += [f"ExecStart={' '.join(map(_quoted, _command(setup, process, at)))}", f"User={at.user}"]
-    lines += [f"WorkingDirectory={at.folder}", f"StateDirectory={_stem(setup)}"]
+    lines += [f"WorkingDirectory={_plain(str(at.folder))}", f"StateDirectory={_stem(setup)}"]
     if process == WINDOW and at.display is not None:
         lines.append(f"Environment=DISPLAY={at.display}")
     # A process that comes back takes the place of the one that died; a window that was closed stays closed.

@@ -113,8 +113,15 @@ def _machine_code(function: FunctionType, kept: set[str] | None) -> Any:
         with contextlib.suppress(OSError):  # a home may be read-only
             folder.mkdir(parents=True, exist_ok=True)
             vars(config)["CACHE_DIR"], cached = str(folder), True
-    # fastmath stays off: results must be those of Python, to the last bit wherever the processor allows it.
-    return njit(nogil=True, error_model="numpy", forceinline=kept is None, cache=cached)(function)
+
+    def made(*, cache: bool) -> Any:
+        # fastmath stays off: results must be those of Python, to the last bit wherever the processor allows it.
+        return njit(nogil=True, error_model="numpy", forceinline=kept is None, cache=cache)(function)
+
+    try:
+        return made(cache=cached)
+    except RuntimeError:  # the folder is there, and of another user
+        return made(cache=False)
 
 
 def _digest(texts: Iterable[str]) -> str:

@@ -19,7 +19,8 @@ from pyarrow import parquet
 
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.rulebook import DRAW, NOBODY
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, FileError
+from vrg.files import decoded
 from vrg.games import learning_of
 from vrg.learning.action import limits_of
 from vrg.learning.demonstration import Pairs
@@ -184,8 +185,8 @@ def _heading(file: Path, metadata: Mapping[bytes, bytes]) -> Heading:
     if _KEY not in metadata:
         raise ConfigError(f"{file}: expected decisions of recorded matches: {_WRITTEN_BY}")
     try:
-        heading = msgspec.json.decode(metadata[_KEY], type=Heading)
-    except msgspec.DecodeError as error:
+        heading = decoded(msgspec.json.Decoder(Heading), metadata[_KEY])
+    except FileError as error:
         raise ConfigError(f"{file}: expected decisions of recorded matches: {error}: {_WRITTEN_BY}") from None
     learning = learning_of(heading.game, file)
     own, slot = map(len, layout_of(learning))

@@ -4,7 +4,7 @@ keys/authority/   ca.crt, ca.key               stays with the person who makes t
 keys/<seat>/      seat.crt, seat.key, ca.crt   is all that the machine of this seat needs
 """
 
-import os
+import errno
 import shutil
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
@@ -15,6 +15,7 @@ from pathlib import Path
 from vrg.bus.credentials import AUTHORITY, CERTIFICATE, PRIVATE_KEY, Credentials
 from vrg.bus.seats import Seat, SeatKind
 from vrg.errors import ConfigError
+from vrg.files import write_whole
 from vrg.seats.authority import KeyPair, Validity, authority_name, is_of, make_authority, make_seat, validity
 
 LASTS = timedelta(days=30)
@@ -83,8 +84,8 @@ class KeysFolder:
             if keep_authority:
                 folder = self.path / _AUTHORITY_FOLDER
                 _private_folder(folder)
-                write_private(folder / _AUTHORITY_KEY, authority.private_key)
-                write_private(folder / AUTHORITY, authority.certificate)
+                write_whole(folder / _AUTHORITY_KEY, authority.private_key, 0o600)
+                write_whole(folder / AUTHORITY, authority.certificate, 0o600)
             self._make_seats(authority, seats, now, lasts, hosts)
 
     def renew(
@@ -210,7 +211,7 @@ class KeysFolder:
                 source, target = self.path / seat.common_name, to / seat.common_name
                 _private_folder(target)
                 for name in (CERTIFICATE, PRIVATE_KEY, AUTHORITY):
-                    write_private(target / name, (source / name).read_bytes())
+                    write_whole(target / name, (source / name).read_bytes(), 0o600)
                 made.append(target)
         return made
 
@@ -238,9 +239,9 @@ class KeysFolder:
             made = make_seat(authority, seat, now, lasts, hosts)
             folder = self.path / seat.common_name
             _private_folder(folder)
-            write_private(folder / PRIVATE_KEY, made.private_key)
-            write_private(folder / CERTIFICATE, made.certificate)
-            write_private(folder / AUTHORITY, authority.certificate)
+            write_whole(folder / PRIVATE_KEY, made.private_key, 0o600)
+            write_whole(folder / CERTIFICATE, made.certificate, 0o600)
+            write_whole(folder / AUTHORITY, authority.certificate, 0o600)
 
 
 @contextmanager
@@ -254,14 +255,6 @@ def _writing(path: Path) -> Iterator[None]:
 
 def _private_folder(path: Path) -> None:
     """Make a folder that only its owner can look into. One that is there already may be others' too, and stays so."""
+    if path.is_symlink():
+        raise OSError(errno.ELOOP, f"expected a folder, found a link at {path.name}", str(path))
     path.mkdir(mode=0o700, parents=True, exist_ok=True)
-
-
-def write_private(path: Path, data: bytes) -> None:
-    """Write a file that only its owner can read, from the first byte on, and replace an old one in one step."""
-    partial = path.with_name(f".{path.name}.partial")
-    with suppress(FileNotFoundError):
-        partial.unlink()
-    with os.fdopen(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as file:
-        file.write(data)
-    os.replace(partial, path)

@@ -15,7 +15,8 @@ from pathlib import Path
 
 from pydantic import Field, ValidationError, field_validator
 
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, FileError
+from vrg.files import read_text, toml_of
 from vrg.hal.models import RobotModel
 from vrg.hal.models.settings import motion_problems, with_motion
 from vrg.tables import Table, problems_of
@@ -75,8 +76,8 @@ def load_calibration(path: Path, nodes: list[int]) -> Calibration:
         ConfigError: it cannot be read, or does not fit; tells every problem.
     """
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        data = toml_of(read_text(path))
+    except (OSError, FileError, tomllib.TOMLDecodeError) as error:
         raise ConfigError(f"{path}: expected a calibration file, as `vrg can calibrate` writes it: {error}") from None
     try:
         found = Calibration.model_validate(data)

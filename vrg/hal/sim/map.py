@@ -28,7 +28,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, ValidationError, model_validator
 
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, FileError
+from vrg.files import read_text
 from vrg.hal.sim.maps import MAPS
 from vrg.hal.sim.shapes import Box, box_corners, box_edges, boxes_touch, circle_touches
 from vrg.regions import Circle, Polygon, Region
@@ -147,8 +148,8 @@ def load_map(name_or_path: str | Path) -> Map:
             raise ConfigError(f"{MAPS.unknown(wanted)}, or a path that ends in .toml")
         path = MAPS.get(wanted)
     try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(path)
+    except (OSError, FileError) as error:
         raise ConfigError(f"map: cannot read {path}: {error}") from None
     return _parse(text, str(path))
 

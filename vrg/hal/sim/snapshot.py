@@ -5,7 +5,8 @@ from typing import Any
 import msgspec
 from msgspec import Struct
 
-from vrg.errors import WorldError
+from vrg.errors import FileError, WorldError
+from vrg.files import decoded
 from vrg.types import Count, Name, Pose
 
 _VERSION = 4
@@ -75,8 +76,8 @@ def decode_snapshot(data: bytes) -> WorldSnapshot:
         WorldError: the data is damaged, or of another release of vrg.
     """
     try:
-        snapshot = msgspec.msgpack.decode(data, type=WorldSnapshot)
-    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        snapshot = decoded(msgspec.msgpack.Decoder(WorldSnapshot), data)
+    except FileError as error:
         raise WorldError(f"snapshot: expected a world's snapshot, got damaged bytes: {error}") from None
     if snapshot.version != _VERSION:
         raise WorldError(f"snapshot: expected version {_VERSION}, got {snapshot.version}: start the match anew")

@@ -24,7 +24,8 @@ from typing import Annotated, Final
 import numpy as np
 from pydantic import Field, ValidationError, model_validator
 
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, FileError
+from vrg.files import read_text
 from vrg.localisation.camera.detection import NUMBERS
 from vrg.localisation.camera.field import FieldView, Place
 from vrg.localisation.camera.lens import Lens
@@ -135,8 +136,8 @@ def load_camera(file: Path) -> CameraFile:
         ConfigError: it cannot be read, or its fields are wrong; tells all problems at once.
     """
     try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
+        text = read_text(file)
+    except (OSError, FileError) as error:
         raise ConfigError(f"{file}: expected the file that `vrg locate calibrate lens` writes: {error}") from None
     try:
         return CameraFile.model_validate(parsed(text, file))

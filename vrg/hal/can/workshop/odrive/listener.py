@@ -1,12 +1,11 @@
 """ODrives on a bus: how they are recognised, and what they tell."""
 
-import json
 import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from vrg.errors import ConfigError, RobotError
+from vrg.files import read_json
 from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
@@ -86,7 +85,7 @@ def read_endpoints(path: Path) -> Endpoints:
         ConfigError: it cannot be read, or it is none.
     """
     try:
-        data: Any = json.loads(path.read_text(encoding="utf-8"))
+        data = read_json(path)
         listed = data["endpoints"]
         found = {name: Endpoint(int(e["id"]), e["type"]) for name, e in listed.items() if e.get("type") in _PACKINGS}
         return Endpoints(str(data["fw_version"]), found)
