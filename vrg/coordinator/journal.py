@@ -28,7 +28,7 @@ from vrg.coordinator.evidence import Entry, EvidenceFile, TickEvidence
 from vrg.coordinator.match import Checkpoint
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import FileError, JournalError
-from vrg.files import Records, decoded, read_bytes, records_of
+from vrg.files import Records, decoded, opened, read_bytes, records_of
 
 log = logging.getLogger(__name__)
 
@@ -125,7 +125,8 @@ class Journal:
 
     def _load(self, header: JournalHeader) -> tuple[int, Record | None]:
         """The number of bytes up to the end of the last whole record, and that record. What follows it is cut off."""
-        content = read_bytes(self.path)
+        with opened(self.path) as written:
+            content = written.read()  # however long its own match was
         found = records_of(content, _header, _record)
         if len(content) == found.torn:
             first = _json.encode(header) + b"\n"
