@@ -1,6 +1,8 @@
 """The `vrg` command: what is wrong is said in words, with its place, and as an exit status."""
 
+import os
 import re
+import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -261,6 +263,37 @@ def test_a_name_that_is_misspelled_comes_with_the_one_that_is_meant(
     done = vrg(*typed.split())
     assert done.status != 0
     assert said in " ".join(done.err.split())
+
+
+@pytest.mark.parametrize(
+    ("target", "said"),
+    [
+        ("OKQ.PY:P", "expected a file whose name ends in .py, got 'OKQ.PY': rename it"),
+        ("a/b.ipynb:P", "expected a file whose name ends in .py, got 'b.ipynb': save the notebook as a Python file"),
+    ],
+)
+def test_a_strategy_that_is_no_python_file_is_told_so(vrg: Callable[..., Done], target: str, said: str) -> None:
+    done = vrg("practice", target)
+    assert done.status == 1
+    assert said in done.err
+
+
+def test_only_match_files_are_meant_by_a_match_file_that_is_not_there(vrg: Callable[..., Done]) -> None:
+    Path("matcj.toml").write_text("a = 1\n")
+    assert "did you mean" not in vrg("play", "match.toml").err
+    Path("matcj.toml").write_text(GOOD)
+    assert "match.toml: no such file, did you mean 'matcj.toml'?" in vrg("play", "match.toml").err
+
+
+def test_a_terminal_that_lacks_the_letters_of_a_name_gets_them_as_python_writes_them(tmp_path: Path) -> None:
+    (tmp_path / "m.toml").write_text(changed(('name = "player1"', 'name = "小明"'), ('role = "shark"', 'role = "x"')))
+    environment = {**os.environ, "PYTHONIOENCODING": "latin-1"}
+    command = [sys.executable, "-m", "vrg", "check", str(tmp_path / "m.toml")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert (done.returncode, "Traceback" in done.stderr) == (1, False)
+    command = [sys.executable, "-m", "vrg", "check", str(tmp_path / "小明.toml")]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=300, check=False)
+    assert "\\u5c0f\\u660e.toml: no such file" in done.stderr
 
 
 @pytest.mark.parametrize("text", ["", "x", "1:2:3:4", "-1", "nan", "1:-2", "61"])

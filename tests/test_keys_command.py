@@ -76,6 +76,16 @@ def test_keys_that_were_handed_out_are_not_overwritten(folder: Path, tmp_path: P
     assert {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()} == before
 
 
+def test_no_key_is_written_behind_a_link(tmp_path: Path) -> None:
+    elsewhere, made = tmp_path / "elsewhere", tmp_path / "keys"
+    for path in (elsewhere, made):
+        path.mkdir()
+    (made / "authority").symlink_to(elsewhere)
+    done = keys("init", GAME, "--keys", str(made))
+    assert "keys cannot be written: expected a folder, found a link at authority" in str(done.exception)
+    assert list(elsewhere.iterdir()) == []
+
+
 def test_renewed_keys_last_longer(folder: Path) -> None:
     before = shown(folder)["world"]["until"]
     assert keys("renew", GAME, "--keys", str(folder), "--days", "9").exit_code == 0

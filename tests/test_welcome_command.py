@@ -1,6 +1,7 @@
 """Plain `vrg` and `vrg edit` with --terminal: questions, and what is printed where nobody answers."""
 
 import os
+import socket
 import subprocess
 import sys
 from collections.abc import Callable
@@ -14,6 +15,8 @@ from vrg.cli import main
 from vrg.commands import welcome
 from vrg.config.loading import load_match
 from vrg.ui.edit.draft import Draft
+from vrg.ui.edit.editor import NextStep
+from vrg.ui.edit.server import EditServer
 
 Answer = Callable[..., tuple[int, str, list[list[str]]]]
 
@@ -131,6 +134,27 @@ def test_plain_vrg_prints_help_where_nobody_sits_at_a_terminal(
         main()
     assert end.value.code == 2
     assert "COMMAND ..." in capsys.readouterr().out
+
+
+def test_a_page_whose_port_another_one_was_faster_to_take_gets_the_next(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    start, ports = EditServer.start, []
+
+    def late(server: EditServer) -> None:
+        ports.append(server._port)
+        if len(ports) == 1:  # another page was begun between the look and this
+            other.bind((server._host, server._port))
+            other.listen()
+        start(server)
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(EditServer, "start", late)
+    monkeypatch.setattr(EditServer, "wait", lambda *_: NextStep())
+    monkeypatch.setattr(welcome, "_pressed", lambda: False)
+    with socket.socket() as other:
+        welcome._page(tmp_path / "runs", None, web=False)
+    assert ports[1] > ports[0]
 
 
 @pytest.mark.parametrize(
