@@ -8,6 +8,8 @@ from typing import Any
 
 import msgspec
 
+from vrg.errors import FileError, MessageError
+from vrg.files import decoded
 from vrg.recording.mcap_reading import records_in
 
 _LENGTH = 60
@@ -53,11 +55,23 @@ def first_difference(there: Sequence[Path], here: Sequence[Path]) -> Difference 
             first = min(one, other, key=lambda record: record[2])
             return Difference(first[2], first[0], "", (_named(one), _named(other)))
         if one[3] != other[3]:
-            found = next(_fields(*(msgspec.json.decode(data) for data in (one[3], other[3]))), None)
+            found = next(_fields(*(_read(data, one[0]) for data in (one[3], other[3]))), None)
             # Texts may differ where values do not, as those of 0 and -0.
-            field, *values = found or ("", one[3].decode(), other[3].decode())
+            field, *values = found or ("", *(data.decode(errors="replace") for data in (one[3], other[3])))
             return Difference(one[2], one[0], field, (_shown(values[0]), _shown(values[1])))
     return None
+
+
+def _read(data: bytes, topic: str) -> Any:
+    """What a record holds.
+
+    Raises:
+        MessageError: it is no JSON.
+    """
+    try:
+        return decoded(msgspec.json.Decoder(), data)
+    except FileError as error:
+        raise MessageError(f"{topic}: expected JSON: {error}") from None
 
 
 def _named(record: tuple[str, dict[str, str], float, bytes]) -> str:

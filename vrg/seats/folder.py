@@ -15,7 +15,7 @@ from pathlib import Path
 from vrg.bus.credentials import AUTHORITY, CERTIFICATE, PRIVATE_KEY, Credentials
 from vrg.bus.seats import Seat, SeatKind
 from vrg.errors import ConfigError
-from vrg.files import write_whole
+from vrg.files import read_bytes, write_whole
 from vrg.seats.authority import KeyPair, Validity, authority_name, is_of, make_authority, make_seat, validity
 
 LASTS = timedelta(days=30)
@@ -109,7 +109,7 @@ class KeysFolder:
         """
         folder = self.path / _AUTHORITY_FOLDER
         try:
-            authority = KeyPair((folder / AUTHORITY).read_bytes(), (folder / _AUTHORITY_KEY).read_bytes())
+            authority = KeyPair(read_bytes(folder / AUTHORITY), read_bytes(folder / _AUTHORITY_KEY))
         except OSError as error:
             raise ConfigError(
                 f"{folder}: expected the authority: {error.strerror}: renew keys where they were made"
@@ -144,7 +144,7 @@ class KeysFolder:
     def _hosts(self) -> tuple[str, ...]:
         """The hosts of the router's present certificate; none if there is no certificate."""
         with suppress(OSError, ValueError):
-            return validity((self.path / SeatKind.ROUTER / CERTIFICATE).read_bytes()).hosts
+            return validity(read_bytes(self.path / SeatKind.ROUTER / CERTIFICATE)).hosts
         return ()
 
     def entries(self) -> list[SeatKeys]:
@@ -162,7 +162,7 @@ class KeysFolder:
         common, found = self._common_authority(), []
         for folder in folders:
             try:
-                certificate, beside = (folder / CERTIFICATE).read_bytes(), (folder / AUTHORITY).read_bytes()
+                certificate, beside = read_bytes(folder / CERTIFICATE), read_bytes(folder / AUTHORITY)
                 # A seat whose own copy is another one would not trust the router.
                 genuine = is_of(certificate, beside) and is_of(certificate, common or beside)
                 found.append(SeatKeys(Credentials(folder, folder.name), validity(certificate), genuine))
@@ -174,7 +174,7 @@ class KeysFolder:
         """The certificate of the authority of all seats that are here; None if nothing tells which it is."""
         for folder in (_AUTHORITY_FOLDER, SeatKind.ROUTER):
             with suppress(OSError):
-                return (self.path / folder / AUTHORITY).read_bytes()
+                return read_bytes(self.path / folder / AUTHORITY)
         return None
 
     @property
@@ -211,7 +211,7 @@ class KeysFolder:
                 source, target = self.path / seat.common_name, to / seat.common_name
                 _private_folder(target)
                 for name in (CERTIFICATE, PRIVATE_KEY, AUTHORITY):
-                    write_whole(target / name, (source / name).read_bytes(), 0o600)
+                    write_whole(target / name, read_bytes(source / name), 0o600)
                 made.append(target)
         return made
 

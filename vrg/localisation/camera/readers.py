@@ -10,6 +10,7 @@ import numpy.typing as npt
 from msgspec import Struct
 
 from vrg.errors import ConfigError
+from vrg.files import read_bytes
 from vrg.localisation.camera.opencv import cv2
 
 _PLAUSIBLE: Final = 60.0
@@ -167,7 +168,7 @@ def read_picture(file: Path) -> npt.NDArray[np.uint8]:
         ConfigError: there is none.
     """
     try:
-        data = file.read_bytes()
+        data = read_bytes(file)
     except OSError as error:
         raise ConfigError(f"{file}: expected a picture: {error.strerror}") from None
     picture = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), cv2.IMREAD_COLOR) if data else None
