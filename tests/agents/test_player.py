@@ -347,12 +347,10 @@ def test_an_action_tells_the_referee_and_the_windows_what_it_holds(bench: Bench[
 def test_what_cannot_be_told_is_left_out(bench: Bench[Ahead], action: Action, caplog: pytest.LogCaptureFixture) -> None:
     bench.sent()
     good: dict[str, Any] = {"sketch": []} if action.sketch is None else {"bids": {"b": 1.0}}
-    assert telling(bench, replace(action, **good)) == (
-        [m.Sketch(strokes=())] if "sketch" in good else [m.Bid(lot="b", cost=1.0)]
-    )
-    assert re.fullmatch(
-        r"Ahead\.act: (bids|sightings|sketch) left out: .+ \(.*, line \d+, in act\)", caplog.messages[0]
-    )
+    told = [m.Sketch(strokes=())] if "sketch" in good else [m.Bid(lot="b", cost=1.0)]
+    assert telling(bench, replace(action, **good)) == told
+    said = r"Ahead\.act: (bids|sightings|sketch) left out: .+ \(.*, line \d+, in act\)"
+    assert re.fullmatch(said, caplog.messages[0])
 
 
 def test_what_the_radio_brought_is_published_once_a_second_and_kept_for_the_result(bench: Bench[Ahead]) -> None:

@@ -75,11 +75,12 @@ def test_two_crossing_courses_are_kept_apart(seed: int) -> None:
     """Both are seen at each scan, in any order. One passes the crossing 1.5 s before the other."""
     rng = np.random.default_rng(seed)
     first, second = ((-4.0, 0.0), (0.8, 0.0)), ((0.0, -5.2), (0.0, 0.8))
-    tracker = Tracker(SPEED)
-    for t in times(0.0, 10.0):
-        scan = [on(*first, t, rng), on(*second, t, rng)]
-        tell(tracker, [scan[i] for i in rng.permutation(2)])
-        tracker.tidy(t)
+
+    def scan(t: float) -> list[Sighting]:
+        both = [on(*first, t, rng), on(*second, t, rng)]
+        return [both[i] for i in rng.permutation(2)]
+
+    tracker = watched(*map(scan, times(0.0, 10.0)))
     tracks = sorted((t for t in tracker.tracks if t.line.count > 10), key=lambda track: track.line.velocity[1])
     for (start, velocity), track in zip((first, second), tracks, strict=True):
         assert track.line.velocity == pytest.approx(velocity, abs=0.05)
@@ -91,11 +92,9 @@ def test_nobody_sees_one_robot_double() -> None:
     """One sighting is half a metre out. It is a false robot, which is forgotten and takes nothing from the true one."""
     double = []
     for seed in range(40):
-        rng, tracker = np.random.default_rng(seed), Tracker(SPEED)
-        for t in times(0.0, 6.0):
-            s = on((0.0, 0.0), (0.8, 0.0), t, rng)
-            tell(tracker, [s if abs(t - 2.0) > 0.01 else sighting(1.6, 0.5, t)])
-            tracker.tidy(t)
+        rng = np.random.default_rng(seed)
+        seen = [(t, on((0.0, 0.0), (0.8, 0.0), t, rng)) for t in times(0.0, 6.0)]
+        tracker = watched(*([s if abs(t - 2.0) > 0.01 else sighting(1.6, 0.5, t)] for t, s in seen))
         tracker.tidy(5.9 + FORGET_ONCE)
         if len(tracker.tracks) > 1:
             double.append((seed, [track.line.count for track in tracker.tracks]))
@@ -198,11 +197,7 @@ def test_courses_that_turn_out_to_be_of_one_robot_are_joined() -> None:
 
 def test_duplicates_do_not_make_a_robot_slow() -> None:
     """A pole hides its middle for 2 s, so that each scan sees it twice, again and again."""
-    tracker = Tracker(SPEED)
-    for t in times(0.0, 2.0):
-        x = 0.8 * t
-        tell(tracker, [sighting(x, 0.25, t), sighting(x, -0.25, t)])
-        tracker.tidy(t)
+    tracker = watched(*([sighting(0.8 * t, 0.25, t), sighting(0.8 * t, -0.25, t)] for t in times(0.0, 2.0)))
     (track,) = tracker.tracks
     alone = fitted([s for t in times(0.0, 2.0) for s in (sighting(0.8 * t, 0.0, t),) * 2], time=0.0, speed=SPEED)
     assert track.line.velocity[0] == pytest.approx(alone.velocity[0], abs=0.02)
