@@ -10,6 +10,7 @@ import codecs
 import io
 import json
 import os
+import secrets
 import stat
 import tomllib
 from collections.abc import Iterator
@@ -30,6 +31,8 @@ TEXT_LIMIT = 4_000_000
 """The bytes that a file which people write may have, such as a match file."""
 DATA_LIMIT = 64_000_000
 """The bytes that a file which VRG writes, and reads as a whole, may have."""
+RECORDS_LIMIT = 300_000_000
+"""The bytes that a file of records may have."""
 _KINDS = {
     stat.S_IFIFO: "a pipe",
     stat.S_IFDIR: "a folder",
@@ -81,7 +84,7 @@ def read_bytes(path: Path, most: int = DATA_LIMIT) -> bytes:
         return file.read(most)
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, most: int = TEXT_LIMIT) -> str:
     """The text of a file that a person has written, with any ends of lines, and with or without a byte order mark.
 
     Editors of Windows save UTF-8 with such a mark, and PowerShell writes UTF-16.
@@ -89,7 +92,7 @@ def read_text(path: Path) -> str:
     Raises:
         OSError: as `opened`. FileError: it is no text.
     """
-    return text_of(read_bytes(path, TEXT_LIMIT))
+    return text_of(read_bytes(path, most))
 
 
 def text_of(data: bytes) -> str:
@@ -212,10 +215,9 @@ def write_whole(path: Path, data: bytes, mode: int = 0o666) -> None:
     Raises:
         OSError: it cannot be written; the old content is still there.
     """
-    partial = path.with_name(f".{path.name}.partial")
+    # Another process may write the same file; and nobody can put a link there before.
+    partial = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
     try:
-        with suppress(FileNotFoundError):
-            partial.unlink()  # what a killed process has left, or a link that somebody has put there
         with open(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:
             file.write(data)
         os.replace(partial, path)

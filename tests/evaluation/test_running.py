@@ -152,9 +152,11 @@ def test_strategies_that_cannot_play_are_named_with_the_reason(match: Path) -> N
         (match.parent / f"{name}.py").write_text(text)
     own = [f"{match.parent / name}.py:Mine" for name in ("broken", "loops")]
     found = contenders([*own, *(target(match, name) for name in ("Lazy", "Raises", "Dies", "Ahead"))])
-    problems = unable(load_match(match), found, 2, match_time=3.0, patience=5.0)
+    # The others may take as long as this computer needs.
+    problems = unable(load_match(match), [found[0], *found[2:]], 2, match_time=3.0)
+    problems |= unable(load_match(match), [found[1]], 1, match_time=3.0, patience=5.0)
     words = {contender.label: why.problem for contender, why in problems.items()}
-    assert list(words) == ["Mine-1", "Mine-2", "Raises", "Dies"]
+    assert list(words) == ["Mine-1", "Raises", "Dies", "Mine-2"]
     assert words["Mine-1"].count("no_such_module") == 1
     assert "loops.py:Mine: the first 3 s of a game were not over after 5 s" in words["Mine-2"]
     assert "it fails too often: ValueError: no idea (players.py, line 23, in act)" in words["Raises"]

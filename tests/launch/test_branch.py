@@ -276,3 +276,17 @@ def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_
         assert said in done.stderr
         assert "The same: " in done.stdout
         assert mark.exists() is written
+    # A strategy that took over in an earlier branch is sealed, too, and one that the run's match file alone names.
+    mark.unlink()
+    taken = ["--at", "3", "--play", f"bob={home / 'lazy.py'}:Lazy", *runs, "--json"]
+    plain = RunFolder(Path(shutil.copytree(first, home / "plain")))
+    plain.match_file.write_text(TINY)
+    write_setup(load_match(plain.match_file).at_rate(read_setup(plain.setup).rate), plain.setup)
+    assert vrg("run", "repeat", str(plain.path), *runs).exit_code == 1, "ann was another one"
+    branched = vrg("run", "replay", str(first), *taken)
+    branch = Path(json.loads(branched.stdout.splitlines()[-1])["run"])
+    (branch / "match.toml").write_text((branch / "match.toml").read_text().replace('strategy = "lazy.py:Lazy"', ""))
+    assert "sealed: the code of bob can only play" in vrg("run", "repeat", str(branch), *runs).stderr
+    plain.match_file.write_text(TINY.replace('name = "ann"', f'name = "ann"\nstrategy = "{home / "lazy.py"}:Lazy"'))
+    assert "sealed: the code of ann can only play" in vrg("run", "repeat", str(plain.path), *runs).stderr
+    assert not mark.exists()

@@ -46,8 +46,8 @@ def import_object(target: str, base: Path) -> object:
 def _import_file(path: Path) -> ModuleType:
     """Import a file under a name of its own, so that a student's `queue.py` does not replace the library's module.
 
-    The file can import the modules beside it, also where those beside another strategy have the same names. Installed
-    modules are found first.
+    The file can import the modules beside it. At its top it gets its own also where those beside another strategy have
+    the same names. Installed modules are found first.
     """
     name = f"vrg_strategy_{hashlib.sha256(str(path).encode()).hexdigest()[:16]}"
     if name in sys.modules:
@@ -65,9 +65,9 @@ def _import_file(path: Path) -> ModuleType:
     }  # fmt: skip
     for known in aside:
         del sys.modules[known]
-    sys.path[:] = [folder for folder in sys.path if folder not in others]
     _append_path(path.parent)
-    sys.path += others
+    whole = sys.path[:]
+    sys.path[:] = [folder for folder in whole if folder not in others] + others
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     try:
@@ -77,6 +77,7 @@ def _import_file(path: Path) -> ModuleType:
         raise
     finally:
         sys.modules.update(aside)
+        sys.path[:] = whole + [folder for folder in sys.path if folder not in whole]
     return module
 
 

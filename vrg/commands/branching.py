@@ -67,13 +67,15 @@ class ProcessBrancher:
 
     Args:
         folder: the run folder of the recorded match. setup: of the match. runs: the folder for new run folders.
-        opened: reads the recording of the new match.
+        opened: reads the recording of the new match. sandbox: the code of players' files is sealed.
 
     Attributes:
         players, strategies, cannot: see `vrg.ui.branching.Brancher`.
     """
 
-    def __init__(self, folder: RunFolder, setup: MatchSetup, runs: Path, opened: Opened) -> None:
+    def __init__(
+        self, folder: RunFolder, setup: MatchSetup, runs: Path, opened: Opened, *, sandbox: bool = True
+    ) -> None:
         self.players: Sequence[str] = [player.name for player in setup.players]
         own = [player.strategy for player in setup.players]
         self.strategies: Sequence[str] = list(dict.fromkeys([*strategies_of(setup.game), *own]))
@@ -85,6 +87,7 @@ class ProcessBrancher:
         self._folder = folder
         self._runs = runs
         self._opened = opened
+        self._sealing = [] if sandbox else ["--no-sandbox"]
         self._process: subprocess.Popen[bytes] | None = None
         self._progress = ""
         self._rest = b""
@@ -100,7 +103,7 @@ class ProcessBrancher:
         # A pipe would fill up, as it is read only at the end.
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - `close` closes it
         whole = [str(self._folder.path.resolve()), "--at", f"{time:.3f}", "--play", f"{player}={strategy}"]
-        whole += ["--runs", str(self._runs.resolve())]
+        whole += ["--runs", str(self._runs.resolve()), *self._sealing]
         command = [sys.executable, "-P", "-m", "vrg", "run", "replay", *whole, "--json"]
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors, cwd=self._folder.path

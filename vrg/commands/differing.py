@@ -45,8 +45,8 @@ def repeat(
     from vrg.commands.playing import strangers
     from vrg.launch.branch import repeat_match
 
-    folder, setup = ended_run(run)
-    with strangers(setup, sandbox=sandbox, lockstep=lockstep) as apart, stop_on_signals() as stop:
+    folder, _ = ended_run(run)
+    with strangers(folder, sandbox=sandbox, lockstep=lockstep) as apart, stop_on_signals() as stop:
         again = repeat_match(folder, runs, datetime.now(), apart, stop)
     echo(f"Played again in {again.path}.")
     if not _compare(folder, again):

@@ -120,7 +120,7 @@ def _tables(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
 def _table(path: Path) -> dict[str, Any] | None:
     """The content of a file; None if it cannot be read as TOML."""
     try:
-        return toml_of(read_text(path))
+        return toml_of(read_text(path, _LONGEST))
     except (OSError, FileError, tomllib.TOMLDecodeError):
         return None
 

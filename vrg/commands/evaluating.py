@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from msgspec import structs
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -192,6 +193,8 @@ def _match_of(options: EvaluationOptions) -> "tuple[MatchSetup, Origin | None]":
         raise ConfigError("--ray: expected no --from: the run folder is on this computer alone")
     folder, _ = ended_run(Path(run))
     setup = load_match(folder.match_file, sandbox=options.sandbox)
+    if options.sandbox is None:
+        setup = structs.replace(setup, sandbox=None)  # the run may be a stranger's, and its match file with it
     if options.team is None:
         raise ConfigError(f"--from: expected --team too: {' or '.join(teams_of(setup))}")
     teams_of(setup, options.team)

@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
+from itertools import accumulate
 from pathlib import Path
 
 import typer
@@ -27,6 +28,7 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.launch import in_process, nodes
+from vrg.launch.change import Change, amended, changes_in
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
@@ -162,28 +164,29 @@ def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
 
 @contextmanager
 def strangers(
-    setup: MatchSetup, *, sandbox: bool, lockstep: bool = False, silent: bool = False
+    run: RunFolder, changes: Sequence[Change] = (), *, sandbox: bool, lockstep: bool = False, silent: bool = False
 ) -> Iterator[Apart | None]:
     """Where the strategies of a recorded match decide that is played again: by default those of files are sealed.
 
     Args:
+        run: its folder. changes: with which it is taken up, besides those with which it was taken up before.
         sandbox: False lets them do all that the user can. lockstep: all decide in processes of their own.
         silent: nothing is printed.
 
     Raises:
-        LaunchError: this machine cannot seal them.
+        ConfigError: the match, or a change, cannot be played. LaunchError: this machine cannot seal the strategies.
     """
     from vrg.launch.sandbox.seal import missing
 
-    files = [player.name for player in setup.players if setup.strategy_file(player.name) is not None]
+    setups = list(accumulate([*changes_in(run), *changes], amended, initial=load_match(run.match_file)))
+    files = {p.name: None for setup in setups for p in setup.players if setup.strategy_file(p.name) is not None}
     sealed = sandbox and bool(files)
     if sealed and (lacking := missing()) is not None:
-        raise LaunchError(
-            f"{lacking.partition(': ')[0]}; with --no-sandbox the code in the run can do all that you can"
-        )
+        why = lacking.partition(": ")[0]
+        raise LaunchError(f"{why}; with --no-sandbox the code in the run can do all that you can")
     if files and not silent:
         can = "only play" if sealed else "read and change all that you can"
-        echo(f"{'sealed' if sealed else 'not sealed'}: the code of {_listed(files)} can {can}", err=True)
+        echo(f"{'sealed' if sealed else 'not sealed'}: the code of {_listed(list(files))} can {can}", err=True)
     with fork_server(wanted=sealed or lockstep) as server:
         yield Apart(server, every=lockstep, strangers=sealed) if sealed or lockstep else None
 

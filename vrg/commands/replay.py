@@ -80,7 +80,7 @@ def replay(
 
     need_display()
 
-    window = replay_window(folder, setup, runs=runs)
+    window = replay_window(folder, setup, runs=runs, sandbox=sandbox)
     if at is not None:
         window.playback = window.playback.to(at)
     if window.note:
@@ -125,7 +125,7 @@ def _take_up(
         if as_json:
             typer.echo(json.dumps({"time": round(time, 3)}), file=out)
 
-    with strangers(setup, sandbox=sandbox, silent=as_json) as apart, stop_on_signals() as stop, bar, prints:
+    with strangers(folder, changes, sandbox=sandbox, silent=as_json) as apart, stop_on_signals() as stop, bar, prints:
         task = bar.add_task("repeating what was recorded", total=end, time=0.0)
         new = play_branch(folder, changes, runs, datetime.now(), progress=progress, stop=stop, apart=apart)
     if as_json:
@@ -135,11 +135,13 @@ def _take_up(
     return new
 
 
-def replay_window(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs")) -> "ReplayWindow":
+def replay_window(
+    folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs"), sandbox: bool = True
+) -> "ReplayWindow":
     """Make the window for the recorded match of a run. It is not opened.
 
     Args:
-        runs: the folder for run folders of matches that are taken up from this one.
+        runs: the folder for run folders of matches that are taken up from this one. sandbox: their code is sealed.
 
     Raises:
         LaunchError: the recording cannot be shown.
@@ -159,7 +161,7 @@ def replay_window(folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path
     note = (
         first.note if branch is None else f"Not what happened: {branch}; recorded in {branch.of}. {first.note}".strip()
     )
-    brancher = ProcessBrancher(folder, setup, runs, opened)
+    brancher = ProcessBrancher(folder, setup, runs, opened, sandbox=sandbox)
     return ReplayWindow(
         first.timeline, title=title_of(setup.name), note=note, run=folder.path, explain=first.explain, brancher=brancher
     )

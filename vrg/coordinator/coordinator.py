@@ -34,8 +34,8 @@ from vrg.coordinator.evidence import (
     Halted,
     Looked,
     Reinstated,
-    Resumed,
     enact,
+    resumed,
 )
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.leading import Leader
@@ -142,7 +142,7 @@ class Coordinator(Node):
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
         idle = self.match.halted is not None or self.match.over
         if self._journal.resume():
-            self._entries.append(Resumed(self.match.standing(), self.match.before))
+            self._entries.append(resumed(self.match))
         self._look(tick.time)
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
         present, halts = self._call_the_roll(tick)

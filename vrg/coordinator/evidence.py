@@ -37,6 +37,8 @@ _START = bytes(8)
 """The digest before the first tick."""
 _LONGEST = 16_000_000
 """The bytes that a tick may have."""
+_DOUBTFUL = 1000
+"""The ticks one after the other whose digests do not fit, at most, before the file counts as damaged from there on."""
 TINY = 1e-6
 """The match time in s below which two instants are the same."""
 
@@ -60,10 +62,12 @@ class Resumed(Struct, frozen=True, tag=True, array_like=True):
 
     Args:
         standing: the standing before this tick. before: the field by which the next step judges, as the field before.
+        place_at: the time in the stage at which players are put on their marks, s.
     """
 
     standing: Checkpoint
     before: Observation | None
+    place_at: float
 
 
 class Halted(Struct, frozen=True, tag=True, array_like=True):
@@ -189,6 +193,7 @@ class EvidenceFile:
 
     Attributes:
         gap: True while what the referee decides by is not written.
+        broken: True once a tick could not be written, until `resume`.
     """
 
     def __init__(self, path: Path) -> None:
@@ -197,8 +202,7 @@ class EvidenceFile:
         self._digest = self._written = _START
         self._end = 0
         self._chain = 0
-        self.gap = False
-        self._reported = False
+        self.gap = self.broken = False
 
     def open(self) -> None:
         """Open the file, or make it, and go on after the last whole tick in it. What follows that is cut off.
@@ -225,7 +229,7 @@ class EvidenceFile:
         """Go on behind the last tick that is in the file. The next tick begins with the entry `Resumed`."""
         self._digest = self._written
         self._chain += 1
-        self.gap = False
+        self.broken = False
 
     def piece(self, tick: TickEvidence) -> Callable[[], None]:
         """The job that writes the referee's inputs and effects in one tick. Jobs must be done in this order."""
@@ -235,7 +239,7 @@ class EvidenceFile:
         return lambda: self._write(chain, digest, data)
 
     def _write(self, chain: int, digest: bytes, data: bytes) -> None:
-        if self.gap or chain != self._chain:
+        if self.broken or chain != self._chain:
             return  # one before it is missing
         piece = _HEAD.pack(len(data), digest) + data
         try:
@@ -245,16 +249,15 @@ class EvidenceFile:
         if not problem:
             self._end += len(piece)
             self._written = digest
-            if self._reported:
+            if self.gap:
                 log.warning("%s: is written again: what was decided meanwhile cannot be judged again", self._path)
-            self._reported = False
+            self.gap = False
             return
-        self.gap = True
         with contextlib.suppress(OSError):
             os.ftruncate(self._file, self._end)
-        if not self._reported:
+        if not self.gap:
             log.error("%s: cannot be written: %s: what follows cannot be judged again", self._path, problem)
-        self._reported = True
+        self.gap = self.broken = True
 
     def close(self) -> None:
         """Close the file. Idempotent."""
@@ -311,6 +314,17 @@ def read_evidence(path: Path, damage: list[str] | None = None) -> Iterator[Exhib
         raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
 
 
+def resumed(match: Match) -> Resumed:
+    """The entry with which the evidence of a match goes on. The match goes on from it, too, as one that is judged does.
+
+    So a difference that a file makes, such as the order of names, is one for both.
+    """
+    data = _encoder.encode(Resumed(match.standing(), match.before, match.place_at))
+    entry = msgspec.msgpack.decode(data, type=Resumed)
+    match.restore(entry.standing, entry.before, entry.place_at)
+    return entry
+
+
 def book_at(time: float, book: RuleBook[Any], later: Books) -> RuleBook[Any]:
     """The rule book that counts at a match time, s."""
     return next((other for since, other in reversed(later) if since <= time + TINY), book)
@@ -337,7 +351,7 @@ def replayed(
                 match = Match(now, tick.began.standing)
             match.judge_by(now)
             if tick.resumed is not None:
-                match.restore(tick.resumed.standing, tick.resumed.before)
+                match.restore(tick.resumed.standing, tick.resumed.before, tick.resumed.place_at)
             state = match.game
             made = [outcome for entry in tick.entries if (outcome := enact(match, entry, tick.field))]
             yield exhibit, following, match, state, made
@@ -381,24 +395,22 @@ class _Piece:
 def _pieces(file: BinaryIO) -> Iterator[_Piece]:
     """The ticks in a file, up to the first that is torn or damaged.
 
-    One whose digest does not fit it counts if the next one goes on from that digest, or if it is the last and whole:
-    somebody has changed it later.
+    Those whose digests do not fit count if a later one goes on from them, or if they are whole up to the end of the
+    file: somebody has changed them later.
     """
-    before, doubtful, end = _START, None, 0
-    while len(head := file.read(_HEAD.size)) == _HEAD.size:
+    before, end = _START, 0
+    doubtful: list[_Piece] = []
+    while len(head := file.read(_HEAD.size)) == _HEAD.size and len(doubtful) < _DOUBTFUL:
         length, digest = _HEAD.unpack(head)
         # Behind what a power cut has left the file may be full of zeros, or of what was on the disk before.
         if not 0 < length <= _LONGEST or len(data := file.read(length)) < length:
             return
         end += len(head) + length
         piece = _Piece(digest, data, _chained(before, data) == digest, end)
-        if doubtful is not None:
-            if not piece.genuine:
-                return
-            yield doubtful
-        doubtful = None if piece.genuine else piece
-        if piece.genuine:
-            yield piece
         before = digest
-    if doubtful is not None and not head:
-        yield doubtful
+        doubtful.append(piece)
+        if piece.genuine:
+            yield from doubtful
+            doubtful.clear()
+    if not head:
+        yield from doubtful

@@ -28,7 +28,7 @@ from vrg.coordinator.evidence import Entry, EvidenceFile, TickEvidence
 from vrg.coordinator.match import Checkpoint
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import FileError, JournalError
-from vrg.files import Records, decoded, opened, read_bytes, records_of
+from vrg.files import RECORDS_LIMIT, Records, decoded, opened, read_bytes, records_of
 
 log = logging.getLogger(__name__)
 
@@ -239,9 +239,9 @@ class Journal:
 
     def resume(self) -> bool:
         """Let the evidence go on after a gap, if there is one: whether the next tick must begin with `Resumed`."""
-        if gap := self._evidence.gap:
+        if broken := self._evidence.broken:
             self._evidence.resume()
-        return gap
+        return broken
 
     @property
     def gap(self) -> bool:
@@ -324,7 +324,7 @@ def read_journal(path: Path, damage: list[str] | None = None) -> tuple[JournalHe
         JournalError: the file cannot be read, is empty, of another version, or does not begin as a journal does.
     """
     try:
-        content = read_bytes(path)
+        content = read_bytes(path, RECORDS_LIMIT)
     except OSError as error:
         raise JournalError(f"{path}: cannot be read: {error.strerror}") from error
     found = records_of(content, _header, _record)
@@ -354,7 +354,7 @@ def _parts(found: Records[JournalHeader | Record], path: Path) -> tuple[JournalH
         JournalError: it does not begin with a header.
     """
     if not found.whole or not isinstance(found.whole[0][1], JournalHeader):
-        raise JournalError(f"{path}:1: expected a journalheader: {found.damaged[0][1]}")
+        raise JournalError(f"{path}:1: expected the header of a journal: {found.damaged[0][1]}")
     return found.whole[0][1], [record for record in found if isinstance(record, Record)]
 
 

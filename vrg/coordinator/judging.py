@@ -14,6 +14,7 @@ from vrg.coordinator.match import Checkpoint, Match
 from vrg.coordinator.outcome import Effects, numbered
 from vrg.coordinator.proof import Case, Prover
 from vrg.coordinator.rulebook import RuleBook
+from vrg.errors import JournalError
 
 
 @dataclass(frozen=True)
@@ -60,57 +61,76 @@ def judge_again(
         book: the rule book of the match. exhibits: the evidence. records: those of the journal.
         later: the rule books that took its place in the course of the match.
     """
-    found: list[Disagreement] = []
-    outcomes: list[Effects] = []
-    gaps: list[tuple[float, float]] = []
-    left = deque(sorted({record.n: record for record in records}.values(), key=lambda record: record.n))
-    last = left[-1].n if left else 0
-    chained = True
-    ticks = compared = unjudged = 0
-    since = 0.0
+    judge = _Judge(records)
     try:
         for exhibit, following, match, _, made in replayed(book, exhibits, later):
-            tick, after = exhibit.tick, exhibit.tick.after
-            ticks += 1
-            if tick.resumed is not None:
-                gaps.append((since, tick.time))
-                unjudged += sum(len(record.calls) for record in _up_to(left, after))
-            since = tick.time
-            if not exhibit.genuine:
-                what = "the evidence of this tick was changed after it was written, or one before it"
-                found.append(Disagreement(tick.time, what))
-            outcomes = made if tick.began or tick.resumed else [*outcomes, *made]
-            if following is not None and following.tick.after == after:
-                continue
-            decided, outcomes = outcomes, []
-            if lost := _up_to(left, after):
-                found.append(Disagreement(lost[0].time, f"the evidence of {_calls(lost)} is missing"))
-            if not left or left[0].n != after + 1:
-                if texts := "; ".join(call.text for outcome in decided for call in outcome.calls):
-                    found.append(Disagreement(tick.time, f"the journal lacks: {texts}"))
-                elif after < last:
-                    found.append(Disagreement(tick.time, f"the journal lacks its record {after + 1}"))
-                match.calls += sum(len(outcome.calls) for outcome in decided)
-                continue
-            record = left[0]
-            cut = following is None or following.tick.resumed is not None
-            if cut and tick.time < record.time and record.evidence != exhibit.digest:
-                continue  # the evidence ends, or has a gap, before the tick in which this was decided
-            left.popleft()
-            compared += len(record.calls)
-            if chained and record.evidence not in ("", exhibit.digest):
-                chained = False  # what follows has other digests, too
-                found.append(Disagreement(tick.time, "the evidence up to here is not that of this journal"))
-            wrong = _compared(match, decided, record)
-            if wrong:
-                found += [Disagreement(record.time, what) for what in wrong]
-                match.restore(record.standing, tick.field)
-            match.calls = record.standing.calls
+            judge.look(exhibit, following, match, made)
+    except JournalError:
+        raise
     except Exception as error:  # the rules of any game, on numbers that anybody may have changed
         what = f"the rules cannot go on from what the journal or the evidence says: {type(error).__name__}: {error}"
-        found.append(Disagreement(since, what))
-    unjudged += sum(len(record.calls) for record in left)
-    return Judgement(sorted(found, key=lambda d: d.time), ticks, compared, unjudged, gaps)
+        judge.found.append(Disagreement(judge.since, what))
+    unjudged = judge.unjudged + sum(len(record.calls) for record in judge.left)
+    return Judgement(sorted(judge.found, key=lambda d: d.time), judge.ticks, judge.compared, unjudged, judge.gaps)
+
+
+class _Judge:
+    """Compares what the rules do in each tick with the records of a journal.
+
+    Attributes:
+        found, ticks, gaps: as in `Judgement`. compared: the calls that were compared. unjudged: those in gaps.
+        left: the records that were not reached yet. since: the match time of the last tick, s.
+    """
+
+    def __init__(self, records: Sequence[Record]) -> None:
+        self.found: list[Disagreement] = []
+        self.gaps: list[tuple[float, float]] = []
+        self.left = deque(sorted({record.n: record for record in records}.values(), key=lambda record: record.n))
+        self.ticks = self.compared = self.unjudged = 0
+        self.since = 0.0
+        self._last = self.left[-1].n if self.left else 0
+        self._chained = True
+        self._outcomes: list[Effects] = []
+
+    def look(self, exhibit: Exhibit, following: Exhibit | None, match: Match, made: list[Effects]) -> None:
+        """Take in a tick, the one that follows it, the match after it, and what followed from it by the rules."""
+        tick, after = exhibit.tick, exhibit.tick.after
+        self.ticks += 1
+        if tick.resumed is not None:
+            self.gaps.append((self.since, tick.time))
+            self.unjudged += sum(len(record.calls) for record in _up_to(self.left, after))
+        self.since = tick.time
+        if not exhibit.genuine:
+            self._find(tick.time, "the evidence of this tick was changed after it was written, or one before it")
+        self._outcomes = made if tick.began or tick.resumed else [*self._outcomes, *made]
+        if following is not None and following.tick.after == after:
+            return
+        decided, self._outcomes = self._outcomes, []
+        if lost := _up_to(self.left, after):
+            self._find(lost[0].time, f"the evidence of {_calls(lost)} is missing")
+        if not self.left or self.left[0].n != after + 1:
+            if texts := "; ".join(call.text for outcome in decided for call in outcome.calls):
+                self._find(tick.time, f"the journal lacks: {texts}")
+            elif after < self._last:
+                self._find(tick.time, f"the journal lacks its record {after + 1}")
+            match.calls += sum(len(outcome.calls) for outcome in decided)
+            return
+        record = self.left[0]
+        cut = following is None or following.tick.resumed is not None
+        if cut and tick.time < record.time and record.evidence != exhibit.digest:
+            return  # the evidence ends, or has a gap, before the tick in which this was decided
+        self.left.popleft()
+        self.compared += len(record.calls)
+        if self._chained and record.evidence not in ("", exhibit.digest):
+            self._chained = False  # what follows has other digests, too
+            self._find(tick.time, "the evidence up to here is not that of this journal")
+        if wrong := _compared(match, decided, record):
+            self.found += [Disagreement(record.time, what) for what in wrong]
+            match.restore(record.standing, tick.field)
+        match.calls = record.standing.calls
+
+    def _find(self, time: float, what: str) -> None:
+        self.found.append(Disagreement(time, what))
 
 
 def _up_to(left: deque[Record], number: int) -> list[Record]:

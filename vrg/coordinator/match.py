@@ -21,7 +21,7 @@ from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
 from vrg.coordinator.outcome import Effects, announce
 from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Observation, RuleBook, Verdict, away, wins
-from vrg.errors import JournalError
+from vrg.errors import FileError, JournalError
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -127,18 +127,24 @@ class Match:
         """The field from which the next step judges; None if play has not been judged just before."""
         return self._before
 
-    def restore(self, standing: Checkpoint, before: Observation | None) -> None:
+    @property
+    def place_at(self) -> float:
+        """The time in the stage at which players that are not on their marks are put there, s."""
+        return self._place_at
+
+    def restore(self, standing: Checkpoint, before: Observation | None, place_at: float | None = None) -> None:
         """Go on from a standing as if the match had come to it by itself, in HALT only if that is halted.
 
         Args:
-            before: the field at that instant.
+            before: the field at that instant. place_at: as the property; None keeps it.
 
         Raises:
-            JournalError: it is none of this game.
+            FileError: it is none of this game.
         """
         self._take_up(standing)
         self._reasons = [] if standing.halted is None else [standing.halted]
         self._before = before if self.stage is Stage.PLAY_ROUND and not self._reasons else None
+        self._place_at = self._place_at if place_at is None else place_at
 
     def _take_up(self, standing: Checkpoint) -> None:
         self.stage, self.winner = standing.stage, standing.winner
@@ -149,7 +155,7 @@ class Match:
         try:
             self.game = msgspec.convert(standing.game, self._book.state_type)
         except msgspec.ValidationError as error:
-            raise JournalError(f"expected a standing of {self._book.name}: {error}") from None
+            raise FileError(f"expected a standing of {self._book.name}: {error}") from None
 
     def standing(self) -> Checkpoint:
         """The standing of the match, for the journal."""
@@ -406,8 +412,6 @@ def state_after(book: RuleBook[Any], standing: Checkpoint | None) -> RefereeStat
     """
     try:
         return Match(book, standing).state(Observation({}), estop=False)
-    except JournalError:
-        raise
     except Exception as error:  # the rules of any game
         what = f"{type(error).__name__}: {error}"
         raise JournalError(f"the last standing in the journal is none of {book.name}: {what}") from None

@@ -15,7 +15,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.evaluation.experiment import Definition, written
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
-from vrg.files import decoded, read_bytes, records_of, write_whole
+from vrg.files import RECORDS_LIMIT, decoded, read_bytes, records_of, write_whole
 from vrg.launch.change import Branch, Change, kept
 from vrg.launch.keeping import keep
 from vrg.launch.run_folder import RunFolder, delete
@@ -230,7 +230,7 @@ def read_records(path: Path, kind: type[R]) -> list[R]:
         OSError: it cannot be read.
     """
     try:
-        content = read_bytes(path)
+        content = read_bytes(path, RECORDS_LIMIT)
     except FileNotFoundError:
         return []
     found = records_of(content, msgspec.json.Decoder(kind))

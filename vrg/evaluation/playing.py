@@ -81,7 +81,8 @@ def judged(setup: MatchSetup, folder: RunFolder, reported: Played) -> Played:
         return reported
     try:
         records = read_journal(folder.journal)[1]
-        judgement, wrong = judge_run(setup, folder, records)
+        damage: list[str] = []
+        judgement, wrong = judge_run(setup, folder, records, damage)
         entries = (entry for seen in read_evidence(folder.evidence) for entry in seen.tick.entries)
         officials = [words for entry in entries if (words := _by_nobody(entry, reported.failures))]
         calls = [call for record in records for call in record.calls]
@@ -89,7 +90,7 @@ def judged(setup: MatchSetup, folder: RunFolder, reported: Played) -> Played:
         state = state_after(rulebook_of(setup), standing)
     except VrgError as error:
         return invalid(setup, reported, str(error))
-    if wrong or officials or judgement.unjudged or reported.ended != _ended(state):
+    if wrong or officials or damage or judgement.gaps or judgement.unjudged or reported.ended != _ended(state):
         return invalid(setup, reported, str([*wrong, *officials, "its journal or its evidence ends early"][0]))
     teams = {player.name: player.team for player in setup.players}
     return structs.replace(

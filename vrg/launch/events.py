@@ -13,7 +13,7 @@ from typing import Protocol
 import msgspec
 from msgspec import Struct
 
-from vrg.files import read_bytes, records_of
+from vrg.files import RECORDS_LIMIT, read_bytes, records_of
 
 log = logging.getLogger(__name__)
 
@@ -122,7 +122,7 @@ def read_events(path: Path) -> list[Event]:
     Raises:
         OSError: the file cannot be read.
     """
-    found = records_of(read_bytes(path), _decoder)
+    found = records_of(read_bytes(path, RECORDS_LIMIT), _decoder)
     for text in found.damage(path, "an event"):
         log.warning("%s", text)
     return list(found)

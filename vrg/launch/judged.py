@@ -7,6 +7,7 @@ from vrg.coordinator.cases import cases_of
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Disagreement, Judgement, judge_again, unproved
+from vrg.errors import JournalError
 from vrg.games import game_of
 from vrg.launch.change import books_of
 from vrg.launch.run_folder import RunFolder
@@ -32,6 +33,8 @@ def judge_run(
     cases = cases_of(book, read_evidence(folder.evidence), records, later)
     try:
         measured = unproved(game_of(setup.game).load_prover(), book, cases, later)
+    except JournalError:
+        raise
     except Exception as error:  # the rules of any game, on numbers that anybody may have changed
         what = f"calls cannot be proved by what the evidence says: {type(error).__name__}: {error}"
         return judgement, [*judgement.disagreements, Disagreement(0.0, what)]

@@ -7,6 +7,7 @@ the folder `files`, and the copy of the match file names them there.
 import os
 import shutil
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 from vrg.config.setup import MatchSetup
@@ -78,7 +79,8 @@ def copy_into(folder: RunFolder, copies: Mapping[Path, Path]) -> None:
         target = folder.path / place
         target.parent.mkdir(parents=True, exist_ok=True)
         if source.is_dir():
-            shutil.copytree(source, target, dirs_exist_ok=True, ignore=lambda at, names: _left_out(folder, at, names))
+            ignore = partial(_left_out, folder, source.resolve())
+            shutil.copytree(source, target, dirs_exist_ok=True, ignore=ignore)
         else:
             shutil.copy2(source, target)
 
@@ -112,14 +114,21 @@ def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:
     write_json(folder.layout, foxglove_layout(scans, middle, width))
 
 
-def _left_out(folder: RunFolder, at: str, names: list[str]) -> list[str]:
-    """The names in a package that are not copied: files that Python makes by itself, and the folders of runs."""
+def _left_out(folder: RunFolder, package: Path, at: str, names: list[str]) -> list[str]:
+    """The names in a package that are not copied: files that Python makes by itself, and the folders of runs.
+
+    Nor are links that lead out of it: the match may be a stranger's.
+    """
     own = folder.path.resolve()
+
+    def leads_out(path: Path) -> bool:
+        return path.is_symlink() and not path.resolve().is_relative_to(package)
 
     def is_run(path: Path) -> bool:
         return path.resolve() == own or ((path / folder.match_file.name).is_file() and (path / "logs").is_dir())
 
-    return [name for name in names if name == "__pycache__" or name.startswith(".") or is_run(Path(at, name))]
+    return [name for name in names if name == "__pycache__" or name.startswith(".") or is_run(Path(at, name))
+            or leads_out(Path(at, name))]  # fmt: skip
 
 
 class Kept:

@@ -103,7 +103,8 @@ def _records(folder: RunFolder) -> list[Record]:
     """The records of the journal; none if it cannot be read."""
     try:
         return read_journal(folder.journal)[1]
-    except JournalError:
+    except JournalError as error:
+        log.warning("%s", error)
         return []
 
 

@@ -15,7 +15,7 @@ from msgspec import Struct
 
 from vrg.blame import DecisionTimeoutError
 from vrg.errors import LaunchError, StrategyError
-from vrg.files import Decoder, read_bytes, records_of
+from vrg.files import RECORDS_LIMIT, Decoder, read_bytes, records_of
 
 
 class Digest(Struct, frozen=True, kw_only=True, tag="digest"):
@@ -131,7 +131,7 @@ def read_steps(path: Path) -> list[Line]:
         LaunchError: it cannot be read.
     """
     try:
-        found = records_of(read_bytes(path), _decoder)
+        found = records_of(read_bytes(path, RECORDS_LIMIT), _decoder)
     except FileNotFoundError:
         return []
     except OSError as error:

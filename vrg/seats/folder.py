@@ -79,7 +79,7 @@ class KeysFolder:
         """
         authority = make_authority(match, now)
         with _writing(self.path):
-            _private_folder(self.path)
+            self.path.mkdir(mode=0o700, parents=True, exist_ok=True)
             self._remove_keys()
             if keep_authority:
                 folder = self.path / _AUTHORITY_FOLDER
@@ -206,7 +206,7 @@ class KeysFolder:
             found = f"expected the keys of {', '.join(lacking)}, found those of {there}"
             raise ConfigError(f"{self.path}: {found}; `vrg keys renew` makes those of a seat that is new in the match")
         with _writing(to):
-            _private_folder(to)
+            to.mkdir(mode=0o700, parents=True, exist_ok=True)
             for seat in wanted:
                 source, target = self.path / seat.common_name, to / seat.common_name
                 _private_folder(target)

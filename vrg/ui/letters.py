@@ -9,7 +9,7 @@ import io
 import logging
 import warnings
 from collections.abc import Iterable
-from functools import cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -30,7 +30,7 @@ def lacking(text: str) -> frozenset[str]:
     return frozenset(letter for letter in text if not letter.isspace() and ord(letter) not in own)
 
 
-@cache
+@lru_cache(4096)
 def font_for(letter: str) -> Path | None:
     """The first installed font that has a letter; None if DejaVu Sans has it, or no font has."""
     if not lacking(letter):

@@ -65,8 +65,13 @@ class Fonts:
             return [(text, self.font(size, face))]
         return [
             ("".join(letters), self.font(size, face) if other is None else self._other(other, size))
-            for other, letters in itertools.groupby(text, font_for)
+            for other, letters in itertools.groupby(text, lambda letter: self._instead(letter, size, face))
         ]
+
+    def _instead(self, letter: str, size: int, face: Face) -> Path | None:
+        """The font for a letter that the font of a face has not; None if it has it, or no font has."""
+        # Whether it has it this font knows itself, in no time.
+        return None if letter.isspace() or self.font(size, face).metrics(letter)[0] is not None else font_for(letter)
 
     def _other(self, path: Path, size: int) -> pygame.font.Font:
         font = self._others.get((path, size))

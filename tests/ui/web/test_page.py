@@ -140,6 +140,25 @@ class TestPureParts:
         found = self.run(visit, "link.js", "return [0, 1, 2, 9].map((attempt) => m.pause(attempt, 0.5));")
         assert found == [0.5, 1, 2, 5]
 
+    def test_a_stop_is_done_when_what_is_heard_after_it_was_sent_tells_of_it_and_not_before(self, visit):
+        found = self.run(
+            visit,
+            "stop.js",
+            """let open = false, sent = 0;
+            const stop = new m.PendingStop(() => open && ++sent > 0), told = [];
+            const look = (...what) => told.push(stop.look(...what), stop.stands, sent);
+            stop.press(0);
+            look(0, -Infinity, true);  // no connection; the match was stopped when the server was heard last
+            open = true;
+            look(600, 590, true);
+            look(700, 690, true);  // this may be an older stop, which is just released
+            look(1000, 990, true);
+            stop.press(2000);
+            look(40000, 39000, false);
+            return told;""",
+        )
+        assert found == [False, "unsent", 0, False, "sending", 1, False, "sending", 1, False, "", 1, True, "", 1]
+
     def test_names_do_not_cover_each_other(self, visit):
         found = self.run(
             visit,

@@ -160,7 +160,7 @@ function act(what) {
 
 /** What the buttons of the emergency stop say: that it is under way, or was not sent, until the bus has it. */
 function showStop() {
-  const lost = stop.look(performance.now(), Boolean(match.state?.estop));
+  const lost = stop.look(performance.now(), link.open ? link.heardAt : -Infinity, Boolean(match.state?.estop));
   if (lost) tell(WORDS.stopLost);
   const words = { "": WORDS.estop, sending: WORDS.stopping, unsent: WORDS.stopNotSent }[stop.stands];
   for (const button of document.querySelectorAll(".estop")) {

@@ -2,6 +2,8 @@
 
 /** ms between two attempts, ms after which one that has not come back counts as not sent, and ms for which it is tried. */
 const AGAIN = 500, LATE = 1500, LONGEST = 30000;
+/** ms after it was sent from which on what is heard tells of it: before, an older stop may just be released. */
+const SETTLED = 300;
 
 export class PendingStop {
   /** `send()` sends it, and is true if there was a connection. */
@@ -10,29 +12,33 @@ export class PendingStop {
     /** Empty; `sending` while it may be on its way; or `unsent`. */
     this.stands = "";
     this.since = 0;
-    this.last = 0;
+    this.tried = 0;
+    this.sent = Infinity;
   }
 
   press(now) {
     this.stands = "sending";
     this.since = now;
-    this.last = -Infinity;
-    this.look(now, false);
+    this.tried = -Infinity;
+    this.sent = Infinity;
   }
 
-  /** Send it if it is time; `engaged` is whether the bus has it. True if it is given up now. */
-  look(now, engaged) {
+  /**
+   * Send it if it is time. `heard` is when the server was heard last, and `engaged` whether it said then that the match
+   * is stopped. True if it is given up now.
+   */
+  look(now, heard, engaged) {
     if (!this.stands) return false;
-    if (engaged || now - this.since > LONGEST) {
+    const done = engaged && heard > this.sent + SETTLED;
+    if (done || now - this.since > LONGEST) {
       this.stands = "";
-      return !engaged;
+      return !done;
     }
-    let sent = true;
-    if (now - this.last >= AGAIN) {
-      sent = this.send();
-      this.last = now;
+    if (now - this.tried >= AGAIN) {
+      this.tried = now;
+      this.sent = this.send() ? Math.min(this.sent, now) : Infinity;
     }
-    if (!sent || now - this.since > LATE) this.stands = "unsent";
+    this.stands = this.sent === Infinity || now - this.since > LATE ? "unsent" : "sending";
     return false;
   }
 }
