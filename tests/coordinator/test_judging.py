@@ -258,6 +258,15 @@ def test_a_record_that_the_journal_lacks_is_named_and_the_others_are_judged(tabl
     assert found.calls == sum(len(record.calls) for record in records) - len(records[at].calls)
 
 
+@pytest.mark.parametrize("by", [-0.3, 0.3])
+def test_a_record_whose_time_was_altered_is_found(table: Table, played: Played, by: float) -> None:
+    exhibits, records = played
+    at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
+    records[at] = structs.replace(records[at], time=records[at].time + by)
+    (found,) = judged(table, exhibits, records).disagreements
+    assert f"record {records[at].n} of the journal has the time {records[at].time:.1f} s" in found.what
+
+
 def test_evidence_with_a_hole_is_told(table: Table, played: Played) -> None:
     exhibits, records = played
     left = [exhibit for exhibit in exhibits if exhibit.tick.after != 1]

@@ -78,10 +78,13 @@ def _compare(there: "RunFolder", here: "RunFolder") -> bool:
         echo(f"Journals: the first lines that differ are {line[0]}, at {line[1]:.2f} s.")
         found = True
     if there.recordings() and here.recordings():
+        torn: list[Path] = []
         try:
-            difference = first_difference(there.recordings(), here.recordings())
+            difference = first_difference(there.recordings(), here.recordings(), torn)
         except OSError as error:
             raise LaunchError(f"a recording cannot be read: {error}") from None
+        for part in torn:
+            echo(f"{part} ends in the middle, or is damaged: it was compared as far as it goes.")
         if difference is not None:
             echo(f"Recordings: {difference}.")
             found = True

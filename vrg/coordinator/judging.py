@@ -8,7 +8,7 @@ from typing import Any
 import msgspec
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.evidence import Books, Exhibit, book_at, replayed
+from vrg.coordinator.evidence import TINY, Books, Exhibit, book_at, replayed
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Checkpoint, Match
 from vrg.coordinator.outcome import Effects, numbered
@@ -124,6 +124,11 @@ class _Judge:
         if self._chained and record.evidence not in ("", exhibit.digest):
             self._chained = False  # what follows has other digests, too
             self._find(tick.time, "the evidence up to here is not that of this journal")
+        if record.time < tick.time - TINY or (
+            # Where the world steps back after it, the next look tells nothing.
+            following is not None and record.time - TINY > following.tick.time >= tick.time
+        ):
+            self._find(tick.time, f"record {record.n} of the journal has the time {record.time:.1f} s")
         if wrong := _compared(match, decided, record):
             self.found += [Disagreement(record.time, what) for what in wrong]
             match.restore(record.standing, tick.field)

@@ -36,18 +36,20 @@ class Difference:
         return f"at {self.time:.3f} s, {self.topic}{field}: {self.values[0]} there, {self.values[1]} here"
 
 
-def first_difference(there: Sequence[Path], here: Sequence[Path]) -> Difference | None:
-    """The first record in which two recordings differ; None if there is none.
+def first_difference(there: Sequence[Path], here: Sequence[Path], torn: list[Path]) -> Difference | None:
+    """The first record in which two recordings differ; None if there is none, as far as both go.
 
     Args:
-        there, here: the parts of each, in their order.
+        there, here: the parts of each, in their order. torn: where to note the parts that are torn or damaged.
 
     Raises:
         OSError: a file cannot be read.
         MessageError: it is not a recording of this program.
     """
-    for one, other in zip_longest(records_in(there), records_in(here)):
+    for one, other in zip_longest(records_in(there, torn), records_in(here, torn)):
         if one is None or other is None:
+            if torn:
+                return None
             topic, _, time, _ = one or other
             words = ("nothing more", "one more record")
             return Difference(time, topic, "", words if one is None else words[::-1])
