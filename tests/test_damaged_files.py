@@ -82,7 +82,7 @@ def outcome(command: str, run: Path, other: Path) -> str:
 
 
 @pytest.mark.parametrize("file", READ_BY)
-@pytest.mark.parametrize("count", [16, pytest.param(150, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("count", [8, pytest.param(150, marks=pytest.mark.thorough)])
 def test_no_command_fails_on_a_run_with_a_damaged_file(run: Path, played: Path, file: str, count: int) -> None:
     for what, content in mutants((played / file).read_bytes(), count):
         (run / file).write_bytes(content)
@@ -134,7 +134,7 @@ READERS: dict[str, tuple[str, bytes | None, Callable[[Path], object]]] = {
 
 
 @pytest.mark.parametrize("kind", READERS)
-@pytest.mark.parametrize("count", [100, pytest.param(1000, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("count", [40, pytest.param(1000, marks=pytest.mark.thorough)])
 def test_every_reader_refuses_in_words(played: Path, tmp_path: Path, kind: str, count: int) -> None:
     name, content, read = READERS[kind]
     whole = (played / name).read_bytes() if content is None else content
