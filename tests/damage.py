@@ -1,6 +1,5 @@
 """What happens to files: a power cut, a disk that rots, somebody who edits them. Mutants of their content, by seeds."""
 
-import json
 import random
 import re
 from collections.abc import Callable, Iterator
@@ -93,12 +92,3 @@ def mutants(content: bytes, count: int, seed: int = 0) -> Iterator[tuple[str, by
 def deep(content: bytes) -> bytes:
     """As JSON or TOML: 200,000 brackets within one another."""
     return b"[" * 200_000 if content[:1] in b"{[" else b"a = " + b"[" * 200_000
-
-
-def is_json(line: bytes) -> bool:
-    """True if a line is JSON."""
-    try:
-        json.loads(line)
-    except ValueError:
-        return False
-    return True

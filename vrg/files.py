@@ -9,6 +9,7 @@ not is named.
 import codecs
 import io
 import json
+import logging
 import os
 import secrets
 import stat
@@ -23,6 +24,8 @@ from typing import Any, BinaryIO, Generic, Protocol, TypeVar
 import msgspec
 
 from vrg.errors import FileError
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
@@ -161,18 +164,18 @@ class Records(Generic[T]):
     """What a file of records holds, one record of JSON a line.
 
     Attributes:
-        whole: the number of its line, from 1, and each record that could be read. damaged: the other lines, and why.
+        whole: the records that could be read. damaged: the numbers of the other lines, from 1, and why.
         end: the number of bytes up to the end of the last record that could be read. torn: the bytes behind the last
             end of a line, which a process that was killed in the middle has left.
     """
 
-    whole: list[tuple[int, T]] = field(default_factory=list)
+    whole: list[T] = field(default_factory=list)
     damaged: list[tuple[int, str]] = field(default_factory=list)
     end: int = 0
     torn: int = 0
 
     def __iter__(self) -> Iterator[T]:
-        return (record for _, record in self.whole)
+        return iter(self.whole)
 
     def damage(self, path: Path, what: str) -> list[str]:
         """What was left out, in sentences.
@@ -183,6 +186,11 @@ class Records(Generic[T]):
         torn = [f"{path}: left out a torn last line of {self.torn} bytes"] if self.torn else []
         return [f"{path}:{number}: left out a line, expected {what}: {why}" for number, why in self.damaged] + torn
 
+    def warn(self, path: Path, what: str) -> None:
+        """Log what was left out, as `damage` words it."""
+        for text in self.damage(path, what):
+            log.warning("%s", text)
+
 
 def records_of(content: bytes, *decoders: Decoder[T]) -> Records[T]:
     """The records in the content of a file.
@@ -190,14 +198,14 @@ def records_of(content: bytes, *decoders: Decoder[T]) -> Records[T]:
     Args:
         decoders: those of the first lines, in their order; the last one is that of all further lines.
     """
-    whole: list[tuple[int, T]] = []
+    whole: list[T] = []
     damaged: list[tuple[int, str]] = []
     at = end = 0
     *lines, torn = content.split(b"\n")
     for number, line in enumerate(lines, 1):
         at += len(line) + 1
         try:
-            whole.append((number, decoded(decoders[min(number, len(decoders)) - 1], line)))
+            whole.append(decoded(decoders[min(number, len(decoders)) - 1], line))
             end = at
         except FileError as error:
             damaged.append((number, str(error)))

@@ -4,6 +4,7 @@ import hashlib
 import importlib
 import importlib.util
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 from types import ModuleType
 
@@ -60,9 +61,8 @@ def _import_file(path: Path) -> ModuleType:
     aside = {
         known: module
         for known, module in sys.modules.items()
-        if _is_in(path.parent, known.partition(".")[0]) and Path(getattr(module, "__file__", None) or "").parts[:-1]
-        and any(Path(module.__file__ or "").is_relative_to(folder) for folder in others)
-    }  # fmt: skip
+        if _is_in(path.parent, known.partition(".")[0]) and _is_from(others, module)
+    }
     for known in aside:
         del sys.modules[known]
     _append_path(path.parent)
@@ -83,6 +83,11 @@ def _import_file(path: Path) -> ModuleType:
 
 def _is_in(folder: Path, module: str) -> bool:
     return (folder / f"{module}.py").is_file() or (folder / module).is_dir()
+
+
+def _is_from(folders: Iterable[str], module: ModuleType) -> bool:
+    file = getattr(module, "__file__", None)
+    return file is not None and any(Path(file).is_relative_to(folder) for folder in folders)
 
 
 _folders: set[str] = set()

@@ -5,6 +5,7 @@ from typing import Any
 
 from vrg.coordinator.evidence import Books, Exhibit, replayed
 from vrg.coordinator.journal import Record
+from vrg.coordinator.judging import ends_before
 from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Observation, RuleBook
 
@@ -26,13 +27,7 @@ def cases_of(
         seen = match.judged or (before if before.poses else tick.field, tick.field)
         decided = following is None or following.tick.after > tick.after
         record = numbered.get(tick.after + 1)
-        # Where the evidence ends early, or has a gap, the last tick before has decided nothing.
-        cut = following is None or following.tick.resumed is not None
-        if (
-            decided
-            and record is not None
-            and not (cut and tick.time < record.time and record.evidence != exhibit.digest)
-        ):
+        if decided and record is not None and not ends_before(exhibit, following, record):
             for call in record.calls:
                 yield Case(call, state, *seen)
         before = tick.field

@@ -138,7 +138,7 @@ class Journal:
             raise JournalError(
                 f"{self.path}:1: expected the journal of {header}, got that of {head}: choose another run folder"
             )
-        _warn(found, self.path)
+        found.warn(self.path, "a record")
         if found.end < len(content):
             log.warning("%s: dropped %d bytes behind its last whole line", self.path, len(content) - found.end)
             os.ftruncate(self._file, found.end)
@@ -336,15 +336,10 @@ def read_journal(path: Path, damage: list[str] | None = None) -> tuple[JournalHe
             f"{path}: expected a journal of version {FORMAT}, got {header.journal}: use the VRG that recorded it"
         )
     if damage is None:
-        _warn(found, path)
+        found.warn(path, "a record")
     else:
         damage += found.damage(path, "a record")
     return header, records
-
-
-def _warn(found: Records[JournalHeader | Record], path: Path) -> None:
-    for text in found.damage(path, "a record"):
-        log.warning("%s", text)
 
 
 def _parts(found: Records[JournalHeader | Record], path: Path) -> tuple[JournalHeader, list[Record]]:
@@ -353,9 +348,9 @@ def _parts(found: Records[JournalHeader | Record], path: Path) -> tuple[JournalH
     Raises:
         JournalError: it does not begin with a header.
     """
-    if not found.whole or not isinstance(found.whole[0][1], JournalHeader):
+    if not found.whole or not isinstance(found.whole[0], JournalHeader):
         raise JournalError(f"{path}:1: expected the header of a journal: {found.damaged[0][1]}")
-    return found.whole[0][1], [record for record in found if isinstance(record, Record)]
+    return found.whole[0], [record for record in found if isinstance(record, Record)]
 
 
 def read_standing(path: Path) -> Checkpoint | None:

@@ -116,9 +116,8 @@ class _Judge:
             match.calls += sum(len(outcome.calls) for outcome in decided)
             return
         record = self.left[0]
-        cut = following is None or following.tick.resumed is not None
-        if cut and tick.time < record.time and record.evidence != exhibit.digest:
-            return  # the evidence ends, or has a gap, before the tick in which this was decided
+        if ends_before(exhibit, following, record):
+            return
         self.left.popleft()
         self.compared += len(record.calls)
         if self._chained and record.evidence not in ("", exhibit.digest):
@@ -136,6 +135,12 @@ class _Judge:
 
     def _find(self, time: float, what: str) -> None:
         self.found.append(Disagreement(time, what))
+
+
+def ends_before(exhibit: Exhibit, following: Exhibit | None, record: Record) -> bool:
+    """Whether the evidence ends, or has a gap, behind a tick and before the one in which a record was decided."""
+    cut = following is None or following.tick.resumed is not None
+    return cut and exhibit.tick.time < record.time and record.evidence != exhibit.digest
 
 
 def _up_to(left: deque[Record], number: int) -> list[Record]:

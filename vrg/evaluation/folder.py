@@ -1,7 +1,6 @@
 """The folder of an experiment: its definition, its matches, the record of its games, and what is made of them."""
 
 import fcntl
-import logging
 import os
 import shlex
 from pathlib import Path
@@ -19,8 +18,6 @@ from vrg.files import RECORDS_LIMIT, decoded, read_bytes, records_of, write_whol
 from vrg.launch.change import Branch, Change, kept
 from vrg.launch.keeping import keep
 from vrg.launch.run_folder import RunFolder, delete
-
-log = logging.getLogger(__name__)
 
 R = TypeVar("R", bound=Struct)
 
@@ -236,8 +233,7 @@ def read_records(path: Path, kind: type[R]) -> list[R]:
     found = records_of(content, msgspec.json.Decoder(kind))
     if found.torn:
         os.truncate(path, len(content) - found.torn)
-    for text in found.damage(path, f"a {kind.__name__}"):
-        log.warning("%s", text)
+    found.warn(path, f"a {kind.__name__}")
     return list(found)
 
 

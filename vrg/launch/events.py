@@ -123,6 +123,5 @@ def read_events(path: Path) -> list[Event]:
         OSError: the file cannot be read.
     """
     found = records_of(read_bytes(path, RECORDS_LIMIT), _decoder)
-    for text in found.damage(path, "an event"):
-        log.warning("%s", text)
+    found.warn(path, "an event")
     return list(found)

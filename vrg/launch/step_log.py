@@ -5,7 +5,6 @@ each node has published in that step. Two runs of one match with one seed have t
 differs tells when and in which node they parted. Besides, each step is noted that a player has missed: see `Missed`.
 """
 
-import logging
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Self
@@ -77,7 +76,6 @@ class Ended(Struct, frozen=True, kw_only=True, tag="ended"):
 
 Line = Digest | Missed | Unmade | Ended
 _decoder: Decoder[Line] = msgspec.json.Decoder(Line)
-log = logging.getLogger(__name__)
 
 
 class StepLog:
@@ -136,8 +134,7 @@ def read_steps(path: Path) -> list[Line]:
         return []
     except OSError as error:
         raise LaunchError(f"{path}: cannot be read: {error.strerror}") from None
-    for text in found.damage(path, "one of a log of steps"):
-        log.warning("%s", text)
+    found.warn(path, "one of a log of steps")
     return list(found)
 
 

@@ -177,7 +177,7 @@ def league_units(vrg: PurePosixPath, folder: PurePosixPath, at: str, arguments: 
     """
     stem = "vrg-league-" + "".join(sign if sign.isascii() and sign.isalnum() else "-" for sign in folder.name)
     command = [str(vrg), "league", "play", str(folder), *arguments]
-    about = f"VRG league {folder.name}".replace("%", "%%")
+    about = _plain(f"VRG league {folder.name}")
     return {
         f"{stem}.service": (
             f"[Unit]\nDescription={about}\n\n[Service]\nType=oneshot\n"
