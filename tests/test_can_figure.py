@@ -46,7 +46,7 @@ def test_the_match_keeps_what_the_robot_needs(tmp_path: Path) -> None:
     assert found["machines"]["red"]["host"] == "student@red"
     assert found["place"] == {"eye": "red"}
     assert found["localisation"]["eye"] == {"source": "sim", "rate": 20.0, "errors": {"ann": {"way": 0.1}}}
-    assert found["rules"] == {"x": [-4.0, -2.0], "y": [6.0, 8.0], "time": 60.0}
+    assert found["rules"] == {"x": [-4.0, -2.0], "y": [3.0, 5.0], "time": 60.0}
 
 
 def test_settings_that_have_the_name_of_a_player_stay(tmp_path: Path) -> None:

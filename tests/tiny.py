@@ -9,23 +9,23 @@ seed = 3
 lasers = false
 [rules]
 x = [-5.0, 5.0]
-y = [-8.0, 8.0]
+y = [-5.0, 5.0]
 passes = 1
 [[players]]
 name = "shark"
 role = "shark"
 x = 0.0
-y = -7.0
+y = -4.0
 [[players]]
 name = "ann"
 role = "minnow"
 x = -3.0
-y = 7.0
+y = 4.0
 [[players]]
 name = "bob"
 role = "minnow"
 x = 3.0
-y = 7.0
+y = 4.0
 """
 
 TINY_CAN = TINY.replace(

@@ -111,7 +111,7 @@ def test_robots_with_drives_are_where_the_camera_has_them_not_where_their_odomet
     more = "[localisation.overhead.errors.ann]\nway = 0.03\nbend = 3.0\n"
     ending, surveyor, _ = played(tmp_path, located(TINY_CAN, "ann", more=more))
     assert ending.state.stage is Stage.GAME_OVER
-    truth = believed = Pose(-3.0, 7.0, 0.0)
+    truth = believed = Pose(-3.0, 4.0, 0.0)
     far, off = [], []
     for (_, before), (time, after) in pairwise(surveyor.motions["ann"]):
         way = compose(inverse(before), after)

@@ -48,8 +48,8 @@ class Odd(Strategy):
             file.write(str(os.getpid()))
         if self.count == 20 and os.path.exists("HOME/slow"):
             time.sleep(0.6)
-        if self.count == 40 and os.path.exists("HOME/raises"):
-            raise RuntimeError("forty")
+        if self.count == 20 and os.path.exists("HOME/raises"):
+            raise RuntimeError("twenty")
         if self.count == 40 and os.path.exists("HOME/once"):
             open("HOME/broken", "w").close()
             os._exit(1)
@@ -172,7 +172,7 @@ def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, serve
     spread, other = play(home, "spread", Apart(server, every=True, deadline=60.0))
     assert alone.journal.read_bytes() == spread.journal.read_bytes()
     assert ending.failures == other.failures
-    assert "RuntimeError: forty" in ending.failures[0]
+    assert "RuntimeError: twenty" in ending.failures[0]
     same(spread, repeated(spread, home, "again", None))
 
 
