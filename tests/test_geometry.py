@@ -8,7 +8,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vrg.geometry import SIGMAS, corners, ellipse, interpolate, outline_distance, wrap
-from vrg.regions import Rectangle
 from vrg.types import Pose, Uncertainty
 
 coordinates = st.floats(-5, 5)
@@ -61,37 +60,6 @@ def test_two_squares_side_by_side() -> None:
     assert outline_distance(Pose(0, 0, 0), Pose(2, 0, math.pi / 4), (1, 1), (1, 1)) == pytest.approx(
         1.5 - math.sqrt(0.5)
     )
-
-
-BOX = Rectangle(0, 0, 10, 5)
-
-
-@given(st.tuples(st.floats(0, 10), st.floats(0, 5)), st.tuples(st.floats(-20, 20), st.floats(-20, 20)))
-def test_the_exit_lies_on_the_border(start: tuple[float, float], end: tuple[float, float]) -> None:
-    fraction = BOX.exit_fraction(start, end)
-    if BOX.contains(*end):
-        assert fraction is None
-        return
-    assert fraction is not None
-    x, y = (a + (b - a) * fraction for a, b in zip(start, end, strict=True))
-    assert BOX.shrunk(-1e-6).contains(x, y)
-    assert not BOX.shrunk(1e-6).contains(x, y)
-
-
-def test_who_starts_outside_has_left_at_once() -> None:
-    assert BOX.exit_fraction((-1, 2), (5, 2)) == 0.0
-
-
-def test_a_rectangle_shrunk_too_far_is_its_middle() -> None:
-    assert BOX.shrunk(100) == Rectangle(5, 2.5, 5, 2.5)
-
-
-@given(st.floats(-20, 20), st.floats(-20, 20))
-def test_the_nearest_point_is_inside(x: float, y: float) -> None:
-    nearest = BOX.nearest(x, y)
-    assert BOX.contains(*nearest)
-    if BOX.contains(x, y):
-        assert nearest == (x, y)
 
 
 @given(st.floats(0.01, 2.0), st.floats(0.01, 2.0), st.floats(-math.pi, math.pi))

@@ -8,11 +8,9 @@ from types import SimpleNamespace
 import pytest
 import typer
 from rich.console import Console
-from typer.testing import CliRunner
 
 from tests.system.harness import wait_until
 from tests.test_machines import load
-from vrg.cli import make_app
 from vrg.commands.options import web_address
 from vrg.commands.page import open_page, print_links
 from vrg.config.files import WEB
@@ -46,12 +44,6 @@ def test_addresses(typed, address):
 def test_what_is_no_address_is_told(typed):
     with pytest.raises(typer.BadParameter, match="expected an address such as"):
         web_address(typed)
-
-
-def test_a_match_in_one_process_has_no_page():
-    done = CliRunner().invoke(make_app(), ["play", "sharks-and-minnows", "--in-process", "--web"])
-    assert done.exit_code == 2
-    assert "--web needs the bus" in " ".join(done.output.replace("│", " ").split())
 
 
 def test_the_usual_port_or_the_next_free_one_is_taken_but_one_that_was_asked_for_must_be_free():
