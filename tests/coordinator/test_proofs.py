@@ -74,9 +74,10 @@ def first_tag(run: RunFolder) -> tuple[int, Call]:
 
 
 def courtyard(folder: Path, seed: int) -> MatchSetup:
-    """The match of the thesis, in which nobody needs a laser."""
+    """Two passes of the match of the thesis, in which nobody needs a laser."""
     file = folder / "courtyard.toml"
-    file.write_text("lasers = false\n" + match_path("sharks-and-minnows").read_text())
+    text = match_path("sharks-and-minnows").read_text().replace("[rules]", "[rules]\npasses = 2")
+    file.write_text(f"lasers = false\n{text}")
     return load_match(file, engine="planar", seed=seed)
 
 
@@ -84,11 +85,11 @@ def courtyard(folder: Path, seed: int) -> MatchSetup:
 def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     base = tmp_path_factory.mktemp("runs")
     flags = base / "flags.toml"
-    flags.write_text(match_text(four_each("aggressive", "balanced"), rules="round_time = 60.0"))
+    flags.write_text(match_text(four_each("aggressive", "balanced"), rules="round_time = 32.0"))
     setups = {
         "sharks-and-minnows": (courtyard(base, seed=3), 300.0),
-        "pursuit-evasion": (load_match(match_path("pursuit-evasion"), engine="planar").at_rate(0), 45.0),
-        "roboflag": (load_match(flags), 70.0),
+        "pursuit-evasion": (load_match(match_path("pursuit-evasion"), engine="planar").at_rate(0), 20.0),
+        "roboflag": (load_match(flags), 36.0),
     }
     return {
         name: (setup, played(base / name, setup, limit, recorded=name == "sharks-and-minnows"))

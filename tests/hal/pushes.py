@@ -11,8 +11,7 @@ from vrg.types import Pose, Twist
 SECONDS, TICK = 5.0, 0.02
 HEADING = 0.4
 """The heading of the pushed robot, rad: along no axis of the map."""
-SQUARE = {"front": 0.0, "side": 90.0, "rear": 180.0}
-BEARINGS = SQUARE | {"oblique": 35.0}
+BEARINGS = {"front": 0.0, "side": 90.0, "rear": 180.0, "oblique": 35.0}
 """Where the pusher comes from, in degrees from ahead of the pushed robot."""
 STATES: dict[str, float | None] = {"braked": None, "at rest": 0.0, "driving": 0.2}
 """The speed that the pushed robot is commanded to drive at, m/s; None for locked wheels."""

@@ -97,6 +97,7 @@ def test_a_port_that_somebody_has_is_no_other_port(theatre: Theatre) -> None:
         second.open()
 
 
+@pytest.mark.thorough
 def test_a_node_and_a_replay_show_the_match_to_a_browser(recorded) -> None:
     """One browser sees a running match, with the buttons that choose a camera, and then a recorded one."""
     keys = Keys("test")
