@@ -80,6 +80,8 @@ def test_each_process_runs_on_the_machine_that_is_named(tmp_path: Path) -> None:
     }
     assert names == {"here": ["referee", "recorder", "ann"], "lab2": ["world"], "lab3": ["router", "bob"]}
     assert setup.hosts["lab3"].vrg == "~/vrg/.venv/bin/vrg"
+    here = setup.all_here()
+    assert (here.hosts, set(placed(here, window=False, record=False).values())) == ({}, {"here"})
 
 
 def test_a_machine_on_which_nothing_runs_is_not_used(tmp_path: Path) -> None:
@@ -87,12 +89,6 @@ def test_a_machine_on_which_nothing_runs_is_not_used(tmp_path: Path) -> None:
     assert list(setup.hosts) == ["lab3"]
     assert "nothing runs on lab2: name it" in idle_machines(setup)
     assert not idle_machines(load(tmp_path, MACHINES, ann='machine = "lab2"', bob='machine = "lab3"'))
-
-
-def test_the_same_match_can_be_played_on_one_machine(tmp_path: Path) -> None:
-    setup = load(tmp_path, MACHINES, bob='machine = "lab3"').all_here()
-    assert setup.hosts == {}
-    assert set(placed(setup, window=False, record=False).values()) == {"here"}
 
 
 def test_drives_are_emulated_where_their_players_run(tmp_path: Path) -> None:
@@ -103,17 +99,14 @@ def test_drives_are_emulated_where_their_players_run(tmp_path: Path) -> None:
     together = load(tmp_path, MACHINES + EMULATED, ann=can, bob=can)
     assert [companion.name for companion in together.companions] == ["drives"]
     assert together.place == {}
+    elsewhere = load(tmp_path, MACHINES + EMULATED + '[place]\ndrives = "lab3"\n', ann=can, bob=can)
+    assert elsewhere.place == {"drives": "lab3"}
 
 
-def test_drives_may_be_placed_elsewhere(tmp_path: Path) -> None:
-    can = 'backend = "can"\n'
-    setup = load(tmp_path, MACHINES + EMULATED + '[place]\ndrives = "lab3"\n', ann=can, bob=can)
-    assert setup.place == {"drives": "lab3"}
-
-
-def test_the_launchers_own_machine_may_have_an_address(tmp_path: Path) -> None:
-    setup = load(tmp_path, MACHINES + '[machines.here]\naddress = "192.168.1.5"\n', bob='machine = "lab2"')
-    assert setup.machines["here"].address == "192.168.1.5"
+@pytest.mark.parametrize("typed", ["192.168.1.5", "[2001:db8::1]"])
+def test_the_launchers_own_machine_may_have_an_address(tmp_path: Path, typed: str) -> None:
+    setup = load(tmp_path, MACHINES + f'[machines.here]\naddress = "{typed}"\n', bob='machine = "lab2"')
+    assert setup.machines["here"].address == typed.strip("[]")
     assert list(setup.hosts) == ["lab2"]
 
 
@@ -132,35 +125,12 @@ def test_all_mistakes_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
         assert any(f":{line}: " in each and words in each for each in told.splitlines()), f"{line} {words}\n{told}"
 
 
-@pytest.mark.parametrize("address", ["two words", "10.0.0.5:7447", "a..b"])
-def test_an_address_that_no_certificate_can_name_is_told_when_the_file_is_read(tmp_path: Path, address: str) -> None:
-    told = problems(tmp_path, f'[machines.here]\naddress = "{address}"\n')
-    assert f"expected a host name or an IP address such as 192.168.1.5, got {address!r}" in told
-
-
-def test_an_address_of_ipv6_may_have_brackets(tmp_path: Path) -> None:
-    setup = load(tmp_path, MACHINES + '[machines.here]\naddress = "[2001:db8::1]"\n', bob='machine = "lab2"')
-    assert setup.machines["here"].address == "2001:db8::1"
-
-
-@pytest.mark.parametrize("name", ["../../evil", "lab 2", "a/b", "*"])
-def test_a_machine_has_a_name_that_can_be_a_part_of_a_key_and_of_a_file(tmp_path: Path, name: str) -> None:
-    told = problems(tmp_path, f'[machines."{name}"]\nhost = "lab2"\n')
-    assert f"{NAME_RULE}, got {name!r}" in told
-
-
-@pytest.mark.parametrize(
-    "table",
-    ['host = "-oProxyCommand=x"', 'host = "a b"', 'host = "lab2"\nvrg = "vrg; rm x"', 'host = "lab2"\nuser = "root"'],
-)
-def test_what_could_be_an_option_or_another_command_is_refused(tmp_path: Path, table: str) -> None:
-    assert "machines.lab2" in problems(tmp_path, f"[machines.lab2]\n{table}\n")
-
-
 @pytest.mark.parametrize(
     ("table", "told"),
     [
         ('host = "ssh lab2"', "expected what you type after `ssh`, such as robot@lab2.local; its port"),
+        ('host = "-oProxyCommand=x"', "machines.lab2.host: expected what you type after `ssh`"),
+        ('host = "lab2"\nuser = "root"', "machines.lab2.user: unknown field"),
         (
             'host = "lab2"\nvrg = "vrg; rm x"',
             "expected the path of the command `vrg` there, such as ~/vrg/.venv/bin/vrg",
@@ -175,6 +145,8 @@ def test_one_mistake_in_the_table_of_a_machine_is_told_in_words_and_once(tmp_pat
     assert len(said.splitlines()) == 1, "that lab2 is used elsewhere is no mistake"
 
 
+BAD_NAMES, BAD_ADDRESSES = ("../../evil", "lab 2", "a/b", "*"), ("two words", "10.0.0.5:7447", "a..b")
+ADDRESS = "expected a host name or an IP address such as 192.168.1.5"
 SITES = '[machines.lab2]\nhost = "lab2"\nrouter = true\n[machines.lab3]\nhost = "lab3"\nvia = "lab2"\n'
 
 
@@ -186,12 +158,9 @@ def test_a_site_may_have_a_router_of_its_own(tmp_path: Path) -> None:
     assert router.is_router
     job = Job(kind="router", router="tcp/own:1", run=str(tmp_path.resolve()), upstream="tcp/main:1")
     assert job_of(router.arguments) == job
-
-
-def test_a_machine_with_the_router_of_the_match_needs_no_further_one(tmp_path: Path) -> None:
-    setup = load(tmp_path, SITES + '[place]\nrouter = "lab2"\n', bob='machine = "lab3"')
-    assert {setup.router_at(name) for name in ("here", "lab2", "lab3")} == {"lab2"}
-    assert "router-lab2" not in placed(setup, window=False, record=False)
+    with_the_matchs_own = load(tmp_path, SITES + '[place]\nrouter = "lab2"\n', bob='machine = "lab3"')
+    assert {with_the_matchs_own.router_at(name) for name in ("here", "lab2", "lab3")} == {"lab2"}
+    assert "router-lab2" not in placed(with_the_matchs_own, window=False, record=False)
 
 
 @pytest.mark.parametrize(
@@ -204,9 +173,12 @@ def test_a_machine_with_the_router_of_the_match_needs_no_further_one(tmp_path: P
             SITES + '[machines.lab4]\nhost = "lab4"\nrouter = true\nvia = "lab2"\n',
             "a machine with a router of its own uses that",
         ),
+        (SITES + '[machines.here]\nvia = "lab2"\n', "the router of the match runs there"),
+        *((f'{SITES}[machines."{name}"]\nhost = "lab2"\n', f"{NAME_RULE}, got {name!r}") for name in BAD_NAMES),
+        *((f'{SITES}[machines.here]\naddress = "{one}"\n', f"{ADDRESS}, got {one!r}") for one in BAD_ADDRESSES),
     ],
 )
-def test_routers_that_make_no_sense_are_refused(tmp_path: Path, tables: str, told: str) -> None:
+def test_routers_names_and_addresses_that_make_no_sense_are_refused(tmp_path: Path, tables: str, told: str) -> None:
     assert told in problems(tmp_path, tables, bob='machine = "lab3"')
 
 
@@ -216,16 +188,3 @@ def test_the_match_of_the_laboratory_can_be_played() -> None:
     assert {where[name] for name in ("router", "world", "referee", "spectator")} == {"here"}
     assert (where["red1"], where["blue2"], where["drives"], where["drives-blue"]) == ("red", "blue", "red", "blue")
     assert setup.has_seats
-
-
-@pytest.mark.parametrize("name", ["router-lab2", "drives-2", "host-lab2"])
-def test_a_player_has_no_name_of_another_process_or_log(tmp_path: Path, name: str) -> None:
-    path = tmp_path / "match.toml"
-    path.write_text(MATCH.format(more="", ann="", bob="").replace('"ann"', f'"{name}"'))
-    with pytest.raises(ConfigError, match="is the name of another process of a match"):
-        load_match(path)
-
-
-def test_the_machine_of_the_matchs_router_uses_no_other(tmp_path: Path) -> None:
-    tables = SITES + '[machines.here]\nvia = "lab2"\n'
-    assert "the router of the match runs there" in problems(tmp_path, tables, bob='machine = "lab3"')
