@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
@@ -47,14 +48,6 @@ def window_in(run: Path) -> ReplayWindow:
     return replay_window(folder, read_setup(folder.setup))
 
 
-def error_of(run: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """What the command says of a folder, on a computer with a display."""
-    monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
-    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
-    assert isinstance(done.exception, LaunchError), done.output
-    return str(done.exception)
-
-
 def change_setup(run: Path, **fields: object) -> None:
     path = run / "setup.json"
     path.write_text(json.dumps({**json.loads(path.read_text()), **fields}))
@@ -79,30 +72,25 @@ def test_the_match_ends_as_its_result_says(run: Path) -> None:
     assert dict(window.scene.score) == result["score"]
 
 
-def test_the_command_shows_the_window_until_it_is_closed(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
-    shown = []
-
-    def frame(window: ReplayWindow, seconds: float) -> None:
-        shown.append(pygame.display.get_caption()[0])
-        window.close()
-
-    monkeypatch.setattr(ReplayWindow, "frame", frame)
-    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
-    assert (done.exit_code, shown) == (0, ["VRG: short, recorded"])
-
-
-def test_a_recording_that_is_cut_in_half_is_shown_as_far_as_it_goes(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_shows_what_is_whole_of_a_recording_until_the_window_is_closed(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     whole = window_in(run).playback.end
     file = run / "recording.mcap"
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
     window = window_in(run)
     assert 0.2 * whole < window.playback.end < 0.9 * whole
     assert "recording.mcap ends in the middle: the match is shown as far as it goes, to 0:" in window.note
+    shown = []
+
+    def frame(window: ReplayWindow, seconds: float) -> None:
+        shown.append(pygame.display.get_caption()[0])
+        window.close()
+
     monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
-    monkeypatch.setattr(ReplayWindow, "frame", lambda window, _: window.close())
+    monkeypatch.setattr(ReplayWindow, "frame", frame)
     done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
-    assert done.exit_code == 0
+    assert (done.exit_code, shown) == (0, ["VRG: short, recorded"])
     assert window.note in done.output
 
 
@@ -113,40 +101,38 @@ def test_a_part_that_is_torn_before_another_part_is_told(run: Path) -> None:
     assert window_in(run).note == "recording.mcap ends in the middle: something is missing before the next part."
 
 
-def test_a_run_without_a_recording(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (run / "recording.mcap").unlink()
-    assert "expected a recording (recording.mcap), found none: was --no-record given?" in error_of(run, monkeypatch)
-
-
-def test_a_folder_that_is_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    assert "expected a run folder with a setup.json" in error_of(tmp_path, monkeypatch)
-
-
-def test_a_recording_of_nothing(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (run / "recording.mcap").write_bytes(b"")
-    assert "expected a recording of where the robots were, found none in it" in error_of(run, monkeypatch)
-
-
-def test_a_file_that_is_no_recording(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (run / "recording.mcap").write_bytes(b"a letter to my grandmother")
-    assert "recording.mcap: expected an MCAP recording" in error_of(run, monkeypatch)
-
-
-def test_a_recording_of_another_version(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def of_another_version(run: Path) -> None:
     (run / "recording.mcap").unlink()
     file = McapFile(run / "recording.mcap")
     file.write("/referee/state", Time(0, 0), 0.0, 0)
     file.finish()
-    said = error_of(run, monkeypatch)
-    assert "/referee/state: expected vrg.RefereeState" in said
-    assert "if another version of VRG has recorded it, use that one" in said
 
 
-def test_a_run_of_another_version(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    change_setup(run, players=3)
-    said = error_of(run, monkeypatch)
-    assert "setup.json: expected the set-up of a match of this release" in said
-    assert "use the VRG that played the match" in said
+@pytest.mark.parametrize(
+    ("damage", "said"),
+    [
+        (lambda run: (run / "recording.mcap").unlink(),
+         "expected a recording (recording.mcap), found none: was --no-record given?"),
+        (lambda run: (run / "setup.json").unlink(), "expected a run folder with a setup.json"),
+        (lambda run: (run / "recording.mcap").write_bytes(b""), "a recording of where the robots were, found none in it"),
+        (lambda run: (run / "recording.mcap").write_bytes(b"a letter to my grandmother"),
+         "recording.mcap: expected an MCAP recording"),
+        (of_another_version, "if another version of VRG has recorded it, use that one"),
+        (lambda run: change_setup(run, players=3), "setup.json: expected the set-up of a match of this release"),
+        (lambda run: change_setup(run, players=3), "use the VRG that played the match"),
+        (lambda run: None, "expected a display to open a window on, found none"),
+    ],
+    ids=["no recording", "no run", "nothing", "another file", "another version", "set-up", "its version", "no display"],
+)  # fmt: skip
+def test_what_cannot_be_shown_is_said(
+    run: Path, monkeypatch: pytest.MonkeyPatch, damage: Callable[[Path], object], said: str
+) -> None:
+    damage(run)
+    if "display" not in said:
+        monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
+    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
+    assert isinstance(done.exception, LaunchError), done.output
+    assert said in str(done.exception)
 
 
 def test_a_game_that_is_not_installed_is_shown_and_told(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,9 +154,3 @@ def test_a_robot_model_that_is_not_installed_is_shown_and_told(run: Path) -> Non
     window.frame(1.0)
     window.close()
     assert {body.length for body in window.scene.bodies} == {0.5}
-
-
-def test_without_a_display_the_command_says_so(run: Path) -> None:
-    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
-    assert isinstance(done.exception, LaunchError)
-    assert "expected a display to open a window on, found none" in str(done.exception)

@@ -79,26 +79,30 @@ def start(arena: Arena) -> Iterator[Callable[..., Match]]:
         yield make
 
 
-@pytest.fixture(scope="module")
-def display() -> Iterator[str]:
-    """A virtual screen on a display of its own."""
+@contextlib.contextmanager
+def screen() -> Iterator[tuple[str, "subprocess.Popen[bytes]"]]:
+    """A virtual screen that a test may take away: its display and its process."""
     if shutil.which("Xvfb") is None:
-        missing("Xvfb is not installed: no screen for the spectator's window")
+        missing("Xvfb is not installed: no screen for windows")
     out, into = os.pipe()
-    process = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(into), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
-        pass_fds=[into],
-        stderr=subprocess.DEVNULL,
-    )
+    command = ["Xvfb", "-displayfd", str(into), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
+    process = subprocess.Popen(command, pass_fds=[into], stderr=subprocess.DEVNULL)
     os.close(into)
     try:
         with os.fdopen(out) as answer:
             number = answer.readline().strip()
         assert number, "Xvfb found no free display"
-        yield f":{number}"
+        yield f":{number}", process
     finally:
-        process.terminate()
+        process.kill()
         process.wait()
+
+
+@pytest.fixture(scope="module")
+def display() -> Iterator[str]:
+    """A virtual screen on a display of its own."""
+    with screen() as (name, _):
+        yield name
 
 
 @pytest.fixture

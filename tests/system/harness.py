@@ -44,6 +44,9 @@ START_PATIENCE = 120.0
 DEADLINE = 150.0
 """s of real time for what happens outside the bus, where nothing tells how slow the machine is."""
 
+SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_AUDIODRIVER")
+"""The variables that no process inherits: tests of the windows, collected in the same run, ask SDL for no screen."""
+
 MINNOWS = ("ann", "bob", "cid")
 PLAYERS = ("shark", *MINNOWS)
 
@@ -199,9 +202,7 @@ class Match:
         self._disk = disk or Disk(folder / "runs")
         self._state_home = folder / "state"
         self._state_home.mkdir()
-        # Tests of the windows, collected in the same run, ask SDL for no screen.
-        gone = ("DISPLAY", "WAYLAND_DISPLAY", "SDL_VIDEODRIVER", "SDL_AUDIODRIVER")
-        self._environment = {k: v for k, v in os.environ.items() if k not in gone} | (environment or {})
+        self._environment = {k: v for k, v in os.environ.items() if k not in SCREENS} | (environment or {})
         self._environment |= {"XDG_STATE_HOME": str(self._state_home), "PYTHONUNBUFFERED": "1"}
         command = [sys.executable, "-P", "-m", "vrg", "play", str(self.file), "--runs", str(self._disk.folder)]
         secured = ["--keys", str(seats)] if isinstance(seats, Path) else ["--seats"] if seats else []
@@ -471,6 +472,41 @@ def wait_until(
         alert()
         assert time.monotonic() < deadline, f"waited {patience:g} s for {what}"
         pause.wait(0.02)
+
+
+@dataclass(frozen=True)
+class Helper:
+    """A program of this folder that does what lines on its standard input say; what it says is in a log."""
+
+    process: "subprocess.Popen[str]"
+    log: Path
+
+    def do(self, *lines: str) -> None:
+        """Let it do these things."""
+        print(*lines, sep="\n", file=self.process.stdin, flush=True)
+
+    def said(self) -> str:
+        """What it has said so far."""
+        return self.log.read_text(encoding="utf-8")
+
+
+@contextlib.contextmanager
+def helper(module: str, *arguments: str, log: Path, display: str = "") -> Iterator[Helper]:
+    """Run a program of this folder, with a display for its windows if it needs one, until the block ends."""
+    root = Path(__file__).parents[2]
+    paths = [str(root), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {name: value for name, value in os.environ.items() if name not in SCREENS}
+    environment |= {"PYTHONPATH": os.pathsep.join(paths)} | ({"DISPLAY": display} if display else {})
+    command = [sys.executable, "-m", f"tests.system.{module}", *arguments]
+    with log.open("wb") as said:
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=said, stderr=subprocess.STDOUT, cwd=root, env=environment, text=True
+        )
+    try:
+        yield Helper(process, log)
+    finally:
+        process.kill()
+        process.wait()
 
 
 @contextlib.contextmanager

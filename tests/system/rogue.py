@@ -2,11 +2,10 @@
 
 Usage: `rogue.py ENDPOINT FOLDER`, with the folder of a seat's keys. It reads one JSON object from its standard input:
 
-    {"put": [[KEY, HEX], ...], "listen": [KEY, ...], "be": [KEY, ...], "answer": [[KEY, HEX], ...], "until": [KEY, ...],
-     "flood": [[KEY, HEX], ...]}
+    {"put": [[KEY, HEX], ...], "listen": [KEY, ...], "be": [KEY, ...], "answer": [[KEY, HEX], ...], "until": [KEY, ...]}
 
 It publishes again and again until it has heard something on each key of `until`, and some more rounds, then it prints
-how many messages it has heard on each key, and ends. What is in `flood` it publishes FLOOD times a round.
+how many messages it has heard on each key, and ends.
 """
 
 import json
@@ -23,7 +22,7 @@ from vrg.bus.configuration import client_settings
 from vrg.bus.credentials import Credentials
 from vrg.bus.session import configuration
 
-ROUNDS, PAUSE, LONGEST, FLOOD = 20, 0.05, 400, 700
+ROUNDS, PAUSE, LONGEST = 20, 0.05, 400
 
 
 def main() -> None:
@@ -49,10 +48,7 @@ def main() -> None:
             undeclared.append(session.declare_queryable(f"{key}/@adv/**", reply(bytes.fromhex(payload), key)))
         publishers = [(session.declare_publisher(key), key, bytes.fromhex(data)) for key, data in told.get("put", [])]
         pause, after = threading.Event(), 0
-        flood = [(key, bytes.fromhex(data)) for key, data in told.get("flood", [])] * FLOOD
         for _ in range(LONGEST):
-            for key, payload in flood:
-                session.put(key, payload)
             for publisher, key, payload in publishers:
                 publisher.put(payload)
                 session.put(key, payload)

@@ -17,7 +17,6 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Clock, Drive, Estop
 from vrg.bus.session import open_session
 from vrg.coordinator.journal import read_journal
-from vrg.hal.sensors import png
 from vrg.types import Twist
 
 pytestmark = pytest.mark.system
@@ -151,15 +150,6 @@ def test_topics_are_listed_with_rates_and_nodes(match: Match) -> None:
 
 
 @pytest.mark.thorough
-def test_a_topic_is_echoed_as_plain_data(match: Match) -> None:
-    lines = match.command("topic", "echo", "robot/*/drive", "--count", "8", "--json").splitlines()
-    drives = [json.loads(line) for line in lines]
-    assert len(drives) == 8
-    assert all({"key", "sender", "stamp", "sequence", "twist", "armed"} == set(drive) for drive in drives)
-    assert {drive["key"].split("/")[3] for drive in drives} <= set(PLAYERS)
-
-
-@pytest.mark.thorough
 def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
     rows = [json.loads(line) for line in match.command("topic", "hz", "clock", "--json", "--count", "2").splitlines()]
     assert len(rows) == 2
@@ -168,33 +158,8 @@ def test_the_rate_of_a_topic_is_measured(match: Match) -> None:
 
 
 @pytest.mark.thorough
-def test_the_sensors_of_a_robot_are_shown_while_it_plays(match: Match) -> None:
-    where = (match.keys.match, "--router", match.endpoint)
-    expected = ("181 beams", "sonar rings", "satellites", "encoders main", "charge")
-
-    def shown() -> bool:
-        """Whether each sensor was heard within the time for which the command listens."""
-        done = match.vrg("show", "sensors", PLAYERS[0], *where, "--for", "1.5")
-        assert done.returncode == 0 or not done.stdout.strip(), done.stderr
-        return all(words in done.stdout for words in expected)
-
-    wait_until(shown, f"a table with {expected}")
-    nobody = match.vrg("show", "sensors", "nobody", *where, "--for", "0.5")
-    assert nobody.returncode == 1
-    assert f"expected one of {', '.join(PLAYERS)}, got 'nobody'" in nobody.stderr
-
-
-@pytest.mark.thorough
 def test_the_readings_of_sensors_come_line_by_line_where_there_is_no_terminal(match: Match, tmp_path: Path) -> None:
     command = ["show", "sensors", PLAYERS[0], match.keys.match, "--router", match.endpoint]
     printed = tmp_path / "printed"
     with printed.open("wb") as file, match.started(*command, stdout=file):
         wait_until(lambda: "laser front: 181 beams" in printed.read_text(), "a reading while the command goes on")
-
-
-@pytest.mark.thorough
-def test_what_a_robot_sees_is_saved_while_it_plays(match: Match, tmp_path: Path) -> None:
-    where = (match.keys.match, "--router", match.endpoint)
-    saved = match.vrg("show", "camera", PLAYERS[0], *where, "--output", str(tmp_path / "seen.png"))
-    assert saved.returncode == 0, saved.stderr
-    assert png.decode((tmp_path / "seen.png").read_bytes()).shape == (240, 320, 3)

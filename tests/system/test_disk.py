@@ -1,7 +1,6 @@
 """The disk of the run folder is full: play goes on or halts with the reason, and nothing written is lost."""
 
 import contextlib
-import json
 import os
 import signal
 from collections.abc import Callable, Iterator
@@ -12,7 +11,7 @@ import pytest
 
 from tests.system.harness import PLAYERS, Disk, Match, long_match, wait_until
 from tests.system.observer import Observer
-from vrg.bus.messages import OfficialAction, Stage
+from vrg.bus.messages import OfficialAction
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
 from vrg.launch.run_folder import RunFolder
@@ -81,25 +80,16 @@ def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., Matc
     filler.unlink()
     match.resume()
     assert observer.state.score["sharks"] == score
-    match.command("official", "end")
-    observer.wait_until(lambda: observer.state.stage is Stage.GAME_OVER, "the end")
-    with still_open(match.run.path) as path:
-        run = RunFolder(path)
-        assert match.wait_ended() == 0
-        _, records = read_journal(run.journal)
-        assert records[-1].standing.stage is Stage.GAME_OVER
-        assert json.loads(run.result.read_text())["score"]["sharks"] == score
-        assert set(read_tracks(run.recording)) == set(PLAYERS)
 
-
-def test_a_match_on_a_full_disk_ends_without_a_result_file(start: Callable[..., Match], small_disk: Disk) -> None:
-    match = start(long_match("stuck"), disk=small_disk)
-    filler = match.run.path / "filler"
+    # A match that ends on a full disk ends without the file of its result.
     fill(filler)
-    match.observer.time_passes(1.0, "on a full disk")
+    observer.time_passes(1.0, "on a full disk")
     match.launcher.send_signal(signal.SIGINT)
     with still_open(match.run.path) as path:
+        run = RunFolder(path)
         assert match.wait_ended() == 130
-        read_journal(RunFolder(path).journal)
+        _, records = read_journal(run.journal)
+        assert records[-1].standing.game["points"]["sharks"] == score
+        assert set(read_tracks(run.recording)) == set(PLAYERS)
     assert "the result cannot be kept" in match.said()
     assert "Traceback" not in match.said()

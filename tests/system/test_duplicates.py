@@ -39,14 +39,3 @@ def test_a_second_one_is_refused(match: Match, tmp_path: Path) -> None:
     observer.wait_moving(*MINNOWS)
     assert observer.epoch == epoch
     assert match.said().count("started again") == restarts
-
-
-@pytest.mark.thorough
-def test_a_second_coordinator_of_the_same_run_folder_is_refused(match: Match) -> None:
-    """Its journal is locked, whatever router the second one asks."""
-    done = match.vrg(
-        "node", "coordinator", str(match.run.match_file), "--router", match.endpoint, "--run", str(match.run.path)
-    )
-    assert done.returncode == 1
-    assert "another coordinator is writing it" in done.stderr
-    match.observer.wait_moving(*MINNOWS)

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.conftest import Arena
-from tests.system.harness import DEADLINE, PLAYERS, Match, long_match, short_match, wait_until
+from tests.system.harness import PLAYERS, STUCK_ONCE, Match, long_match, short_match, wait_until
 from vrg.bus.messages import Stage
 from vrg.coordinator.journal import read_journal
 from vrg.recording.reader import read_calls, read_tracks
@@ -72,28 +71,17 @@ def test_a_match_that_is_interrupted_says_so_and_leaves_nobody(
 
 
 @pytest.mark.thorough
-def test_an_interrupt_while_processes_start_leaves_nobody(arena: Arena, tmp_path: Path) -> None:
-    arena.clear()
-    match = Match(tmp_path, long_match("early"))
-    try:
-        wait_until(lambda: len(match.survivors()) > 2, "the first processes")
-        match.launcher.send_signal(signal.SIGINT)
-        assert match.launcher.wait(DEADLINE) == 130
-        # One that was being forked at that very instant ends by itself, as its leash is cut.
-        wait_until(lambda: not match.survivors(), "every process to end")
-        assert "Interrupted" in match.said()
-        assert "Traceback" not in match.said()
-    finally:
-        match.close()
-
-
-@pytest.mark.thorough
-def test_nobody_outlives_a_launcher_that_is_killed(start: Callable[..., Match]) -> None:
-    match = start(long_match("orphans"))
+def test_nobody_outlives_a_launcher_that_is_killed(start: Callable[..., Match], tmp_path: Path) -> None:
+    """Not even a player in an endless loop, which never looks whether it should stop."""
+    (tmp_path / "stuck.py").write_text(STUCK_ONCE)
+    strategy = f'name = "bob"\nstrategy = "{tmp_path}/stuck.py:Stuck"'
+    match = start("sandbox = false\n" + long_match("orphans").replace('name = "bob"', strategy))
     assert len(match.survivors()) == 10, "the launcher, its fork server and eight nodes"
+    (tmp_path / "hang").touch()
+    wait_until((tmp_path / "was_stuck").exists, "bob to be stuck")
     match.launcher.kill()
     wait_until(lambda: not match.survivors(), "every process to end by itself")
-    for name in ("world", "referee", "recorder", *PLAYERS):
+    for name in ("world", "referee", "recorder", *set(PLAYERS) - {"bob"}):
         assert "stopping: the supervisor is gone" in match.log(name), name
     assert set(read_tracks(match.run.recording)) == set(PLAYERS)
     read_journal(match.run.journal)

@@ -210,12 +210,6 @@ def test_a_machine_that_does_not_answer_halts_play_and_its_players_are_not_blame
     plays_on(match)
 
 
-@pytest.mark.thorough
-def test_logs_are_in_the_run_folder_while_the_match_runs(match: Match) -> None:
-    match.observer.wait_until((match.run.logs / "world.log").exists, "the world's log")
-    match.observer.wait_until((match.run.logs / "ann.log").exists, "ann's log")
-
-
 def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Match) -> None:
     """The last test of the shared match."""
     match = shared

@@ -5,13 +5,12 @@ import os
 import re
 import signal
 import subprocess
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import psutil
 import pytest
 
+from tests.system.harness import wait_until
 from tests.system.lab import VRG, Lab, laboratory
 
 pytestmark = pytest.mark.system
@@ -80,9 +79,8 @@ def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_p
         wait_until(lambda: not strategies("annika"), "the end of the processes of the match before")
         before = set((tmp_path / "runs").iterdir())
         process = played(tmp_path, lab, "--lockstep", "--deadline", "4", "--rate", "1")
-        wait_until(
-            lambda: seconds_of(tmp_path, before) >= 3, "three seconds of the match, which takes ten times as long"
-        )
+        # It takes ten times as long.
+        wait_until(lambda: seconds_of(tmp_path, before) >= 3, "three seconds of the match", patience=PATIENCE)
         strategies("annika")[0].send_signal(signal.SIGKILL)
         killed = run_of(process, tmp_path)
         assert '"type":"missed"' in (killed / "steps.jsonl").read_text()
@@ -95,13 +93,6 @@ def test_it_is_the_same_over_three_machines_and_where_a_process_was_killed(tmp_p
         wait_until(lambda: not strategies("annika"), "nothing to be left on any machine")
 
 
-def wait_until(condition: Callable[[], bool], what: str) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline, f"waited for {what}"
-        time.sleep(0.05)
-
-
 def seconds_of(folder: Path, before: set[Path]) -> int:
     """How many seconds of the newest match have been played."""
     logs = [run / "steps.jsonl" for run in set((folder / "runs").iterdir()) - before]
@@ -110,12 +101,6 @@ def seconds_of(folder: Path, before: set[Path]) -> int:
 
 def strategies(player: str) -> list[psutil.Process]:
     """The processes in which the strategy of a player decides. No other test may have a player of this name."""
-    title = f"vrg strategy {player} in "
-    return [process for process in psutil.process_iter() if " ".join(cmdline(process)).startswith(title)]
-
-
-def cmdline(process: psutil.Process) -> list[str]:
-    try:
-        return process.cmdline()
-    except psutil.Error:
-        return []
+    # One that has gone meanwhile has no command line.
+    running = psutil.process_iter(["cmdline"])
+    return [p for p in running if " ".join(p.info["cmdline"] or ()).startswith(f"vrg strategy {player} in ")]

@@ -1,12 +1,9 @@
 """What people decide while a match is played."""
 
-from collections.abc import Callable
-
 import pytest
 
-from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, wait_until
+from tests.system.harness import PLAYERS, Match, wait_until
 from tests.system.observer import Observer, at_rest
-from vrg.bus.messages import Stage
 from vrg.coordinator.journal import read_journal
 
 pytestmark = pytest.mark.system
@@ -43,23 +40,6 @@ def test_an_official_halts_and_resumes(match: Match) -> None:
     wait_until(lambda: match.vrg("official", "resume", "--reason", "no dog").returncode == 0, "play to be resumed")
     match.go_on()
     observer.wait_until(lambda: observer.state.clock > clock, "the play clock to go on")
-
-
-@pytest.mark.thorough
-def test_a_resume_of_what_is_not_halted_is_refused(match: Match) -> None:
-    done = match.vrg("official", "resume")
-    assert done.returncode == 1
-    assert "play is not halted" in done.stdout
-
-
-@pytest.mark.thorough
-def test_an_official_lets_robots_recover(match: Match) -> None:
-    assert "recover cid: asked by" in match.command("official", "recover", "cid")
-    assert "recover all robots: asked by" in match.command("official", "recover", "--reason", "new battery")
-    refused = match.vrg("official", "recover", "nobody")
-    assert refused.returncode == 1
-    assert "expected a player of this match" in refused.stdout
-    assert match.observer.state.halted is None or match.observer.stalled
 
 
 def test_an_official_overrules_score_and_state(match: Match) -> None:
@@ -113,13 +93,3 @@ def test_an_emergency_stop_holds_until_it_is_released_and_play_is_resumed(match:
         if poses.stamp > stopped:
             assert all(abs(body.twist.v) < 0.01 for body in poses.body.bodies), f"somebody moved at {poses.stamp:.2f} s"
     match.resume()
-
-
-@pytest.mark.thorough
-def test_an_official_ends_the_match(start: Callable[..., Match]) -> None:
-    match = start(long_match("ended"))
-    assert "ended by" in match.command("official", "end", "--reason", "rain")
-    match.observer.wait_until(lambda: match.observer.state.stage is Stage.GAME_OVER, "the end")
-    match.observer.wait_until(lambda: match.observer.standing(*MINNOWS), "robots to stop")
-    assert match.wait_ended() == 0
-    assert "ended by" in match.run.result.read_text()

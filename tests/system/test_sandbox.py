@@ -2,7 +2,7 @@
 
 import contextlib
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -41,15 +41,11 @@ def _can_be_sealed() -> None:
         lacking(reason)
 
 
-def text_of(folder: Path, name: str, *, cheat: str = "cid", strategy: str = "") -> str:
-    """A match in which everybody's strategy is a file, and one player cheats."""
-    text = long_match(name)
-    (folder / "honest.py").write_text(HONEST)
-    (folder / "shark.py").write_text(HONEST)
-    for player in ("shark", "ann", "bob", "cid"):
-        file = (
-            "shark.py:Honest" if player == "shark" else strategy if player == cheat and strategy else "honest.py:Honest"
-        )
+def text_of(folder: Path) -> str:
+    """A match in which everybody's strategy is a file, and cid cheats."""
+    text = long_match("sealed")
+    files = dict.fromkeys(("ann", "bob"), "honest.py:Honest") | {"shark": "shark.py:Honest", "cid": "cheat.py:Cheat"}
+    for player, file in files.items():
         text = text.replace(f'name = "{player}"', f'name = "{player}"\nstrategy = "{folder}/{file}"')
     return text
 
@@ -65,8 +61,9 @@ def noted(path: Path) -> bool:
 def sealed(arena: Arena, tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Match, Path]]:
     """A match of sealed players, one of whom cheats, and the folder of their strategies."""
     folder = tmp_path_factory.mktemp("sealed")
-    text = text_of(folder, "sealed", strategy="cheat.py:Cheat")
-    keys = folder / "keys"
+    text, keys = text_of(folder), folder / "keys"
+    for name in ("honest.py", "shark.py"):
+        (folder / name).write_text(HONEST)
     (folder / "cheat.py").write_text(CHEATING.format(keys=str(keys)))
     (folder / "match.toml").write_text(text)
     roster = load_match(folder / "match.toml").roster
@@ -109,11 +106,3 @@ def test_sealed_players_get_in_again_after_the_router_has_died(sealed: tuple[Mat
     match.lose_router()
     assert {name: match.child(name).pid for name in players} == players, "none of them was started again"
     wait_until(lambda: noted(match.run.path / "players" / "ann" / "notes"), "notes in the player's folder")
-
-
-@pytest.mark.thorough
-def test_a_match_file_switches_sandboxes_off(start: Callable[..., Match], tmp_path: Path) -> None:
-    text = "sandbox = false\n" + text_of(tmp_path, "unsealed")
-    match = start(text, seats=True, environment={"VRG_PLAYER_FOLDER": str(tmp_path)})
-    wait_until(lambda: noted(tmp_path / "notes"), "notes where a sealed player cannot write")
-    assert not (match.run.path / "players").exists()

@@ -5,7 +5,7 @@ import subprocess
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
-from datetime import UTC, datetime, timedelta
+from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,9 +22,8 @@ from vrg.bus.messages import Message
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration, open_session
 from vrg.config.loading import load_match
-from vrg.errors import BusError, CredentialsError
+from vrg.errors import BusError
 from vrg.recording.reader import read_tracks
-from vrg.seats.authority import KeyPair, make_authority, make_seat
 from vrg.seats.folder import KeysFolder
 from vrg.types import STILL, Pose, Twist
 
@@ -264,15 +263,6 @@ def test_nobody_hears_what_the_other_team_says(guarded: Match) -> None:
         assert window.heard == []
 
 
-def write_seat(folder: Path, made: KeyPair, authority: KeyPair) -> Credentials:
-    folder.mkdir()
-    files = {"seat.crt": made.certificate, "seat.key": made.private_key, "ca.crt": authority.certificate}
-    for name, data in files.items():
-        (folder / name).write_bytes(data)
-        (folder / name).chmod(0o600)
-    return Credentials(folder, folder.name)
-
-
 @pytest.mark.thorough
 def test_the_commands_of_officials_find_the_keys_of_a_match_on_this_machine(guarded: Match) -> None:
     keys = guarded.keys
@@ -316,27 +306,6 @@ def test_after_the_router_has_died_everybody_gets_in_again_and_nobody_else(guard
         assert not spy.got(*forged)
 
 
-@pytest.mark.thorough
-def test_a_certificate_of_another_authority_or_an_expired_one_is_refused(guarded: Match, tmp_path: Path) -> None:
-    now = datetime.now(UTC)
-    good = seat(guarded, ANN)
-    folder = good.folder.parent / "authority"
-    known = KeyPair(good.authority.read_bytes(), (folder / "ca.key").read_bytes())
-    foreign = make_authority("guarded", now)
-    lasts = timedelta(days=1)
-    refused = {
-        "does not know the authority": write_seat(tmp_path / "other", make_seat(foreign, ANN, now, lasts), known),
-        "of another authority": write_seat(tmp_path / "stranger", make_seat(foreign, ANN, now, lasts), foreign),
-        "has expired": write_seat(tmp_path / "old", make_seat(known, ANN, now - 2 * lasts, lasts), known),
-    }
-    for words, credentials in refused.items():
-        with pytest.raises(CredentialsError, match=words), open_session(guarded.endpoint, credentials=credentials):
-            pass
-    wait_until(partial(logged, guarded, "a process was not let in: invalid peer certificate"), "the log")
-    wait_until(partial(logged, guarded, "certificate expired"), "the log")
-    assert guarded.observer.playing or guarded.observer.stalled
-
-
 def test_who_has_no_certificate_is_refused(guarded: Match) -> None:
     with pytest.raises(BusError, match="lets only seats with keys in"), open_session(guarded.endpoint):
         pass
@@ -352,14 +321,3 @@ def test_who_has_no_certificate_is_refused(guarded: Match) -> None:
     with pytest.raises(zenoh.ZError):
         zenoh.open(configuration(settings))
     assert guarded.observer.playing or guarded.observer.stalled
-
-
-@pytest.mark.thorough
-def test_a_player_that_floods_the_bus_is_cut_off_and_named(guarded: Match) -> None:
-    keys, observer = guarded.keys, guarded.observer
-    observer.wait_until(lambda: observer.playing, "play")
-    rogue(guarded, seat(guarded, ANN).folder, flood=[put(keys.report("ann").key, m.Report(mode="rogue", armed=True))])
-    # This match is halted for what a player does wrong; others disqualify it with the same words.
-    text = "ann floods the bus with more than 2000 messages a second"
-    observer.wait_until(lambda: observer.state.halted == text, "the halt")
-    guarded.resume()

@@ -105,15 +105,6 @@ def test_a_match_is_changed_on_the_page_and_played_in_the_terminal(terminal: Ter
 
 
 @pytest.mark.thorough
-def test_what_is_not_saved_is_kept_when_the_terminal_ends_the_page(terminal: Terminal, tmp_path: Path) -> None:
-    page = Page(terminal.until(r"open this page in a browser: (\S+)"))
-    page.ask(do="set", key="seed", typed="77", seen=page.told["number"])
-    terminal.process.send_signal(signal.SIGHUP)
-    terminal.until("what was not saved is in (.*match-unsaved.toml) now")
-    assert load_match(tmp_path / "match-unsaved.toml").seed == 77
-
-
-@pytest.mark.thorough
 def test_enter_asks_in_the_terminal_where_no_browser_opens(terminal: Terminal) -> None:
     terminal.until("press (ENTER) to answer questions here")
     terminal.type("\n")
