@@ -114,7 +114,7 @@ def of_another_version(run: Path) -> None:
         (lambda run: (run / "recording.mcap").unlink(),
          "expected a recording (recording.mcap), found none: was --no-record given?"),
         (lambda run: (run / "setup.json").unlink(), "expected a run folder with a setup.json"),
-        (lambda run: (run / "recording.mcap").write_bytes(b""), "a recording of where the robots were, found none in it"),
+        (lambda run: (run / "recording.mcap").write_bytes(b""), "of where the robots were, found none in it"),
         (lambda run: (run / "recording.mcap").write_bytes(b"a letter to my grandmother"),
          "recording.mcap: expected an MCAP recording"),
         (of_another_version, "if another version of VRG has recorded it, use that one"),
