@@ -56,17 +56,8 @@ MAY_NOT = {
 }
 """What each room may not import."""
 LOWEST = (
-    "types",
-    "regions",
-    "segments",
-    "geometry",
-    "errors",
-    "registry",
-    "modules",
-    "colours",
-    "blame",
-    "shared",
-)
+    "types", "regions", "segments", "geometry", "errors", "registry", "modules", "colours", "blame", "shared",
+)  # fmt: skip
 """Modules that everybody may use; they use each other only."""
 
 
@@ -158,29 +149,38 @@ def _loaded(code: str, names: tuple[str, ...]) -> list[str]:
     return out.stdout.split()
 
 
-def test_a_window_is_not_loaded_by_the_command_line() -> None:
-    """Whoever plays over ssh waits for no graphics library, and without a CAN bus for none of CAN."""
-    late = ("pygame", "matplotlib", "pybullet", "can", "canopen", "numpy", "pydantic", "cryptography", "ssl", "aiohttp")
-    assert _loaded("import vrg.cli", late) == []
+HEAVY = ("numpy", "pydantic", "pygame", "matplotlib", "pybullet")
+LATE: dict[str, tuple[str, tuple[str, ...]]] = {
+    "the command line: whoever plays over ssh waits for no graphics": (
+        "import vrg.cli", (*HEAVY, "can", "canopen", "cryptography", "ssl", "aiohttp"),
+    ),
+    "a match without a page": (
+        "import vrg.commands.play, vrg.commands.playing, vrg.ui.spectator", ("aiohttp", "asyncio.runners"),
+    ),
+    "a strategy that has learned": (
+        "import vrg.learning.observation, vrg.learning.rewards, vrg.learning.state, vrg.learning.episode",
+        ("gymnasium", "pettingzoo", "pygame"),
+    ),
+    "a recorder": (
+        "import vrg.recording.recorder\nfrom vrg.games import game_of\nassert game_of('sharks-and-minnows').name",
+        (*HEAVY, "zenoh", "vrg.hal.sim", "vrg.coordinator", "vrg.agents", "vrg.games.sharks_and_minnows.rules",
+         "vrg.games.sharks_and_minnows.player"),
+    ),
+}  # fmt: skip
+"""What of VRG loads none of these modules."""
 
 
-def test_a_match_without_a_page_loads_no_web_server() -> None:
-    assert (
-        _loaded("import vrg.commands.play, vrg.commands.playing, vrg.ui.spectator", ("aiohttp", "asyncio.runners"))
-        == []
-    )
-
-
-def test_a_strategy_that_has_learned_needs_no_library_for_learning() -> None:
-    code = "import vrg.learning.observation, vrg.learning.rewards, vrg.learning.state, vrg.learning.episode"
-    assert _loaded(code, ("gymnasium", "pettingzoo", "pygame")) == []
+@pytest.mark.parametrize(("code", "unwanted"), LATE.values(), ids=LATE)
+def test_nothing_is_loaded_that_is_not_needed(code: str, unwanted: tuple[str, ...]) -> None:
+    assert _loaded(code, unwanted) == []
 
 
 A_MATCH = """
 from pathlib import Path
 from vrg.config.setup import read_setup
 from vrg.launch import nodes
-setup = read_setup(Path({file!r}))
+from vrg.launch.run_folder import RunFolder
+setup, folder = read_setup(Path({file!r})), RunFolder(Path({folder!r}))
 """
 
 
@@ -204,7 +204,7 @@ def setup_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_player_loads_no_world_and_no_rules(setup_file: Path) -> None:
     unwanted = ("numpy", "pydantic", "typer", "pybullet", "can", "canopen", "pygame", "mcap", "vrg.hal.sim.world")
     unwanted += ("vrg.games.sharks_and_minnows.rules", "vrg.coordinator.coordinator", "vrg.recording.recorder")
-    code = A_MATCH.format(file=str(setup_file))
+    code = A_MATCH.format(file=str(setup_file), folder="")
     code += "from msgspec.structs import replace\n"
     code += "setup = replace(setup, players=[replace(p, strategy='sharks-and-minnows') for p in setup.players])\n"
     assert _loaded(code + "nodes.player_node(setup, setup.players[0].name)", unwanted) == []
@@ -213,18 +213,16 @@ def test_a_player_loads_no_world_and_no_rules(setup_file: Path) -> None:
 @pytest.mark.parametrize(
     "make",
     [
-        "import tempfile\nfrom vrg.launch.run_folder import RunFolder\n"
-        "with nodes.open_journal(setup, RunFolder(Path(tempfile.mkdtemp()))) as journal:\n"
-        "    nodes.coordinator_node(setup, journal)",
+        "with nodes.open_journal(setup, folder) as journal:\n    nodes.coordinator_node(setup, journal)",
         "nodes.world_node(setup)",
-        "import tempfile\nfrom vrg.launch.run_folder import RunFolder\n"
-        "nodes.recorder_node(setup, RunFolder(Path(tempfile.mkdtemp()))).stop()",
+        "nodes.recorder_node(setup, folder).stop()",
     ],
     ids=["referee", "world", "recorder"],
 )
-def test_no_referee_world_or_recorder_loads_a_students_code(setup_file: Path, make: str) -> None:
+def test_no_referee_world_or_recorder_loads_a_students_code(setup_file: Path, tmp_path: Path, make: str) -> None:
     """A student's import may block or end its process: only that player's may suffer."""
-    assert _loaded(A_MATCH.format(file=str(setup_file)) + make, ("vrg.agents.player", "deadly", "vrg.commands")) == []
+    code = A_MATCH.format(file=str(setup_file), folder=str(tmp_path))
+    assert _loaded(code + make, ("vrg.agents.player", "deadly", "vrg.commands")) == []
 
 
 def test_tests_on_a_can_interface_are_where_make_vcan_looks_for_them() -> None:

@@ -19,8 +19,7 @@ def test_every_panel_has_a_place_and_every_place_a_panel():
     assert json.loads(json.dumps(layout)) == layout
 
 
-def test_it_names_topics_and_values_that_a_recording_has(tmp_path):
-    path = tmp_path / "match.mcap"
+def test_it_names_topics_and_values_that_a_recording_has(path):
     record(path, 1.0, obstacles=synthetic.OBSTACLES).stop()
     newest = {channel.topic: json.loads(message.data) for _, channel, message in messages_of(path)}
     panels = foxglove_layout(NAMES, (21.0, -22.0), 30.0)["configById"]

@@ -15,6 +15,7 @@ from tests.ui import synthetic
 from vrg.errors import MessageError
 from vrg.recording.foxglove import heading_of, pose_of
 from vrg.recording.reader import Setting, read_calls, read_setting, read_tracks
+from vrg.recording.recorded import read_recorded
 
 
 def test_calls_are_told_in_words_and_kept_in_numbers(file):
@@ -70,19 +71,20 @@ def test_mcaps_own_reader_reads_a_file_that_is_cut_in_half(file, tmp_path):
     assert count > 1000
 
 
-def test_an_empty_file_has_no_tracks_and_another_file_is_no_recording(tmp_path):
+def test_an_empty_file_has_no_tracks_and_is_torn_and_another_file_is_no_recording(tmp_path):
     path = tmp_path / "x.mcap"
     path.write_bytes(b"")
     assert read_tracks(path) == {}
+    assert read_recorded(path).torn == [path]
     path.write_bytes(b"this is some other file, long enough")
-    with pytest.raises(MessageError, match="expected an MCAP recording"):
-        read_tracks(path)
+    for read in (read_tracks, read_recorded):
+        with pytest.raises(MessageError, match="expected an MCAP recording"):
+            read(path)
     with pytest.raises(FileNotFoundError):
         read_tracks(tmp_path / "none.mcap")
 
 
-def test_when_the_world_steps_back_in_time_the_track_is_what_happened(tmp_path):
-    path = tmp_path / "match.mcap"
+def test_when_the_world_steps_back_in_time_the_track_is_what_happened(path):
     recorder = record(path, 5.0)
     go_on(recorder, 4.0, 6.0)
     recorder.stop()

@@ -3,11 +3,10 @@
 import pytest
 from msgspec.structs import replace
 
-from tests.recording.recordings import KEYS, go_on, record
+from tests.recording.recordings import KEYS, go_on, hear, record
 from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.node import Tick
 from vrg.errors import MessageError
 from vrg.recording.foxglove import Time
 from vrg.recording.mcap_file import McapFile
@@ -37,41 +36,21 @@ def test_everything_that_windows_hear_comes_back(file):
     assert not match.torn
 
 
-def hear(recorder, match, *said):
-    """Let a recorder hear messages of a match, each (topic, message, stamp)."""
-    for number, (topic, body, stamp) in enumerate(said):
-        match.say(recorder.mailbox, topic, body, stamp, number)
-    time = max(stamp for _, _, stamp in said)
-    recorder.mailbox.handover(time)
-    recorder.tick(Tick(time))
-
-
-@pytest.fixture
-def path(tmp_path):
-    return tmp_path / "match.mcap"
-
-
-@pytest.fixture
-def recorder(path):
-    return Recorder("recorder", Mailbox(), KEYS, path)
-
-
-def test_the_marks_on_which_players_line_up_come_back(recorder, path):
-    match = synthetic.Match(KEYS)
-    state = synthetic.state(1.0)
+def test_the_marks_on_which_players_line_up_and_the_way_out_of_a_halt_come_back(recorder, path):
+    state = synthetic.state(1.0, halted="a cable", way_out="plug it in")
     mark = Pose(1.0, 2.0, 0.5)
     marked = replace(state, players=(replace(state.players[0], mark=mark), *state.players[1:]))
-    hear(recorder, match, (KEYS.referee_state, marked, 1.0))
+    hear(recorder, (KEYS.referee_state, marked, 1.0))
     recorder.stop()
     (_, read) = read_recorded(path).states[0]
     assert [player.mark for player in read.players] == [mark, *[None] * (len(state.players) - 1)]
+    assert (read.halted, read.way_out) == ("a cable", "plug it in")
 
 
 def test_orders_of_the_emergency_stop_and_sketches_come_back(recorder, path):
-    match = synthetic.Match(KEYS)
     sketch = m.Sketch(strokes=(m.Stroke(points=((1.0, 2.0), (3.0, 4.0)), label="goal"),))
-    hear(recorder, match, (KEYS.estop, m.Estop(by="ann", reason="smoke"), 1.0), (KEYS.sketch("nemo"), sketch, 1.0))
-    hear(recorder, match, (KEYS.estop_release, m.EstopRelease(by="bob"), 2.0))
+    hear(recorder, (KEYS.estop, m.Estop(by="ann", reason="smoke"), 1.0), (KEYS.sketch("nemo"), sketch, 1.0))
+    hear(recorder, (KEYS.estop_release, m.EstopRelease(by="bob"), 2.0))
     recorder.stop()
     found = read_recorded(path)
     assert found.estops == [(1.0, m.Estop(by="ann", reason="smoke")), (2.0, m.EstopRelease(by="bob"))]
@@ -80,18 +59,16 @@ def test_orders_of_the_emergency_stop_and_sketches_come_back(recorder, path):
 
 
 def test_a_robot_that_was_taken_out_of_the_world_is_not_there_any_more(recorder, path):
-    match = synthetic.Match(KEYS)
-    hear(recorder, match, (KEYS.poses, synthetic.poses(1.0), 1.0))
-    hear(recorder, match, (KEYS.poses, m.Poses(bodies=synthetic.poses(1.1).bodies[2:]), 1.1))
+    hear(recorder, (KEYS.poses, synthetic.poses(1.0), 1.0))
+    hear(recorder, (KEYS.poses, m.Poses(bodies=synthetic.poses(1.1).bodies[2:]), 1.1))
     recorder.stop()
     assert [len(poses.bodies) for _, poses in read_recorded(path).poses] == [7, 5]
 
 
 def test_a_battery_that_empties_is_a_part_of_the_report(recorder, path):
-    match = synthetic.Match(KEYS)
     for tick, charge in enumerate((0.9, 0.9, 0.5)):
         report = m.Report(mode="Play", armed=True, battery=charge)
-        hear(recorder, match, (KEYS.report("nemo"), report, tick / 10))
+        hear(recorder, (KEYS.report("nemo"), report, tick / 10))
     recorder.stop()
     assert [(stamp, report.mode, report.battery) for stamp, report in read_recorded(path).reports["nemo"]] == [
         (0.0, "Play", 0.9),
@@ -99,8 +76,8 @@ def test_a_battery_that_empties_is_a_part_of_the_report(recorder, path):
     ]
 
 
-def test_the_parts_of_a_recorder_that_was_started_again_are_one_match(tmp_path):
-    first, second = tmp_path / "recording.mcap", tmp_path / "recording-2.mcap"
+def test_the_parts_of_a_recorder_that_was_started_again_are_one_match(path, tmp_path):
+    first, second = path, tmp_path / "match-2.mcap"
     recorder = record(first, 11.0)
     torn = first.read_bytes()
     recorder.stop()
@@ -141,27 +118,18 @@ def test_an_instant_of_which_a_part_is_missing_is_left_out(file, tmp_path):
         assert {len(poses.bodies) for _, poses in match.poses} == {len(synthetic.NAMES)}
 
 
-def test_a_recording_of_another_version_is_refused(path):
-    file = McapFile(path)
-    file.write("/referee/state", Time(0, 0), 0.0, 0)
-    file.finish()
-    with pytest.raises(MessageError, match=r"/referee/state: expected vrg\.RefereeState"):
-        read_recorded(path)
-
-
-def test_a_stage_that_this_version_does_not_know_is_refused(path):
-    at = Time(0, 0)
-    record = StateRecord(at, "chess", "siesta", "", "", [], 0.0, 0.0, 1, 1, {}, "", False, [], [])
+@pytest.mark.parametrize(
+    ("record", "said"),
+    [
+        (Time(0, 0), r"/referee/state: expected vrg\.RefereeState"),
+        (StateRecord(Time(0, 0), "chess", "siesta", "", "", [], 0.0, 0.0, 1, 1, {}, "", False, [], []),
+         r"stage: expected one of initialize, .*, got 'siesta'"),
+    ],
+    ids=["another version", "a stage that this version does not know"],
+)  # fmt: skip
+def test_what_another_version_has_recorded_is_refused(path, record, said):
     file = McapFile(path)
     file.write("/referee/state", record, 0.0, 0)
     file.finish()
-    with pytest.raises(MessageError, match=r"stage: expected one of initialize, .*, got 'siesta'"):
+    with pytest.raises(MessageError, match=said):
         read_recorded(path)
-
-
-def test_a_file_of_another_kind_is_refused_and_an_empty_one_is_torn(path):
-    path.write_bytes(b"this is some other file, long enough")
-    with pytest.raises(MessageError, match="expected an MCAP recording"):
-        read_recorded(path)
-    path.write_bytes(b"")
-    assert read_recorded(path).torn == [path]

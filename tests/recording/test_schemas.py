@@ -10,7 +10,7 @@ from msgspec import Struct
 from vrg.bus.messages import Zone
 from vrg.hal.sensors import SENSORS
 from vrg.recording import foxglove, records
-from vrg.recording.schemas import json_schema, schema_name
+from vrg.recording.schemas import json_schema
 from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose
 
@@ -52,22 +52,10 @@ def refuse(schema, path="it"):
 
 @pytest.mark.parametrize("record", [*RECORDS, *READINGS])
 def test_viewers_accept_the_schema_of_every_record_and_of_every_sensor(record):
-    refuse(json.loads(json_schema(record)))
-
-
-@pytest.mark.parametrize("record", RECORDS)
-def test_schemas_are_plain_objects_without_references_and_unions(record):
-    text = json_schema(record).decode()
-    assert json.loads(text)["type"] == "object"
-    assert "$ref" not in text
-    assert "anyOf" not in text
-    assert '"null"' not in text
-
-
-def test_schemas_have_the_names_that_viewers_know():
-    assert schema_name(foxglove.PoseInFrame) == "foxglove.PoseInFrame"
-    assert schema_name(records.StateRecord) == "vrg.RefereeState"
-    assert schema_name(SENSORS.get("battery").message) == "vrg.Battery"
+    text = json_schema(record)
+    refuse(json.loads(text))
+    assert b"$ref" not in text
+    assert b"anyOf" not in text
 
 
 def test_a_zone_is_described_with_the_fields_of_every_shape():

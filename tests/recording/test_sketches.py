@@ -5,11 +5,9 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.recording.recordings import KEYS
+from tests.recording.recordings import KEYS, hear
 from vrg.bus import messages as m
-from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.node import Tick
 from vrg.colours import SKY_BLUE
 from vrg.recording import foxglove as fg
 from vrg.recording.reader import read_sightings, read_sketches
@@ -25,18 +23,12 @@ strokes = st.builds(m.Stroke, points=st.lists(points, min_size=1, max_size=4, un
 
 def recorded(folder: Path, *sketches: tuple[float, m.Sketch | None]) -> Path:
     """A recording of what ann sketches at each of these times; at None she sketches nothing."""
-    mailbox = Mailbox()
-    recorder = Recorder("recorder", mailbox, KEYS, folder / "match.mcap")
-    by_type = {inlet.topic.type: inlet for inlet in mailbox.inlets}
-    by_type[m.Sightings].offer(Received(KEYS.sightings("ann").key, 0.5, 0, m.Sightings(seen=(SEEN,))))
+    recorder = Recorder("recorder", Mailbox(), KEYS, folder / "match.mcap")
     for number, (stamp, sketch) in enumerate(sketches):
-        by_type[m.Clock].offer(
-            Received(KEYS.clock.key, stamp, number, m.Clock(time=stamp, tick=number, epoch=0, rate=1.0, estop=False))
-        )
-        if sketch is not None:
-            by_type[m.Sketch].offer(Received(KEYS.sketch("ann").key, stamp, number, sketch))
-        mailbox.handover(stamp)
-        recorder.tick(Tick(stamp))
+        clock = m.Clock(time=stamp, tick=number, epoch=0, rate=1.0, estop=False)
+        thought = [] if sketch is None else [(KEYS.sketch("ann"), sketch, stamp)]
+        seen = [(KEYS.sightings("ann"), m.Sightings(seen=(SEEN,)), 0.5)] if number == 0 else []
+        hear(recorder, (KEYS.clock, clock, stamp), *thought, *seen)
     recorder.stop()
     return folder / "match.mcap"
 

@@ -9,8 +9,6 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vrg.recording.stops import (
-    MAX_POSE_INTERVAL,
-    REST_TIME,
     Incident,
     IncidentKind,
     Rest,
@@ -252,8 +250,3 @@ def test_a_place_lies_between_the_places_around_it(motion: Trajectory, time: flo
     ends = [(motion.x[i], motion.y[i]) for i in (max(0, after - 1), after)]
     place = motion.place(t)
     assert math.dist(ends[0], place) + math.dist(place, ends[1]) == pytest.approx(math.dist(*ends), abs=1e-6)
-
-
-def test_the_times_that_decide_are_longer_than_the_samples_are_apart() -> None:
-    assert REST_TIME > 0.1
-    assert MAX_POSE_INTERVAL > 0.3
