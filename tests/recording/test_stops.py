@@ -1,6 +1,7 @@
 """How long robots took to stop, and how far they rolled: the pure core, on tracks that are made up."""
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -58,6 +59,43 @@ def test_a_robot_that_brakes_stops_after_as_long_and_as_far_as_it_brakes() -> No
     assert (stop.gap, stop.again) == (0.0, None)
 
 
+def along(x: Callable[[float], float], moves: Callable[[float], bool], *rests: Rest, until: float = 6.0) -> Trajectory:
+    """A robot that is at x m along a line, and drives at 1 m/s when it moves."""
+    times = np.arange(0.0, until, 0.02).tolist()
+    return Trajectory(
+        "bob", False, times, [x(t) for t in times], [0.0] * len(times), [float(moves(t)) for t in times], list(rests)
+    )
+
+
+BRAKES, DRIVES_ON = braking(1.0, 2.0, 3.0), braking(1.0, 2.0, 3.0, again=6.0)
+TURNS_ROUND = along(lambda t: abs(t - 3.0), lambda t: True, Rest(2.98, 3.02), Rest(4.0))
+SETS_OFF = along(lambda t: max(0.0, min(t, 3.5) - 3.0), lambda t: 3.0 <= t < 3.5, Rest(0.0, 3.0), Rest(3.5))
+UNNOTICED = halt(3.0, until=6.5)
+OUTCOMES: dict[str, tuple[Incident, Trajectory, StopOutcome, float, float]] = {
+    "it stood already": (halt(5.0), BRAKES, StopOutcome.STOOD, 0.0, 0.0),
+    "it never stood before play went on": (halt(3.0, until=3.3), BRAKES, StopOutcome.PLAYED_ON, 0.3, 0.21),
+    "the recording ends before it stood": (halt(3.0), braking(1.0, 0.1, 3.0, until=5.0), StopOutcome.CUT, 1.9, 1.72),
+    "it moves again before play goes on": (halt(3.0, until=9.0), DRIVES_ON, StopOutcome.MOVED_AGAIN, 6.0, 3.25),
+    "it moves again as play goes on": (halt(3.0, until=6.0), DRIVES_ON, StopOutcome.STOPPED, 0.5, 0.25),
+    "play may have gone on before": (replace(UNNOTICED, soonest=5.9), DRIVES_ON, StopOutcome.STOPPED, 0.5, 0.25),
+    "play went on after": (replace(UNNOTICED, soonest=6.4), DRIVES_ON, StopOutcome.MOVED_AGAIN, 3.5, 0.75),
+    "its speed passes zero as it turns round": (halt(2.5), TURNS_ROUND, StopOutcome.STOPPED, 1.5, 1.5),
+    "it is still at rest and moves then": (halt(2.9), SETS_OFF, StopOutcome.STOPPED, 0.6, 0.5),
+}
+"""How an incident ended for a robot, after how long, and the way that it went until then, not how far it then was."""
+
+
+@pytest.mark.parametrize(("incident", "motion", "outcome", "seconds", "distance"), OUTCOMES.values(), ids=OUTCOMES)
+def test_how_a_robot_stopped(
+    incident: Incident, motion: Trajectory, outcome: StopOutcome, seconds: float, distance: float
+) -> None:
+    stop = stop_of(0, incident, motion)
+    assert (stop.outcome, stop.moved) == (outcome, outcome is not StopOutcome.STOOD)
+    assert stop.seconds == pytest.approx(seconds)
+    assert stop.distance == pytest.approx(distance, abs=0.03)
+    assert (stop.again is None) == (outcome is not StopOutcome.MOVED_AGAIN)
+
+
 @given(
     v=st.floats(0.1, 3.0),
     slow=st.floats(0.5, 8.0),
@@ -75,41 +113,19 @@ def test_samples_ten_times_a_second_give_the_stop_to_a_tick_and_the_way_to_a_cen
     assert stop.distance == pytest.approx(v * delay + v * v / slow / 2, abs=slow * 0.01 / 8 + v * 0.1)
 
 
-def test_a_robot_that_stood_already_has_not_stopped() -> None:
-    stop = stop_of(0, halt(5.0), braking(1.0, 2.0, 3.0))
-    assert (stop.outcome, stop.moved, stop.seconds, stop.distance) == (StopOutcome.STOOD, False, 0.0, 0.0)
-
-
-def test_a_robot_that_moves_again_before_play_goes_on_is_told() -> None:
-    drives_on = braking(1.0, 2.0, 3.0, again=6.0)
-    stop = stop_of(0, halt(3.0, until=9.0), drives_on)
-    assert (stop.outcome, stop.moved) == (StopOutcome.MOVED_AGAIN, True)
-    assert (stop.again, stop.seconds) == (pytest.approx(3.0), pytest.approx(6.0)), "it never stood again"
-    assert stop.distance == pytest.approx(0.25 + 3.0, abs=0.01)
-    assert stop_of(0, halt(3.0, until=6.0), drives_on).outcome is StopOutcome.STOPPED
-
-
 def test_a_robot_that_stood_already_and_then_drove_on_did_not_stand() -> None:
-    times = np.arange(0.0, 12.0, 0.1).tolist()
-    drive = lambda t: 0.5 * min(max(t - 5.4, 0.0), 2.0)  # noqa: E731 - it drives from 5.4 s to 7.4 s
-    motion = Trajectory(
-        "bob", False, times, [drive(t) for t in times], [0.0] * len(times),
-        [0.5 if 5.4 <= t < 7.4 else 0.0 for t in times], [Rest(4.0, 5.4, TICK), Rest(7.4, resolution=TICK)],
+    motion = along(
+        lambda t: min(max(t - 5.4, 0.0), 2.0), lambda t: 5.4 <= t < 7.4,
+        Rest(4.0, 5.4, TICK), Rest(7.4, resolution=TICK), until=12.0,
     )  # fmt: skip
     stop = stop_of(0, halt(5.0, until=9.0), motion)
     assert (stop.outcome, stop.moved) == (StopOutcome.MOVED_AGAIN, True)
     assert (stop.again, stop.seconds) == (pytest.approx(0.4), pytest.approx(2.4)), "up to the last time that it stood"
-    assert stop.distance == pytest.approx(1.0)
+    assert stop.distance == pytest.approx(2.0)
     assert stop.resolution == pytest.approx(TICK)
     slower = stop_of(1, halt(3.0), braking(1.0, 0.2, 3.0))
     assert slower.seconds > stop.seconds
     assert worst([slower, stop]) is stop, "what had stopped it no longer held it"
-
-
-def test_who_moves_while_play_may_have_gone_on_unnoticed_has_not_moved_again() -> None:
-    drives_on = braking(1.0, 2.0, 3.0, again=6.0)
-    assert stop_of(0, replace(halt(3.0, until=6.5), soonest=5.9), drives_on).outcome is StopOutcome.STOPPED
-    assert stop_of(0, replace(halt(3.0, until=6.5), soonest=6.4), drives_on).outcome is StopOutcome.MOVED_AGAIN
 
 
 def test_who_was_not_seen_to_move_before_play_went_on_has_not_moved_again() -> None:
@@ -119,46 +135,10 @@ def test_who_was_not_seen_to_move_before_play_went_on_has_not_moved_again() -> N
     assert stop_of(0, halt(5.0, until=7.3), motion).outcome is StopOutcome.MOVED_AGAIN
 
 
-def test_a_robot_that_never_stood_before_play_went_on_is_told() -> None:
-    stop = stop_of(0, halt(3.0, until=3.3), braking(1.0, 2.0, 3.0))
-    assert (stop.outcome, stop.moved) == (StopOutcome.PLAYED_ON, True)
-    assert stop.seconds == pytest.approx(0.3)
-    assert stop.distance == pytest.approx(0.3 - 0.09, abs=0.005)
-
-
-def test_a_recording_that_ends_before_the_robot_stood_is_told() -> None:
-    stop = stop_of(0, halt(3.0), braking(1.0, 0.1, 3.0, until=5.0))
-    assert stop.outcome is StopOutcome.CUT
-    assert stop.seconds == pytest.approx(1.9)
-
-
 @pytest.mark.parametrize("time", [-1.0, 12.0])
 def test_what_was_not_recorded_is_not_known(time: float) -> None:
     assert stop_of(0, halt(time), braking(1.0, 2.0, 3.0)).outcome is StopOutcome.UNKNOWN
     assert stop_of(0, halt(time), Trajectory("ann")).outcome is StopOutcome.UNKNOWN
-
-
-def test_a_robot_that_turns_round_does_not_stand_while_its_speed_passes_zero() -> None:
-    times = np.arange(0.0, 6.0, 0.02).tolist()
-    x = [abs(t - 3.0) for t in times]
-    passing = Rest(2.98, 3.02)
-    stands = Rest(4.0)
-    motion = Trajectory("ann", False, times, x, [0.0] * len(times), [1.0] * len(times), [passing, stands])
-    stop = stop_of(0, halt(2.5), motion)
-    assert stop.seconds == pytest.approx(1.5)
-    assert stop.distance == pytest.approx(1.5, abs=0.03), "the path counts, not how far it is from where it began"
-
-
-def test_a_robot_that_is_still_at_rest_when_something_happens_but_moves_then_has_to_stop() -> None:
-    times = np.arange(0.0, 6.0, 0.1).tolist()
-    motion = Trajectory(
-        "ann", False, times, [max(0.0, min(t, 3.5) - 3.0) for t in times], [0.0] * len(times),
-        [1.0 if 3.0 <= t < 3.5 else 0.0 for t in times], [Rest(0.0, 3.0), Rest(3.5)],
-    )  # fmt: skip
-    stop = stop_of(0, halt(2.9), motion)
-    assert stop.outcome is StopOutcome.STOPPED
-    assert stop.seconds == pytest.approx(0.6)
-    assert stop.distance == pytest.approx(0.5)
 
 
 def test_a_gap_in_the_recording_is_told() -> None:
