@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from vrg.agents.potential import SHARK_WEIGHT, descent, evade
 from vrg.navigation.avoidance import Crowd, CrowdBody, Obstacle, steer
 from vrg.regions import Rectangle
+from vrg.types import Vector
 
 FIELD = Rectangle(0, 0, 10, 20)
 SAFE, START = Rectangle(0, 0, 10, 3), Rectangle(0, 17, 10, 20)
@@ -25,11 +26,8 @@ def test_the_field_never_holds_a_minnow_back_from_the_safe_zone(
     assert u[0] * way[0] + u[1] * way[1] >= (1 - SHARK_WEIGHT - 1e-9) * math.hypot(*way)
 
 
-def test_without_sharks_the_field_points_straight_home() -> None:
-    assert descent((5, 10), GOAL, []) == pytest.approx((0, -1))
-
-
 def test_the_field_bends_away_from_the_sharks_barycentre() -> None:
+    assert descent((5, 10), GOAL, []) == pytest.approx((0, -1)), "straight home"
     assert descent((5, 10), GOAL, [(7, 10), (9, 10)])[0] < 0
     assert descent((5, 10), GOAL, [(7, 10), (3, 10)]) == pytest.approx((0, -1)), "sharks on both sides cancel"
 
@@ -72,8 +70,23 @@ def test_in_a_corner_a_minnow_slips_past_on_the_side_with_room() -> None:
 ROCK = Obstacle((5.0, 10.0), (0.0, 0.0), 1.0)
 
 
-def test_a_free_way_is_taken_as_wanted() -> None:
-    assert steer((5, 15), (0.0, 0.7), [ROCK], FIELD, 2.5) == (0.0, 0.7)
+AROUND = [Obstacle((5 + 1.2 * math.cos(a), 10 + 1.2 * math.sin(a)), (0.0, 0.0), 1.1) for a in range(7)]
+
+
+@pytest.mark.parametrize(
+    ("position", "wanted", "obstacles", "taken"),
+    [
+        ((5, 15), (0.0, 0.7), [ROCK], (0.0, 0.7)),
+        ((5, 11.5), (0.0, -0.7), [Obstacle((5.0, 10.0), (0.0, -1.0), 1.0)], (0.0, -0.7)),
+        ((5, 10), (0.7, 0.0), AROUND, (0.0, 0.0)),
+        ((5, 10), (0.0, 0.0), [ROCK], (0.0, 0.0)),
+    ],
+    ids=["a free way", "behind a body that drives off", "every way is blocked", "who wants to stand"],
+)
+def test_a_free_way_is_taken_as_wanted_and_where_there_is_none_it_stands(
+    position: Vector, wanted: Vector, obstacles: list[Obstacle], taken: Vector
+) -> None:
+    assert steer(position, wanted, obstacles, FIELD, 2.5) == taken
 
 
 def test_a_body_in_the_way_is_passed_at_the_same_speed() -> None:
@@ -105,11 +118,6 @@ def test_nobody_is_led_out_of_bounds_and_who_is_out_is_led_in(position: tuple[fl
         assert math.dist(ahead, FIELD.nearest(*ahead)) < math.dist(position, FIELD.nearest(*position))
 
 
-def test_a_body_that_drives_off_is_not_in_the_way() -> None:
-    leaving = Obstacle((5.0, 10.0), (0.0, -1.0), 1.0)
-    assert steer((5, 11.5), (0.0, -0.7), [leaving], FIELD, 2.5) == (0.0, -0.7)
-
-
 def test_a_body_that_comes_is_passed_in_time() -> None:
     coming = Obstacle((5.0, 8.0), (0.0, 0.7), 1.0)
     assert steer((5, 11), (0.0, -0.7), [coming], FIELD, 2.5) != (0.0, -0.7)
@@ -118,15 +126,6 @@ def test_a_body_that_comes_is_passed_in_time() -> None:
 def test_a_body_that_is_too_near_is_left_never_approached() -> None:
     u = steer((5, 10.5), (0.0, -0.7), [ROCK], FIELD, 2.5)
     assert u[1] >= 0
-
-
-def test_where_every_way_is_blocked_it_stands() -> None:
-    ring = [Obstacle((5 + 1.2 * math.cos(a), 10 + 1.2 * math.sin(a)), (0.0, 0.0), 1.1) for a in range(7)]
-    assert steer((5, 10), (0.7, 0.0), ring, FIELD, 2.5) == (0.0, 0.0)
-
-
-def test_who_wants_to_stand_stands() -> None:
-    assert steer((5, 10), (0.0, 0.0), [ROCK], FIELD, 2.5) == (0.0, 0.0)
 
 
 bodies = st.builds(
