@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from tests.ros.test_reported import odometry
 from tests.ros.test_wire import definitions
-from vrg.bus.session import open_router, open_session
+from vrg.bus.session import Session, open_router, open_session
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
@@ -76,6 +76,12 @@ def options(endpoint: str, **robot: Any) -> dict[str, Any]:
     return {"router": endpoint, "domain": DOMAIN, "robots": {"r": {"namespace": "tb1", **robot}}}
 
 
+def driver_at(endpoint: str, clock: SimulatedClock | None = None, **robot: Any) -> RosDriver:
+    now = {} if clock is None else {"now": clock.now}
+    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint, **robot), **now)
+    return RosDriver(context, **({} if clock is None else {"clock": clock}))
+
+
 class RosBench(DriverBench):
     """Time is simulated, while commands and readings are on the wire: every step waits until they have come."""
 
@@ -95,10 +101,7 @@ class RosBench(DriverBench):
 
         patch.setattr("vrg.ros.graph.RosNode", Watched)
         self.published: Message = {}
-        context = DriverContext(
-            name="r", model=robot_model("P2AT"), options=options(robot.endpoint), now=self.clock.now
-        )
-        self.driver: RosDriver = RosDriver(context, clock=self.clock)
+        self.driver = driver_at(robot.endpoint, self.clock)
         robot.ask(f"0 {BOOT} 0 0 0")
         robot.ask("reset")
 
@@ -298,34 +301,42 @@ def test_a_node_that_is_no_robot_harms_nothing(robot: Robot, bench: RosBench, ca
     assert bench.speed == pytest.approx(0.2)
 
 
-def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_named(
-    caplog: pytest.LogCaptureFixture,
-) -> None:
+@pytest.fixture
+def driver() -> Iterator[RosDriver]:
+    """One whose router runs, and no robot."""
     endpoint, clock = free_endpoint(), SimulatedClock()
-    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint), now=clock.now)
-    with open_router(endpoint), open_session(endpoint) as session:
-        base, teleop = RosNode(session, DOMAIN, "base"), RosNode(session, DOMAIN, "teleop")
-        base.subscribe("/tb1/cmd_vel", "geometry_msgs/Twist")
-        base.advertise("/tb1/odom", "nav_msgs/Odometry")
-        teleop.advertise("/tb1/cmd_vel", "geometry_msgs/Twist")
-        with RosDriver(context, clock=clock):
-            assert "r: /tb1/cmd_vel is commanded by /teleop, too: stop that" in caplog.text
-            clock.sleep(0.2)
-            assert "/tb1/vrg_r" in commanders(graph_of(session, DOMAIN), "/tb1/cmd_vel")
-            lacks = RosSettings.model_validate(options(endpoint)).missing_here(["r"])
-            assert lacks == ["r: it is commanded by /teleop: stop that before the match"]
-        teleop.advertise("/tb1/odom", "nav_msgs/Odometry")
-        with pytest.raises(RobotError, match="expected one node that publishes /tb1/odom, got /base and /teleop"):
-            RosDriver(context, clock=clock).connect()
-        clock.close()
+    with open_router(endpoint):
+        yield driver_at(endpoint, clock)
+    clock.close()
+
+
+@pytest.fixture
+def session(driver: RosDriver) -> Iterator[Session]:
+    with open_session(driver._router) as session:
+        yield session
+
+
+def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_named(
+    driver: RosDriver, session: Session, caplog: pytest.LogCaptureFixture
+) -> None:
+    base, teleop = RosNode(session, DOMAIN, "base"), RosNode(session, DOMAIN, "teleop")
+    base.subscribe("/tb1/cmd_vel", "geometry_msgs/Twist")
+    base.advertise("/tb1/odom", "nav_msgs/Odometry")
+    teleop.advertise("/tb1/cmd_vel", "geometry_msgs/Twist")
+    with driver:
+        assert "r: /tb1/cmd_vel is commanded by /teleop, too: stop that" in caplog.text
+        driver._clock.sleep(0.2)
+        assert "/tb1/vrg_r" in commanders(graph_of(session, DOMAIN), "/tb1/cmd_vel")
+        lacks = RosSettings.model_validate(options(driver._router)).missing_here(["r"])
+        assert lacks == ["r: it is commanded by /teleop: stop that before the match"]
+    teleop.advertise("/tb1/odom", "nav_msgs/Odometry")
+    with pytest.raises(RobotError, match="expected one node that publishes /tb1/odom, got /base and /teleop"):
+        driver.connect()
 
 
 def test_odometry_that_is_old_when_it_comes_is_told_from_silence() -> None:
     """The robot's clock has stood still for 2 s, as far as stamps tell."""
-    plain, simulated = (
-        RosDriver(DriverContext(name="r", model=robot_model("P2AT"), options=options("tcp/127.0.0.1:1", **more)))
-        for more in ({}, {"use_sim_time": True})
-    )
+    plain, simulated = (driver_at("tcp/127.0.0.1:1", use_sim_time=simulated) for simulated in (False, True))
     for driver in (plain, simulated):
         driver._reported.odometry(odometry(100.0), 0.0)
         driver._reported.odometry(odometry(100.1), 2.1)
@@ -365,47 +376,30 @@ def test_a_robot_that_another_node_begins_to_command_is_left_to_it(robot: Robot,
     assert bench.speed == pytest.approx(0.3)
 
 
-def test_what_is_missing_in_the_graph_is_named() -> None:
-    endpoint, clock = free_endpoint(), SimulatedClock()
-    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint), now=clock.now)
-    with open_router(endpoint), open_session(endpoint) as session:
-        node = RosNode(session, DOMAIN, "other")
-        node.publish("/tb2/odom", "nav_msgs/Odometry", {})
-        driver = RosDriver(context, clock=clock)
-        with pytest.raises(
-            RobotError, match=r"expected a node that obeys /tb1/cmd_vel and .* got the topics /tb2/odom"
-        ):
-            driver.connect()
+def test_what_is_missing_in_the_graph_is_named(driver: RosDriver, session: Session) -> None:
+    node = RosNode(session, DOMAIN, "other")
+    node.publish("/tb2/odom", "nav_msgs/Odometry", {})
+    with pytest.raises(RobotError, match=r"expected a node that obeys /tb1/cmd_vel and .* got the topics /tb2/odom"):
+        driver.connect()
 
 
-def test_a_robot_of_humble_is_refused_in_words() -> None:
-    endpoint, clock = free_endpoint(), SimulatedClock()
-    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(endpoint), now=clock.now)
+def test_a_robot_of_humble_is_refused_in_words(driver: RosDriver, session: Session) -> None:
     token = "@ros2_lv/7/a/0/{}/{}/%/%/base/%tb1%{}/{}_/TypeHashNotSupported/::,10:,:,:,,"
-    with open_router(endpoint), open_session(endpoint) as session:
-        session.declare_alive(token.format(1, "MS", "cmd_vel", "geometry_msgs::msg::dds_::Twist"))
-        session.declare_alive(token.format(2, "MP", "odom", "nav_msgs::msg::dds_::Odometry"))
-        with pytest.raises(RobotError, match=r"/base is of Humble, which has no hashes of types: take Jazzy or later"):
-            RosDriver(context, clock=clock).connect()
+    session.declare_alive(token.format(1, "MS", "cmd_vel", "geometry_msgs::msg::dds_::Twist"))
+    session.declare_alive(token.format(2, "MP", "odom", "nav_msgs::msg::dds_::Odometry"))
+    with pytest.raises(RobotError, match=r"/base is of Humble, which has no hashes of types: take Jazzy or later"):
+        driver.connect()
 
 
 def test_without_a_router_it_says_what_to_start(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vrg.bus.session.open_session", lambda endpoint, **_: open_session(endpoint, patience=0.0))
-    context = DriverContext(name="r", model=robot_model("P2AT"), options=options(free_endpoint()))
     with pytest.raises(RobotError, match="expected the router of its ROS nodes"):
-        RosDriver(context).connect()
+        driver_at(free_endpoint()).connect()
 
 
 def test_mistakes_in_the_match_file_are_found() -> None:
-    settings = RosSettings.model_validate(
-        {
-            "robots": {
-                "a": {"namespace": "tb1"},
-                "b": {"cmd_vel": "/tb1/cmd_vel", "router": "tcp/localhost:7447"},
-                "c": {},
-            }
-        }
-    )
+    other = {"cmd_vel": "/tb1/cmd_vel", "router": "tcp/localhost:7447"}
+    settings = RosSettings.model_validate({"robots": {"a": {"namespace": "tb1"}, "b": other, "c": {}}})
     assert settings.problems(["a", "b", "d"], Path()) == [
         "expected a table [backends.ros.robots.d] with its topics, found none",
         "robots.b: a obeys /tb1/cmd_vel, too: give each a `namespace`",
@@ -418,8 +412,7 @@ def test_mistakes_in_the_match_file_are_found() -> None:
 
 
 def test_a_robot_without_a_laser_leaves_it_to_the_world() -> None:
+    assert driver_at("tcp/127.0.0.1:1", scan="").measures == {"odometry", "battery"}
     model = robot_model("P2AT")
-    here = options("tcp/127.0.0.1:1", scan="")
-    assert RosDriver(DriverContext(name="r", model=model, options=here)).measures == {"odometry", "battery"}
     bare = replace(model, sensors=tuple(spec for spec in model.sensors if spec.kind == "odometry"))
     assert RosDriver(DriverContext(name="r", model=bare, options=options("tcp/127.0.0.1:1"))).measures == {"odometry"}

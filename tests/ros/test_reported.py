@@ -48,19 +48,25 @@ def test_a_message_is_as_old_as_it_was_later_than_the_quickest(boot: float, dela
     assert reported.age(0.5 * number + delays[-1] + 2.0) == pytest.approx(2.0 + late, abs=1e-6)
 
 
-def test_a_driver_that_repeats_itself_is_found_out() -> None:
-    reported = Reported(MODEL)
-    for number in range(20):
-        reported.odometry(odometry(5.0), 0.1 * number)
-    assert reported.age(1.9) == pytest.approx(1.9)
+AGES: dict[str, tuple[list[tuple[float, float]], float, float]] = {
+    "a driver that repeats itself": ([(5.0, 0.1 * n) for n in range(20)], 1.9, 1.9),
+    "messages that come late for a long time stay late": (
+        [(100.0 + 0.1 * n, 0.1 * n + (0.6 if n > 10 else 0.0)) for n in range(60)], 6.5, 0.6,
+    ),
+    "old ones that alternate": ([(100.0 - 0.5 * (n % 2), 0.1 * n) for n in range(60)], 5.9, 5.9),
+    "one that was overtaken hides no silence": (
+        [*((100.0 + 0.1 * n, 0.1 * n) for n in range(10)), (99.95, 1.0)], 1.5, 0.6,
+    ),
+}  # fmt: skip
+"""Messages by their stamps and when they come, a time, and how old the newest then is."""
 
 
-def test_messages_that_come_late_for_a_long_time_stay_late() -> None:
+@pytest.mark.parametrize(("messages", "now", "age"), AGES.values(), ids=AGES)
+def test_how_old_the_newest_message_is(messages: list[tuple[float, float]], now: float, age: float) -> None:
     reported = Reported(MODEL)
-    for number in range(60):
-        late = 0.6 if number > 10 else 0.0
-        reported.odometry(odometry(100.0 + 0.1 * number), 0.1 * number + late)
-    assert reported.age(0.1 * 59 + 0.6) == pytest.approx(0.6)
+    for stamp, comes in messages:
+        reported.odometry(odometry(stamp), comes)
+    assert reported.age(now) == pytest.approx(age)
 
 
 def test_a_simulated_clock_that_stands_still_and_falls_behind_makes_no_message_old() -> None:
@@ -77,21 +83,6 @@ def test_a_simulated_clock_that_stands_still_and_falls_behind_makes_no_message_o
     assert simulated.age(now + 0.6) == pytest.approx(0.6)
     simulated.odometry(odometry(at), now + 0.6)
     assert simulated.age(now + 0.6) == pytest.approx(0.6), "it repeats itself"
-
-
-def test_old_messages_that_alternate_are_as_old_as_the_first_of_them() -> None:
-    reported = Reported(MODEL)
-    for number in range(60):
-        reported.odometry(odometry(100.0 - 0.5 * (number % 2)), 0.1 * number)
-    assert reported.age(5.9) == pytest.approx(5.9)
-
-
-def test_one_that_was_overtaken_hides_no_silence() -> None:
-    reported = Reported(MODEL)
-    for number in range(10):
-        reported.odometry(odometry(100.0 + 0.1 * number), 0.1 * number)
-    reported.odometry(odometry(99.95), 1.0)
-    assert reported.age(1.5) == pytest.approx(0.6)
 
 
 def test_a_clock_that_is_set_back_is_followed() -> None:
@@ -199,12 +190,9 @@ def test_a_charge_is_a_share_or_in_per_cent_but_never_both() -> None:
     assert charges(math.nan, -1.0) == []
 
 
-@pytest.mark.parametrize("wrong", [{"angle_increment": 0.0}, {"ranges": []}, {"range_min": math.inf}])
+@pytest.mark.parametrize(
+    "wrong", [{"angle_increment": 0.0}, {"ranges": []}, {"range_min": math.inf}, {"range_max": math.inf}]
+)
 def test_a_scan_that_no_laser_makes_is_refused(wrong: dict[str, Any]) -> None:
     with pytest.raises(MessageError, match="expected a scan"):
         Reported(MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, 3.5, [1.0]) | {"range_min": 0.1} | wrong, 0.0)
-
-
-def test_a_scan_without_a_longest_range_is_refused() -> None:
-    with pytest.raises(MessageError, match="expected a scan"):
-        Reported(MODEL).scan(ros.scan(1.0, "laser", 0.0, 0.1, math.inf, [1.0]) | {"range_min": 0.0}, 0.0)
