@@ -3,15 +3,13 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 import typer
 
+from tests.command_line import Done, Vrg, command_line
 from vrg import __version__
-from vrg.cli import main
 from vrg.commands.options import duration
 from vrg.config.loading import match_path
 
@@ -19,15 +17,8 @@ GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
 NO_TIME = "expected a time from 0.1 to 60 s, such as 80 or 1:20"
 
 
-@dataclass(frozen=True)
-class Done:
-    status: int
-    out: str
-    err: str
-
-
 @pytest.fixture
-def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Callable[..., Done]:
+def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> Vrg:
     """Run the command line in this process, in an empty folder, where no match runs and none can be started."""
 
     def start_nothing(*_: object, **__: object) -> None:
@@ -36,22 +27,10 @@ def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp
     monkeypatch.setattr("vrg.commands.launching.LaunchedMatch", start_nothing)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
-        status: object = 0
-        try:
-            main()
-        except SystemExit as end:
-            status = end.code
-        out, err = capsys.readouterr()
-        return Done(status if isinstance(status, int) else 0, out, err)
-
-    return run
+    return command_line(monkeypatch, capsys)
 
 
-def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
+def test_a_good_match_file_is_called_good(vrg: Vrg) -> None:
     assert vrg("--version") == Done(0, f"{__version__}\n", "")
     done = vrg("check", "sharks-and-minnows")
     assert done.status == 0
@@ -70,7 +49,7 @@ def test_a_good_match_file_is_called_good(vrg: Callable[..., Done]) -> None:
     ],
 )
 @pytest.mark.parametrize("command", ["play", "check", "node world", "node coordinator", "node recorder"])
-def test_a_match_that_is_not_there(vrg: Callable[..., Done], command: str, name: str, said: str) -> None:
+def test_a_match_that_is_not_there(vrg: Vrg, command: str, name: str, said: str) -> None:
     done = vrg(*command.split(), name)
     assert done.status == 1
     assert said in done.err
@@ -78,9 +57,7 @@ def test_a_match_that_is_not_there(vrg: Callable[..., Done], command: str, name:
 
 
 @pytest.mark.parametrize("command", ["play", "check"])
-def test_every_problem_of_a_match_file_is_told_with_its_line_and_nothing_is_started(
-    vrg: Callable[..., Done], command: str
-) -> None:
+def test_every_problem_of_a_match_file_is_told_with_its_line_and_nothing_is_started(vrg: Vrg, command: str) -> None:
     """Which problems there are: test_config.py."""
     text = GOOD.replace('map = "courtyard"', "colour = 3").replace("x = 17.0", "x = []")
     Path("bad.toml").write_text(text, encoding="utf-8")
@@ -111,7 +88,7 @@ def test_every_problem_of_a_match_file_is_told_with_its_line_and_nothing_is_star
         ("practice a/b.ipynb:P", "ends in .py, got 'b.ipynb': save the notebook as a Python file"),
     ],
 )
-def test_what_cannot_be_done_is_said_with_status_1(vrg: Callable[..., Done], arguments: str, said: str) -> None:
+def test_what_cannot_be_done_is_said_with_status_1(vrg: Vrg, arguments: str, said: str) -> None:
     Path("bad.toml").write_bytes(b"\xff\xfe\x00")
     Path("keys").mkdir()
     done = vrg(*arguments.replace("GAME", "sharks-and-minnows").split())
@@ -139,14 +116,14 @@ def test_what_cannot_be_done_is_said_with_status_1(vrg: Callable[..., Done], arg
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
-def test_wrong_usage_is_status_2(vrg: Callable[..., Done], arguments: list[str], said: str) -> None:
+def test_wrong_usage_is_status_2(vrg: Vrg, arguments: list[str], said: str) -> None:
     done = vrg(*arguments)
     assert done.status == 2
     assert said in " ".join(done.err.replace("│", "").split())
     assert not Path("runs").exists()
 
 
-def test_the_help_page_fits_on_a_screen(vrg: Callable[..., Done]) -> None:
+def test_the_help_page_fits_on_a_screen(vrg: Vrg) -> None:
     done = vrg("--help")
     assert done.status == 0
     assert len(done.out.splitlines()) <= 30
@@ -168,15 +145,13 @@ def test_the_help_page_fits_on_a_screen(vrg: Callable[..., Done]) -> None:
         ("node player playr1 sharks-and-minnows", "did you mean 'player1'?"),
     ],
 )
-def test_a_name_that_is_misspelled_comes_with_the_one_that_is_meant(
-    vrg: Callable[..., Done], typed: str, said: str
-) -> None:
+def test_a_name_that_is_misspelled_comes_with_the_one_that_is_meant(vrg: Vrg, typed: str, said: str) -> None:
     done = vrg(*typed.split())
     assert done.status != 0
     assert said in " ".join(done.err.split())
 
 
-def test_only_match_files_are_meant_by_a_match_file_that_is_not_there(vrg: Callable[..., Done]) -> None:
+def test_only_match_files_are_meant_by_a_match_file_that_is_not_there(vrg: Vrg) -> None:
     Path("matcj.toml").write_text("a = 1\n")
     assert "did you mean" not in vrg("play", "match.toml").err
     Path("matcj.toml").write_text(GOOD)

@@ -11,7 +11,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from vrg.cli import main
+from tests.command_line import command_line
 from vrg.commands import welcome
 from vrg.config.loading import load_match
 from vrg.ui.edit.draft import Draft
@@ -114,26 +114,26 @@ def test_the_end_of_the_input_ends_the_questions(answer: Answer, tmp_path: Path)
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("file", ["none.toml", "."])
-def test_a_file_that_cannot_be_opened_is_told(
-    file: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+@pytest.mark.parametrize(
+    ("arguments", "status", "said"),
+    [
+        ([], 2, "COMMAND ..."),  # help, where nobody sits at a terminal
+        (["edit", "none.toml"], 1, "none.toml: "),
+        (["edit", "."], 1, ".: "),
+    ],
+)
+def test_what_is_printed_where_there_is_nothing_to_ask(
+    arguments: list[str],
+    status: int,
+    said: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    tmp_path: Path,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "argv", ["vrg", "edit", file])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 1
-    assert capsys.readouterr().err.startswith(f"{file}: ")
-
-
-def test_plain_vrg_prints_help_where_nobody_sits_at_a_terminal(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(sys, "argv", ["vrg"])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 2
-    assert "COMMAND ..." in capsys.readouterr().out
+    done = command_line(monkeypatch, capsys)(*arguments)
+    assert done.status == status
+    assert said in (done.err if arguments else done.out)
 
 
 def test_a_page_whose_port_another_one_was_faster_to_take_gets_the_next(

@@ -1,0 +1,36 @@
+"""The command line, run in the process of a test."""
+
+import sys
+from collections.abc import Callable
+from typing import NamedTuple
+
+import pytest
+
+from vrg.cli import main
+
+
+class Done(NamedTuple):
+    """A command that has ended: its exit status, and what it has printed."""
+
+    status: int
+    out: str
+    err: str
+
+
+Vrg = Callable[..., Done]
+
+
+def command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Vrg:
+    """What runs `vrg` with arguments."""
+    monkeypatch.setenv("COLUMNS", "200")
+
+    def run(*arguments: str) -> Done:
+        monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
+        status: object = 0
+        try:
+            main()
+        except SystemExit as end:
+            status = end.code
+        return Done(status if isinstance(status, int) else 0, *capsys.readouterr())
+
+    return run
