@@ -1,25 +1,31 @@
-"""The commands that show what goes over the bus, with a bus of the test's making."""
+"""The commands that show what goes over the bus and what a camera sees, with a bus of the test's making."""
 
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import Result
 from typer.testing import CliRunner
 
 from vrg.bus.codec import Received, encode
-from vrg.bus.messages import Clock, PlayerStatus, RefereeState, Stage
+from vrg.bus.mailbox import Outgoing
+from vrg.bus.messages import CameraRequest, Clock, PlayerStatus, RefereeState, Stage
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.cli import make_app
 from vrg.commands import sensors, topic
 from vrg.commands.matches import Attached
-from vrg.errors import LaunchError
+from vrg.errors import BusError, ConfigError, LaunchError
+from vrg.hal.sensors import png
 from vrg.hal.sensors.battery import Battery
+from vrg.hal.sensors.camera import Camera
 
 KEYS = Keys("m")
 BATTERY = KEYS.sensor(Battery, "ann", "main").key
+TAKEN = Camera(fov=1.0, data=png.encode(np.full((4, 6, 3), 90, dtype=np.uint8)))
 
 
 def clock(stamp: float) -> tuple[str, bytes]:
@@ -35,16 +41,26 @@ OVER = RefereeState(
 
 
 class Bus:
-    """Has messages, which come as soon as somebody watches."""
+    """Has messages, which come as soon as somebody watches, and pictures of ann's, one for each request."""
 
     connected = True
 
-    def __init__(self, *messages: tuple[str, bytes]) -> None:
-        self.messages = list(messages)
+    def __init__(self, *messages: tuple[str, bytes], pictures: tuple[bytes, ...] = ()) -> None:
+        self.messages, self.pictures = list(messages), list(pictures)
+        self.asked: list[CameraRequest] = []
 
-    def watch_raw(self, _expression: str, arrived: Callable[[str, bytes], None]) -> None:
+    def watch_raw(self, expression: str, arrived: Callable[[str, bytes], None]) -> None:
+        self.watched, self._arrived = expression, arrived
         while self.messages:
             arrived(*self.messages.pop(0))
+
+    def send(self, outgoing: list[Outgoing]) -> None:
+        [out] = outgoing
+        assert out.message.key == KEYS.camera_request("ann").key
+        assert isinstance(out.message.body, CameraRequest)
+        self.asked.append(out.message.body)
+        if self.pictures:
+            self._arrived(KEYS.sensor(Camera, "ann", "main").key, self.pictures.pop(0))
 
 
 @pytest.fixture
@@ -59,6 +75,8 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
         monkeypatch.setattr(topic, "which_match", lambda _: ("m", "tcp/127.0.0.1:1"))
         monkeypatch.setattr(sensors, "attached", lambda _: Attached("m", "tcp/127.0.0.1:1"))
         monkeypatch.setattr(sensors, "first_state", lambda *_: OVER)
+        monkeypatch.setattr(sensors, "RENEW", 0.0)
+        monkeypatch.setattr(sensors, "PICTURE_TIMEOUT", 5.0 if bus.pictures else 0.2)
         return CliRunner().invoke(make_app(), list(arguments))
 
     return command
@@ -98,3 +116,30 @@ def test_the_sensors_of_nobody_are_refused_with_a_guess(run: Run) -> None:
     done = run(Bus(), "show", "sensors", "anne")
     assert isinstance(done.exception, LaunchError)
     assert "expected one of ann, got 'anne', did you mean 'ann'?" in str(done.exception)
+
+
+def seen(stamp: float) -> bytes:
+    return encode(Received(KEYS.sensor(Camera, "ann", "main").key, stamp, 0, TAKEN))
+
+
+def test_a_picture_is_asked_for_and_saved_and_what_is_none_is_passed_over(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "seen.png"
+    bus = Bus(pictures=(b"junk", seen(1.0).replace(b"PNG", b"GIF"), seen(12.5)))
+    done = run(bus, "show", "camera", "ann", "--output", str(file))
+    assert (done.exit_code, bus.watched) == (0, KEYS.sensor(Camera, "ann").key), done.output
+    assert done.output == f"{file}: what ann saw at match time 12.5 s, 6 x 4 pixels\n"
+    assert file.read_bytes() == TAKEN.data
+    assert [request.lease > 0 for request in bus.asked] == [True] * 3, "it goes on asking"
+
+
+def test_a_robot_that_nobody_knows_ends_in_words(run: Run, tmp_path: Path) -> None:
+    done = run(Bus(), "show", "camera", "ann", "--output", str(tmp_path / "seen.png"))
+    assert isinstance(done.exception, BusError)
+    assert "ann: no picture of its camera within 0.2 s" in str(done.exception)
+
+
+@pytest.mark.parametrize(("file", "words"), [("seen.jpg", "ends in .png"), ("no/where.png", "cannot be written")])
+def test_a_file_that_cannot_be_written_is_told(run: Run, tmp_path: Path, file: str, words: str) -> None:
+    done = run(Bus(pictures=(seen(1.0),)), "show", "camera", "ann", "--output", str(tmp_path / file))
+    assert isinstance(done.exception, ConfigError)
+    assert words in str(done.exception)
