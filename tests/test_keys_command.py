@@ -8,7 +8,6 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from vrg.bus.access import rules
-from vrg.bus.credentials import find_credentials
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration
 from vrg.cli import make_app
@@ -16,7 +15,7 @@ from vrg.commands import node
 from vrg.commands.keys import seat_of
 from vrg.commands.page import open_page, reached_at
 from vrg.config.loading import load_match
-from vrg.errors import ConfigError, CredentialsError
+from vrg.errors import ConfigError
 from vrg.games import GAMES
 
 GAME = "sharks-and-minnows"
@@ -35,14 +34,6 @@ def keys(*arguments: str) -> Result:
     return CliRunner().invoke(make_app(), ["keys", *arguments])
 
 
-def with_a_machine(folder: Path) -> Path:
-    """A match file with a further machine."""
-    file = folder / "match.toml"
-    table = '\n[machines.lab2]\nhost = "lab2"\naddress = "10.0.0.2"\n\n[place]\nworld = "lab2"\n'
-    file.write_text(GAMES.get(GAME).default_match().read_text() + table)
-    return file
-
-
 def shown(folder: Path) -> dict[str, dict[str, object]]:
     done = keys("show", "--keys", str(folder), "--json")
     assert done.exit_code == 0
@@ -59,20 +50,17 @@ def test_every_seat_of_the_match_gets_keys(folder: Path) -> None:
     assert "player.player1" in text or "player." in text
 
 
-def test_keys_are_not_made_twice_by_accident(folder: Path) -> None:
-    done = keys("init", GAME, "--keys", str(folder))
-    assert done.exit_code != 0
-    assert isinstance(done.exception, ConfigError)
-    assert "renew them by `vrg keys renew` where they were made, choose another folder, or add --replace" in str(
-        done.exception
-    )
-
-
-def test_keys_that_were_handed_out_are_not_overwritten(folder: Path, tmp_path: Path) -> None:
-    assert keys("hand", "player.player1", "--keys", str(folder), "--output", str(tmp_path)).exit_code == 0
+def test_keys_that_were_made_or_handed_out_are_not_overwritten(folder: Path, tmp_path: Path) -> None:
+    handed = keys("hand", "player.player1", "official", "--keys", str(folder), "--output", str(tmp_path))
+    assert handed.exit_code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"player.player1", "official"}
     before = {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()}
-    done = keys("init", GAME, "--keys", str(tmp_path))
-    assert isinstance(done.exception, ConfigError)
+    for there in (folder, tmp_path):
+        done = keys("init", GAME, "--keys", str(there))
+        assert isinstance(done.exception, ConfigError)
+        assert "renew them by `vrg keys renew` where they were made, choose another folder, or add --replace" in str(
+            done.exception
+        )
     assert {path: path.read_bytes() for path in tmp_path.rglob("*.*") if path.is_file()} == before
 
 
@@ -86,27 +74,18 @@ def test_no_key_is_written_behind_a_link(tmp_path: Path) -> None:
     assert list(elsewhere.iterdir()) == []
 
 
-def test_renewed_keys_last_longer(folder: Path) -> None:
-    before = shown(folder)["world"]["until"]
-    assert keys("renew", GAME, "--keys", str(folder), "--days", "9").exit_code == 0
-    after = shown(folder)
-    assert str(after["world"]["until"]) > str(before)
-    assert "10.0.0.5" in after["router"]["hosts"]  # type: ignore[operator]
-
-
-def test_an_address_is_added_to_those_that_the_router_has(folder: Path) -> None:
+def test_renewed_keys_last_longer_for_every_machine_of_the_match_file_and_for_all_addresses(tmp_path: Path) -> None:
+    file, folder = tmp_path / "match.toml", tmp_path / "keys"
+    table = '\n[machines.lab2]\nhost = "lab2"\naddress = "10.0.0.2"\n\n[place]\nworld = "lab2"\n'
+    file.write_text(GAMES.get(GAME).default_match().read_text() + table)
+    typed = (str(file), "--keys", str(folder))
+    assert keys("init", *typed, "--days", "3", "--host", "10.0.0.5").exit_code == 0
+    before = shown(folder)
     for address in ("10.0.0.6", "10.0.0.7"):
-        assert keys("renew", GAME, "--keys", str(folder), "--days", "3", "--host", address).exit_code == 0
-    assert {"localhost", "10.0.0.5", "10.0.0.6", "10.0.0.7"} <= set(shown(folder)["router"]["hosts"])  # type: ignore[call-overload]
-
-
-def test_every_machine_of_the_match_file_has_a_seat_that_is_renewed(tmp_path: Path) -> None:
-    file, folder = with_a_machine(tmp_path), tmp_path / "keys"
-    assert keys("init", str(file), "--keys", str(folder), "--days", "3").exit_code == 0
-    before = shown(folder)["host.lab2"]["until"]
-    assert "10.0.0.2" in shown(folder)["router"]["hosts"]  # type: ignore[operator]
-    assert keys("renew", str(file), "--keys", str(folder), "--days", "9").exit_code == 0
-    assert str(shown(folder)["host.lab2"]["until"]) > str(before)
+        assert keys("renew", *typed, "--days", "9", "--host", address).exit_code == 0
+    after = shown(folder)
+    assert all(str(after[seat]["until"]) > str(before[seat]["until"]) for seat in ("world", "host.lab2"))
+    assert {"localhost", *(f"10.0.0.{last}" for last in (2, 5, 6, 7))} <= set(after["router"]["hosts"])  # type: ignore[call-overload]
 
 
 def test_another_authority_makes_all_keys_worthless_that_were_handed_out(tmp_path: Path) -> None:
@@ -116,14 +95,6 @@ def test_another_authority_makes_all_keys_worthless_that_were_handed_out(tmp_pat
     assert keys("init", GAME, "--keys", str(folder), "--replace").exit_code == 0
     (stick / "world" / "ca.crt").write_bytes((folder / "world" / "ca.crt").read_bytes())
     assert shown(stick)["world"]["state"] == "of another authority"
-
-
-def test_one_machine_is_handed_only_its_own_seats(folder: Path, tmp_path: Path) -> None:
-    done = keys("hand", "player.player1", "official", "--keys", str(folder), "--output", str(tmp_path / "pi"))
-    assert done.exit_code == 0
-    assert {path.name for path in (tmp_path / "pi").iterdir()} == {"player.player1", "official"}
-    with pytest.raises(CredentialsError):
-        find_credentials(tmp_path / "pi", [Seat(SeatKind.WORLD)])
 
 
 def test_the_routers_configuration_is_one_that_zenoh_takes(folder: Path, tmp_path: Path) -> None:
@@ -201,16 +172,12 @@ def test_a_sheet_for_another_match_changes_nothing(tmp_path: Path) -> None:
     assert not (folder / "sheet.html").exists()
 
 
-def test_a_folder_without_keys_of_players_has_none_to_hand_out(folder: Path, tmp_path: Path) -> None:
-    assert keys("hand", "router", "--keys", str(folder), "--output", str(tmp_path / "router")).exit_code == 0
-    done = keys("hand", "--keys", str(tmp_path / "router"), "--output", str(tmp_path / "all"))
-    assert done.exit_code == 1
-    assert "expected keys of players, found none" in str(done.exception)
-
-
 def test_each_player_is_handed_its_own_keys(folder: Path, tmp_path: Path) -> None:
     done = keys("hand", "--keys", str(folder), "--output", str(tmp_path))
     assert done.exit_code == 0, done.output
     players = load_match(GAMES.get(GAME).default_match()).players
     assert {path.name for path in tmp_path.iterdir()} == {player.name for player in players}
     assert [path.name for path in (tmp_path / "player1").iterdir()] == ["player.player1"]
+    assert keys("hand", "router", "--keys", str(folder), "--output", str(tmp_path / "router")).exit_code == 0
+    none = keys("hand", "--keys", str(tmp_path / "router"), "--output", str(tmp_path / "all"))
+    assert "expected keys of players, found none" in str(none.exception)

@@ -2,7 +2,8 @@
 
 import os
 import threading
-from contextlib import ExitStack
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -41,58 +42,47 @@ def ordered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, 
     return orders
 
 
-def listed(stack: ExitStack, *names: str, folder: str | None = None) -> None:
-    for name in names:
-        where = os.getcwd() if folder is None else folder
-        entry = RunningMatch(match=name, router=f"tcp/127.0.0.1:{len(name)}", run="x", pid=os.getpid(), folder=where)
-        stack.enter_context(registered(entry))
+@contextmanager
+def listed(*names: str, folder: str | None = None, **keys: str) -> Iterator[None]:
+    """Matches of these names run on this machine, begun in a folder (None: this one), some with a folder of keys."""
+    with ExitStack() as stack:
+        for name in names:
+            entry = RunningMatch(
+                match=name, router=f"tls/127.0.0.1:{len(name)}", run="x", pid=os.getpid(),
+                folder=folder or os.getcwd(), keys=keys.get(name, ""),
+            )  # fmt: skip
+            stack.enter_context(registered(entry))
+        yield
 
 
 def run(*arguments: str) -> Result:
     return CliRunner().invoke(make_app(), list(arguments))
 
 
-def test_an_emergency_stop_reaches_every_match_and_says_which(ordered: list[tuple[str, bool]]) -> None:
-    with ExitStack() as stack:
-        listed(stack, "left", "right", folder="/somewhere/else")
-        done = run("estop")
-    assert done.exit_code == 0
-    assert sorted(ordered) == [("left", True), ("right", True)]
-    assert "left: emergency stop engaged" in done.output
-    assert "right: emergency stop engaged" in done.output
-
-
-def test_one_that_cannot_be_reached_keeps_the_others_from_nothing(ordered: list[tuple[str, bool]]) -> None:
-    with ExitStack() as stack:
-        listed(stack, "dead", "right")
+def test_an_emergency_stop_reaches_every_match_that_can_be_reached_and_says_which(
+    ordered: list[tuple[str, bool]],
+) -> None:
+    with listed("left", "dead", "right", folder="/somewhere/else"):
         done = run("estop")
     assert done.exit_code == 1
-    assert ordered == [("right", True)]
-    assert "dead: nobody answers" in done.output
-
-
-def test_each_match_that_runs_here_is_stopped_with_its_own_keys(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setenv("VRG_KEYS", "/the/keys/of/left")
-    used: dict[str, Path | None] = {}
-    monkeypatch.setattr(stopping, "_order_estop", lambda name, _at, keys, _order: used.update({name: keys}))
-    with ExitStack() as stack:
-        for name, own in (("left", ""), ("right", "/the/keys/of/right")):
-            entry = RunningMatch(match=name, router=f"tls/127.0.0.1:{len(name)}", run="x", pid=os.getpid(), keys=own)
-            stack.enter_context(registered(entry))
+    assert sorted(ordered) == [("left", True), ("right", True)]
+    for said in ("left: emergency stop engaged", "right: emergency stop engaged", "dead: nobody answers"):
+        assert said in done.output
+    with listed("left"):
         assert run("estop").exit_code == 0
-    assert used == {"left": Path("/the/keys/of/left"), "right": Path("/the/keys/of/right")}
 
 
-def test_the_keys_of_a_match_that_runs_here_stand_above_the_variable_and_what_is_typed_above_both(
+def test_each_match_that_runs_here_is_stopped_with_its_own_keys_unless_others_are_typed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     monkeypatch.setenv("VRG_KEYS", "/others")
-    here, elsewhere = "tls/127.0.0.1:1", "tls/10.0.0.5:1"
-    with registered(RunningMatch(match="left", router=here, run="x", pid=os.getpid(), keys="/own")):
+    used: dict[str, Path | None] = {}
+    monkeypatch.setattr(stopping, "_order_estop", lambda name, _at, keys, _order: used.update({name: keys}))
+    with listed("left", "right", right="/own"):
+        assert run("estop").exit_code == 0
+        assert used == {"left": Path("/others"), "right": Path("/own")}
+        here, elsewhere = "tls/127.0.0.1:5", "tls/10.0.0.5:1"
         assert keys_of(here, Path("/others")) == Path("/own")
         assert keys_of(here, Path("/typed")) == Path("/typed")
         assert keys_of(elsewhere, Path("/others")) == Path("/others")
@@ -140,17 +130,14 @@ def test_who_may_not_stop_or_release_is_told_so(keys: KeysFolder, tmp_path: Path
 
 
 def test_a_release_must_say_which_of_several(ordered: list[tuple[str, bool]]) -> None:
-    with ExitStack() as stack:
-        listed(stack, "left", "right")
-        done = run("estop", "--release")
-        assert isinstance(done.exception, ConfigError)
+    with listed("left", "right"):
+        assert isinstance(run("estop", "--release").exception, ConfigError)
         run("estop", "--release", "left")
     assert ordered == [("left", False)]
 
 
 def test_somebody_elses_match_must_be_named(ordered: list[tuple[str, bool]]) -> None:
-    with ExitStack() as stack:
-        listed(stack, "theirs", folder="/somewhere/else")
+    with listed("theirs", folder="/somewhere/else"):
         for command in (("estop", "--release"), ("official", "resume")):
             done = run(*command)
             assert isinstance(done.exception, ConfigError)

@@ -9,14 +9,11 @@ import pytest
 from vrg.config.loading import load_match
 from vrg.coordinator.rulebook import Contestant, Observation, RuleBook
 from vrg.errors import ConfigError
-from vrg.games import GAMES, STRATEGIES
+from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import MODELS
-from vrg.hal.sensors import SENSORS
-from vrg.hal.sim.engines import ENGINES
-from vrg.hal.sim.maps import MAPS
-from vrg.registry import Registry
+from vrg.launch.nodes import strategy_of
 from vrg.testing.driver import DriverBench, DriverContract
 from vrg.testing.rulebook import RuleBookContract
 from vrg.testing.strategy import StrategyContract
@@ -68,29 +65,10 @@ class TestHover(DriverContract):
         return HoverBench()
 
 
-@pytest.mark.parametrize(
-    ("registry", "name"),
-    [
-        (GAMES, "race"),
-        (STRATEGIES, "racer"),
-        (MODELS, "Scout"),
-        (SENSORS, "compass"),
-        (MAPS, "island"),
-        (ENGINES, "ideal"),
-        (BACKENDS, "hover"),
-    ],
-    ids=lambda value: value if isinstance(value, str) else "",
-)
-def test_each_is_found_by_its_name(registry: Registry[Any], name: str) -> None:
-    assert name in registry.names()
-    assert registry.get(name) is not None
-    with pytest.raises(ConfigError, match=f"did you mean '{name}'"):
-        registry.get(name + "x")
-
-
 def test_its_match_names_a_map_a_model_an_engine_and_strategies_of_the_package() -> None:
     setup = load_match(GAMES.get("race").default_match())
-    assert (setup.game, setup.world.engine) == ("race", "ideal")
+    assert (setup.game, setup.map, setup.world.engine) == ("race", "island", "ideal")
+    assert {strategy_of(setup, player.name).__module__.split(".")[0] for player in setup.players} == {"toys"}
     assert {player.model for player in setup.players} == {"Scout"}
 
 
