@@ -85,11 +85,6 @@ def test_an_authority_with_anothers_key_is_refused() -> None:
         make_seat(mixed, ANN, NOW, LASTS)
 
 
-def test_what_is_no_certificate_is_refused() -> None:
-    with pytest.raises(ValueError, match=r"."):
-        validity(b"-----BEGIN CERTIFICATE-----\nnothing\n-----END CERTIFICATE-----\n")
-
-
 def test_a_private_key_is_not_in_a_log_by_accident() -> None:
     made = make_seat(AUTHORITY, ANN, NOW, LASTS)
     assert b"PRIVATE KEY" in made.private_key

@@ -35,20 +35,16 @@ def test_a_folder_that_was_there_before_stays_as_open_as_it_was(folder: KeysFold
     assert stat.S_IMODE((shared / "player.ann").stat().st_mode) == 0o700
 
 
-def test_only_their_owner_can_read_keys(folder: KeysFolder) -> None:
+def test_every_seat_has_keys_of_the_authority_which_only_their_owner_can_read(folder: KeysFolder) -> None:
     paths = [folder.path, *folder.path.rglob("*")]
     for path in paths:
         mode = stat.S_IMODE(path.stat().st_mode)
         assert mode == (0o700 if path.is_dir() else 0o600), path
     names = {path.name for path in paths if path.is_file()}
     assert names == {"ca.crt", "ca.key", "seat.crt", "seat.key"}
-
-
-def test_every_seat_has_keys_of_the_authority(folder: KeysFolder) -> None:
     found = {entry.credentials.common_name: entry for entry in folder.entries()}
     assert set(found) == {seat.common_name for seat in ROSTER.seats}
     assert all(entry.genuine for entry in found.values())
-    check_keys(folder, "final", ROSTER.seats, NOW)
 
 
 def test_what_is_handed_out_is_all_that_the_seat_needs_and_nothing_else(folder: KeysFolder, tmp_path: Path) -> None:
@@ -74,7 +70,9 @@ def test_a_seat_without_keys_is_not_handed_out(folder: KeysFolder, tmp_path: Pat
     assert not (tmp_path / "stick").exists()
 
 
-def test_renewed_keys_last_longer_and_are_of_the_same_authority(folder: KeysFolder) -> None:
+def test_renewed_keys_last_longer_and_are_of_the_same_authority_where_that_is(
+    folder: KeysFolder, tmp_path: Path
+) -> None:
     before = {entry.credentials.common_name: entry.validity for entry in folder.entries()}
     authority = (folder.path / "authority" / "ca.crt").read_bytes()
     more = Roster("final", {**ROSTER.teams, "eve": "red"})
@@ -84,12 +82,12 @@ def test_renewed_keys_last_longer_and_are_of_the_same_authority(folder: KeysFold
     assert after["player.eve"].genuine
     assert after["router"].validity.hosts == before["router"].hosts, "what it was reached by, it still is"
     assert (folder.path / "player.ann" / "ca.crt").read_bytes() == authority
-
-
-def test_hosts_are_added_by_renewing(folder: KeysFolder) -> None:
     folder.renew("final", ROSTER.seats, NOW, hosts=["10.0.0.5", "localhost"])
     (router,) = [entry for entry in folder.entries() if entry.credentials.common_name == "router"]
     assert router.validity.hosts == (*LOCAL_HOSTS, "10.0.0.5")
+    folder.hand_out([ANN], tmp_path / "laptop")
+    with pytest.raises(ConfigError, match="renew keys where they were made"):
+        KeysFolder(tmp_path / "laptop").renew("final", [ANN], NOW)
 
 
 def test_a_match_has_an_authority_of_its_own(folder: KeysFolder) -> None:
@@ -119,12 +117,6 @@ def test_another_authority_leaves_no_keys_of_the_old_one(folder: KeysFolder) -> 
     assert {path.name for path in folder.path.iterdir()} == {"player.ann", "router", "world", "notes.txt"}
     assert [path.name for path in (folder.path / "world").iterdir()] == ["notes.txt"]
     check_keys(folder, "final", [ANN, ROUTER], NOW)
-
-
-def test_keys_are_renewed_only_where_the_authority_is(folder: KeysFolder, tmp_path: Path) -> None:
-    folder.hand_out([ANN], tmp_path / "laptop")
-    with pytest.raises(ConfigError, match="renew keys where they were made"):
-        KeysFolder(tmp_path / "laptop").renew("final", [ANN], NOW)
 
 
 @pytest.mark.parametrize("name", ["ca.key", "ca.crt"])
@@ -186,6 +178,9 @@ def test_keys_for_one_run_are_private_and_gone_with_it() -> None:
         assert not KeysFolder(made).has_authority, "nobody can make further keys"
         assert not list(made.rglob("ca.key"))
     assert not made.exists()
+    with pytest.raises(RuntimeError), keys_for(ROSTER, None, NOW) as made:
+        raise RuntimeError
+    assert not made.exists(), "also if the run fails"
 
 
 def test_the_next_launcher_deletes_keys_that_a_killed_one_has_left(
@@ -202,12 +197,6 @@ def test_the_next_launcher_deletes_keys_that_a_killed_one_has_left(
         assert first.exists(), "its launcher lives"
         assert second.exists()
     assert not first.exists()
-
-
-def test_keys_for_one_run_are_gone_even_if_the_run_fails() -> None:
-    with pytest.raises(RuntimeError), keys_for(ROSTER, None, NOW) as made:
-        raise RuntimeError
-    assert not made.exists()
 
 
 def test_given_keys_are_checked_and_kept(folder: KeysFolder) -> None:
