@@ -1,21 +1,20 @@
 """The fusion centre as a node: what it hears and publishes, and what becomes of fixes that are of nobody or wrong."""
 
 import math
+from typing import Any
 
 import pytest
 
-from vrg.bus.codec import Received
+from tests.localisation.bench import HERE, KEYS, say
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Motion, OwnPlace, Placed
+from vrg.bus.messages import LOST, Fix, Fixes, MeasuredPose, Message, Motion, OwnPlace, Placed
 from vrg.bus.node import Tick
-from vrg.bus.topics import Keys
+from vrg.bus.topics import Topic
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.gps import to_wgs84
 from vrg.localisation.centre import PERIOD, FusionCentre, own_fix
 from vrg.localisation.motion import motion_noise
 from vrg.types import STILL, Pose, Twist
-
-KEYS = Keys("m")
 
 
 class Bench:
@@ -24,16 +23,14 @@ class Bench:
     def __init__(self) -> None:
         self.mailbox = Mailbox()
         model = robot_model("P2AT")
-        starts = {"ann": Pose(0.0, 0.0, 0.0), "bob": Pose(5.0, 0.0, 0.0)}
+        starts = {"ann": HERE, "bob": Pose(5.0, 0.0, 0.0)}
         self.centre = FusionCentre(self.mailbox, KEYS, {name: (model, start) for name, start in starts.items()})
         self.time = 0.0
         self._number = 0
 
-    def say(self, topic, body, stamp: float) -> None:
+    def say(self, topic: Topic[Any], body: Message, stamp: float) -> None:
         self._number += 1
-        for inlet in self.mailbox.inlets:
-            if inlet.topic.type is type(body):
-                inlet.offer(Received(topic.key, stamp, self._number, body, "x/y"))
+        say(self.mailbox, topic, body, stamp, self._number)
 
     def moves(self, name: str, pose: Pose) -> None:
         self.say(KEYS.motion(name), Motion(odometry=pose, twist=Twist(0.5, 0.0)), self.time)
@@ -57,9 +54,9 @@ class Bench:
 
 def test_where_a_robot_is_comes_with_how_well_that_is_known() -> None:
     bench = Bench()
-    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    bench.moves("ann", HERE)
     ((stamp, first),) = bench.tick().values()
-    assert (stamp, first.pose, first.twist) == (0.0, Pose(0.0, 0.0, 0.0), Twist(0.5, 0.0))
+    assert (stamp, first.pose, first.twist) == (0.0, HERE, Twist(0.5, 0.0))
     assert first.lost, "no source has seen it yet"
     bench.sees(0.0, ann=Pose(0.1, 0.0, 0.0), bob=Pose(5.0, 0.1, 0.0))
     bench.moves("ann", Pose(0.05, 0.0, 0.0))
@@ -77,9 +74,9 @@ def test_where_a_robot_is_comes_with_how_well_that_is_known() -> None:
 def test_a_robot_that_nothing_sees_is_lost() -> None:
     bench = Bench()
     for number in range(20):
-        bench.moves("ann", Pose(0.0, 0.0, 0.0))
+        bench.moves("ann", HERE)
         if number < 5:
-            bench.sees(bench.time, ann=Pose(0.0, 0.0, 0.0))
+            bench.sees(bench.time, ann=HERE)
         ((_, pose),) = bench.tick().values()
         assert pose.lost is (pose.unseen > LOST)
     assert pose.unseen == pytest.approx(15 * PERIOD)
@@ -87,12 +84,12 @@ def test_a_robot_that_nothing_sees_is_lost() -> None:
 
 def test_fixes_that_are_of_nobody_or_wrong_change_nothing_and_are_counted() -> None:
     bench = Bench()
-    bench.moves("ann", Pose(0.0, 0.0, 0.0))
-    bench.sees(0.0, ann=Pose(0.0, 0.0, 0.0), ghost=Pose(1.0, 1.0, 0.0))
+    bench.moves("ann", HERE)
+    bench.sees(0.0, ann=HERE, ghost=Pose(1.0, 1.0, 0.0))
     bench.tick()
-    bench.sees(3.0, ann=Pose(0.0, 0.0, 0.0))
+    bench.sees(3.0, ann=HERE)
     bench.sees(0.0, ann=Pose(9.0, 0.0, 0.0))
-    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    bench.moves("ann", HERE)
     _, pose = bench.tick()["ann"]
     assert pose.pose.x == pytest.approx(0.0, abs=1e-6)
     counted = bench.centre.counted()
@@ -108,12 +105,10 @@ def test_what_a_robot_measures_of_its_own_place_counts_as_much_as_it_is_worth() 
     """An inertial navigation system corrects it. GPS, whose error stays for minutes, only pulls a little."""
     origin = (math.radians(35.0), math.radians(-106.0))
     bench = Bench()
-    centre = bench.centre = FusionCentre(
-        bench.mailbox, KEYS, {"ann": (robot_model("P2AT"), Pose(0.0, 0.0, 0.0))}, origin
-    )
+    centre = bench.centre = FusionCentre(bench.mailbox, KEYS, {"ann": (robot_model("P2AT"), HERE)}, origin)
 
     def says(own: tuple[OwnPlace, ...]) -> MeasuredPose:
-        body = Motion(odometry=Pose(0.0, 0.0, 0.0), twist=STILL, own=own)
+        body = Motion(odometry=HERE, twist=STILL, own=own)
         bench.say(KEYS.motion("ann"), body, bench.time)
         return bench.tick()["ann"][1]
 
@@ -136,7 +131,7 @@ def test_own_places_are_fixes_with_the_noise_of_their_sensors() -> None:
     assert own_fix("ann", model, OwnPlace(1.0), (0.0, 0.0)) is None
     gps = own_fix("ann", model, OwnPlace(1.0, earth=(0.0, 0.0)), (0.0, 0.0))
     assert gps is not None
-    assert (gps.heading, gps.pose) == (None, Pose(0.0, 0.0, 0.0))
+    assert (gps.heading, gps.pose) == (None, HERE)
     assert gps.position == pytest.approx(1.5 * math.sqrt(120.0))
     ins = own_fix("ann", model, OwnPlace(1.0, pose=Pose(1.0, 2.0, 0.3)), (0.0, 0.0))
     assert ins is not None
@@ -145,11 +140,11 @@ def test_own_places_are_fixes_with_the_noise_of_their_sensors() -> None:
 
 def test_a_robot_that_an_official_has_placed_is_there() -> None:
     bench = Bench()
-    bench.moves("ann", Pose(0.0, 0.0, 0.0))
-    bench.sees(0.0, ann=Pose(0.0, 0.0, 0.0))
+    bench.moves("ann", HERE)
+    bench.sees(0.0, ann=HERE)
     bench.tick()
     bench.say(KEYS.placed("ann"), Placed(pose=Pose(7.0, 3.0, 1.0), by="official"), bench.time)
-    bench.moves("ann", Pose(0.0, 0.0, 0.0))
+    bench.moves("ann", HERE)
     (_, found) = bench.tick()["ann"]
     assert found.pose == Pose(7.0, 3.0, 1.0)
     assert found.lost, "until a source has seen it there"

@@ -1,28 +1,19 @@
 """Pictures that come from a camera or a file: only new ones count, and what is wrong is told in words."""
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
+from tests.system.harness import wait_until
 from vrg.errors import ConfigError
 from vrg.localisation.camera import capture
 from vrg.localisation.camera.capture import Capture
 from vrg.localisation.camera.opencv import cv2
 from vrg.localisation.camera.readers import Frame, Reader, VideoReader, Wanted, open_reader, read_picture
 from vrg.localisation.camera.watch import Watch
-
-
-def eventually(holds: Callable[[], object], seconds: float = 20.0) -> bool:
-    deadline = time.monotonic() + seconds
-    while time.monotonic() < deadline:
-        if holds():
-            return True
-        time.sleep(0.005)
-    return False
 
 
 class Fake:
@@ -58,7 +49,7 @@ def test_only_the_newest_picture_is_handed_over_and_only_once() -> None:
     fake = Fake()
     reading = Capture(lambda: fake)
     reading.start()
-    assert eventually(lambda: fake.taken > 20)
+    wait_until(lambda: fake.taken > 20, "pictures")
     frame = reading.newest()
     assert frame is not None
     assert int(frame.picture[0, 0]) > 10
@@ -78,15 +69,15 @@ def test_a_camera_that_stops_is_told_of_gives_nothing_and_comes_back(what: str, 
     reading = Capture(lambda: fake)
     reading.start()
     try:
-        assert eventually(lambda: reading.newest() is not None)
+        wait_until(lambda: reading.newest() is not None, "a picture")
         assert reading.problem() is None
         fake.do = what
-        assert eventually(lambda: words in (reading.problem() or "")), reading.problem()
+        wait_until(lambda: words in (reading.problem() or ""), "it to be told")
         reading.newest()
         assert reading.newest(0.1) is None
         fake.do = "work"
-        assert eventually(lambda: reading.newest() is not None)
-        assert eventually(lambda: reading.problem() is None)
+        wait_until(lambda: reading.newest() is not None, "a picture")
+        wait_until(lambda: reading.problem() is None, "the end of the problem")
     finally:
         fake.do = "work"
         reading.close()
@@ -102,9 +93,9 @@ def test_a_camera_that_is_missing_is_opened_when_it_is_there() -> None:
 
     reading = Capture(opened)
     reading.start()
-    assert eventually(lambda: "expected a camera" in (reading.problem() or ""))
+    wait_until(lambda: "expected a camera" in (reading.problem() or ""), "it to be told")
     there = True
-    assert eventually(lambda: reading.newest() is not None)
+    wait_until(lambda: reading.newest() is not None, "a picture")
     assert reading.problem() is None
     reading.close()
 
@@ -141,7 +132,7 @@ def test_a_folder_is_read_in_order_and_then_is_over(tmp_path: Path) -> None:
     assert np.diff([frame.time for frame in taken]) == pytest.approx(0.1, abs=0.1)
     reading = Capture(lambda: open_reader(".", tmp_path))
     reading.start()
-    assert eventually(lambda: reading.problem() == "the pictures of the file are over")
+    wait_until(lambda: reading.problem() == "the pictures of the file are over", "the end of the file")
     reading.close()
 
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.localisation.camera.scenes import LENS, SIZE, looking, sheet_at, tags_on_field
 from vrg.geometry import compose, wrap
 from vrg.localisation.camera.detection import TagDetector
-from vrg.localisation.camera.field import FieldView, Located, Place, fitted, robot_at
+from vrg.localisation.camera.field import FieldView, Located, fitted, robot_at
 from vrg.types import Pose
 
 ABOVE = FieldView(LENS, looking((0.0, 0.0, 3.0)))
@@ -129,9 +129,3 @@ def test_mirrored_points_have_no_camera() -> None:
     pixels = ABOVE.project(np.array([(-x, y, 0.0) for x, y in CORNERS]))
     with pytest.raises(ValueError, match="no camera above the floor"):
         fitted(LENS, CORNERS, pixels)
-
-
-def test_a_place_is_a_rotation() -> None:
-    place: Place = looking((1.0, 2.0, 3.0))
-    assert place.rotation @ place.rotation.T == pytest.approx(np.eye(3))
-    assert np.linalg.det(place.rotation) == pytest.approx(1.0)

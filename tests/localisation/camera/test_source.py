@@ -2,8 +2,6 @@
 
 import logging
 import math
-import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -11,17 +9,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
+from tests.localisation.bench import FakeFeed, SourceBench
 from tests.localisation.camera.scenes import LENS, looking, sheet_at, tags_on_field
 from tests.tiny import TINY
-from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Clock, Fix
 from vrg.bus.node import Tick
-from vrg.bus.topics import Keys
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.geometry import compose
-from vrg.hal.models import robot_model
 from vrg.launch.keeping import keep
 from vrg.launch.run_folder import RunFolder
 from vrg.localisation.camera import source as module
@@ -31,10 +25,9 @@ from vrg.localisation.camera.field import FieldView
 from vrg.localisation.camera.opencv import cv2
 from vrg.localisation.camera.source import CameraSource
 from vrg.localisation.camera.watch import Sighting
-from vrg.localisation.source import SOURCES, SourceContext, read_source
+from vrg.localisation.source import read_source
 from vrg.types import Pose
 
-KEYS = Keys("m")
 VIEW = FieldView(LENS, looking((0.2, -1.0, 2.6)), 0.5)
 FLOOR = (FloorTag(number=20, x=-0.8, y=-0.4), FloorTag(number=21, x=0.8, y=-0.4), FloorTag(number=22, x=0.8, y=0.6))
 TABLE = {
@@ -46,71 +39,22 @@ TABLE = {
 OFFSET = Pose(0.1, 0.0, math.pi / 2)
 
 
-class FakeWatch:
-    """Shows what a test has put into it."""
+class Bench(SourceBench):
+    """A camera's node, and what it sees."""
 
-    def __init__(self, *_: object) -> None:
-        self.sightings: list[Sighting] = []
-        self.trouble: str | None = None
-        self.running = False
-
-    def start(self) -> None:
-        self.running = True
-
-    def close(self) -> None:
-        self.running = False
-
-    def take(self) -> list[Sighting]:
-        found, self.sightings = self.sightings, []
-        return found
-
-    def problem(self) -> str | None:
-        return self.trouble
-
-
-class Bench:
-    """A camera's node, a match clock that began 1000 s after the process' own, and what is said to it."""
-
-    def __init__(self, folder: Path, table: dict | None = None, robots: tuple[str, ...] = ("ann", "bob")) -> None:
+    def __init__(self, folder: Path, table: dict = TABLE, robots: tuple[str, ...] = ("ann", "bob")) -> None:
         camera = CameraFile(lens=LensTable.of(LENS, 0.2), place=PlaceTable.of(VIEW.place, VIEW.shift), tags=FLOOR)
         (folder / "cam.toml").write_text(camera_text(camera), encoding="utf-8")
-        kind, settings = read_source(table or TABLE)
-        assert kind is CameraSource
-        self.mailbox, self.now, self._number = Mailbox(), 1000.0, 0
-        model = robot_model("P2AT")
-        context = SourceContext(
-            name="overhead",
-            settings=settings,
-            robots=dict.fromkeys(robots, model),
-            starts=dict.fromkeys(robots, Pose(0.0, 0.0, 0.0)),
-            seed=1,
-            base=folder,
-        )
-        self.node = CameraSource(context, self.mailbox, KEYS, lambda: self.now)
-
-    @property
-    def watch(self) -> FakeWatch:
-        watch = self.node._watch
-        assert isinstance(watch, FakeWatch)
-        return watch
-
-    def tick(self, seconds: float = 0.02, rate: float = 1.0) -> list[tuple[float, tuple[Fix, ...]]]:
-        self.now += seconds
-        self._number += 1
-        clock = Clock(time=self.now - 1000.0, tick=self._number, epoch=0, rate=rate, estop=False)
-        for inlet in self.mailbox.inlets:
-            inlet.offer(Received(KEYS.clock.key, clock.time, self._number, clock, "world/w"))
-        self.mailbox.handover(clock.time)
-        self.node.tick(Tick(clock.time))
-        return [(out.message.stamp, out.message.body.fixes) for out in self.mailbox.collect()]
+        super().__init__(CameraSource, table, "overhead", *robots, base=folder)
+        self.watch = self.node._watch
 
     def shows(self, *tags: Tag, ago: float = 0.05, size: tuple[int, int] = LENS.size) -> None:
-        self.watch.sightings.append(Sighting(self.now - ago, sorted(tags, key=lambda tag: tag.number), size))
+        self.watch.shown.append(Sighting(self.now - ago, sorted(tags, key=lambda tag: tag.number), size))
 
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
-    monkeypatch.setattr(module, "Watch", FakeWatch)
+    monkeypatch.setattr(module, "Watch", FakeFeed)
     made = Bench(tmp_path)
     made.tick(0.2)
     return made
@@ -170,7 +114,9 @@ def test_tags_on_the_floor_tell_whether_the_camera_has_been_moved(
     assert bench.node.counted()["unknown"] == {}
 
 
-def test_pictures_that_are_old_or_of_another_size_or_from_before_the_match_give_no_fix(bench: Bench) -> None:
+def test_pictures_that_are_old_or_of_another_size_or_from_before_the_match_or_of_a_faster_one_give_no_fix(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
     robot = seen(4, Pose(0.0, 0.0, 0.0), 0.2)
     bench.shows(robot, ago=0.5)
     assert bench.tick() == [], "the match had not begun"
@@ -181,11 +127,7 @@ def test_pictures_that_are_old_or_of_another_size_or_from_before_the_match_give_
     assert bench.node.counted()["ignored"] == {"size of pictures": 1}
     bench.shows(robot)
     assert len(bench.tick()) == 1
-
-
-def test_a_match_that_is_faster_than_robots_gets_no_fixes(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
-    bench.tick(5.0)
-    bench.shows(seen(4, Pose(0.0, 0.0, 0.0), 0.2))
+    bench.shows(robot)
     assert bench.tick(rate=0.0) == []
     assert "the match needs `rate = 1`" in caplog.text
 
@@ -202,7 +144,7 @@ def test_a_camera_that_stops_and_comes_back_is_told_once_each(bench: Bench, capl
 def test_names_that_do_not_fit_together_are_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(module, "Watch", FakeWatch)
+    monkeypatch.setattr(module, "Watch", FakeFeed)
     bench = Bench(tmp_path, robots=("ann", "zoe"))
     bench.node.start()
     assert bench.watch.running
@@ -214,11 +156,6 @@ def test_names_that_do_not_fit_together_are_told(
     assert bench.node.counted()["unknown"] == {}
     bench.node.stop()
     assert not bench.watch.running
-
-
-def test_a_camera_without_a_calibration_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="expected the file that `vrg locate calibrate lens` writes"):
-        Bench(tmp_path, TABLE | {"calibration": "other.toml"})
 
 
 @pytest.mark.parametrize(
@@ -234,11 +171,6 @@ def test_a_camera_without_a_calibration_is_refused(tmp_path: Path) -> None:
 def test_wrong_settings_are_refused(wrong: dict, words: str) -> None:
     with pytest.raises(ValidationError, match=words):
         read_source(TABLE | wrong)
-
-
-def test_it_is_found_by_its_name() -> None:
-    assert SOURCES.get("camera") is CameraSource
-    assert CameraSource.sees_physical
 
 
 def test_pictures_of_a_folder_become_fixes(tmp_path: Path) -> None:
@@ -260,36 +192,12 @@ def test_pictures_of_a_folder_become_fixes(tmp_path: Path) -> None:
     while len(found) < 3 and time.monotonic() < began + 60.0:
         time.sleep(0.02)
         bench.node.tick(Tick(100.0))
-        found += [(out.message.stamp, out.message.body.fixes) for out in bench.mailbox.collect()]
+        found += bench.published()
     bench.node.stop()
     assert [fixes[0].robot for _, fixes in found] == ["ann"] * len(found)
     assert np.diff([stamp for stamp, _ in found]) == pytest.approx(0.1, abs=0.1)
     for (_, (fix,)), truth in zip(found, truths, strict=True):
         assert (fix.pose.x, fix.pose.y, fix.pose.theta) == pytest.approx((truth.x, truth.y, truth.theta), abs=0.01)
-
-
-@pytest.mark.parametrize(
-    "use", ["SOURCES.get('camera')", "make_app()(['locate', 'show', 'x.png'], standalone_mode=False)"]
-)
-def test_without_opencv_it_is_told_what_to_install(use: str) -> None:
-    code = "import sys; sys.modules['cv2'] = None\nfrom vrg.localisation.source import SOURCES\n"
-    code += "from vrg.cli import make_app\nfrom vrg.errors import ConfigError\n"
-    code += f"try: {use}\nexcept ConfigError as error: print(error)"
-    out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120, check=True)
-    assert "expected the package opencv-python-headless" in out.stdout
-    assert "pip install -e '.[camera]'" in out.stdout
-
-
-def test_a_match_without_a_camera_does_not_load_opencv() -> None:
-    code = "import sys, vrg.commands.play\nfrom vrg.localisation.source import SOURCES\nSOURCES.get('sim')"
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", f"{code}\nprint('cv2' in sys.modules)"],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    assert done.stdout.strip() == "False"
 
 
 def test_a_match_needs_the_calibration_and_keeps_it_with_its_run(tmp_path: Path) -> None:

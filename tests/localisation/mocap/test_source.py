@@ -2,34 +2,25 @@
 
 import logging
 import math
-import subprocess
-import sys
 import time
-from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
 
+from tests.localisation.bench import FakeFeed, SourceBench
 from tests.localisation.mocap.natnet import Server, Shown
 from tests.localisation.mocap.test_tracking import body
 from tests.system.harness import wait_until
-from tests.tiny import TINY
-from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Clock, Fix
+from vrg.bus.messages import Fix
 from vrg.bus.node import Tick
-from vrg.bus.topics import Keys
-from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.geometry import compose
-from vrg.hal.models import robot_model
 from vrg.localisation.mocap import source as module
 from vrg.localisation.mocap.frames import Body, Frame
 from vrg.localisation.mocap.source import MocapSource
-from vrg.localisation.source import SOURCES, SourceContext, read_source
+from vrg.localisation.source import read_source
 from vrg.types import Pose
 
-KEYS = Keys("m")
 TABLE = {
     "source": "mocap",
     "system": "optitrack",
@@ -42,68 +33,20 @@ TABLE = {
 UP = "y"
 
 
-class FakeStream:
-    """Hands over the frames that a test has put into it."""
+class Bench(SourceBench):
+    """The node, and what its system shows."""
 
-    def __init__(self, *_: object) -> None:
-        self.frames: list[Frame] = []
-        self.trouble: str | None = None
-        self.running = False
-
-    def start(self) -> None:
-        self.running = True
-
-    def close(self) -> None:
-        self.running = False
-
-    def take(self) -> list[Frame]:
-        found, self.frames = self.frames, []
-        return found
-
-    def problem(self) -> str | None:
-        return self.trouble
-
-
-class Bench:
-    """The node, and a match clock that began 1000 s after the process' own."""
-
-    def __init__(self, table: dict | None = None, robots: tuple[str, ...] = ("ann", "bob")) -> None:
-        kind, settings = read_source(table or TABLE)
-        assert kind is MocapSource
-        self.mailbox, self.now, self._number = Mailbox(), 1000.0, 0
-        context = SourceContext(
-            name="hall",
-            settings=settings,
-            robots=dict.fromkeys(robots, robot_model("P2AT")),
-            starts=dict.fromkeys(robots, Pose(0.0, 0.0, 0.0)),
-            seed=1,
-            base=Path(),
-        )
-        self.node = MocapSource(context, self.mailbox, KEYS, lambda: self.now)
-
-    @property
-    def stream(self) -> FakeStream:
-        stream = self.node._stream
-        assert isinstance(stream, FakeStream)
-        return stream
-
-    def tick(self, seconds: float = 0.02, rate: float = 1.0) -> list[tuple[float, tuple[Fix, ...]]]:
-        self.now += seconds
-        self._number += 1
-        clock = Clock(time=self.now - 1000.0, tick=self._number, epoch=0, rate=rate, estop=False)
-        for inlet in self.mailbox.inlets:
-            inlet.offer(Received(KEYS.clock.key, clock.time, self._number, clock, "world/w"))
-        self.mailbox.handover(clock.time)
-        self.node.tick(Tick(clock.time))
-        return [(out.message.stamp, out.message.body.fixes) for out in self.mailbox.collect()]
+    def __init__(self, table: dict = TABLE, robots: tuple[str, ...] = ("ann", "bob")) -> None:
+        super().__init__(MocapSource, table, "hall", *robots)
+        self.stream = self.node._stream
 
     def shows(self, *bodies: Body, ago: float = 0.01) -> None:
-        self.stream.frames.append(Frame(self.now - ago, list(bodies)))
+        self.stream.shown.append(Frame(self.now - ago, list(bodies)))
 
 
 @pytest.fixture
 def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
-    monkeypatch.setattr(module, "Stream", FakeStream)
+    monkeypatch.setattr(module, "Stream", FakeFeed)
     made = Bench()
     made.tick(5.0)
     return made
@@ -150,7 +93,7 @@ def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pyte
 def test_frames_that_are_old_or_from_before_the_match_or_of_a_faster_one_give_no_fix(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(module, "Stream", FakeStream)
+    monkeypatch.setattr(module, "Stream", FakeFeed)
     bench, robot = Bench(), body(Pose(0.0, 0.0, 0.0), UP, "ann")
     bench.tick(0.2)
     bench.shows(robot, ago=0.5)
@@ -179,7 +122,7 @@ def test_a_system_that_shows_nothing_and_comes_back_is_told_once_each(
 def test_names_that_do_not_fit_together_are_told(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(module, "Stream", FakeStream)
+    monkeypatch.setattr(module, "Stream", FakeFeed)
     bench = Bench(robots=("ann",))
     bench.node.start()
     assert bench.stream.running
@@ -220,11 +163,6 @@ def test_the_library_gets_the_settings_that_a_system_has() -> None:
     assert settings.options() == {"hostname": "10.0.0.5:801"}
 
 
-def test_it_is_found_by_its_name() -> None:
-    assert SOURCES.get("mocap") is MocapSource
-    assert MocapSource.sees_physical
-
-
 def test_packets_of_an_emulated_server_become_fixes() -> None:
     """All of it, with the process that listens."""
     server = Server(["ann", "chair", "Robot 2"])
@@ -239,7 +177,7 @@ def test_packets_of_an_emulated_server_become_fixes() -> None:
 
     def enough() -> bool:
         bench.node.tick(Tick(100.0))
-        found.extend((out.message.stamp, out.message.body.fixes) for out in bench.mailbox.collect())
+        found.extend(bench.published())
         return len(found) >= 5
 
     try:
@@ -255,22 +193,3 @@ def test_packets_of_an_emulated_server_become_fixes() -> None:
     assert (ann.pose.x, ann.pose.y, ann.pose.theta) == pytest.approx((2.0 - 0.5, 1.0 + 1.0, math.pi / 2), abs=2e-3)
     # Its body is 0.1 m ahead of its centre and looks back, as it stands now: so it looks along the system's x.
     assert (bob.pose.x, bob.pose.y, bob.pose.theta) == pytest.approx((2.0 + 1.0, 1.0 + 2.9, math.pi / 2), abs=2e-3)
-
-
-def test_without_the_library_it_is_told_what_to_install() -> None:
-    code = "import sys; sys.modules['motioncapture'] = None\nfrom vrg.localisation.source import SOURCES\n"
-    code += "from vrg.errors import ConfigError\ntry: SOURCES.get('mocap')\nexcept ConfigError as error: print(error)"
-    out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=120, check=True)
-    assert "expected the package motioncapture" in out.stdout
-    assert "pip install -e '.[mocap]'" in out.stdout
-
-
-def test_a_match_file_with_a_capture_system_is_checked_and_told_where_it_is_wrong(tmp_path: Path) -> None:
-    source = '[localisation.hall]\nsource = "mocap"\nsystem = "optitrack"\nhost = "10.0.0.5"\n'
-    text = TINY.replace('name = "ann"\n', 'name = "ann"\nlocalisation = "fusion"\n')
-    (tmp_path / "tiny.toml").write_text(text.replace("[[players]]", f"{source}\n[[players]]", 1))
-    setup = load_match(tmp_path / "tiny.toml")
-    assert setup.localisation["hall"]["system"] == "optitrack"
-    (tmp_path / "tiny.toml").write_text(text.replace("[[players]]", f'{source}upp = "y"\n[[players]]', 1))
-    with pytest.raises(ConfigError, match="unknown field"):
-        load_match(tmp_path / "tiny.toml")

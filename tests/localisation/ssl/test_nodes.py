@@ -6,19 +6,15 @@ import socket
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
+from tests.localisation.bench import KEYS, context_of, say, say_time
 from tests.system.harness import wait_until
 from vrg.bus import messages as m
-from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.bus.topics import Keys
 from vrg.errors import LaunchError
-from vrg.hal.models import robot_model
-from vrg.localisation.source import SourceContext
 from vrg.localisation.ssl.layouts import REFEREE
 from vrg.localisation.ssl.network import Sender
 from vrg.localisation.ssl.packets import Seen, SeenRobot, read_tracker, read_vision, tracker_packet, vision_packet
@@ -29,7 +25,6 @@ from vrg.localisation.ssl.wire import decode
 from vrg.regions import Rectangle
 from vrg.types import STILL, Pose, Twist
 
-KEYS = Keys("m")
 AHEAD = 1e6
 """The clock of vision is so many seconds ahead of this process's."""
 
@@ -46,11 +41,7 @@ class Bench:
     def __init__(self, **settings: object) -> None:
         self.port = free_port()
         table = {"robots": {"ann": "yellow 3", "bob": "blue 0"}, "address": "127.0.0.1", "port": self.port, **settings}
-        model, here = robot_model("P2AT"), Pose(0.0, 0.0, 0.0)
-        context = SourceContext(
-            name="league", settings=SslSettings.model_validate(table), robots={"ann": model, "bob": model},
-            starts={"ann": here, "bob": here}, seed=1, base=Path(),
-        )  # fmt: skip
+        context = context_of("league", SslSettings.model_validate(table), "ann", "bob")
         self.vision = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.mailbox = Mailbox()
         self.node = SslSource(context, self.mailbox, KEYS)
@@ -69,10 +60,7 @@ class Bench:
 
     def tick(self) -> None:
         self.ticks += 1
-        clock = m.Clock(time=self.now, tick=self.ticks, epoch=0, rate=1.0, estop=False)
-        for inlet in self.mailbox.inlets:
-            if inlet.topic.type is m.Clock:
-                inlet.offer(Received(KEYS.clock.key, self.now, self.ticks, clock, "world/world"))
+        say_time(self.mailbox, self.now, self.ticks)
         self.mailbox.handover(self.now)
         self.node.tick(Tick(self.now))
         self.fixes += [(out.message.stamp, out.message.body.fixes) for out in self.mailbox.collect()]  # type: ignore[attr-defined]
@@ -183,10 +171,7 @@ def test_malformed_packets_and_those_of_another_field_are_told_once(
 
 
 def test_an_address_that_this_machine_has_not_is_told() -> None:
-    context = SourceContext(
-        name="league", settings=SslSettings.model_validate({"robots": {}, "address": "203.0.113.7"}), robots={},
-        starts={}, seed=1, base=Path(),
-    )  # fmt: skip
+    context = context_of("league", SslSettings.model_validate({"robots": {}, "address": "203.0.113.7"}))
     with pytest.raises(LaunchError, match=r"203\.0\.113\.7:10006: expected to receive packets there"):
         SslSource(context, Mailbox(), KEYS).start()
     with pytest.raises(LaunchError, match="expected a network interface of this machine"):
@@ -211,19 +196,14 @@ def test_a_match_is_told_as_the_league_tells_one() -> None:
     mailbox = Mailbox()
     node = SslPublisher("ssl", mailbox, KEYS, lambda kind, data: sent.append((kind, data)), lambda: 1000.0)
 
-    def say(body: m.Message, number: int) -> None:
-        for inlet in mailbox.inlets:
-            if inlet.topic.type is type(body):
-                inlet.offer(Received(inlet.topic.key, 5.0, number, body, "x/y"))
-
     # The field is longer along y, so that the league's x is VRG's y.
     bodies = (
         m.Body("ann", Pose(21.0, -13.0, math.pi / 2), Twist(0.5, 0.1), False),
         m.Body("bob", Pose(16.0, -22.5, 0.0), STILL, False),
         m.Body("ghost", Pose(0.0, 0.0, 0.0), STILL, False),
     )
-    say(state(), 1)
-    say(m.Poses(bodies=bodies), 1)
+    say(mailbox, KEYS.referee_state, state(), 5.0, 1)
+    say(mailbox, KEYS.poses, m.Poses(bodies=bodies), 5.0, 1)
     mailbox.handover(5.0)
     node.tick(Tick(5.0))
     packets = dict(sent)
