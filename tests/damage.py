@@ -7,20 +7,7 @@ from collections.abc import Callable, Iterator
 Damage = Callable[[random.Random, bytes], bytes]
 
 _TOKEN = re.compile(rb'"[^"\n]{0,40}"|-?\d+\.?\d*(?:[eE][+-]?\d+)?|true|false|null')
-_ODD = [
-    b"null",
-    b"[]",
-    b"{}",
-    b"-1",
-    b"1e308",
-    b"-1e-320",
-    b"NaN",
-    b"1" * 40,
-    b'""',
-    b'"\xff"',
-    b'"\\u0000\\u001b[2J"',
-    b"true",
-]
+_ODD = [*rb'null [] {} -1 1e308 -1e-320 NaN "" "\u0000\u001b[2J" true'.split(), b"1" * 40, b'"\xff"']
 
 
 def _at(rng: random.Random, content: bytes) -> int:

@@ -2,11 +2,12 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 from mcap.reader import make_reader
+from typer.testing import CliRunner
+
+from vrg.cli import make_app
 
 ROOT = Path(__file__).parents[1]
 
@@ -14,10 +15,8 @@ ROOT = Path(__file__).parents[1]
 def test_a_match_with_players_of_ones_own_is_played(tmp_path: Path) -> None:
     match = str(ROOT / "examples" / "my_match.toml")
     command = ["play", match, "--in-process", "--engine", "planar", "--runs", str(tmp_path)]
-    done = subprocess.run(
-        [sys.executable, "-m", "vrg", *command], cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(make_app(), command)
+    assert done.exit_code == 0, done.output
     run = next(tmp_path.iterdir())
     result = json.loads((run / "result.json").read_text())
     assert result["ended"] == "game over"
@@ -39,11 +38,5 @@ def test_the_player_in_the_readme_is_the_example(tmp_path: Path) -> None:
     (tmp_path / "circler.py").write_text(code)
     text = (ROOT / "examples" / "my_match.toml").read_text().replace("my_minnow.py:WallHugger", "circler.py:Circler")
     (tmp_path / "match.toml").write_text(text)
-    done = subprocess.run(
-        [sys.executable, "-m", "vrg", "check", str(tmp_path / "match.toml")],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    done = CliRunner().invoke(make_app(), ["check", str(tmp_path / "match.toml")])
+    assert done.exit_code == 0, done.exception

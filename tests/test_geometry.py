@@ -55,13 +55,6 @@ def test_a_body_inside_another_touches_it(pose: Pose, size: tuple[float, float])
     assert outline_distance(pose, pose, size, (size[0] / 3, size[1] / 3)) == 0.0
 
 
-def test_two_squares_side_by_side() -> None:
-    assert outline_distance(Pose(0, 0, 0), Pose(2, 0, 0), (1, 1), (1, 1)) == pytest.approx(1.0)
-    assert outline_distance(Pose(0, 0, 0), Pose(2, 0, math.pi / 4), (1, 1), (1, 1)) == pytest.approx(
-        1.5 - math.sqrt(0.5)
-    )
-
-
 @given(st.floats(0.01, 2.0), st.floats(0.01, 2.0), st.floats(-math.pi, math.pi))
 def test_each_corner_of_an_ellipse_is_as_unlikely_as_the_others(a: float, b: float, turn: float) -> None:
     """The covariance is that of a long axis `a` and a short one `b`, turned."""

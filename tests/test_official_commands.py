@@ -12,8 +12,9 @@ from click.testing import Result
 from msgspec import structs
 from typer.testing import CliRunner
 
+from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Estop, EstopRelease, RefereeState, Stage
+from vrg.bus.messages import Estop, EstopRelease
 from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.session import open_router, open_session
 from vrg.bus.topics import Keys
@@ -157,10 +158,7 @@ def test_a_module_in_the_working_folder_is_meant_by_its_file(tmp_path: Path, mon
 def test_a_release_tells_whether_there_was_a_stop() -> None:
     """The referee is a thread here: it reports an emergency stop until it hears of the release."""
     endpoint, keys, ended = free_endpoint(), Keys("m"), threading.Event()
-    state = RefereeState(
-        game="hud", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
-        rounds=1, score={}, players=(), zones=(), estop=True,
-    )  # fmt: skip
+    state = synthetic.state(0.0, estop=True)
 
     def referee() -> None:
         with open_session(endpoint) as session:

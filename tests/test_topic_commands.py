@@ -10,9 +10,10 @@ import pytest
 from click.testing import Result
 from typer.testing import CliRunner
 
+from tests.ui import synthetic
 from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import Outgoing
-from vrg.bus.messages import CameraRequest, Clock, PlayerStatus, RefereeState, Stage
+from vrg.bus.messages import CameraRequest, Clock, PlayerStatus, Stage
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.cli import make_app
@@ -34,10 +35,7 @@ def clock(stamp: float) -> tuple[str, bytes]:
 
 
 ANN = PlayerStatus(name="ann", team="red", role="red", state="active", may_move=True, radius=0.3, pose=None, mark=None)
-OVER = RefereeState(
-    game="roboflag", stage=Stage.GAME_OVER, halted=None, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
-    rounds=1, score={}, players=(ANN,), zones=(),
-)  # fmt: skip
+OVER = synthetic.state(0.0, stage=Stage.GAME_OVER, players=(ANN,))
 
 
 class Bus:

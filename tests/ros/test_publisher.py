@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
+from tests.ui import synthetic
 from vrg.agents.ros import RosDriven
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
@@ -81,11 +82,7 @@ def poses(known: Uncertainty | None = None, age: float = 0.0) -> m.Poses:
 
 def state() -> m.RefereeState:
     zone = m.Zone(name="field", kind="field", region=Rectangle(-2.0, -1.0, 2.0, 1.0))
-    return m.RefereeState(
-        game="practice", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=1.0, total=1.0, round=1,
-        rounds=1, score={},
-        players=(), zones=(zone,), estop=False, winner=None,
-    )  # fmt: skip
+    return synthetic.state(1.0, game="practice", players=(), zones=(zone,))
 
 
 def test_poses_become_odometry_and_frames() -> None:
