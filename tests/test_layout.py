@@ -225,14 +225,6 @@ def test_no_referee_world_or_recorder_loads_a_students_code(setup_file: Path, tm
     assert _loaded(code + make, ("vrg.agents.player", "deadly", "vrg.commands")) == []
 
 
-def test_tests_on_a_can_interface_are_where_make_vcan_looks_for_them() -> None:
-    tests = ROOT.parent / "tests"
-    marked = [path for path in tests.rglob("*.py") if "pytest.mark.vcan" in path.read_text(encoding="utf-8")]
-    assert len(marked) > 5
-    folders = (tests / "hal" / "can", tests / "system", tests / "test_layout.py")
-    assert [path for path in marked if not any(path.is_relative_to(folder) for folder in folders)] == []
-
-
 def test_a_command_does_not_load_the_others() -> None:
     code = "from typer.main import get_command\nfrom vrg.cli import make_app\n"
     code += "app = get_command(make_app())\nshow = app.get_command(None, 'show')\nshow.list_commands(None)\n"

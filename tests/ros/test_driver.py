@@ -150,6 +150,14 @@ def bench(robot: Robot, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosBench]:
     made.clock.close()
 
 
+def drives(bench: RosBench, v: float = 0.3) -> None:
+    """Arm it, and see that it drives."""
+    armed(bench)
+    bench.run(Twist(v, 0.0), 0.5)
+    assert bench.speed == pytest.approx(v)
+    assert bench.sent == (v, 0.0)
+
+
 class TestRos(DriverContract):
     pass
 
@@ -167,8 +175,7 @@ def test_a_scan_and_a_charge_are_what_the_robot_measures(bench: RosBench) -> Non
 
 
 def test_a_robot_that_falls_silent_is_disarmed_and_armed_again_when_it_talks(bench: RosBench) -> None:
-    armed(bench)
-    bench.run(Twist(0.2, 0.0), 0.5)
+    drives(bench)
     bench.cut()
     bench.advance(1.0)
     readings = bench.driver.read()
@@ -180,9 +187,7 @@ def test_a_robot_that_falls_silent_is_disarmed_and_armed_again_when_it_talks(ben
     bench.talks = True
     bench.advance(0.1)
     assert bench.driver.read().fault is None
-    bench.driver.arm()
-    bench.run(Twist(0.2, 0.0), 0.5)
-    assert bench.speed == pytest.approx(0.2)
+    drives(bench)
 
 
 def test_its_way_goes_on_where_its_odometry_begins_anew(bench: RosBench, caplog: pytest.LogCaptureFixture) -> None:
@@ -226,9 +231,7 @@ def test_a_robot_that_wants_stamps_gets_them_by_its_own_clock(tmp_path: Path, mo
 def test_a_driver_that_fails_commands_zeros_and_can_be_recovered(
     bench: RosBench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    armed(bench)
-    bench.run(Twist(0.3, 0.0), 0.5)
-    assert bench.sent == (0.3, 0.0)
+    drives(bench)
     before = bench.odometry.pose
     with monkeypatch.context() as broken:
         broken.setattr(Reported, "age", lambda *_: 1 / 0)
@@ -242,8 +245,7 @@ def test_a_driver_that_fails_commands_zeros_and_can_be_recovered(
     bench.driver.recover()
     armed(bench)
     assert bench.odometry.pose == before, "it stands where it was"
-    bench.run(Twist(0.3, 0.0), 0.5)
-    assert bench.speed == pytest.approx(0.3)
+    drives(bench)
     assert bench.odometry.pose.x > before.x + 0.1
 
 
@@ -259,8 +261,7 @@ def test_a_driver_whose_thread_hangs_is_a_fault(bench: RosBench, monkeypatch: py
 
 def test_after_a_lost_link_a_robot_hears_zeros(robot: Robot, bench: RosBench) -> None:
     """Longer away than zeros are commanded: they are kept for the new link."""
-    armed(bench)
-    bench.run(Twist(0.3, 0.0), 0.5)
+    drives(bench)
     session = bench.driver._session
     assert session is not None
     session._link._up = False
@@ -274,8 +275,7 @@ def test_after_a_lost_link_a_robot_hears_zeros(robot: Robot, bench: RosBench) ->
 
 def test_a_node_that_is_no_robot_harms_nothing(robot: Robot, bench: RosBench, caplog: pytest.LogCaptureFixture) -> None:
     """Numbers out of bounds, bytes that are no message, and megabytes are left out one by one, and logged seldom."""
-    armed(bench)
-    bench.run(Twist(0.2, 0.0), 0.3)
+    drives(bench)
     node = bench.driver._node
     assert node is not None
     bench.cut()
@@ -361,8 +361,7 @@ def test_a_robot_that_another_node_begins_to_command_is_left_to_it(robot: Robot,
         command()
         assert not bench.driver.read().latched, "it was not armed"
         bench.advance(1.5)
-        armed(bench)
-        bench.run(Twist(0.3, 0.0), 0.5)
+        drives(bench)
         assert bench.driver.read().armed, "the driver's own commands are no other's"
         command()
         assert bench.sent == (0.0, 0.0)
@@ -371,9 +370,7 @@ def test_a_robot_that_another_node_begins_to_command_is_left_to_it(robot: Robot,
         bench.driver.drive(Twist(0.3, 0.0))
     assert bench.driver.read().latched
     bench.driver.recover()
-    armed(bench)
-    bench.run(Twist(0.3, 0.0), 0.5)
-    assert bench.speed == pytest.approx(0.3)
+    drives(bench)
 
 
 def test_what_is_missing_in_the_graph_is_named(driver: RosDriver, session: Session) -> None:
