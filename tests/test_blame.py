@@ -24,14 +24,11 @@ def test_the_innermost_line_that_is_no_librarys_is_named() -> None:
     assert not told.final
 
 
-def test_an_exception_without_a_place_is_told_alone() -> None:
-    assert str(failure_of(ValueError("x"))) == "ValueError: x"
-
-
-def test_a_mistake_of_syntax_names_the_file_that_has_it() -> None:
+def test_a_mistake_of_syntax_names_the_file_that_has_it_and_an_exception_without_a_place_none() -> None:
     with pytest.raises(SyntaxError) as caught:
         compile("def f(:\n", "/home/ann/mine.py", "exec")
     assert str(failure_of(caught.value)).endswith("(mine.py, line 1)")
+    assert str(failure_of(ValueError("x"))) == "ValueError: x"
 
 
 @pytest.mark.parametrize("error", [MemoryError(), OutputFloodError("too much")])
@@ -56,15 +53,10 @@ def test_whose_file_it_is() -> None:
 
 def test_a_refusal_of_the_sandbox_is_told_as_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(blame, "_REFUSED", [])
-    assert "sandbox" not in str(failure_of(PermissionError(13, "Permission denied")))
+    denied = PermissionError(13, "Permission denied")
+    unknown = socket.gaierror(-3, "Temporary failure in name resolution")
+    assert "sandbox" not in str(failure_of(denied))
     blame.tell_of_refusals("the sandbox refused it")
-    said = "PermissionError: [Errno 13] Permission denied; the sandbox refused it"
-    assert str(failure_of(PermissionError(13, "Permission denied"))) == said
+    assert str(failure_of(denied)) == "PermissionError: [Errno 13] Permission denied; the sandbox refused it"
+    assert str(failure_of(unknown)).endswith("Temporary failure in name resolution; the sandbox refused it")
     assert "sandbox" not in str(failure_of(FileNotFoundError(2, "No such file")))
-
-
-def test_a_name_that_the_sealed_process_cannot_look_up_is_a_refusal_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(blame, "_REFUSED", [])
-    blame.tell_of_refusals("the sandbox refused it")
-    error = socket.gaierror(-3, "Temporary failure in name resolution")
-    assert str(failure_of(error)).endswith("Temporary failure in name resolution; the sandbox refused it")

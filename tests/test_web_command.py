@@ -57,7 +57,7 @@ def test_the_usual_port_or_the_next_free_one_is_taken_but_one_that_was_asked_for
     assert open_page("127.0.0.1", port, ["ann"]).port == port
 
 
-def test_each_link_is_printed_whole_in_one_line():
+def test_each_link_is_printed_whole_in_one_line_and_who_serves_it_to_others_is_told_who_can_see_it():
     out = io.StringIO()
     name = "a [bold] name of the longest kind that a player may have in a match"[:64]
     page = admission("127.0.0.1", 8080, [name])
@@ -66,9 +66,6 @@ def test_each_link_is_printed_whole_in_one_line():
     assert [line.split()[-1] for line in lines[:3]] == [link for _, link in page.links("127.0.0.1")]
     assert lines[2].startswith(f"drive {name} ")
     assert "unencrypted" not in out.getvalue()
-
-
-def test_whoever_serves_it_to_others_is_told_who_can_see_it():
     out = io.StringIO()
     print_links(admission("0.0.0.0", 8080, []), Console(file=out, width=200))
     assert "everybody who reaches this machine can watch" in out.getvalue()

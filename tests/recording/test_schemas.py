@@ -15,16 +15,9 @@ from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose
 
 RECORDS = [
-    foxglove.SceneUpdate,
-    foxglove.PoseInFrame,
-    foxglove.LaserScan,
-    foxglove.LocationFix,
-    foxglove.CompressedImage,
-    foxglove.Log,
-    records.StateRecord,
-    records.ReportRecord,
-    records.CallRecord,
-]
+    one for module in (foxglove, records) for one in vars(module).values()
+    if isinstance(one, type) and issubclass(one, Struct) and one is not Struct
+]  # fmt: skip
 READINGS = [SENSORS.get(name).message for name in SENSORS.names()]
 
 
