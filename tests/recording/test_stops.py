@@ -96,12 +96,7 @@ def test_how_a_robot_stopped(
     assert (stop.again is None) == (outcome is not StopOutcome.MOVED_AGAIN)
 
 
-@given(
-    v=st.floats(0.1, 3.0),
-    slow=st.floats(0.5, 8.0),
-    at=st.floats(1.0, 3.0),
-    delay=st.floats(0.0, 0.5),
-)
+@given(v=st.floats(0.1, 3.0), slow=st.floats(0.5, 8.0), at=st.floats(1.0, 3.0), delay=st.floats(0.0, 0.5))
 def test_samples_ten_times_a_second_give_the_stop_to_a_tick_and_the_way_to_a_centimetre(
     v: float, slow: float, at: float, delay: float
 ) -> None:

@@ -10,15 +10,7 @@ from hypothesis import given, settings
 from tests.naming import names
 from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.errors import ConfigError
-from vrg.seats.authority import (
-    AUTHORITY_LASTS,
-    SLACK,
-    KeyPair,
-    is_of,
-    make_authority,
-    make_seat,
-    validity,
-)
+from vrg.seats.authority import AUTHORITY_LASTS, SLACK, KeyPair, is_of, make_authority, make_seat, validity
 
 NOW = datetime(2026, 3, 1, 12, tzinfo=UTC)
 LASTS = timedelta(days=30)
