@@ -100,17 +100,8 @@ def test_two_that_meet_head_on_pass_each_other(aside: float) -> None:
     closest = math.inf
     for i in range(400):
         velocities = [(t.v * math.cos(p.theta), t.v * math.sin(p.theta)) for p, t in zip(poses, twists, strict=True)]
-        twists = [
-            pilots[k].go(
-                i * DT,
-                poses[k],
-                [goals[k]],
-                [Neighbour((poses[1 - k].x, poses[1 - k].y), velocities[1 - k], 2 * RADIUS)],
-                FIELD,
-                SPEED,
-            )
-            for k in range(2)
-        ]
+        others = [[Neighbour((poses[k].x, poses[k].y), velocities[k], 2 * RADIUS)] for k in (1, 0)]
+        twists = [pilots[k].go(i * DT, poses[k], [goals[k]], others[k], FIELD, SPEED) for k in (0, 1)]
         poses = [moved(pose, twist) for pose, twist in zip(poses, twists, strict=True)]
         closest = min(closest, math.dist((poses[0].x, poses[0].y), (poses[1].x, poses[1].y)))
         if all(math.dist((p.x, p.y), g) < 0.4 for p, g in zip(poses, goals, strict=True)):

@@ -6,43 +6,28 @@ from pathlib import Path
 import pytest
 
 from tests.system.harness import Match
+from vrg.games import GAMES
 from vrg.recording.reader import read_tracks
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
-RACE = """
-name = "long-race"
-game = "race"
-map = "open"
-engine = "ideal"
-
-[rules]
-x = 90.0
-y = 0.0
-
-[backends.hover]
-fault_file = "broken"
-
-[[players]]
-name = "amber"
-role = "red"
-model = "Scout"
-backend = "hover"
-x = -60.0
-y = 1.5
-
-[[players]]
-name = "jade"
-role = "green"
-model = "Scout"
-x = -60.0
-y = -1.5
-"""
+LONGER = (
+    ('map = "island"', 'map = "open"'),
+    ("x = 4.0", "x = 90.0"),
+    ("y = 0.0\n", 'y = 0.0\n[backends.hover]\nfault_file = "broken"\n'),
+    ("x = -4.0", 'backend = "hover"\nx = -60.0'),
+    ("x = -5.0", "x = -60.0"),
+)
+"""What makes a long race of the one of the package, with a robot that its driver drives."""
 
 
 @pytest.fixture
 def race(tmp_path: Path, installed: None) -> Iterator[Match]:
-    with Match(tmp_path, RACE, movers=("amber", "jade")) as match:
+    text = GAMES.get("race").default_match().read_text()
+    for old, new in LONGER:
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    with Match(tmp_path, text, movers=("amber", "jade")) as match:
         yield match
 
 
