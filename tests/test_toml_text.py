@@ -7,39 +7,12 @@ from functools import reduce
 from operator import getitem
 from typing import Any
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.errors import ConfigError, Path, Problem
-from vrg.tables import lines_of, located, parsed
+from vrg.errors import Path
+from vrg.tables import lines_of
 from vrg.toml_text import with_item, with_value, without
-
-TEXT = """\
-# a comment
-
-[rules]
-depth = 3
-
-[[players]]
-name = "a"
-[[players]]
-[players.options]
-x = 1
-"""
-
-
-def test_a_missing_field_has_the_line_of_its_table() -> None:
-    for path, line in ((("players", 1, "options", "nothing"), 9), (("rules", "x", "y"), 3), (("nothing",), 1)):
-        [problem] = located([Problem("missing", path)], "match.toml", TEXT)
-        assert (problem.path, problem.line) == (path, line)
-
-
-def test_the_line_of_a_syntax_error() -> None:
-    with pytest.raises(ConfigError, match=r"match\.toml:2: not TOML"):
-        parsed("a = 1\nb = \n", "match.toml")
-    with pytest.raises(ConfigError, match=r"match\.toml:1: not TOML"):
-        parsed("a = [", "match.toml")
 
 
 def test_what_stands_inside_a_value_is_neither_a_table_nor_a_key() -> None:

@@ -188,11 +188,6 @@ def test_lasers_are_recorded_where_they_are_on_the_robot_each_on_a_topic_of_its_
     assert data["pose"]["position"]["y"] == pytest.approx(2.0 + laser.x)
 
 
-def test_a_scan_is_recorded_as_it_is_where_nobody_knows_the_laser(tmp_path):
-    [(schema, topic, _)] = recorded_readings(tmp_path / "match.mcap", [(KEYS.sensor(Laser, "nemo", "rear"), SCAN)])
-    assert (schema, topic) == ("vrg.Laser", "/robot/nemo/laser/rear")
-
-
 RING = next(spec for spec in P2AT.sensors if isinstance(spec, SonarSpec))
 
 
@@ -231,23 +226,37 @@ def test_where_a_sonar_hears_nothing_its_cones_go_and_another_ring_than_the_mode
     assert name == "/robot/nemo/sonar/rings"
 
 
-def test_a_place_on_the_earth_is_recorded_in_degrees_for_the_map_and_without_a_fix_not_at_all(tmp_path):
-    said = [
-        (KEYS.sensor(Gps, "nemo", "main"), Gps(latitude=np.pi / 4, longitude=-np.pi / 2, satellites=7)),
-        (KEYS.sensor(Gps, "dory", "main"), Gps(latitude=None, longitude=None, satellites=2)),
-    ]
-    [(schema, topic, data)] = recorded_readings(tmp_path / "match.mcap", said)
-    assert (schema, topic) == ("foxglove.LocationFix", "/robot/nemo/gps/main")
-    assert (data["latitude"], data["longitude"]) == (45.0, -90.0)
-    assert data["timestamp"] == {"sec": 0, "nsec": 0}
+PICTURE = png.encode(np.full((4, 6, 3), 200, dtype=np.uint8))
+READINGS: dict[str, tuple[list[tuple[str, str, m.SensorMessage]], list[tuple[str, str]], dict[str, object]]] = {
+    "a place on the Earth in degrees for the map, and without a fix not at all": (
+        [("nemo", "main", Gps(latitude=np.pi / 4, longitude=-np.pi / 2, satellites=7)),
+         ("dory", "main", Gps(latitude=None, longitude=None, satellites=2))],
+        [("foxglove.LocationFix", "/robot/nemo/gps/main")],
+        {"latitude": 45.0, "longitude": -90.0, "timestamp": {"sec": 0, "nsec": 0}},
+    ),
+    "a picture as a file that viewers open": (
+        [("nemo", "main", Camera(fov=1.0, data=PICTURE))], [("foxglove.CompressedImage", "/robot/nemo/camera/main")],
+        {"format": "png", "data": base64.b64encode(PICTURE).decode()},
+    ),
+    "a scan of a laser that nobody knows": ([("nemo", "rear", SCAN)], [("vrg.Laser", "/robot/nemo/laser/rear")], {}),
+    "a sensor that is called pose is no pose": (
+        [("dory", "pose", Touch(pressed=(True, False)))], [("vrg.Touch", "/robot/dory/touch/pose")],
+        {"pressed": [True, False]},
+    ),
+    "not what the poses tell too": (
+        [("nemo", "main", Ins(pose=Pose(1.0, 2.0, 0.0))), ("nemo", "main", Battery(charge=0.5)),
+         ("nemo", "main", Odometry(pose=Pose(0.1, 0.0, 0.0), twist=Twist(0.7, 0.0)))], [], {},
+    ),
+}  # fmt: skip
+"""Readings, each of a robot's sensor; as what and where they are recorded, and some of it."""
 
 
-def test_a_picture_is_recorded_as_a_file_that_viewers_open(tmp_path):
-    data = png.encode(np.full((4, 6, 3), 200, dtype=np.uint8))
-    said = [(KEYS.sensor(Camera, "nemo", "main"), Camera(fov=1.0, data=data))]
-    [(schema, topic, record)] = recorded_readings(tmp_path / "match.mcap", said)
-    assert (schema, topic) == ("foxglove.CompressedImage", "/robot/nemo/camera/main")
-    assert (record["format"], base64.b64decode(record["data"])) == ("png", data)
+@pytest.mark.parametrize(("said", "kept", "values"), READINGS.values(), ids=READINGS)
+def test_what_is_recorded_of_readings(path, said, kept, values):
+    found = recorded_readings(path, [(KEYS.sensor(type(body), robot, name), body) for robot, name, body in said])
+    assert [(schema, topic) for schema, topic, _ in found] == kept
+    assert all(data.items() >= values.items() for _, _, data in found)
+    assert list(read_tracks(path)) == ["nemo"]
 
 
 def test_bumpers_are_written_when_they_change(path):
@@ -260,21 +269,6 @@ def test_bumpers_are_written_when_they_change(path):
     found = [(channel.topic, message.log_time / 1e8) for _, channel, message in messages_of(path)]
     assert [at for topic, at in found if "nemo" in topic] == [0, 2, 4]
     assert [at for topic, at in found if "dory" in topic] == [0]
-
-
-def test_what_the_poses_tell_too_is_not_recorded(tmp_path):
-    said = [
-        (KEYS.sensor(Ins, "nemo", "main"), Ins(pose=Pose(1.0, 2.0, 0.0))),
-        (KEYS.sensor(Odometry, "nemo", "main"), Odometry(pose=Pose(0.1, 0.0, 0.0), twist=Twist(0.7, 0.0))),
-        (KEYS.sensor(Battery, "nemo", "main"), Battery(charge=0.5)),
-    ]
-    assert recorded_readings(tmp_path / "match.mcap", said) == []
-
-
-def test_a_sensor_that_is_called_pose_is_no_pose(path):
-    said = [(KEYS.sensor(Touch, "dory", "pose"), Touch(pressed=(True, False)))]
-    assert recorded_readings(path, said) == [("vrg.Touch", "/robot/dory/touch/pose", {"pressed": [True, False]})]
-    assert list(read_tracks(path)) == ["nemo"]
 
 
 def test_without_models_no_sensor_is_heard():
