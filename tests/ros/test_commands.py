@@ -6,14 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from vrg.bus.session import joined, open_router, open_session
+from vrg.bus.session import Session, joined
 from vrg.commands import matches
 from vrg.commands.ros import BESIDE, ros_address, ros_place, typed_domain, undriven
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, ConfigError
 from vrg.launch import nodes
-from vrg.launch.endpoints import free_endpoint
 from vrg.launch.running import RunningMatch, registered
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -75,26 +74,21 @@ def test_players_that_nothing_drives_are_named(stand_in: MatchSetup) -> None:
     assert undriven(load_match(EXAMPLES / "turtlebot.toml")) == []
 
 
-def test_the_seat_of_a_window_drives_no_player(stand_in: MatchSetup, caplog: pytest.LogCaptureFixture) -> None:
-    endpoint = free_endpoint()
-    with open_router(endpoint), open_session(endpoint) as session:
-        nodes.ros_node(stand_in, "0@", lambda _: session, name="ros", official=False)
-        assert not [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
-        assert "a window's keys drive no player: cmd_vel of bot needs those of the official" in caplog.text
-        nodes.ros_node(stand_in, "0@", lambda _: session, name="other")
-        assert [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
+def test_the_seat_of_a_window_drives_no_player(
+    stand_in: MatchSetup, caplog: pytest.LogCaptureFixture, session: Session
+) -> None:
+    nodes.ros_node(stand_in, "0@", lambda _: session, name="ros", official=False)
+    assert not [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
+    assert "a window's keys drive no player: cmd_vel of bot needs those of the official" in caplog.text
+    nodes.ros_node(stand_in, "0@", lambda _: session, name="other")
+    assert [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
 
 
-def test_players_whose_names_are_the_same_in_ros_are_refused(tmp_path: Path) -> None:
+def test_players_whose_names_are_the_same_in_ros_are_refused(session: Session, tmp_path: Path) -> None:
     text = (EXAMPLES / "turtlebot.toml").read_text(encoding="utf-8")
     file = tmp_path / "alike.toml"
     file.write_text(text.replace("player3", "ann-1").replace("player4", "ann_1"), encoding="utf-8")
-    endpoint = free_endpoint()
-    with (
-        open_router(endpoint),
-        open_session(endpoint) as session,
-        pytest.raises(ConfigError, match=r"where ann-1, ann_1 are the same"),
-    ):
+    with pytest.raises(ConfigError, match=r"where ann-1, ann_1 are the same"):
         nodes.ros_node(load_match(file), "0@", lambda _: session, name="ros")
 
 

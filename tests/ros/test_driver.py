@@ -302,18 +302,11 @@ def test_a_node_that_is_no_robot_harms_nothing(robot: Robot, bench: RosBench, ca
 
 
 @pytest.fixture
-def driver() -> Iterator[RosDriver]:
+def driver(endpoint: str) -> Iterator[RosDriver]:
     """One whose router runs, and no robot."""
-    endpoint, clock = free_endpoint(), SimulatedClock()
-    with open_router(endpoint):
-        yield driver_at(endpoint, clock)
+    clock = SimulatedClock()
+    yield driver_at(endpoint, clock)
     clock.close()
-
-
-@pytest.fixture
-def session(driver: RosDriver) -> Iterator[Session]:
-    with open_session(driver._router) as session:
-        yield session
 
 
 def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_named(

@@ -12,8 +12,7 @@ import zenoh
 import zenoh.ext
 
 from vrg.bus.configuration import client_settings
-from vrg.bus.session import configuration, open_router, open_session
-from vrg.launch.endpoints import free_endpoint
+from vrg.bus.session import Session, configuration, open_session
 from vrg.ros.cdr import decode
 from vrg.ros.graph import RosNode
 from vrg.ros.types import FIELDS, HASHES
@@ -74,28 +73,29 @@ def definitions(folder: Path) -> Path:
     return folder
 
 
-def test_another_implementation_lists_the_graph_and_reads_every_type(tmp_path: Path) -> None:
+def test_another_implementation_lists_the_graph_and_reads_every_type(
+    tmp_path: Path, endpoint: str, session: Session
+) -> None:
     topics = {f"/m/{kind.split('/')[1].lower()}": kind for kind in HASHES}
     topics |= {"/m/ann/pose": "geometry_msgs/PoseStamped", "/m/say": "std_msgs/String"}
     said = {"/m/ann/pose": {"pose": {"position": {"x": 1.5}}}, "/m/say": {"data": "grüezi"}}
-    endpoint, stop = free_endpoint(), threading.Event()
-    with open_router(endpoint), open_session(endpoint) as session:
-        node = RosNode(session, 7, "vrg", "/m")
+    stop = threading.Event()
+    node = RosNode(session, 7, "vrg", "/m")
 
-        def talk() -> None:
-            while not stop.wait(0.05):
-                for topic, kind in topics.items():
-                    node.publish(topic, kind, said.get(topic, {}))
+    def talk() -> None:
+        while not stop.wait(0.05):
+            for topic, kind in topics.items():
+                node.publish(topic, kind, said.get(topic, {}))
 
-        talker = threading.Thread(target=talk)
-        talker.start()
-        try:
-            command = [sys.executable, "-P", "-c", READER, endpoint.rpartition(":")[2], json.dumps(list(topics))]
-            command.append(str(definitions(tmp_path)))
-            done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
-        finally:
-            stop.set()
-            talker.join()
+    talker = threading.Thread(target=talk)
+    talker.start()
+    try:
+        command = [sys.executable, "-P", "-c", READER, endpoint.rpartition(":")[2], json.dumps(list(topics))]
+        command.append(str(definitions(tmp_path)))
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    finally:
+        stop.set()
+        talker.join()
     assert done.returncode == 0, done.stderr[-2000:]
     found = json.loads(done.stdout.splitlines()[-1])
     assert dict(found["graph"]) == {topic: [kind.replace("/", "/msg/")] for topic, kind in topics.items()}
@@ -104,9 +104,8 @@ def test_another_implementation_lists_the_graph_and_reads_every_type(tmp_path: P
     assert (found["x"], found["text"]) == (1.5, "grüezi")
 
 
-def test_nodes_that_are_peers_find_one_another_and_the_match() -> None:
+def test_nodes_that_are_peers_find_one_another_and_the_match(endpoint: str, session: Session) -> None:
     """Peers with gossip, as rmw_zenoh's configuration of sessions has them, at VRG's router."""
-    endpoint = free_endpoint()
     gossip = {"enabled": True, "multihop": False, "autoconnect": {"router": [], "peer": ["router", "peer"]}}
     settings = {
         "mode": "peer",
@@ -123,7 +122,7 @@ def test_nodes_that_are_peers_find_one_another_and_the_match() -> None:
         kept.append(session.liveliness().declare_token(Identity(0, str(session.info.zid()), 0, "", name).token))
         return session
 
-    with open_router(endpoint), open_session(endpoint) as session, peer("one") as one, peer("two"):
+    with peer("one") as one, peer("two"):
         node = RosNode(session, 0, "vrg")
         deadline = time.monotonic() + 60.0
         while not all(found >= {"match", "one"} for found in heard.values()) and time.monotonic() < deadline:
@@ -135,55 +134,50 @@ def test_nodes_that_are_peers_find_one_another_and_the_match() -> None:
     assert names == {"vrg", "one", "two"}
 
 
-def test_a_topic_without_subscribers_is_not_made() -> None:
-    endpoint, made = free_endpoint(), []
+def test_a_topic_without_subscribers_is_not_made(endpoint: str, session: Session) -> None:
+    made: list[int] = []
 
     def make() -> list[dict[str, str]]:
         made.append(1)
         return [{"data": "x"}]
 
-    with open_router(endpoint), open_session(endpoint) as session:
-        node = RosNode(session, 0, "vrg")
-        node.advertise("/say", "std_msgs/String")
-        for _ in range(20):
+    node = RosNode(session, 0, "vrg")
+    node.advertise("/say", "std_msgs/String")
+    for _ in range(20):
+        node.offer("/say", "std_msgs/String", make)
+        time.sleep(0.01)
+    assert made == []
+    deadline = time.monotonic() + 60.0
+    with open_session(endpoint) as other:
+        take = other.collect_raw("0/say/**", 10)
+        while not (found := take()) and time.monotonic() < deadline:
             node.offer("/say", "std_msgs/String", make)
             time.sleep(0.01)
-        assert made == []
-        deadline = time.monotonic() + 60.0
-        with open_session(endpoint) as other:
-            take = other.collect_raw("0/say/**", 10)
-            while not (found := take()) and time.monotonic() < deadline:
-                node.offer("/say", "std_msgs/String", make)
-                time.sleep(0.01)
-        assert found
-        while node.wanted("/say", "std_msgs/String") and time.monotonic() < deadline:
-            time.sleep(0.01)
-        made.clear()
-        node.offer("/say", "std_msgs/String", make)
-        assert made == [], "the subscriber has gone"
+    assert found
+    while node.wanted("/say", "std_msgs/String") and time.monotonic() < deadline:
+        time.sleep(0.01)
+    made.clear()
+    node.offer("/say", "std_msgs/String", make)
+    assert made == [], "the subscriber has gone"
 
 
-def test_what_lasts_is_there_for_those_who_come_later() -> None:
+def test_what_lasts_is_there_for_those_who_come_later(endpoint: str, session: Session) -> None:
     """As rmw_zenoh subscribes to topics that are transient local: with history."""
-    endpoint = free_endpoint()
     heard: list[zenoh.Sample] = []
-    with open_router(endpoint), open_session(endpoint) as session:
-        RosNode(session, 0, "vrg").publish("/map", "std_msgs/String", {"data": "once"}, lasting=True)
-        with zenoh.open(configuration(client_settings(endpoint))) as late:
-            history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
-            subscriber = zenoh.ext.declare_advanced_subscriber(late, "0/map/**", heard.append, history=history)
-            deadline = time.monotonic() + 60.0
-            while not heard and time.monotonic() < deadline:
-                time.sleep(0.01)
-            subscriber.undeclare()
+    RosNode(session, 0, "vrg").publish("/map", "std_msgs/String", {"data": "once"}, lasting=True)
+    with zenoh.open(configuration(client_settings(endpoint))) as late:
+        history = zenoh.ext.HistoryConfig(detect_late_publishers=True, max_samples=1)
+        subscriber = zenoh.ext.declare_advanced_subscriber(late, "0/map/**", heard.append, history=history)
+        deadline = time.monotonic() + 60.0
+        while not heard and time.monotonic() < deadline:
+            time.sleep(0.01)
+        subscriber.undeclare()
     assert decode("std_msgs/String", heard[0].payload.to_bytes()) == {"data": "once"}
     assert heard[0].attachment is not None
     assert len(heard[0].attachment.to_bytes()) == 33
 
 
-def test_a_message_of_another_type_is_refused() -> None:
-    endpoint = free_endpoint()
-    with open_router(endpoint), open_session(endpoint) as session:
-        node = RosNode(session, 0, "vrg", wall=time.time_ns)
-        with pytest.raises(ValueError, match="has no field word"):
-            node.publish("/say", "std_msgs/String", {"word": "x"})
+def test_a_message_of_another_type_is_refused(session: Session) -> None:
+    node = RosNode(session, 0, "vrg", wall=time.time_ns)
+    with pytest.raises(ValueError, match="has no field word"):
+        node.publish("/say", "std_msgs/String", {"word": "x"})
