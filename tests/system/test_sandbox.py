@@ -84,7 +84,7 @@ def test_a_cheat_harms_only_itself_and_is_named(sealed: tuple[Match, Path]) -> N
     )
     log = match.log("cid")
     said = re.findall(r"cheat: (\w+) (\w+)", log)
-    assert len(said) >= 19
+    assert len(said) >= 13
     assert {how for _, how in said} == {"refused"}
     # A busy machine may keep a process from running for so long that the launcher takes it to hang.
     late = {name for name in others if f"{name} hangs" in match.said()}
