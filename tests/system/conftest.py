@@ -4,15 +4,21 @@ import contextlib
 import itertools
 import os
 import shutil
+import signal
 import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from tests.requirements import missing
-from tests.system.harness import MINNOWS, Disk, Match, long_match, patient
+from tests.system.harness import MINNOWS, Match, long_match, on_small_disk, patient
+
+FAULTS = pytest.mark.parametrize(
+    "fault",
+    [pytest.param(signal.SIGKILL, id="dies"), pytest.param(signal.SIGSTOP, id="hangs", marks=pytest.mark.thorough)],
+)
+"""A process dies, or freezes."""
 
 
 class Arena:
@@ -43,12 +49,6 @@ class Arena:
         if self._shared is not None:
             match, self._shared = self._shared, None
             match.close()
-
-
-def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Tell how many messages under a wrong key were refused."""
-    if Match.refused:
-        terminalreporter.write_line(f"messages under a wrong key that were refused, by match: {dict(Match.refused)}")
 
 
 @pytest.fixture(scope="session")
@@ -106,21 +106,10 @@ def display() -> Iterator[str]:
 
 
 @pytest.fixture
-def small_disk(tmp_path: Path) -> Iterator[Disk]:
-    """A file system of 2 MB: mounted by root, or in a user's own namespace."""
+def small_disk(tmp_path: Path) -> Path:
+    """A folder that can be a small disk to a match. Within `scripts/with-loopback` everybody may mount one."""
     folder = tmp_path / "small"
     folder.mkdir()
-    options = ["-t", "tmpfs", "-o", "size=2m", "tmpfs"]
-    if sys.platform != "linux":
-        missing("only Linux mounts a small disk for a test")
-    if os.geteuid() == 0 and subprocess.run(["mount", *options, folder], check=False).returncode == 0:
-        try:
-            yield Disk(folder)
-        finally:
-            subprocess.run(["umount", "--lazy", folder], check=True)
-        return
-    script = f'mount {" ".join(options)} "$0" && exec "$@"'
-    wrap = ("unshare", "--user", "--map-root-user", "--mount", "sh", "-c", script, str(folder))
-    if subprocess.run([*wrap, "true"], check=False, capture_output=True).returncode != 0:
-        missing("neither root nor a user namespace: no small disk can be mounted")
-    yield Disk(folder, wrap, lambda pid: Path(f"/proc/{pid}/root{folder}"))
+    if subprocess.run([*on_small_disk(folder), "true"], check=False, capture_output=True).returncode != 0:
+        missing("no small disk can be mounted")
+    return folder

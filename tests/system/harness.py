@@ -12,11 +12,9 @@ import subprocess
 import sys
 import threading
 import time
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, ClassVar
 
 import psutil
 import zenoh
@@ -141,19 +139,9 @@ def short_match(name: str, pass_limit: float = 10.0, rate: float = 2.0) -> str:
     return match_text(name, length=13.0, width=9.0, zone=2.5, rules=rules, rate=rate)
 
 
-@dataclass(frozen=True)
-class Disk:
-    """A small file system of its own for run folders.
-
-    Args:
-        folder: where the match sees it.
-        wrap: put before the launcher's command.
-        reach: the folder as this process sees it, by the launcher's pid.
-    """
-
-    folder: Path
-    wrap: tuple[str, ...] = ()
-    reach: Callable[[int], Path] | None = None
+def on_small_disk(folder: Path) -> list[str]:
+    """What stands before a command to which a folder is a file system of 2 MB of its own."""
+    return ["unshare", "--mount", "sh", "-c", 'mount -t tmpfs -o size=2m tmpfs "$0" && exec "$@"', str(folder)]
 
 
 class LauncherEndedError(AssertionError):
@@ -168,6 +156,7 @@ class Match:
         text: of the match file.
         environment: added to this process' own.
         window: with a spectator's window.
+        small_disk: a folder for its runs, which it alone sees as a file system of 2 MB.
         movers: players that move as soon as play goes on; none for a match that may be over soon.
         here: the launcher's working folder.
         seats: the match is played with seats: with keys for this run alone, or with those in this folder.
@@ -177,9 +166,6 @@ class Match:
         abused: True once a test has published what no node publishes.
     """
 
-    refused: ClassVar[Counter[str]] = Counter()
-    """How many messages under a wrong key the nodes of all matches have refused, by match."""
-
     def __init__(
         self,
         folder: Path,
@@ -187,7 +173,7 @@ class Match:
         *,
         environment: dict[str, str] | None = None,
         window: bool = False,
-        disk: Disk | None = None,
+        small_disk: Path | None = None,
         movers: Sequence[str] = MINNOWS,
         here: Path | None = None,
         seats: bool | Path = False,
@@ -199,16 +185,18 @@ class Match:
         self.file = folder / "match.toml"
         self.file.write_text(text, encoding="utf-8")
         self.output = folder / "output.txt"
-        self._disk = disk or Disk(folder / "runs")
+        self._small_disk = small_disk
+        self._runs = small_disk or folder / "runs"
         self._state_home = folder / "state"
         self._state_home.mkdir()
         self._environment = {k: v for k, v in os.environ.items() if k not in SCREENS} | (environment or {})
         self._environment |= {"XDG_STATE_HOME": str(self._state_home), "PYTHONUNBUFFERED": "1"}
-        command = [sys.executable, "-P", "-m", "vrg", "play", str(self.file), "--runs", str(self._disk.folder)]
+        command = [sys.executable, "-P", "-m", "vrg", "play", str(self.file), "--runs", str(self._runs)]
         secured = ["--keys", str(seats)] if isinstance(seats, Path) else ["--seats"] if seats else []
+        wrap = [] if small_disk is None else on_small_disk(small_disk)
         with self.output.open("wb") as output:
             self.launcher = subprocess.Popen(
-                [*self._disk.wrap, *command, *([] if window else ["--headless"]), *secured, *options],
+                [*wrap, *command, *([] if window else ["--headless"]), *secured, *options],
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -239,8 +227,8 @@ class Match:
         self.keys = Keys(entry["match"])
         self.seats = Path(entry["keys"]) if entry["keys"] else None
         run = Path(entry["run"])
-        if self._disk.reach is not None:
-            run = self._disk.reach(self.launcher.pid) / run.relative_to(self._disk.folder)
+        if self._small_disk is not None:
+            run = Path(f"/proc/{self.launcher.pid}/root{run}")
         self.run = RunFolder(run)
         self.observer = self.join()
         # A short match may be over before this process, on a busy machine, has heard that it began.
@@ -287,16 +275,6 @@ class Match:
             check=False,
             stdin=subprocess.DEVNULL,
         )
-
-    @contextlib.contextmanager
-    def started(self, *arguments: str, stdout: IO[bytes]) -> Iterator[None]:
-        """Another `vrg` command that goes on until the block ends."""
-        command = [sys.executable, "-m", "vrg", *arguments]
-        with subprocess.Popen(command, env=self._environment, stdout=stdout) as process:
-            try:
-                yield
-            finally:
-                process.kill()
 
     def command(self, *arguments: str) -> str:
         """Run another `vrg` command that succeeds; what it printed."""
@@ -374,7 +352,7 @@ class Match:
 
     def survivors(self) -> list[psutil.Process]:
         """Every process that this match has started, the launcher included, and that runs."""
-        mine = (str(self._state_home), str(self._disk.folder))
+        mine = (str(self._state_home), str(self._runs))
         return [p for p in psutil.process_iter() if p.pid != os.getpid() and _lives_in(p, *mine)]
 
     def wait_said(self, words: str) -> None:
@@ -423,16 +401,13 @@ class Match:
             self._check_messages()
 
     def _check_messages(self) -> None:
-        """Make sure that no node was handed what was not meant for it, and count what was refused."""
+        """Make sure that no node was handed what was not meant for it."""
         if not hasattr(self, "run"):
             return
         for log in self.run.logs.glob("*.log"):
             bad = [line for line in log.read_text(errors="replace").splitlines() if "dropped a bad message" in line]
             assert not bad, f"{log.name}: {bad}"
         assert not (wrong := [pair for observer in self._observers for pair in observer.heard.misrouted]), wrong
-        with contextlib.suppress(FileNotFoundError):
-            for keys in json.loads(self.run.result.read_text(encoding="utf-8"))["refused"].values():
-                self.refused[self.keys.match] += sum(keys.values())
 
 
 def _node(command: list[str]) -> str | None:

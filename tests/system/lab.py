@@ -9,19 +9,20 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import psutil
 
+from tests.system.harness import wait_until
+
 BRIDGE = "vrg-lab"
 HERE = "10.77.0.1"
 """The address of the launcher's host, which is the test's own namespace."""
 VRG = f"{Path(sys.executable).parent}/vrg"
 _START = 120.0
-"""s of real time for an sshd to answer, and for a command of a moment."""
+"""s of real time for a command of a moment."""
 
 
 def run(*command: str) -> None:
@@ -134,10 +135,7 @@ def _host(stack: contextlib.ExitStack, folder: Path, name: str, address: str, nu
     holder = subprocess.Popen(["unshare", "--net", "sleep", "infinity"])
     stack.callback(_end, holder)
     own = os.readlink("/proc/self/ns/net")
-    deadline = time.monotonic() + _START
-    while os.readlink(f"/proc/{holder.pid}/ns/net") == own:
-        assert time.monotonic() < deadline, "no network namespace"
-        time.sleep(0.01)
+    wait_until(lambda: os.readlink(f"/proc/{holder.pid}/ns/net") != own, "a network namespace")
     host = LabHost(name, address, state, holder, link=f"vrg{number}")
     run("ip", "link", "add", host.link, "type", "veth", "peer", "name", "eth0", "netns", str(holder.pid))
     stack.callback(run, "ip", "link", "del", host.link)  # a namespace gives its links back only some time after its end
@@ -164,19 +162,12 @@ def _serve_ssh(stack: contextlib.ExitStack, host: LabHost, folder: Path, key: Pa
 
 
 def _wait_for_ssh(host: LabHost, config: Path) -> None:
-    deadline = time.monotonic() + _START
-    while True:
-        done = subprocess.run(
-            ["ssh", "-F", str(config), "-o", "BatchMode=yes", host.name, "true"],
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=_START,
-        )
-        if done.returncode == 0:
-            return
-        assert time.monotonic() < deadline, f"no sshd answers on {host.name}: {done.stderr}"
-        time.sleep(0.1)
+    command = ["ssh", "-F", str(config), "-o", "BatchMode=yes", host.name, "true"]
+
+    def answers() -> bool:
+        return subprocess.run(command, capture_output=True, check=False, timeout=_START).returncode == 0
+
+    wait_until(answers, f"the sshd of {host.name}, which may say more in its log")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:

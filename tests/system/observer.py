@@ -185,6 +185,10 @@ class Observer:
         """A robot in the newest poses, or in the given ones."""
         return next(b for b in (poses or self.heard.poses[-1]).body.bodies if b.name == name)
 
+    def called(self, text: str) -> bool:
+        """Whether the referee has called this."""
+        return any(call.text == text for call in self.heard.calls)
+
     def moving(self, *names: str) -> bool:
         """Whether all of these robots drive, by the newest poses."""
         return bool(self.heard.poses) and all(abs(self.body(name).twist.v) > 0.1 for name in names)
@@ -204,6 +208,19 @@ class Observer:
                 return before.stamp
             before = poses
         return None
+
+    def stopped_at(self, name: str, since: int, before: str) -> float | None:
+        """Match time from which a robot stood, or at which it was driven by another process than before.
+
+        A player that was killed may be back before its robot stands.
+
+        Args:
+            since: the number of the first poses that count. before: who sent its drive commands.
+        """
+        began, drives = self.heard.poses[since - 1].stamp, self.heard.drives[name]
+        taken_over = next((drive.stamp for drive in drives if drive.stamp >= began and drive.sender != before), None)
+        found = (self.last_motion(name, since), taken_over)
+        return min((at for at in found if at is not None), default=None)
 
     def time_passes(self, seconds: float, what: str) -> None:
         """Wait until that much match time has gone by."""

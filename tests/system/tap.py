@@ -1,7 +1,5 @@
 """A listener on the CAN bus of a match."""
 
-import itertools
-
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
@@ -39,17 +37,6 @@ class Tap:
         """How many were on the bus after this monotonic time: on a busy machine some wait to be heard."""
         wanted = codec.frame_id(node, messages.Command.SET_INPUT_VEL)
         return sum(f.id == wanted and f.at > after for f in self.frames)
-
-    def late(self, *nodes: int, since: int) -> bool:
-        """Whether the watchdog of one of these has met a commander that was late, since frame number `since`."""
-        told = [codec.decode(beat) for node in nodes for beat in self._beats(node, since)]
-        watchdog = messages.AxisError.WATCHDOG_TIMER_EXPIRED
-        return any(beat.error & watchdog for beat in told if isinstance(beat, messages.Heartbeat))
-
-    def longest_silence(self, node: int) -> float:
-        """The longest time between two heartbeats of a drive, s. On a busy machine an emulated drive may be late."""
-        times = [beat.at for beat in self._beats(node)]
-        return max((after - before for before, after in itertools.pairwise(times)), default=0.0)
 
     def _beats(self, node: int, since: int = 0) -> list[Frame]:
         """The heartbeats that a drive has sent. A remote frame asks for one, and is none."""

@@ -28,6 +28,8 @@ PATIENCE = 180.0
 ON = ("--channel", INTERFACE)
 LATE = "no heartbeat|nothing has been heard of the bus|no setpoint came|but it is idle"
 """What a tool says of drives where it, or the process that emulates them, did not get to run in time."""
+MATCH = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, link=VCAN, can="")
+CALIBRATED = MATCH.replace("ratio = 50.0", 'calibration = "ann.cal.toml"')
 
 
 def vrg(*arguments: str, said: str = "") -> subprocess.CompletedProcess[str]:
@@ -180,10 +182,6 @@ def test_what_cannot_be_is_said(arguments: tuple[str, ...], words: str) -> None:
     assert done.returncode in (1, 2)
     assert words in " ".join((done.stdout + done.stderr).replace("│", " ").split())
     assert "Traceback" not in done.stderr
-
-
-MATCH = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, link=VCAN, can="")
-CALIBRATED = MATCH.replace("ratio = 50.0", 'calibration = "ann.cal.toml"')
 
 
 def test_calibrate_writes_a_file_that_the_robot_then_uses(node: Callable[..., object], tmp_path: Path) -> None:

@@ -9,12 +9,11 @@ import pygame
 import pytest
 
 from tests.system.harness import Helper, Match, helper, wait_until
-from tests.system.test_leases import STILL, lease_match
+from tests.system.test_leases import LED, STILL, lease_match
 from vrg.bus.pacing import LEASE
 
 pytestmark = pytest.mark.system
 
-REDS = ("red1", "red2", "red3", "red4")
 DIRECTIONS = (
     pygame.CONTROLLER_BUTTON_DPAD_UP,
     pygame.CONTROLLER_BUTTON_DPAD_RIGHT,
@@ -44,7 +43,7 @@ def coach(match: Match, folder: Path) -> Iterator[Helper]:
 
 def drive(hands: Helper, match: Match, index: int) -> None:
     """Select a player and drive it ahead."""
-    name = REDS[index]
+    name = LED[index]
     press(hands, DIRECTIONS[index])
     hands.do(f"button {pygame.CONTROLLER_BUTTON_RIGHTSHOULDER} 1", f"axis {pygame.CONTROLLER_AXIS_LEFTY} -1.0")
     match.observer.wait_moving(name)
@@ -53,12 +52,12 @@ def drive(hands: Helper, match: Match, index: int) -> None:
 
 def test_a_commander_that_dies_or_loses_its_gamepad_while_it_drives(tmp_path: Path) -> None:
     (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
-    with Match(tmp_path, lease_match(REDS), movers=()) as match:
+    with Match(tmp_path, lease_match(), movers=()) as match:
         observer = match.observer
         with coach(match, tmp_path) as hands:
-            for index, name in enumerate(REDS):
+            for index, name in enumerate(LED):
                 drive(hands, match, index)
-                others = [other for other in REDS if other != name]
+                others = [other for other in LED if other != name]
                 assert observer.standing(*others), "it drives one player alone"
                 # The same button again gives it back.
                 press(hands, DIRECTIONS[index])

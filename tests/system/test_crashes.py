@@ -7,8 +7,9 @@ import signal
 import psutil
 import pytest
 
+from tests.system.conftest import FAULTS
 from tests.system.harness import MINNOWS, PLAYERS, Match
-from tests.system.observer import Observer, takeover
+from tests.system.observer import takeover
 from vrg.bus.codec import Received
 from vrg.bus.messages import OfficialAction, RefereeState, Stage
 from vrg.config.rules import rulebook_of
@@ -21,10 +22,6 @@ from vrg.types import STILL
 
 pytestmark = pytest.mark.system
 
-FAULTS = pytest.mark.parametrize(
-    "fault",
-    [pytest.param(signal.SIGKILL, id="dies"), pytest.param(signal.SIGSTOP, id="hangs", marks=pytest.mark.thorough)],
-)
 STOP_TIME = 0.3
 """s of match time in which a robot that is left alone stands."""
 
@@ -37,14 +34,10 @@ def strike(match: Match, name: str, fault: signal.Signals) -> psutil.Process:
     return process
 
 
-def everybody_stands(observer: Observer) -> None:
-    observer.wait_until(observer.standing, "all robots to stand")
-
-
 def nobody_moves_before_resume(match: Match) -> None:
     """Robots stand while the match is halted, however long; then it is resumed."""
     observer = match.observer
-    everybody_stands(observer)
+    observer.wait_until(observer.standing, "all robots to stand")
     where = {name: observer.body(name).pose for name in PLAYERS}
     observer.time_passes(1.0, "halted")
     for name, pose in where.items():
@@ -72,20 +65,10 @@ def test_the_robot_of_a_player_that_fails_stops_and_plays_on_in_its_role(match: 
     since = len(observer.heard.poses)
     old = strike(match, "ann", fault)
     observer.look()
-    struck = observer.now
-    drives = observer.heard.drives["ann"]
-    number = drives[-1].sequence
-
-    def taken_over() -> float | None:
-        """When the next player of this name first drove the robot: it may come before the robot stands."""
-        return next((d.stamp for d in drives if d.stamp >= struck and d.sequence < number), None)
-
-    def stopped_at() -> float | None:
-        """When the robot stood, or was driven again."""
-        return min((at for at in (observer.last_motion("ann", since), taken_over()) if at is not None), default=None)
-
-    observer.wait_until(lambda: stopped_at() is not None, "ann's robot to stop")
-    stopped = stopped_at()
+    struck, drives = observer.now, observer.heard.drives["ann"]
+    sender = drives[-1].sender
+    observer.wait_until(lambda: observer.stopped_at("ann", since, sender) is not None, "ann's robot to stop")
+    stopped = observer.stopped_at("ann", since, sender)
     assert stopped is not None
     last_drive = max(d.stamp for d in drives if d.stamp < stopped)
     assert stopped <= max(last_drive, struck) + STOP_TIME
@@ -195,7 +178,7 @@ def test_robots_without_a_router_stop_and_everybody_reconnects(match: Match, fau
         match.go_on()
         return
     observer.wait_until(lambda: observer.state.halted, "the referee to be heard in HALT")
-    everybody_stands(observer)
+    observer.wait_until(observer.standing, "all robots to stand")
     # The longest gap is where nothing was heard.
     cut, _ = max(itertools.pairwise(poses[since - 1 :]), key=lambda pair: pair[1].stamp - pair[0].stamp)
     for name in PLAYERS:

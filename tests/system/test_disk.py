@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.system.harness import PLAYERS, Disk, Match, long_match, wait_until
+from tests.system.harness import PLAYERS, Match, long_match, wait_until
 from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction
 from vrg.coordinator.journal import read_journal
@@ -55,8 +55,8 @@ def still_open(folder: Path) -> Iterator[Path]:
         os.close(descriptor)
 
 
-def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., Match], small_disk: Disk) -> None:
-    match = start(long_match("crowded"), disk=small_disk)
+def test_a_full_disk_halts_the_match_and_loses_nothing(start: Callable[..., Match], small_disk: Path) -> None:
+    match = start(long_match("crowded"), small_disk=small_disk)
     observer = match.observer
     wait_until(lambda: recorded(match.run), "the recorder to have written something")
     filler = match.run.path / "filler"

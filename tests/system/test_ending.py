@@ -1,7 +1,6 @@
 """How a match ends: by its rules, by its user, by an accident. No process is ever left behind."""
 
 import json
-import signal
 from collections.abc import Callable
 from pathlib import Path
 
@@ -51,23 +50,6 @@ def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None
         assert statistics["ticks"] > 50
         assert statistics["dropped"] == 0
     assert not list((run.path).glob(".*")), "no half-written file is left"
-
-
-@pytest.mark.thorough  # one that is interrupted while people watch it ends in test_web
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["Ctrl-C", "SIGTERM"])
-def test_a_match_that_is_interrupted_says_so_and_leaves_nobody(
-    start: Callable[..., Match], number: signal.Signals
-) -> None:
-    match = start(long_match("interrupted"))
-    match.launcher.send_signal(number)
-    assert match.wait_ended() == 130
-    assert "Interrupted" in match.said()
-    assert "killed" not in match.said()
-    result = json.loads(match.run.result.read_text())
-    assert result["ended"] == "interrupted"
-    assert result["winner"] is None
-    assert set(read_tracks(match.run.recording)) == set(PLAYERS)
-    read_journal(match.run.journal)
 
 
 @pytest.mark.thorough

@@ -94,28 +94,11 @@ def replaced(match: Match, host: LabHost, kind: str, name: str, old: psutil.Proc
     match.observer.wait_until(another, f"{name or kind} to be started again on {host.name}", PATIENCE)
 
 
-def stopped_at(match: Match, name: str, since: int, before: str) -> float | None:
-    """The match time from which a robot stood, or at which it was driven by another process than before.
-
-    Args:
-        since: the number of the first poses that count. before: who sent its drive commands.
-    """
-    observer = match.observer
-    began = observer.heard.poses[since - 1].stamp
-    drives = observer.heard.drives[name]
-    taken_over = next((drive.stamp for drive in drives if drive.stamp >= began and drive.sender != before), None)
-    found = (observer.last_motion(name, since), taken_over)
-    return min((at for at in found if at is not None), default=None)
-
-
 def stood_within(match: Match, name: str, since: int, before: str, seconds: float) -> None:
-    """A robot stood so soon after the poses of number `since`, or after its last command, which may have come later.
-
-    A player that was killed may be back before its robot stands.
-    """
+    """A robot stood so soon after the poses of number `since`, or after its last command, which may have come later."""
     observer = match.observer
-    observer.wait_until(lambda: stopped_at(match, name, since, before) is not None, f"{name} to stand", PATIENCE)
-    stopped = stopped_at(match, name, since, before)
+    observer.wait_until(lambda: observer.stopped_at(name, since, before) is not None, f"{name} to stand", PATIENCE)
+    stopped = observer.stopped_at(name, since, before)
     assert stopped is not None
     drives = [d.stamp for d in observer.heard.drives[name] if d.sender == before and d.stamp <= stopped]
     last = max([observer.heard.poses[since - 1].stamp, *drives])
@@ -196,18 +179,10 @@ def test_a_host_whose_link_stays_cut_stops_its_own_processes_and_comes_back(matc
     match.wait_said("h1 is back: world runs again")
 
 
-@pytest.mark.thorough
-def test_a_machine_that_does_not_answer_halts_play_and_its_players_are_not_blamed(match: Match, lab: Lab) -> None:
-    observer, host = match.observer, lab.hosts["h3"]
-    host.cut()
-    try:
-        observer.wait_until(lambda: "h3 does not answer (bob)" in (observer.state.halted or ""), "a halt")
-        observer.wait_until(observer.standing, "all robots to stand")
-        observer.time_passes(6.0, "a player that is silent for so long in play has failed")
-        assert "bob has not reported" not in (observer.state.halted or "")
-    finally:
-        host.mend()
-    plays_on(match)
+def hosts_end(lab: Lab) -> None:
+    """Wait until nobody is left on any host."""
+    for host in lab.hosts.values():
+        wait_until(lambda host=host: not host.processes(), f"all on {host.name} to end")  # type: ignore[misc]
 
 
 def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Match) -> None:
@@ -218,8 +193,7 @@ def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Ma
             assert host.processes(), host.name
         match.launcher.kill()
         match.launcher.wait()
-        for host in lab.hosts.values():
-            wait_until(lambda host=host: not host.processes(), f"all on {host.name} to end")  # type: ignore[misc]
+        hosts_end(lab)
         wait_until(lambda: not match.survivors(), "all here to end")
         keys = match.seats
         assert keys is not None
@@ -229,13 +203,16 @@ def test_a_killed_launcher_leaves_nobody_behind_on_any_host(lab: Lab, shared: Ma
 
 
 @pytest.mark.thorough
-def test_roboflag_over_three_hosts_is_played_to_its_end(lab: Lab, tmp_path: Path, shared: Match) -> None:
+def test_roboflag_over_three_hosts_and_a_bad_radio_is_played_to_its_end(
+    lab: Lab, tmp_path: Path, shared: Match
+) -> None:
     shared.close()
     text = GAMES.get("roboflag").default_match().read_text(encoding="utf-8")
     text = text.replace('engine = "pybullet"', 'engine = "planar"\nrate = 3.0')
     text = text.replace(
         "[rules]",
-        f'{lab.tables()}\n[place]\nworld = "h1"\nreferee = "h2"\nrecorder = "h3"\nrouter = "h1"\n\n[rules]\n'
+        f'{lab.tables()}\n[place]\nworld = "h1"\nreferee = "h2"\nrecorder = "h3"\nrouter = "h1"\n'
+        "\n[radio]\nloss = 0.5\ndelay = 0.2\njitter = 0.1\n\n[rules]\n"
         "round_time = 6.0\nsudden_death = 3.0\nlineup_limit = 15.0\n",
     )
     for number, name in enumerate(("red1", "red2", "red3", "blue1", "blue2", "blue3"), 2):
@@ -245,6 +222,9 @@ def test_roboflag_over_three_hosts_is_played_to_its_end(lab: Lab, tmp_path: Path
     result = json.loads(match.run.result.read_text())
     assert result["ended"] == "game over"
     assert set(result["processes"]) >= {"world", "referee", "recorder", "red1", "red4", "blue2"}
+    links = [link for process in result["processes"].values() for link in process.get("radio", {}).values()]
+    assert result["radio"]["lost"] == sum(link["lost"] for link in links) > 0
+    assert all(0.2 <= link["delay"] <= 0.3 for link in links if link["arrived"])
     assert len(read_tracks(match.run.recordings())) == 8
     assert match.run.plot.stat().st_size > 10_000
     for host in lab.hosts.values():
@@ -261,14 +241,9 @@ def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path:
     )
     (tmp_path / "match.toml").write_text(text, encoding="utf-8")
     command = [sys.executable, "-P", "-m", "vrg", "doctor", "--json", "match.toml"]
+    environment = {**os.environ, **lab.environment}
     done = subprocess.run(
-        command,
-        env={**os.environ, **lab.environment},
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
+        command, env=environment, cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False
     )
     assert done.returncode == 1, done.stderr
     found = json.loads(done.stdout)
@@ -277,7 +252,6 @@ def test_the_doctor_checks_every_machine_and_says_what_to_do(lab: Lab, tmp_path:
     assert "reached at t" in good["router"]
     (h2,) = found["h2"]
     assert "No route to host: is the machine switched on" in h2["text"]
-    assert "`ssh 10.77.0.99 true` must work without a question" in h2["text"]
     (h3,) = found["h3"]
     assert "write where it is into [machines.h3]" in h3["text"]
     assert lab.hosts["h1"].processes() == []
@@ -340,8 +314,7 @@ def test_wall_clocks_that_are_wrong_and_are_set_in_the_match_harm_nothing_and_a_
         assert "does not answer" not in match.said()
         match.launcher.send_signal(signal.SIGSTOP)
         try:
-            for host in lab.hosts.values():
-                wait_until(lambda host=host: not host.processes(), f"all on {host.name} to end")  # type: ignore[misc]
+            hosts_end(lab)
         finally:
             match.launcher.send_signal(signal.SIGCONT)
             match.launcher.kill()

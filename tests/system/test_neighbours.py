@@ -1,6 +1,5 @@
 """Several matches on one machine, of people who know nothing of each other."""
 
-import contextlib
 from pathlib import Path
 
 import pytest
@@ -13,14 +12,10 @@ pytestmark = [pytest.mark.system, pytest.mark.thorough]
 
 def test_two_matches_that_start_at_once_are_both_played(arena: Arena, tmp_path: Path) -> None:
     arena.clear()
-    with contextlib.ExitStack() as stack:
-        matches = []
-        for name in ("left", "right"):
-            folder = tmp_path / name
-            folder.mkdir()
-            matches.append(Match(folder, long_match("same")))
-            stack.callback(matches[-1].close)
-        left, right = (match.__enter__() for match in matches)
+    for name in ("left", "right"):
+        (tmp_path / name).mkdir()
+    matches = [Match(tmp_path / name, long_match("same")) for name in ("left", "right")]
+    with matches[0] as left, matches[1] as right:
         assert left.endpoint != right.endpoint
         left.command("official", "halt")
         left.observer.wait_until(lambda: left.observer.state.halted, "the halt of one")

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.system.conftest import Arena
+from tests.system.conftest import FAULTS, Arena
 from tests.system.harness import MINNOWS, Match, long_match, short_match
 from vrg.bus.messages import Stage
 from vrg.launch.launched import LINGER
@@ -23,10 +23,7 @@ def watched(arena: Arena, display: str) -> Iterator[Match]:
     match.close()
 
 
-@pytest.mark.parametrize(
-    "fault",
-    [pytest.param(signal.SIGKILL, id="dies"), pytest.param(signal.SIGSTOP, id="hangs", marks=pytest.mark.thorough)],
-)
+@FAULTS
 def test_a_window_that_fails_is_opened_again_and_play_goes_on(watched: Match, fault: signal.Signals) -> None:
     observer = watched.observer
 

@@ -1,5 +1,6 @@
 """How a match starts where something is amiss, and what a stall of the machine does to it."""
 
+import json
 import os
 import signal
 import threading
@@ -11,7 +12,6 @@ import psutil
 import pytest
 
 from tests.system.harness import PLAYERS, Match, long_match, patient, short_match, wait_until
-from tests.system.observer import Observer
 
 pytestmark = pytest.mark.system
 
@@ -76,16 +76,12 @@ def test_an_import_that_blocks_harms_its_own_player_alone(start: Callable[..., M
     observer.wait_moving("ann", "cid")
     assert observer.standing("bob")
     # A player that stays away is out, and the others play on. It is back from the next pass once it is there again.
-    observer.wait_until(lambda: _called(observer, "bob is disqualified: it has not reported for 5 s"), "bob to be out")
+    observer.wait_until(lambda: observer.called("bob is disqualified: it has not reported for 5 s"), "bob to be out")
     observer.wait_moving("ann", "cid")
     (tmp_path / "blocks").unlink()
     match.child("bob").kill()
-    observer.wait_until(lambda: _called(observer, "bob plays again from the next pass"), "bob to be back")
+    observer.wait_until(lambda: observer.called("bob plays again from the next pass"), "bob to be back")
     assert {name: match.child(name).pid for name in others} == before
-
-
-def _called(observer: Observer, text: str) -> bool:
-    return any(call.text == text for call in observer.heard.calls)
 
 
 @pytest.mark.parametrize("with_launcher", [True, False], ids=["everything", "all-but-the-launcher-and-the-router"])
@@ -128,5 +124,8 @@ def test_a_match_goes_on_without_its_fork_server(start: Callable[..., Match], fa
     # Whether the referee has missed bob, and when it says so, is a matter of speed.
     match.go_on()
     assert all(psutil.pid_exists(before[name]) for name in PLAYERS if name != "bob")
-    match.launcher.send_signal(signal.SIGINT)
+    match.launcher.send_signal(signal.SIGTERM)
     assert match.wait_ended() == 130
+    assert "Interrupted" in match.said()
+    result = json.loads(match.run.result.read_text())
+    assert (result["ended"], result["winner"]) == ("interrupted", None)
