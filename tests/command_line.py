@@ -5,8 +5,10 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import pytest
+from click.testing import Result
+from typer.testing import CliRunner
 
-from vrg.cli import main
+from vrg.cli import main, make_app
 
 
 class Done(NamedTuple):
@@ -34,3 +36,8 @@ def command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
         return Done(status if isinstance(status, int) else 0, *capsys.readouterr())
 
     return run
+
+
+def invoke(*arguments: str) -> Result:
+    """What a command has come to, its exception included."""
+    return CliRunner().invoke(make_app(), list(arguments))

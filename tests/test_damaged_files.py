@@ -14,13 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.writer import Writer
-from typer.testing import CliRunner
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
+from tests.command_line import invoke
 from tests.damage import deep, mutants
 from tests.tiny import TINY
-from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import read_setup
 from vrg.coordinator.evidence import read_evidence
@@ -60,7 +59,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("played")
     (folder / "match.toml").write_text(TINY)
     options = ["--in-process", "--headless", "--rate", "max", "--runs", str(folder / "runs")]
-    done = CliRunner().invoke(make_app(), ["play", str(folder / "match.toml"), *options])
+    done = invoke("play", str(folder / "match.toml"), *options)
     assert done.exit_code == 0, done.output
     return next((folder / "runs").iterdir())
 
@@ -74,7 +73,7 @@ def outcome(command: str, run: Path, other: Path) -> str:
     """What a command prints about a run; nothing but an error in words ends it."""
     name, *options = command.split()
     words = {"list": [str(run.parent)], "diff": [str(run), str(other)]}.get(name, [str(run), *options])
-    done = CliRunner().invoke(make_app(), ["run", name, *words])
+    done = invoke("run", name, *words)
     if done.exception is not None and not isinstance(done.exception, VrgError | SystemExit):
         raise done.exception
     assert "\x1b" not in done.output, "what a file says steers no terminal"

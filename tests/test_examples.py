@@ -5,17 +5,15 @@ import os
 from pathlib import Path
 
 from mcap.reader import make_reader
-from typer.testing import CliRunner
 
-from vrg.cli import make_app
+from tests.command_line import invoke
 
 ROOT = Path(__file__).parents[1]
 
 
 def test_a_match_with_players_of_ones_own_is_played(tmp_path: Path) -> None:
     match = str(ROOT / "examples" / "my_match.toml")
-    command = ["play", match, "--in-process", "--engine", "planar", "--runs", str(tmp_path)]
-    done = CliRunner().invoke(make_app(), command)
+    done = invoke("play", match, "--in-process", "--engine", "planar", "--runs", str(tmp_path))
     assert done.exit_code == 0, done.output
     run = next(tmp_path.iterdir())
     result = json.loads((run / "result.json").read_text())
@@ -38,5 +36,5 @@ def test_the_player_in_the_readme_is_the_example(tmp_path: Path) -> None:
     (tmp_path / "circler.py").write_text(code)
     text = (ROOT / "examples" / "my_match.toml").read_text().replace("my_minnow.py:WallHugger", "circler.py:Circler")
     (tmp_path / "match.toml").write_text(text)
-    done = CliRunner().invoke(make_app(), ["check", str(tmp_path / "match.toml")])
+    done = invoke("check", str(tmp_path / "match.toml"))
     assert done.exit_code == 0, done.exception

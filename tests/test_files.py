@@ -5,10 +5,9 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.tiny import TINY
-from vrg.cli import make_app
 from vrg.commands.drafts import choices_in, recent_matches
 from vrg.errors import FileError
 from vrg.files import read_text, records_of, text_of, write_whole
@@ -51,7 +50,7 @@ def test_a_match_that_notepad_has_saved_is_good_and_is_listed(tmp_path: Path, mo
     for encoding in ("utf-8-sig", "utf-16"):
         Path("yard.toml").write_text(yard, encoding=encoding)
         Path("m.toml").write_text(TINY.replace('"open"', '"yard.toml"'), encoding=encoding)
-        done = CliRunner().invoke(make_app(), ["check", "m.toml"])
+        done = invoke("check", "m.toml")
         assert "m.toml: good" in done.output, done.exception
         assert [recent.match.name for recent in recent_matches(tmp_path / "runs", tmp_path)] == ["m.toml"]
         assert choices_in(tmp_path).maps == ("yard.toml",)

@@ -5,12 +5,11 @@ from pathlib import Path
 
 import pytest
 from click.testing import Result
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from vrg.bus.access import rules
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration
-from vrg.cli import make_app
 from vrg.commands import node
 from vrg.commands.keys import seat_of
 from vrg.commands.page import open_page, reached_at
@@ -31,7 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def keys(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app(), ["keys", *arguments])
+    return invoke("keys", *arguments)
 
 
 def shown(folder: Path) -> dict[str, dict[str, object]]:
@@ -109,15 +108,13 @@ def test_the_routers_configuration_is_one_that_zenoh_takes(folder: Path, tmp_pat
     assert json.loads(printed.output)["access_control"] == settings["access_control"]
 
 
-@pytest.mark.parametrize("environment", [{}, {"VRG_KEYS": "somewhere"}])
-def test_no_router_lets_everybody_in_that_was_given_keys(
-    environment: dict[str, str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_no_router_lets_everybody_in_that_was_given_keys(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(node, "serve_router", lambda *_, **__: pytest.fail("a router was started"))
-    typed = [] if environment else ["--keys", "somewhere"]
-    done = CliRunner().invoke(make_app(), ["node", "router", *typed], env=environment)
-    assert isinstance(done.exception, ConfigError)
-    assert "expected the match file whose seats have the keys in somewhere" in str(done.exception)
+    typed = invoke("node", "router", "--keys", "somewhere")
+    monkeypatch.setenv("VRG_KEYS", "somewhere")
+    for done in (typed, invoke("node", "router")):
+        assert isinstance(done.exception, ConfigError)
+        assert "expected the match file whose seats have the keys in somewhere" in str(done.exception)
 
 
 @pytest.mark.parametrize("text", ["", "playr.ann", "player", "world.ann", ".", "host.../../evil", "player.a/b"])

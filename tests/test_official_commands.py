@@ -8,17 +8,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
-from click.testing import Result
 from msgspec import structs
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease
 from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.session import open_router, open_session
 from vrg.bus.topics import Keys
-from vrg.cli import make_app
 from vrg.commands import estop as stopping
 from vrg.commands.matches import keys_of
 from vrg.commands.options import whole_target
@@ -56,21 +54,17 @@ def listed(*names: str, folder: str | None = None, **keys: str) -> Iterator[None
         yield
 
 
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app(), list(arguments))
-
-
 def test_an_emergency_stop_reaches_every_match_that_can_be_reached_and_says_which(
     ordered: list[tuple[str, bool]],
 ) -> None:
     with listed("left", "dead", "right", folder="/somewhere/else"):
-        done = run("estop")
+        done = invoke("estop")
     assert done.exit_code == 1
     assert sorted(ordered) == [("left", True), ("right", True)]
     for said in ("left: emergency stop engaged", "right: emergency stop engaged", "dead: nobody answers"):
         assert said in done.output
     with listed("left"):
-        assert run("estop").exit_code == 0
+        assert invoke("estop").exit_code == 0
 
 
 def test_each_match_that_runs_here_is_stopped_with_its_own_keys_unless_others_are_typed(
@@ -81,7 +75,7 @@ def test_each_match_that_runs_here_is_stopped_with_its_own_keys_unless_others_ar
     used: dict[str, Path | None] = {}
     monkeypatch.setattr(stopping, "_order_estop", lambda name, _at, keys, _order: used.update({name: keys}))
     with listed("left", "right", right="/own"):
-        assert run("estop").exit_code == 0
+        assert invoke("estop").exit_code == 0
         assert used == {"left": Path("/others"), "right": Path("/own")}
         here, elsewhere = "tls/127.0.0.1:5", "tls/10.0.0.5:1"
         assert keys_of(here, Path("/others")) == Path("/own")
@@ -132,18 +126,18 @@ def test_who_may_not_stop_or_release_is_told_so(keys: KeysFolder, tmp_path: Path
 
 def test_a_release_must_say_which_of_several(ordered: list[tuple[str, bool]]) -> None:
     with listed("left", "right"):
-        assert isinstance(run("estop", "--release").exception, ConfigError)
-        run("estop", "--release", "left")
+        assert isinstance(invoke("estop", "--release").exception, ConfigError)
+        invoke("estop", "--release", "left")
     assert ordered == [("left", False)]
 
 
 def test_somebody_elses_match_must_be_named(ordered: list[tuple[str, bool]]) -> None:
     with listed("theirs", folder="/somewhere/else"):
         for command in (("estop", "--release"), ("official", "resume")):
-            done = run(*command)
+            done = invoke(*command)
             assert isinstance(done.exception, ConfigError)
             assert "the only match that runs here is theirs, started in /somewhere/else" in str(done.exception)
-        run("estop", "--release", "theirs")
+        invoke("estop", "--release", "theirs")
     assert ordered == [("theirs", False)]
 
 
@@ -177,7 +171,7 @@ def test_a_release_tells_whether_there_was_a_stop() -> None:
         thread = threading.Thread(target=referee)
         thread.start()
         try:
-            first, second = (run("estop", "--release", "m", "--router", endpoint) for _ in range(2))
+            first, second = (invoke("estop", "--release", "m", "--router", endpoint) for _ in range(2))
         finally:
             ended.set()
             thread.join()

@@ -11,10 +11,9 @@ os.environ["SDL_AUDIODRIVER"] = "dummy"
 
 import pygame
 import pytest
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.system.harness import short_match
-from vrg.cli import make_app
 from vrg.commands.replay import replay_window
 from vrg.config.setup import read_setup
 from vrg.coordinator.journal import read_journal
@@ -32,7 +31,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("replay")
     (folder / "match.toml").write_text(short_match("short"), encoding="utf-8")
     command = ["play", str(folder / "match.toml"), "--in-process", "--engine", "planar", "--runs", str(folder / "runs")]
-    done = CliRunner().invoke(make_app(), command)
+    done = invoke(*command)
     assert done.exit_code == 0, done.output
     return next((folder / "runs").iterdir())
 
@@ -89,7 +88,7 @@ def test_the_command_shows_what_is_whole_of_a_recording_until_the_window_is_clos
 
     monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
     monkeypatch.setattr(ReplayWindow, "frame", frame)
-    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
+    done = invoke("run", "replay", str(run))
     assert (done.exit_code, shown) == (0, ["VRG: short, recorded"])
     assert window.note in done.output
 
@@ -130,7 +129,7 @@ def test_what_cannot_be_shown_is_said(
     damage(run)
     if "display" not in said:
         monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
-    done = CliRunner().invoke(make_app(), ["run", "replay", str(run)])
+    done = invoke("run", "replay", str(run))
     assert isinstance(done.exception, LaunchError), done.output
     assert said in str(done.exception)
 

@@ -7,10 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from click.testing import Result
-from typer.testing import CliRunner
 
-from vrg.cli import make_app
+from tests.command_line import invoke
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, ended_run
 from vrg.commands.options import write_text
@@ -47,10 +45,6 @@ def running(run: Path, name: str = "courtyard", port: int = 1) -> Iterator[None]
     entry = RunningMatch(name, f"tcp/127.0.0.1:{port}", str(run.resolve()), os.getpid(), folder=str(Path.cwd()))
     with registered(entry):
         yield
-
-
-def invoke(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app(), list(arguments))
 
 
 def test_runs_are_listed_with_how_each_ended_the_newest_first() -> None:

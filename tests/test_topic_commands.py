@@ -8,15 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import Result
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.ui import synthetic
 from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import Outgoing
 from vrg.bus.messages import CameraRequest, Clock, PlayerStatus, Stage
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
-from vrg.cli import make_app
 from vrg.commands import sensors, topic
 from vrg.commands.matches import Attached
 from vrg.errors import BusError, ConfigError, LaunchError
@@ -75,7 +74,7 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
         monkeypatch.setattr(sensors, "first_state", lambda *_: OVER)
         monkeypatch.setattr(sensors, "RENEW", 0.0)
         monkeypatch.setattr(sensors, "PICTURE_TIMEOUT", 5.0 if bus.pictures else 0.2)
-        return CliRunner().invoke(make_app(), list(arguments))
+        return invoke(*arguments)
 
     return command
 
