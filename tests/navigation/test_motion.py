@@ -14,18 +14,13 @@ def test_a_steady_velocity_is_found() -> None:
     assert estimator.velocities["a"] == pytest.approx((0.5, -0.2), abs=1e-3)
 
 
-def test_the_first_sighting_tells_no_velocity() -> None:
+def test_the_first_sighting_tells_no_velocity_and_the_same_one_twice_changes_nothing() -> None:
     estimator = VelocityEstimator()
-    estimator.update(5.0, {"a": (3.0, 4.0)})
+    estimator.update(0.0, {"a": (3.0, 4.0)})
     assert estimator.velocities["a"] == (0.0, 0.0)
-
-
-def test_the_same_sighting_twice_changes_nothing() -> None:
-    estimator = VelocityEstimator()
-    estimator.update(0.0, {"a": (0.0, 0.0)})
-    estimator.update(0.1, {"a": (0.1, 0.0)})
+    estimator.update(0.1, {"a": (3.1, 4.0)})
     before = estimator.velocities["a"]
-    estimator.update(0.1, {"a": (0.1, 0.0)})
+    estimator.update(0.1, {"a": (3.1, 4.0)})
     assert estimator.velocities["a"] == before
 
 
@@ -39,21 +34,12 @@ def test_when_time_steps_back_far_it_begins_anew() -> None:
     assert estimator.velocities["a"][0] > 0
 
 
-def test_a_top_speed_is_believed_only_after_some_driving() -> None:
+def test_a_top_speed_is_believed_only_after_some_driving_and_standing_still_teaches_nothing() -> None:
     top = TopSpeed(0.7)
-    for i in range(20):
-        top.update(i * 0.1, 0.5)
-    assert top.value == 0.7
-    for i in range(20, 40):
-        top.update(i * 0.1, 0.5)
-    assert top.value == 0.5
-
-
-def test_standing_still_teaches_nothing() -> None:
-    top = TopSpeed(0.7)
-    for i in range(100):
-        top.update(i * 0.1, 0.0)
-    assert top.value == 0.7
+    for begin, end, speed, believed in ((0, 100, 0.0, 0.7), (100, 120, 0.5, 0.7), (120, 140, 0.5, 0.5)):
+        for i in range(begin, end):
+            top.update(i * 0.1, speed)
+        assert top.value == believed
 
 
 def test_noise_does_not_make_a_robot_believe_that_it_is_faster_than_it_is() -> None:
