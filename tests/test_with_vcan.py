@@ -168,30 +168,21 @@ def test_a_signal_reaches_the_command_which_ends_as_it_likes(start: Start) -> No
 
 
 @pytest.mark.thorough
-def test_two_run_at_once_and_leave_no_files(start: Start, tmp_path: Path) -> None:
+def test_several_run_at_once_and_however_they_end_nothing_is_left(start: Start, tmp_path: Path) -> None:
     folder = tmp_path / "temporary"
     folder.mkdir()
     environment = os.environ | {"TMPDIR": str(folder)}
-    both = [start(sys.executable, "-c", SAYS_HOW_IT_ENDS, env=environment) for _ in range(2)]
-    for running in both:
+    interrupted, terminated, killed = (start(sys.executable, "-c", SAYS_HOW_IT_ENDS, env=environment) for _ in range(3))
+    for running in (interrupted, terminated, killed):
         running.wait_for("ready")
-    both[0].process.send_signal(signal.SIGINT)
-    assert both[0].status() == 42
-    assert both[1].process.poll() is None
-    both[1].process.send_signal(signal.SIGTERM)
-    assert both[1].status() == 55
-    assert both[1].out == "ready\ngot SIGTERM\n"
-    assert list(folder.iterdir()) == []
-
-
-@pytest.mark.thorough
-def test_when_with_vcan_is_killed_nothing_is_left(start: Start, tmp_path: Path) -> None:
-    folder = tmp_path / "temporary"
-    folder.mkdir()
-    running = start(sys.executable, "-c", SAYS_HOW_IT_ENDS, env=os.environ | {"TMPDIR": str(folder)})
-    running.wait_for("ready")
-    running.process.kill()
-    running.process.wait(PATIENCE)
+    interrupted.process.send_signal(signal.SIGINT)
+    assert interrupted.status() == 42
+    assert terminated.process.poll() is None
+    terminated.process.send_signal(signal.SIGTERM)
+    assert terminated.status() == 55
+    assert terminated.out == "ready\ngot SIGTERM\n"
+    killed.process.kill()
+    killed.process.wait(PATIENCE)
     wait_until(lambda: not list(folder.iterdir()), "what with-vcan made to be removed", patience=PATIENCE)
     wait_until(lambda: not processes_that_name(folder), "what with-vcan started to end", patience=PATIENCE)
 
