@@ -1,18 +1,22 @@
 """A match that is over in a moment, and strategies that play it in all kinds of ways."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 
+import psutil
 import pytest
+from msgspec import structs
 
 from tests.warm import WarmServers
 from vrg.bus.stopping import StopSignal
 from vrg.cli import main
 from vrg.config.loading import load_match
 from vrg.evaluation.contenders import contenders
-from vrg.evaluation.experiment import define
+from vrg.evaluation.experiment import Definition, define
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import GameRecord, Pairing
 from vrg.evaluation.running import Experiment
@@ -128,6 +132,15 @@ def match(tmp_path: Path) -> Path:
     return match_in(tmp_path)
 
 
+WITH_RAY = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed: pip install -e '.[cluster]'")
+
+
+def alive(processes: Iterable[psutil.Process]) -> bool:
+    """Whether one of these runs."""
+    running = {p for p in psutil.process_iter(["status"]) if p.info["status"] != psutil.STATUS_ZOMBIE}
+    return not running.isdisjoint(processes)
+
+
 class Never:
     """A stop signal that is not set."""
 
@@ -136,6 +149,22 @@ class Never:
 
     def wait(self, timeout: float) -> bool:
         return False
+
+
+def definition(match: Path, seed: int, *names: str, limit: float = 3600.0) -> Definition:
+    """An experiment of two strategies."""
+    return define(load_match(match), contenders([target(match, name) for name in names]), seed=seed, limit=limit)
+
+
+@contextmanager
+def experiment(
+    match: Path, first: str, second: str, out: str, *, pairs: int, seed: int, limit: float = 3600.0
+) -> Iterator[Experiment]:
+    """An experiment of two strategies in a folder of its own, in which all games are to be played."""
+    defined = definition(match, seed, first, second, limit=limit)
+    with ExperimentFolder(match.parent / out, defined) as folder:
+        pairing = Pairing(*(contender.label for contender in defined.contenders))
+        yield Experiment(folder, load_match(match), {pairing: Series(pairs, 0.95, play_all=True)})
 
 
 Play = Callable[..., list[GameRecord]]
@@ -155,19 +184,13 @@ def play(match: Path) -> Play:
         seed: int = 0,
         sealed: bool = False,
         limit: float = 3600.0,
-        play_all: bool = True,
         stop: StopSignal | None = None,
         told: Callable[[GameRecord], None] = lambda _: None,
     ) -> list[GameRecord]:
         if not sealed:
             unsealed(match)
-        setup = load_match(match)
-        found = contenders([target(match, name) for name in (first, second)])
-        definition = define(setup, found, seed=seed, limit=limit)
-        series = {Pairing(found[0].label, found[1].label): Series(pairs, 0.95, play_all=play_all)}
-        with ExperimentFolder(match.parent / out, definition) as folder:
-            running = Experiment(folder, setup, series)
-            running.run(Workers(jobs, folder, running.setup), stop or Never(), told)
+        with experiment(match, first, second, out, pairs=pairs, seed=seed, limit=limit) as running:
+            running.run(Workers(jobs, running.folder, running.setup), stop or Never(), told)
             return running.rows()
 
     return run
@@ -176,6 +199,11 @@ def play(match: Path) -> Play:
 def target(match: Path, name: str) -> str:
     """A strategy of `players.py` with its whole path; a registered one as it is."""
     return name if name == "sharks-and-minnows" else f"{match.parent / 'players.py'}:{name}"
+
+
+def timeless(rows: list[GameRecord]) -> list[GameRecord]:
+    """The same without the real time that each game took."""
+    return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0)) for row in rows]
 
 
 @dataclass(frozen=True)

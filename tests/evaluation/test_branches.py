@@ -6,7 +6,6 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import msgspec
 import pytest
 from pyarrow import parquet
 from typer.testing import CliRunner
@@ -16,7 +15,7 @@ from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import define, origin_at
-from vrg.evaluation.folder import ExperimentFolder
+from vrg.evaluation.folder import ExperimentFolder, read_records
 from vrg.evaluation.games import GameRecord, Pairing
 from vrg.launch.run_folder import RunFolder
 
@@ -46,7 +45,7 @@ def run(recorded: Path, match: Path) -> str:
 
 
 def rows(folder: Path) -> list[GameRecord]:
-    return [msgspec.json.decode(line, type=GameRecord) for line in (folder / "games.jsonl").read_bytes().splitlines()]
+    return read_records(folder / "games.jsonl", GameRecord)
 
 
 def test_one_team_goes_on_by_each_strategy_with_the_same_noise(vrg: Callable[..., Done], run: str, match: Path) -> None:

@@ -1,12 +1,10 @@
 """The commands `vrg compare` and `vrg tournament`: what they print, write and refuse."""
 
-import importlib.util
 import json
 import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -14,7 +12,8 @@ import psutil
 import pytest
 from pyarrow import csv, parquet
 
-from tests.evaluation.conftest import OWN, Done, target
+from tests.evaluation.conftest import OWN, WITH_RAY, Done, alive, target
+from tests.system.harness import wait_until
 
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
 PATIENCE = 180.0
@@ -50,19 +49,8 @@ def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Don
 
 
 def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[..., Done], tmp_path: Path) -> None:
-    strategies = ("players.py:Lazy", "sharks-and-minnows")
-    done = vrg(
-        "tournament",
-        *strategies,
-        "--match",
-        "tiny.toml",
-        "--games",
-        "2",
-        "--mirror",
-        "--no-sandbox",
-        "--output",
-        "here",
-    )
+    command = ("tournament", "players.py:Lazy", "sharks-and-minnows", "--match", "tiny.toml", "--games", "2")
+    done = vrg(*command, "--mirror", "--no-sandbox", "--output", "here")
     assert done.status == 0
     assert "1. sharks-and-minnows, 2. Lazy" in done.out
     pairings = parquet.read_table(tmp_path / "here" / "pairings.parquet").to_pylist()
@@ -158,55 +146,21 @@ def test_a_strategy_that_is_not_there_is_told_before_a_game_is_played(
     assert not (tmp_path / "here").exists()
 
 
-def command_of(match: Path, *more: str) -> list[str]:
-    """A comparison that takes long."""
-    strategies = ("sharks-and-minnows", target(match, "Ahead"))
-    words = ["compare", *strategies, "--match", "sharks-and-minnows", *LONG, *more]
-    return [sys.executable, "-P", "-m", "vrg", *words]
-
-
 def started(match: Path, *more: str, group: bool = False) -> subprocess.Popen[str]:
-    """The same, once a game has been played."""
+    """A comparison that takes long, once a game has been played."""
+    words = ["compare", "sharks-and-minnows", target(match, "Ahead"), "--match", "sharks-and-minnows", *LONG, *more]
     process = subprocess.Popen(
-        command_of(match, *more),
-        cwd=match.parent,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        start_new_session=group,
-    )
+        [sys.executable, "-P", "-m", "vrg", *words], cwd=match.parent, stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT, text=True, start_new_session=group,
+    )  # fmt: skip
     record = match.parent / "long" / "games.jsonl"
     before = record.stat().st_size if record.exists() else 0
-    wait_until(lambda: process.poll() is not None or (record.exists() and record.stat().st_size > before))
+    wait_until(lambda: process.poll() is not None or (record.exists() and record.stat().st_size > before), "a game")
     assert process.poll() is None, f"it ended with status {process.returncode}: {process.communicate()[0]}"
     return process
 
 
-def wait_until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.05)
-
-
-def alive(processes: Sequence[psutil.Process]) -> bool:
-    return any(lives(process) for process in processes)
-
-
-def lives(process: psutil.Process) -> bool:
-    try:
-        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
-    except psutil.NoSuchProcess:
-        return False
-
-
-RAY = pytest.param(
-    ("--ray", "local"),
-    marks=pytest.mark.skipif(
-        importlib.util.find_spec("ray") is None, reason="ray is not installed: pip install -e '.[cluster]'"
-    ),
-    id="ray",
-)
+RAY = pytest.param(("--ray", "local"), marks=WITH_RAY, id="ray")
 WHERE = pytest.mark.parametrize("where", [pytest.param((), id="processes"), RAY])
 
 
@@ -242,7 +196,7 @@ def test_a_comparison_that_is_killed_leaves_no_process_behind_and_goes_on(match:
     assert len(children) >= 3
     process.kill()
     process.communicate(timeout=PATIENCE)
-    wait_until(lambda: not alive(children))
+    wait_until(lambda: not alive(children), "its processes to end")
     played = len((match.parent / "long" / "games.jsonl").read_text().splitlines())
     process = started(match, *where)
     process.send_signal(signal.SIGTERM)

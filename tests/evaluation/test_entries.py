@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 
 from tests.evaluation.conftest import OWN
-from vrg.errors import ConfigError
 from vrg.evaluation import entries
-from vrg.evaluation.entries import LARGEST, MOST, Source, entries_in, read_entry
+from vrg.evaluation.entries import LARGEST, MOST, Source, entries_in
 from vrg.launch.run_folder import delete
 
 CODE = f"{OWN}return STILL\n"
@@ -118,18 +117,6 @@ def test_names_become_such_as_are_safe_in_paths_and_pages(tmp_path: Path) -> Non
         assert all(sign.isalnum() or sign in "-_ " for sign in entry)
         assert len(entry.encode()) <= 60
         assert source.main == f"{entry}.py"
-
-
-def test_a_folder_that_is_missing_is_an_error(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="expected a folder of strategies"):
-        entries_in(tmp_path / "nowhere", owner=lambda _: "")
-
-
-def test_what_is_no_strategy_is_no_entry(tmp_path: Path) -> None:
-    (tmp_path / "notes.txt").write_text("x")
-    (tmp_path / "empty").mkdir()
-    assert read_entry(tmp_path / "notes.txt") is None
-    assert read_entry(tmp_path / "empty") is None
 
 
 def test_all_entries_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -68,22 +68,14 @@ def another_call(folder: RunFolder) -> None:
     folder.journal.write_text("".join(line for line in lines if '"tag"' not in line))
 
 
-def no_evidence(folder: RunFolder) -> None:
-    folder.evidence.unlink()
-
-
-def no_journal(folder: RunFolder) -> None:
-    folder.journal.write_text("")
-
-
 @pytest.mark.parametrize(
     ("alter", "words"),
     [
         (another_pose, "evidence"),
         (another_winner, "winner"),
         (another_call, ""),
-        (no_evidence, "its journal or its evidence ends early"),
-        (no_journal, "expected a journal, got an empty file"),
+        (lambda folder: folder.evidence.unlink(), "its journal or its evidence ends early"),
+        (lambda folder: folder.journal.write_text(""), "expected a journal, got an empty file"),
     ],
 )
 def test_a_game_whose_record_was_altered_is_not_valid(

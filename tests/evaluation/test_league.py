@@ -1,6 +1,5 @@
 """A league: versions, which games it plays, its pages, and who gets to know which error."""
 
-import fcntl
 import os
 import re
 import stat
@@ -156,16 +155,6 @@ def test_the_settings_of_a_league_are_fixed_and_its_games_are_played_again(vrg: 
     assert len(rows(league)) == 3
 
 
-def test_only_one_process_plays_a_league(vrg: Vrg, tmp_path: Path) -> None:
-    folder = files(tmp_path / "class", ann=LAZY)
-    assert vrg("league", "play", "class", "--match", "tiny.toml", "--games", "1").status == 0
-    with (folder / "league" / "games.jsonl").open("ab") as record:
-        fcntl.flock(record, fcntl.LOCK_EX)
-        second = vrg("league", "play", "class")
-    assert second.status == 1
-    assert "another process plays these games" in second.err
-
-
 def test_a_check_does_what_a_league_does_and_names_what_fails(vrg: Vrg, tmp_path: Path) -> None:
     files(tmp_path, mine=LAZY, late=LATE, raises=SECRET)
     good = vrg("league", "check", "mine.py", "--match", "tiny.toml")
@@ -262,8 +251,7 @@ def test_a_version_whose_trial_took_too_long_is_tried_again(
 def test_a_league_that_was_interrupted_while_it_was_made_is_made_by_the_next_call(
     vrg: Vrg, match: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (match.parent / "class").mkdir()
-    (match.parent / "class" / "ann.py").write_text(OWN + "return STILL\n")
+    files(match.parent / "class", ann=LAZY)
     command = ("league", "play", "class", "--match", "tiny.toml", "--games", "1")
     with monkeypatch.context() as patched:
         patched.setattr(league_folder, "keep", _interrupt)

@@ -1,4 +1,4 @@
-"""Comparisons that are played: what they record, how they go on, and that every game can be played again."""
+"""Comparisons that are played: what they depend on and record, how they go on, and that games can be played again."""
 
 import json
 import sys
@@ -6,22 +6,16 @@ import threading
 from pathlib import Path
 
 import pytest
-from msgspec import structs
 
-from tests.evaluation.conftest import Play, target
+from tests.evaluation.conftest import OWN, Play, definition, target, timeless
 from vrg.cli import main
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError, LaunchError
 from vrg.evaluation.contenders import contenders, unable
-from vrg.evaluation.experiment import Definition, define
+from vrg.evaluation.experiment import define, written
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import BROKEN_OFF, OVER, GameRecord
 from vrg.evaluation.playing import counted
-
-
-def timeless(rows: list[GameRecord]) -> list[GameRecord]:
-    """The same without the real time that each game took."""
-    return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0)) for row in rows]
 
 
 def test_each_seed_is_played_twice_with_the_sides_swapped(play: Play) -> None:
@@ -106,11 +100,6 @@ def test_every_game_can_be_played_again(play: Play, tmp_path: Path, monkeypatch:
     assert {rule: rules.count(rule) for rule in rules} == {rule: row.total(rule) for rule in row.played.calls}
 
 
-def definition(match: Path, seed: int, *names: str) -> Definition:
-    found = contenders([target(match, name) for name in names])
-    return define(load_match(match), found, seed=seed, limit=3600.0)
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -163,18 +152,6 @@ def test_strategies_that_cannot_play_are_named_with_the_reason(match: Path) -> N
     assert "ended" in words["Dies"]
 
 
-def test_a_match_of_other_than_two_teams_is_refused(match: Path) -> None:
-    with pytest.raises(ConfigError, match="expected a match of two teams, found 1: "):
-        define(load_match(one_team(match)), contenders(["a", "b"]), seed=0, limit=1.0)
-
-
-def one_team(match: Path) -> Path:
-    file = match.with_name("practice.toml")
-    player = '[[players]]\nname = "ann"\nrole = "player"\nx = 0.0\ny = 0.0\n'
-    file.write_text(f'name = "alone"\ngame = "practice"\nmap = "open"\n[rules]\n{player}')
-    return file
-
-
 def test_strategies_with_one_name_get_numbers() -> None:
     labels = [c.label for c in contenders(["a.py:Mine", "b.py:Mine", "other", "my.module:Odd name"])]
     assert labels == ["Mine-1", "Mine-2", "other", "Odd name"]
@@ -185,3 +162,36 @@ def test_calls_are_counted_by_rule_and_team() -> None:
         "tag": {"red": 2, "blue": 1},
         "begin": {"": 1},
     }
+
+
+CODE = f"{OWN}return STILL\n"
+
+
+@pytest.fixture
+def files(match: Path) -> list[Path]:
+    """Two files of one name in two folders."""
+    found = []
+    for folder in ("a", "b"):
+        path = match.parent / folder / "player.py"
+        path.parent.mkdir()
+        path.write_text(CODE, encoding="utf-8")
+        found.append(path)
+    return found
+
+
+@pytest.mark.parametrize("changed", [0, 1])
+def test_of_two_files_of_one_name_both_count(match: Path, files: list[Path], changed: int) -> None:
+    found = contenders([f"{file}:Mine" for file in files])
+    before = define(load_match(match), found, seed=0, limit=100.0)
+    files[changed].write_text(CODE + "\n# changed\n", encoding="utf-8")
+    after = define(load_match(match), found, seed=0, limit=100.0)
+    assert [difference.endswith("has changed") for difference in after.differences(before)] == [True]
+
+
+def test_what_the_match_file_says_of_a_team_is_replaced(match: Path, files: list[Path]) -> None:
+    match.write_text(
+        match.read_text(encoding="utf-8") + '\n[teams.sharks]\nstrategy = "a/player.py:Mine"\n', encoding="utf-8"
+    )
+    setup = written(load_match(match), {"sharks": "sharks-and-minnows", "minnows": "sharks-and-minnows"})
+    assert "player.py" not in setup.text
+    assert setup.text.count('strategy = "sharks-and-minnows"') == len(setup.players) + 1

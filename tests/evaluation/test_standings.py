@@ -5,7 +5,8 @@ from itertools import combinations
 
 import pytest
 
-from vrg.evaluation.games import OVER, GameRecord, Pairing, Played, ScheduledGame
+from tests.evaluation.test_matchmaking import game
+from vrg.evaluation.games import Pairing
 from vrg.evaluation.report import lasting, pairings, schedule
 from vrg.evaluation.series import Series
 from vrg.evaluation.standings import board, ranking, ratings, to_play
@@ -13,18 +14,9 @@ from vrg.evaluation.standings import board, ranking, ratings, to_play
 NAMES = ["Anna Maria", "bob", "cem"]
 
 
-def game(first: str, second: str, number: int, winner: str) -> GameRecord:
-    """A game that a strategy, or nobody, has won."""
-    scheduled = ScheduledGame(
-        pairing=Pairing(first, second), number=number, seed=0, first_team="red", second_team="blue"
-    )
-    team = {first: "red", second: "blue"}.get(winner, "draw")
-    return GameRecord(game=scheduled, played=Played(ended=OVER, winner=team), teams={})
-
-
 def test_strategies_are_ranked_with_what_they_won_and_have_still_to_play() -> None:
-    rows = [game("Anna Maria", "bob", 0, "bob"), game("Anna Maria", "bob", 1, "")]
-    rows += [game("bob", "bob", number, "bob") for number in (0, 1)]
+    rows = [game("Anna Maria", "bob", 0, 0.0), game("Anna Maria", "bob", 1, 0.5)]
+    rows += [game("bob", "bob", number, 1.0) for number in (0, 1)]
     series = {Pairing(a, b): Series(3, 0.95, play_all=True) for a, b in (("Anna Maria", "bob"), ("bob", "cem"))}
     for row in rows[:2]:
         series[row.game.pairing].add(row.game.number, row.points)
@@ -37,7 +29,7 @@ def test_strategies_are_ranked_with_what_they_won_and_have_still_to_play() -> No
 
 
 def test_equal_results_are_equal_ratings_in_any_order_of_the_games() -> None:
-    rows = [game(a, b, number, winner) for a, b in combinations(NAMES, 2) for number, winner in enumerate((a, b))]
+    rows = [game(*names, number, 1.0 - number) for names in combinations(NAMES, 2) for number in (0, 1)]
     rated = ratings(NAMES, rows)
     assert [line[0] for line in board(rated, rows)[1:]] == ["1", "1", "1"]
     assert ranking(rated) == "1. Anna Maria, 1. bob, 1. cem"
@@ -47,7 +39,7 @@ def test_equal_results_are_equal_ratings_in_any_order_of_the_games() -> None:
 def test_ratings_are_those_under_which_the_results_are_most_likely() -> None:
     """Ten wins of eleven are 400 points, but for the prior; many games outweigh it, and shrink the interval."""
     few, many = (
-        ratings(["bob", "cem"], [game("bob", "cem", n, "cem" if n % 11 == 0 else "bob") for n in range(count)])
+        ratings(["bob", "cem"], [game("bob", "cem", n, 0.0 if n % 11 == 0 else 1.0) for n in range(count)])
         for count in (11, 11_000)
     )
     assert many[0].value - many[1].value == pytest.approx(400.0, abs=1.0)
