@@ -1,7 +1,7 @@
 """Simulated matches with faults: the same by the same seed, sound as they are, and unsound with a planted mistake."""
 
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
@@ -67,15 +67,10 @@ def faults_of(setup: MatchSetup, seed: int) -> list[Fault]:
     return drawn(Streams(seed)("faults"), players, 0.6 * SECONDS, COUNT, setup.physical)
 
 
-def journal_of(setup: MatchSetup, folder: Path, seed: int) -> tuple[bytes, list[str]]:
-    problems, journal = checked(setup, folder, seed, faults_of(setup, seed), SECONDS)
-    return journal, problems
-
-
 def test_a_seed_gives_the_same_match_and_the_same_faults(setup: MatchSetup, tmp_path: Path) -> None:
-    one, other = (journal_of(setup, tmp_path / name, 5) for name in ("one", "other"))
+    one, other = (checked(setup, tmp_path / name, 5, faults_of(setup, 5), SECONDS) for name in ("one", "other"))
     assert one == other
-    assert len(one[0].splitlines()) > 3
+    assert len(one[1].splitlines()) > 3, "much has been journalled"
 
 
 @pytest.mark.parametrize("seed", seeds(2, 12))
@@ -177,18 +172,19 @@ OTHERS = ("journal: a torn line stays", "journal: the clock is forgotten in a re
 """Mistakes that only `make test-all` plants."""
 
 
-def planted(mistakes: Iterable[str]) -> list[Any]:
-    return [pytest.param(one, marks=[pytest.mark.thorough] if one in OTHERS else []) for one in mistakes]
+def marked(mistake: str) -> Any:
+    return pytest.param(mistake, marks=[pytest.mark.thorough] if mistake in OTHERS else [])
 
 
-@pytest.mark.parametrize("mistake", planted(PLANTED))
-def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, mistake: str) -> None:
-    assert_found(setup, *PLANTED[mistake])
-
-
-@pytest.mark.parametrize("mistake", planted(PLANTED_CAN))
-def test_a_mistake_planted_in_a_robot_with_drives_is_found_by_its_seed(can_setup: MatchSetup, mistake: str) -> None:
-    assert_found(can_setup, *PLANTED_CAN[mistake])
+@pytest.mark.parametrize("mistake", map(marked, [*PLANTED, *PLANTED_CAN]))
+def test_a_planted_mistake_is_found_by_its_seed(setup: MatchSetup, can_setup: MatchSetup, mistake: str) -> None:
+    """The latter ones in robots with drives."""
+    match = can_setup if mistake in PLANTED_CAN else setup
+    seed, patches = (PLANTED | PLANTED_CAN)[mistake]
+    with ExitStack() as stack:
+        for target, name, planted in patches:
+            stack.enter_context(mock.patch.object(target, name, planted))
+        assert problems_of(match, seed, faults_of(match, seed), SECONDS)
 
 
 def test_a_call_that_is_announced_before_its_line_is_on_disk_is_found(setup: MatchSetup) -> None:
@@ -210,13 +206,6 @@ def test_a_call_that_a_thawed_process_does_not_publish_again_is_found(setup: Mat
     assert problems_of(setup, 0, frozen_in_a_tick, SECONDS) == []
     with mock.patch.object(vrg.faults.session, "EVENT_LIFESPAN", 0.0):
         assert problems_of(setup, 0, frozen_in_a_tick, SECONDS)
-
-
-def assert_found(setup: MatchSetup, seed: int, patches: Sequence[tuple[Any, str, Any]]) -> None:
-    with ExitStack() as stack:
-        for target, name, planted in patches:
-            stack.enter_context(mock.patch.object(target, name, planted))
-        assert problems_of(setup, seed, faults_of(setup, seed), SECONDS)
 
 
 @pytest.mark.parametrize("seed", seeds(1, 8))
