@@ -33,26 +33,28 @@ def test_what_was_heard_long_ago_is_forgotten() -> None:
     assert offset.match_time(now) == pytest.approx(100.0, abs=1.5 * KEPT * 0.001)
 
 
-def test_a_match_clock_that_stands_still_for_a_while_is_followed_at_once() -> None:
+def followed(begin: float) -> ClockOffset:
+    """A match clock that was heard for two seconds, from 50 s of the process' clock on."""
     offset = ClockOffset()
     for tick in range(100):
-        offset.heard(0.02 * tick, 50.0 + 0.02 * tick)
+        offset.heard(begin + 0.02 * tick, 50.0 + 0.02 * tick)
+    return offset
+
+
+def test_a_match_clock_that_stands_still_for_a_while_is_followed_at_once() -> None:
+    offset = followed(0.0)
     offset.heard(2.0, 57.0)
     assert offset.match_time(57.0) == pytest.approx(2.0)
 
 
 def test_one_that_is_held_up_on_its_way_is_followed_by_those_that_are_not() -> None:
-    offset = ClockOffset()
-    for tick in range(100):
-        offset.heard(0.02 * tick, 50.0 + 0.02 * tick)
+    offset = followed(0.0)
     offset.heard(2.0, 53.5)
     offset.heard(3.5, 53.51)
     assert offset.match_time(53.5) == pytest.approx(3.49)
 
 
 def test_a_clock_that_steps_back_begins_anew() -> None:
-    offset = ClockOffset()
-    for tick in range(100):
-        offset.heard(10.0 + 0.02 * tick, 50.0 + 0.02 * tick)
+    offset = followed(10.0)
     offset.heard(4.0, 52.0)
     assert offset.match_time(52.5) == pytest.approx(4.5)

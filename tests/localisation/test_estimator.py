@@ -13,7 +13,7 @@ from tests.localisation.driving import Drive
 from vrg.bus.messages import LOST, Fix
 from vrg.geometry import along_arc, wrap
 from vrg.hal.models import robot_model
-from vrg.localisation.estimator import AGREEING, WINDOW, Estimator, Verdict
+from vrg.localisation.estimator import AGREEING, WINDOW, Estimate, Estimator, Verdict
 from vrg.localisation.motion import motion_noise
 from vrg.types import Pose, Twist
 
@@ -24,6 +24,12 @@ STEP = 0.1
 
 def estimator(start: Pose = ORIGIN) -> Estimator:
     return Estimator(start, NOISE, position=0.05, heading=0.05)
+
+
+def known(found: Estimator) -> Estimate:
+    """What an estimator knows by now."""
+    assert found.estimate is not None
+    return found.estimate
 
 
 def fix(time: float, pose: Pose) -> tuple[float, Fix]:
@@ -62,9 +68,7 @@ def test_late_fixes_count_as_if_they_had_come_in_time(twists: list[tuple[float, 
         late.move(time, pose)
     for one in data.draw(st.permutations(fixes)):
         assert late.correct(*one) is Verdict.USED
-    a, b = in_time.estimate, late.estimate
-    assert a is not None
-    assert b is not None
+    a, b = known(in_time), known(late)
     assert (a.pose.x, a.pose.y, a.pose.theta) == pytest.approx((b.pose.x, b.pose.y, b.pose.theta), abs=1e-9)
     assert a.covariance == pytest.approx(b.covariance, abs=1e-12)
     assert a.age == b.age
@@ -78,9 +82,8 @@ def test_a_fix_of_a_time_that_odometry_has_not_reached_waits_for_it() -> None:
     assert found.correct(*fix(0.15, Pose(0.03, 0.0, 0.0))) is None
     assert found.correct(*fix(0.25, Pose(0.03, 0.0, 0.0))) is Verdict.EARLY
     assert found.move(0.2, ORIGIN) == [Verdict.USED, Verdict.USED]
-    assert found.estimate is not None
-    assert found.estimate.age == pytest.approx(0.05)
-    assert 0.02 < found.estimate.pose.x < 0.03
+    assert known(found).age == pytest.approx(0.05)
+    assert 0.02 < known(found).pose.x < 0.03
 
 
 def test_fixes_that_come_too_late_are_refused() -> None:
@@ -89,9 +92,8 @@ def test_fixes_that_come_too_late_are_refused() -> None:
         found.move(number * STEP, ORIGIN)
     assert found.correct(*fix(2.9 - WINDOW - STEP, ORIGIN)) is Verdict.LATE
     assert found.correct(*fix(2.9 - WINDOW + 0.05, ORIGIN)) is Verdict.USED
-    assert found.estimate is not None
-    assert found.estimate.age == pytest.approx(WINDOW - 0.05)
-    assert found.estimate.age > LOST
+    assert known(found).age == pytest.approx(WINDOW - 0.05)
+    assert known(found).age > LOST
 
 
 def test_a_fix_without_a_heading_moves_the_position() -> None:
@@ -100,8 +102,7 @@ def test_a_fix_without_a_heading_moves_the_position() -> None:
     found.move(0.1, ORIGIN)
     assert found.correct(0.1, Fix("ann", Pose(0.05, -0.05, 3.0), 0.001)) is Verdict.USED
     assert found.correct(0.1, Fix("ann", Pose(5.0, 0.0, 0.0), 0.01)) is Verdict.FAR
-    assert found.estimate is not None
-    pose = found.estimate.pose
+    pose = known(found).pose
     assert (pose.x, pose.y, pose.theta) == pytest.approx((0.05, -0.05, 0.0), abs=1e-3)
 
 
@@ -114,8 +115,7 @@ def test_a_robot_seen_under_another_name_for_a_moment_stays_where_it_is() -> Non
         elsewhere = number in (8, 9, 14)
         verdicts.append(found.correct(*fix(time, Pose(3.0 if elsewhere else x, 2.0 if elsewhere else 0.0, 0.0))))
     assert [number for number, verdict in enumerate(verdicts) if verdict is Verdict.FAR] == [8, 9, 14]
-    assert found.estimate is not None
-    assert found.estimate.pose.x == pytest.approx(0.95, abs=0.02)
+    assert known(found).pose.x == pytest.approx(0.95, abs=0.02)
 
 
 def test_a_robot_that_is_carried_is_lost_until_it_was_seen_to_stay_for_a_while() -> None:
@@ -126,12 +126,11 @@ def test_a_robot_that_is_carried_is_lost_until_it_was_seen_to_stay_for_a_while()
         found.move(time, ORIGIN)  # its wheels do not turn
         on_the_way = Pose(0.2 * (number - 10), 0.1 * (number - 10), 0.0)
         found.correct(*fix(time, ORIGIN if number < 10 else there if number >= 20 else on_the_way))
-        assert found.estimate is not None
-        if found.estimate.age > LOST:
+        if known(found).age > LOST:
             lost.append(number)
     # Last seen where it was after 1.0 s; from 2 s on, the place must be seen five times, and LOST longer.
     assert lost == list(range(16, 20 + AGREEING - 1 + round(LOST / STEP)))
-    pose = found.estimate.pose if found.estimate else ORIGIN
+    pose = known(found).pose
     assert (pose.x, pose.y, pose.theta) == pytest.approx((2.0, 1.0, 1.5), abs=0.02)
 
 
@@ -141,11 +140,9 @@ def test_a_robot_that_is_pushed_a_little_is_found_before_it_is_lost() -> None:
         time = number / 15.0
         found.move(time, ORIGIN)
         verdicts.append(found.correct(*fix(time, Pose(0.0, 0.2 if number >= 30 else 0.0, 0.0))))
-        assert found.estimate is not None
-        assert found.estimate.age <= LOST
+        assert known(found).age <= LOST
     assert verdicts.index(Verdict.MOVED) == 30 + AGREEING - 1
-    assert found.estimate is not None
-    assert found.estimate.pose.y == pytest.approx(0.2, abs=0.01)
+    assert known(found).pose.y == pytest.approx(0.2, abs=0.01)
 
 
 def test_odometry_that_begins_anew_moves_nothing() -> None:
@@ -156,10 +153,8 @@ def test_odometry_that_begins_anew_moves_nothing() -> None:
         odometry = Pose(x if number < 10 else x - 0.5, 0.0, 0.0)
         found.move(time, odometry)
         assert found.correct(*fix(time - 0.05, Pose(x - 0.025, 0.0, 0.0))) in (Verdict.USED, Verdict.LATE)
-        assert found.estimate is not None
-        assert found.estimate.pose.x == pytest.approx(x, abs=0.06)
-    assert found.estimate is not None
-    assert found.estimate.pose.x == pytest.approx(0.95, abs=0.02)
+        assert known(found).pose.x == pytest.approx(x, abs=0.06)
+    assert known(found).pose.x == pytest.approx(0.95, abs=0.02)
 
 
 def test_what_the_odometry_is_off_by_is_learned() -> None:

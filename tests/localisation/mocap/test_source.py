@@ -1,13 +1,12 @@
 """The node of a capture system: from its frames to fixes with the match time of the exposure."""
 
-import logging
 import math
 import time
 
 import pytest
 from pydantic import ValidationError
 
-from tests.localisation.bench import FakeFeed, SourceBench
+from tests.localisation.bench import HERE, FakeFeed, SourceBench
 from tests.localisation.mocap.natnet import Server, Shown
 from tests.localisation.mocap.test_tracking import body
 from tests.system.harness import wait_until
@@ -68,13 +67,13 @@ def test_robots_are_located_at_the_time_of_the_exposure(bench: Bench) -> None:
 
 
 def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pytest.LogCaptureFixture) -> None:
-    still, fallen = body(Pose(0.0, 0.0, 0.0), UP, "ann"), Body("Robot 2", (1.0, 0.1, 2.0), (0.6, 0.8, 0.0, 0.0))
+    still, fallen = body(HERE, UP, "ann"), Body("Robot 2", (1.0, 0.1, 2.0), (0.6, 0.8, 0.0, 0.0))
     assert len(bench.tick()) == 0
     for number in range(60):
         tipped = Body(fallen.name, (1.0 + 1e-5 * number, 0.1, 2.0), fallen.rotation)
-        bench.shows(still, tipped, body(Pose(0.0, 0.0, 0.0), UP, "chair"))
+        bench.shows(still, tipped, body(HERE, UP, "chair"))
         assert len(bench.tick()) == (number == 0)
-    bench.shows(Body("ann", (math.nan, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), body(Pose(0.0, 0.0, 0.0), UP, ""))
+    bench.shows(Body("ann", (math.nan, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)), body(HERE, UP, ""))
     assert bench.tick() == []
     counted = bench.node.counted()
     assert counted["fixes"] == {"ann": 1}
@@ -90,33 +89,16 @@ def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pyte
     ]
 
 
-def test_frames_that_are_old_or_from_before_the_match_or_of_a_faster_one_give_no_fix(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setattr(module, "Stream", FakeFeed)
-    bench, robot = Bench(), body(Pose(0.0, 0.0, 0.0), UP, "ann")
-    bench.tick(0.2)
-    bench.shows(robot, ago=0.5)
-    assert bench.tick() == [], "the match had not begun"
-    bench.tick(10.0)
-    bench.shows(robot, ago=3.0)
-    assert bench.tick() == []
-    bench.shows(robot)
-    assert len(bench.tick()) == 1
-    bench.shows(body(Pose(1.0, 0.0, 0.0), UP, "ann"))
-    assert bench.tick(rate=0.0) == []
-    assert "the match needs `rate = 1`" in caplog.text
-
-
-def test_a_system_that_shows_nothing_and_comes_back_is_told_once_each(
+def test_frames_that_are_old_give_no_fix_and_that_none_come_is_told(
     bench: Bench, caplog: pytest.LogCaptureFixture
 ) -> None:
-    with caplog.at_level(logging.WARNING):
-        for trouble in ("it has shown nothing for 1 s", "it has shown nothing for 2 s", None, None):
-            bench.stream.trouble = trouble
-            bench.tick()
-    told = [record.getMessage() for record in caplog.records]
-    assert told == ["hall: it has shown nothing for 1 s", "hall sees again"]
+    bench.shows(body(HERE, UP, "ann"), ago=3.0)
+    assert bench.tick() == []
+    bench.shows(body(HERE, UP, "ann"))
+    assert len(bench.tick()) == 1
+    bench.stream.trouble = "it has shown nothing for 1 s"
+    bench.tick()
+    assert "hall: it has shown nothing for 1 s" in caplog.text
 
 
 def test_names_that_do_not_fit_together_are_told(
@@ -128,7 +110,7 @@ def test_names_that_do_not_fit_together_are_told(
     assert bench.stream.running
     assert "no robot that is located here has the name bob" in caplog.text
     bench.tick(5.0)
-    bench.shows(body(Pose(0.0, 0.0, 0.0), UP, "Robot 2"))
+    bench.shows(body(HERE, UP, "Robot 2"))
     assert bench.tick() == []
     assert bench.node.counted()["unknown"] == {}
     bench.node.stop()
