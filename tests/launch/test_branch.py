@@ -265,7 +265,8 @@ def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_
     mark = tmp_path / "mark"
     writes = f"import contextlib\nwith contextlib.suppress(OSError):\n    open({str(mark)!r}, 'w')\n"
     (home / "lazy.py").write_text(LAZY.replace("class Lazy", f"{writes}\n\nclass Lazy"))
-    (home / "m.toml").write_text(TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "lazy.py:Lazy"'))
+    text = TINY.replace("passes = 1", "passes = 1\npass_limit = 4.0")
+    (home / "m.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "lazy.py:Lazy"'))
     runs = ["--runs", str(home / "runs")]
     assert vrg("play", str(home / "m.toml"), "--in-process", "--headless", "--rate", "max", *runs).exit_code == 0
     (first,) = (home / "runs").iterdir()
@@ -280,13 +281,13 @@ def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_
     mark.unlink()
     taken = ["--at", "3", "--play", f"bob={home / 'lazy.py'}:Lazy", *runs, "--json"]
     plain = RunFolder(Path(shutil.copytree(first, home / "plain")))
-    plain.match_file.write_text(TINY)
+    plain.match_file.write_text(text)
     write_setup(load_match(plain.match_file).at_rate(read_setup(plain.setup).rate), plain.setup)
     assert vrg("run", "repeat", str(plain.path), *runs).exit_code == 1, "ann was another one"
     branched = vrg("run", "replay", str(first), *taken)
     branch = Path(json.loads(branched.stdout.splitlines()[-1])["run"])
     (branch / "match.toml").write_text((branch / "match.toml").read_text().replace('strategy = "lazy.py:Lazy"', ""))
     assert "sealed: the code of bob can only play" in vrg("run", "repeat", str(branch), *runs).stderr
-    plain.match_file.write_text(TINY.replace('name = "ann"', f'name = "ann"\nstrategy = "{home / "lazy.py"}:Lazy"'))
+    plain.match_file.write_text(text.replace('name = "ann"', f'name = "ann"\nstrategy = "{home / "lazy.py"}:Lazy"'))
     assert "sealed: the code of ann can only play" in vrg("run", "repeat", str(plain.path), *runs).stderr
     assert not mark.exists()
