@@ -12,8 +12,10 @@ import typer
 from typer.testing import CliRunner
 
 from tests.command_line import command_line
-from vrg.commands import welcome
+from vrg.commands import prompt, welcome
+from vrg.commands.drafts import choices_in
 from vrg.config.loading import load_match
+from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import Draft
 from vrg.ui.edit.editor import NextStep
 from vrg.ui.edit.server import EditServer
@@ -99,6 +101,23 @@ def test_a_match_file_is_changed_and_keeps_its_comments(answer: Answer, tmp_path
     answer("", "planar", "", "", "", "", "n", file=file)
     changed = file.read_text(encoding="utf-8")
     assert changed == text.replace("pybullet", "planar")
+
+
+def test_answers_are_not_lost_where_the_file_has_become_unreadable_meanwhile(
+    answer: Answer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "mine.toml"
+    text = Draft.of_game("hud", tmp_path).text
+    file.write_text(text, encoding="utf-8")
+
+    def spoiling(folder: Path) -> Choices:
+        file.write_bytes(b"\x80 is no UTF-8")
+        return choices_in(folder)
+
+    monkeypatch.setattr(prompt, "choices_in", spoiling)
+    _, told, _ = answer("", "planar", "", "", "", "", "y", "n", file=file)
+    assert "mine.toml is already there. Replace it?" in told
+    assert file.read_text(encoding="utf-8") == text.replace("pybullet", "planar")
 
 
 def test_a_file_that_is_no_toml_is_told(answer: Answer, tmp_path: Path) -> None:

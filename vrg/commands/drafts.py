@@ -42,12 +42,12 @@ def open_draft(file: Path) -> Draft:
 def save_draft(draft: Draft, known: str | None) -> None:
     """Write a match file; see `vrg.ui.edit.editor.Tools`."""
     assert draft.file is not None
-    if known is not None and draft.file.exists() and _text(draft.file) != known:
+    if known is not None and draft.file.exists() and text_in(draft.file) != known:
         raise FileExistsError(draft.file)
     write_whole(draft.file, draft.text.encode())
 
 
-def _text(file: Path) -> str | None:
+def text_in(file: Path) -> str | None:
     """The text of a file; None if it cannot be read."""
     try:
         return read_text(file)

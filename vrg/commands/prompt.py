@@ -8,10 +8,9 @@ import typer
 
 from vrg.bus.names import NAME_RULE, is_name
 from vrg.commands.checking import DraftCheck
-from vrg.commands.drafts import choices_in, save_draft
+from vrg.commands.drafts import choices_in, save_draft, text_in
 from vrg.errors import ConfigError, Problem
 from vrg.errors import Path as Place
-from vrg.files import read_text
 from vrg.games import GAMES, game_of
 from vrg.ui.edit.checking import problem_text
 from vrg.ui.edit.draft import COLUMNS, Draft
@@ -138,7 +137,7 @@ def _tell(draft: Draft, problems: Sequence[Problem]) -> None:
 
 def _save(draft: Draft) -> Draft:
     """Ask for a name and write the file; another file is only replaced if the person wants that."""
-    known = draft.text if draft.file is None else read_text(draft.file)
+    known = draft.text if draft.file is None else text_in(draft.file) or ""
     file = draft.file
     while True:
         name = typer.prompt("save as", default=file.stem if file is not None else draft.shown(("name",)))
