@@ -93,6 +93,7 @@ def test_a_table_goes_with_its_own_comments_and_the_tables_below_it() -> None:
     assert "# what follows\n[backends.can]" in text
     assert without(text, ("players", 0)) == text
     assert without(text, ("rules", "model")) == text
+    assert without(text, ("name", "model")) == text, "name is no table"
 
 
 WORDS = st.sampled_from(["a", "b c", "d.e", "", 'f"', "g#", "[h]", "\u2028", "\u00fc", "#"])

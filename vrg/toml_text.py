@@ -73,7 +73,7 @@ def without(text: str, path: Path) -> str:
     *above, key = path
     try:
         del reduce(getitem, above, document)[key]
-    except LookupError:
+    except (LookupError, TypeError):  # what is above it may be no table
         return text
     return tomlkit.dumps(document)
 
