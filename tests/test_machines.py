@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 
-from tests.tiny import TINY
 from vrg.bus.names import NAME_RULE
 from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import MatchSetup
@@ -12,6 +11,29 @@ from vrg.errors import ConfigError
 from vrg.launch.child import Job, job_of
 from vrg.launch.specs import placed, specs
 
+MATCH = """
+name = "machines"
+game = "sharks-and-minnows"
+map = "open"
+engine = "planar"
+[rules]
+x = [-5.0, 5.0]
+y = [-8.0, 8.0]
+passes = 1
+{more}
+[[players]]
+name = "ann"
+role = "shark"
+x = 0.0
+y = -7.0
+{ann}
+[[players]]
+name = "bob"
+role = "minnow"
+x = 0.0
+y = 7.0
+{bob}
+"""
 MACHINES = '[machines.lab2]\nhost = "robot@lab2.local"\n[machines.lab3]\nhost = "lab3"\nvrg = "~/vrg/.venv/bin/vrg"\n'
 EMULATED = """
 [backends.can]
@@ -31,10 +53,7 @@ ratio = 50.0
 
 def load(folder: Path, more: str = "", ann: str = "", bob: str = "") -> MatchSetup:
     path = folder / "match.toml"
-    text = TINY.replace("[[players]]", f"{more}[[players]]", 1)
-    path.write_text(
-        text.replace('name = "ann"', f'name = "ann"\n{ann}').replace('name = "bob"', f'name = "bob"\n{bob}')
-    )
+    path.write_text(MATCH.format(more=more, ann=ann, bob=bob))
     return load_match(path)
 
 
@@ -53,14 +72,13 @@ def test_without_machines_all_run_here(tmp_path: Path) -> None:
 def test_each_process_runs_on_the_machine_that_is_named(tmp_path: Path) -> None:
     setup = load(tmp_path, MACHINES + '[place]\nworld = "lab2"\nrouter = "lab3"\n', bob='machine = "lab3"')
     assert placed(setup, window=False, record=True) == {
-        "router": "lab3", "world": "lab2", "referee": "here", "recorder": "here", "shark": "here", "ann": "here",
-        "bob": "lab3",
+        "router": "lab3", "world": "lab2", "referee": "here", "recorder": "here", "ann": "here", "bob": "lab3",
     }  # fmt: skip
     names = {
         machine: [spec.name for spec in specs(setup, tmp_path, "tcp/h:1", window=False, record=True, machine=machine)]
         for machine in ("here", "lab2", "lab3")
     }
-    assert names == {"here": ["referee", "recorder", "shark", "ann"], "lab2": ["world"], "lab3": ["router", "bob"]}
+    assert names == {"here": ["referee", "recorder", "ann"], "lab2": ["world"], "lab3": ["router", "bob"]}
     assert setup.hosts["lab3"].vrg == "~/vrg/.venv/bin/vrg"
     here = setup.all_here()
     assert (here.hosts, set(placed(here, window=False, record=False).values())) == ({}, {"here"})
@@ -97,12 +115,12 @@ def test_all_mistakes_are_told_at_once_with_their_lines(tmp_path: Path) -> None:
     more += '[place]\nwrold = "lab2"\nreferee = "lab9"\nbob = "lab2"\n'
     told = problems(tmp_path, more, bob='machine = "lab1"')
     for line, words in (
-        (12, "expected a host for ssh, such as robot@lab2.local, found none"),
-        (15, "this is the machine where the match is launched"),
-        (17, "got 'wrold', did you mean 'world'?"),
-        (18, "expected one of here, lab2, got 'lab9', did you mean 'lab2'?"),
-        (19, "write `machine = 'lab2'` into the table of the player bob"),
-        (33, "expected one of here, lab2, got 'lab1', did you mean 'lab2'?"),
+        (10, "expected a host for ssh, such as robot@lab2.local, found none"),
+        (13, "this is the machine where the match is launched"),
+        (15, "got 'wrold', did you mean 'world'?"),
+        (16, "expected one of here, lab2, got 'lab9', did you mean 'lab2'?"),
+        (17, "write `machine = 'lab2'` into the table of the player bob"),
+        (30, "expected one of here, lab2, got 'lab1', did you mean 'lab2'?"),
     ):
         assert any(f":{line}: " in each and words in each for each in told.splitlines()), f"{line} {words}\n{told}"
 

@@ -12,6 +12,15 @@ pytestmark = [pytest.mark.system, pytest.mark.thorough]
 FOLDER = Path(__file__).parents[2] / "benchmarks"
 
 
+def run(benchmark: str) -> None:
+    """Run a benchmark, whose options follow its name."""
+    name, *options = benchmark.split()
+    command = [sys.executable, str(FOLDER / f"{name}.py"), "--quick", "--json", *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)
+
+
 BENCHMARKS = [
     *("speed", "pushes", "scan", "bus", "delay", "startup", "compare", "stops"),
     "perception --only time",
@@ -22,8 +31,4 @@ BENCHMARKS = [
 
 @pytest.mark.parametrize("benchmark", BENCHMARKS)
 def test_a_benchmark_runs_and_says_something_in_json(benchmark: str) -> None:
-    name, *options = benchmark.split()
-    command = [sys.executable, str(FOLDER / f"{name}.py"), "--quick", "--json", *options]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=600, check=False)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout)
+    run(benchmark)
