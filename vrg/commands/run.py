@@ -108,27 +108,12 @@ def plot(run: RunArgument = None) -> None:
     folder, setup = ended_run(run)
     need_recording(folder)
     try:
-        torn = torn_parts(folder)
-        results.plot(setup, folder)
+        torn = results.plot(setup, folder)
     except (OSError, ValueError) as error:
         raise LaunchError(f"{folder.path}: cannot be plotted: {error}") from None
     for part in torn:
         echo(f"{part.name} ends in the middle, or is damaged: what it lacks is not drawn.")
     echo(f"Written to {folder.plot}.")
-
-
-def torn_parts(folder: RunFolder) -> list[Path]:
-    """The parts of a recording that end in the middle or are damaged.
-
-    Raises:
-        OSError, MessageError: a part cannot be read.
-    """
-    from vrg.recording.mcap_reading import records_in
-
-    torn: list[Path] = []
-    for _ in records_in(folder.recordings(), torn):
-        pass
-    return torn
 
 
 def judge(run: RunArgument = None) -> None:

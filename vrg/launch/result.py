@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from vrg import __version__
@@ -129,8 +130,11 @@ def _statistics(folder: RunFolder) -> dict[str, Any]:
     return found
 
 
-def plot(setup: MatchSetup, folder: RunFolder) -> None:
+def plot(setup: MatchSetup, folder: RunFolder) -> list[Path]:
     """Draw the trajectories from the recording.
+
+    Returns:
+        the parts of the recording that end in the middle or are damaged, of which something is not drawn.
 
     Raises:
         OSError: there is no recording, or no room for the picture.
@@ -142,4 +146,6 @@ def plot(setup: MatchSetup, folder: RunFolder) -> None:
     winner = records[-1].standing.winner if records else None
     how = {None: "", NOBODY: "", DRAW: "; a draw"}.get(winner, f"; {won(str(winner))}")
     title = f"{setup.name}: {game_of(setup.game).title}, seed {setup.seed}{how}"
-    plot_trajectories(folder.recordings(), folder.plot, obstacles=setup.obstacles, title=title)
+    torn: list[Path] = []
+    plot_trajectories(folder.recordings(), folder.plot, obstacles=setup.obstacles, title=title, torn=torn)
+    return torn

@@ -62,6 +62,7 @@ def plot_trajectories(
     obstacles: Sequence[Region] = (),
     title: str = "",
     game: str = "",
+    torn: list[Path] | None = None,
 ) -> None:
     """Plot where each player drove while the rounds were played.
 
@@ -77,7 +78,7 @@ def plot_trajectories(
         calls: of the match. zones: by round. thoughts: of the players. game: its name. All are read from the recording
             where they are not given.
         obstacles: the ground that the map's walls and obstacles cover, m.
-        title: above the panels.
+        title: above the panels. torn: where to note the files that end in the middle or are damaged.
 
     Raises:
         OSError: a file cannot be read or written.
@@ -85,7 +86,7 @@ def plot_trajectories(
         ValueError: there is no track to plot.
     """
     if not isinstance(recording, Mapping):
-        tracks = read_tracks(recording)
+        tracks = read_tracks(recording, torn)
         calls = read_calls(recording) if calls is None else calls
         setting = read_setting(recording)
         zones = setting.zones if zones is None else zones
