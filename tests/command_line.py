@@ -28,16 +28,16 @@ def command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
 
     def run(*arguments: str) -> Done:
         monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
-        status: object = 0
+        code: object = 0
         try:
             main()
         except SystemExit as end:
-            status = end.code
-        return Done(status if isinstance(status, int) else 0, *capsys.readouterr())
+            code = end.code
+        return Done(code if isinstance(code, int) else int(code is not None), *capsys.readouterr())
 
     return run
 
 
 def invoke(*arguments: str) -> Result:
     """What a command has come to, its exception included."""
-    return CliRunner().invoke(make_app(), list(arguments))
+    return CliRunner().invoke(make_app(), arguments, env={"COLUMNS": "250"})

@@ -10,12 +10,11 @@ import pygame
 import pytest
 from click.testing import Result
 from msgspec import structs
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.games.roboflag.playing import four_each, match_text
 from tests.ui.test_explaining import worked_out
 from vrg.bus.messages import Call
-from vrg.cli import make_app
 from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, write_setup
@@ -65,7 +64,7 @@ def judged(run: RunFolder, folder: Path, setup: MatchSetup, recording: bytes) ->
 
 
 def said(command: str, run: RunFolder, *options: str) -> Result:
-    return CliRunner().invoke(make_app(), ["run", command, str(run.path), *options])
+    return invoke("run", command, str(run.path), *options)
 
 
 def first_tag(run: RunFolder) -> tuple[int, Call]:

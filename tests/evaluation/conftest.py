@@ -1,9 +1,7 @@
 """A match that is over in a moment, and strategies that play it in all kinds of ways."""
 
-import sys
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -11,9 +9,9 @@ import psutil
 import pytest
 from msgspec import structs
 
+from tests.command_line import Vrg, command_line
 from tests.warm import WarmServers
 from vrg.bus.stopping import StopSignal
-from vrg.cli import main
 from vrg.config.loading import load_match
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import Definition, define
@@ -206,23 +204,8 @@ def timeless(rows: list[GameRecord]) -> list[GameRecord]:
     return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0)) for row in rows]
 
 
-@dataclass(frozen=True)
-class Done:
-    status: object
-    out: str
-    err: str
-
-
 @pytest.fixture
-def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], match: Path) -> Callable[..., Done]:
+def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], match: Path) -> Vrg:
     """Run the command line in this process, in the folder of the match."""
     monkeypatch.chdir(match.parent)
-    monkeypatch.setenv("COLUMNS", "200")
-
-    def run(*arguments: str) -> Done:
-        monkeypatch.setattr(sys, "argv", ["vrg", *arguments])
-        with pytest.raises(SystemExit) as end:
-            main()
-        return Done(end.value.code, *capsys.readouterr())
-
-    return run
+    return command_line(monkeypatch, capsys)

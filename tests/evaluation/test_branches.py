@@ -3,15 +3,13 @@
 import json
 import shlex
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from pyarrow import parquet
-from typer.testing import CliRunner
 
-from tests.evaluation.conftest import Done, match_in
-from vrg.cli import make_app
+from tests.command_line import Vrg, invoke
+from tests.evaluation.conftest import match_in
 from vrg.config.loading import load_match
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import define, origin_at
@@ -32,7 +30,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A match that was played in one process, and won by the minnows."""
     folder = tmp_path_factory.mktemp("recorded")
     command = ["play", str(match_in(folder)), "--in-process", "--seed", "1", "--no-record", "--runs", str(folder)]
-    played = CliRunner().invoke(make_app(), command)
+    played = invoke(*command)
     assert played.exit_code == 0, played.output
     return next(folder.glob("*/journal.jsonl")).parent
 
@@ -48,7 +46,7 @@ def rows(folder: Path) -> list[GameRecord]:
     return read_records(folder / "games.jsonl", GameRecord)
 
 
-def test_one_team_goes_on_by_each_strategy_with_the_same_noise(vrg: Callable[..., Done], run: str, match: Path) -> None:
+def test_one_team_goes_on_by_each_strategy_with_the_same_noise(vrg: Vrg, run: str, match: Path) -> None:
     for name in ("one.py", "other.py"):
         (match.parent / name).write_text(TWIN)
     command = ("compare", "one.py:Twin", "other.py:Twin", "--from", f"{run}@{INSTANT}", "--team", "minnows")
@@ -63,7 +61,7 @@ def test_one_team_goes_on_by_each_strategy_with_the_same_noise(vrg: Callable[...
 
 
 def test_a_game_is_played_again_as_it_was_and_the_report_gives_no_strategy_the_team_that_plays_as_recorded(
-    vrg: Callable[..., Done], run: str, match: Path
+    vrg: Vrg, run: str, match: Path
 ) -> None:
     command = ("compare", "players.py:Lazy", "sharks-and-minnows", "--from", f"{run}@{INSTANT}", "--team", "minnows")
     done = vrg(*command, "--games", "4", "--all", "--output", "two")
@@ -86,7 +84,7 @@ def test_a_game_is_played_again_as_it_was_and_the_report_gives_no_strategy_the_t
         assert row[f"calls_tag_on_{other}"] is None
 
 
-def test_a_changed_record_and_wrong_options_are_refused(vrg: Callable[..., Done], run: str, match: Path) -> None:
+def test_a_changed_record_and_wrong_options_are_refused(vrg: Vrg, run: str, match: Path) -> None:
     command = ("compare", "players.py:Lazy", "sharks-and-minnows", "--from")
     for options, wrong in (
         ((f"{run}@{INSTANT}",), "expected --team too: sharks or minnows"),
@@ -109,7 +107,7 @@ def test_a_changed_record_and_wrong_options_are_refused(vrg: Callable[..., Done]
     assert "the instant from which the games go on is another" in done.err
 
 
-def test_a_file_may_be_edited_while_the_games_run(vrg: Callable[..., Done], run: str, match: Path) -> None:
+def test_a_file_may_be_edited_while_the_games_run(vrg: Vrg, run: str, match: Path) -> None:
     (match.parent / "mine.py").write_text(TWIN)
     origin = origin_at(RunFolder(match.parent / run), 3.0, "minnows")
     setup = load_match(match.parent / run / "match.toml")

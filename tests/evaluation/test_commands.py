@@ -5,14 +5,15 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import psutil
 import pytest
 from pyarrow import csv, parquet
 
-from tests.evaluation.conftest import OWN, WITH_RAY, Done, alive, target
+from tests.command_line import Vrg
+from tests.evaluation.conftest import OWN, WITH_RAY, alive, target
 from tests.system.harness import wait_until
 
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
@@ -20,7 +21,7 @@ PATIENCE = 180.0
 """The real time in s that something may take to happen."""
 
 
-def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Done], tmp_path: Path) -> None:
+def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Vrg, tmp_path: Path) -> None:
     command = ("compare", "sharks-and-minnows", "players.py:Lazy", "--match", "tiny.toml", "--no-sandbox")
     command = (*command, "--confidence", "0.5")
     done = vrg(*command, "--output", "here")
@@ -48,7 +49,7 @@ def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Callable[..., Don
     assert again.out.splitlines()[-1] == done.out.splitlines()[-1]
 
 
-def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[..., Done], tmp_path: Path) -> None:
+def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Vrg, tmp_path: Path) -> None:
     command = ("tournament", "players.py:Lazy", "sharks-and-minnows", "--match", "tiny.toml", "--games", "2")
     done = vrg(*command, "--mirror", "--no-sandbox", "--output", "here")
     assert done.status == 0
@@ -64,7 +65,7 @@ def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Callable[
     assert "| sharks-and-minnows |" in (tmp_path / "here" / "report.md").read_text()
 
 
-def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Callable[..., Done], tmp_path: Path) -> None:
+def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Vrg, tmp_path: Path) -> None:
     (tmp_path / "class").mkdir()
     for name, code in (
         ("Anna Maria", f"{OWN}return STILL\n"),
@@ -104,7 +105,7 @@ def test_a_folder_of_files_plays_and_what_cannot_play_is_left_out(vrg: Callable[
 
 
 def test_the_files_of_a_folder_do_not_run_unsealed_unless_that_is_asked_for(
-    vrg: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    vrg: Vrg, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "class").mkdir()
     mark = tmp_path / "it ran"
@@ -137,7 +138,7 @@ def test_the_files_of_a_folder_do_not_run_unsealed_unless_that_is_asked_for(
     ],
 )
 def test_a_strategy_that_is_not_there_is_told_before_a_game_is_played(
-    vrg: Callable[..., Done], tmp_path: Path, arguments: Sequence[str], said: str
+    vrg: Vrg, tmp_path: Path, arguments: Sequence[str], said: str
 ) -> None:
     (tmp_path / "empty").mkdir()
     done = vrg(*arguments, "--match", "tiny.toml", "--output", "here")

@@ -4,12 +4,12 @@ import os
 import re
 import stat
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.evaluation.conftest import OWN, Done
+from tests.command_line import Vrg
+from tests.evaluation.conftest import OWN
 from tests.evaluation.test_matchmaking import game
 from vrg.evaluation import league_folder
 from vrg.evaluation.contenders import Unable
@@ -19,8 +19,6 @@ from vrg.evaluation.league import _half
 from vrg.evaluation.league_folder import Version, playing
 from vrg.launch.systemd import league_units
 from vrg.ui.animation import animated
-
-Vrg = Callable[..., Done]
 
 
 def version(number: int, problem: str = "", entry: str = "ann") -> Version:

@@ -9,15 +9,14 @@ from unittest import mock
 
 import msgspec
 import pytest
-from typer.testing import CliRunner
 
 import vrg.agents.player
 import vrg.faults.session
 import vrg.hal.gate
+from tests.command_line import invoke
 from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Numbers
 from vrg.bus.pacing import Pacer
-from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.attendance import Attendance
@@ -243,11 +242,11 @@ def test_the_command_names_the_seed_the_faults_and_what_does_not_hold(
 ) -> None:
     (tmp_path / "tiny.toml").write_text(MATCH)
     command = ["fuzz", str(tmp_path / "tiny.toml"), "--seed", "1", "--games", "1", "--faults", str(COUNT)]
-    good = CliRunner().invoke(make_app(), command)
+    good = invoke(*command)
     assert good.exit_code == 0, good.output
     assert "in 0 something did not hold" in good.output
     monkeypatch.setattr(safety, "COMMAND_TIMEOUT", 1e9)  # the processes are forks of this one
-    found = CliRunner().invoke(make_app(), command)
+    found = invoke(*command)
     assert found.exit_code == 1
     assert "seed 1: " in found.output
     assert "is driven, though" in found.output

@@ -1,15 +1,11 @@
-"""Matches that tests play in one process, and the commands that they type."""
+"""Matches that tests play in one process."""
 
 from pathlib import Path
 from typing import Any
 
-from click.testing import Result
-from typer.testing import CliRunner
-
 from tests.tiny import TINY
 from vrg.bus.messages import Call
 from vrg.bus.node import Node
-from vrg.cli import make_app
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
@@ -40,7 +36,3 @@ def calls_of(run: RunFolder, rule: str | None = None) -> list[Call]:
     """The referee's calls, or those of one rule."""
     calls = [call for record in read_journal(run.journal)[1] for call in record.calls]
     return [call for call in calls if rule in (None, call.rule)]
-
-
-def vrg(*arguments: str) -> Result:
-    return CliRunner().invoke(make_app(), arguments, env={"COLUMNS": "250"})

@@ -12,7 +12,7 @@ from unittest import mock
 
 import pytest
 
-from tests.launch.matches import vrg
+from tests.command_line import invoke
 from tests.tiny import TINY
 from vrg.bus.messages import Call, Stage
 from vrg.commands.branching import Progress, progress_of
@@ -153,7 +153,7 @@ def test_it_can_be_broken_off_and_is_where_nobody_reads_on(run: RunFolder, tmp_p
 def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: str) -> None:
     Path(lazy.partition(":")[0]).write_text(f'print({{"debug": 1}})\nprint("{{}}")\n{LAZY}')
     command = ["run", "replay", str(run.path), "--at", "4", "--play", f"shark={lazy}", "--runs", str(tmp_path / "runs")]
-    done = vrg(*command, "--json")
+    done = invoke(*command, "--json")
     assert done.exit_code == 0, done.output
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     new = RunFolder(Path(lines[-1]["run"]))
@@ -162,9 +162,9 @@ def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: 
     assert lines[-1]["ending"].startswith("From 4.0 s on shark plays lazy.py:Lazy: Minnows win")
     assert "Recorded: " in lines[-1]["ending"]
     assert new.plot.is_file()
-    lacking = vrg("run", "replay", str(run.path), "--play", "shark=x")
+    lacking = invoke("run", "replay", str(run.path), "--play", "shark=x")
     assert "expected --at too" in str(lacking.exception)
-    wrong = vrg("run", "replay", str(run.path), "--at", "4", "--play", "shark")
+    wrong = invoke("run", "replay", str(run.path), "--at", "4", "--play", "shark")
     assert "expected PLAYER=STRATEGY" in str(wrong.exception)
 
 
@@ -268,12 +268,12 @@ def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_
     text = TINY.replace("passes = 1", "passes = 1\npass_limit = 4.0")
     (home / "m.toml").write_text(text.replace('name = "ann"', 'name = "ann"\nstrategy = "lazy.py:Lazy"'))
     runs = ["--runs", str(home / "runs")]
-    assert vrg("play", str(home / "m.toml"), "--in-process", "--headless", "--rate", "max", *runs).exit_code == 0
+    assert invoke("play", str(home / "m.toml"), "--in-process", "--headless", "--rate", "max", *runs).exit_code == 0
     (first,) = (home / "runs").iterdir()
     ways = (([], "sealed: the code of ann can only play", False), (["--no-sandbox"], "not sealed", True))
     for options, said, written in ways:
         mark.unlink(missing_ok=True)
-        done = vrg("run", "repeat", str(first), *runs, *options)
+        done = invoke("run", "repeat", str(first), *runs, *options)
         assert said in done.stderr
         assert "The same: " in done.stdout
         assert mark.exists() is written
@@ -283,11 +283,11 @@ def test_a_run_is_repeated_with_the_code_of_its_files_sealed_unless_that_is_not_
     plain = RunFolder(Path(shutil.copytree(first, home / "plain")))
     plain.match_file.write_text(text)
     write_setup(load_match(plain.match_file).at_rate(read_setup(plain.setup).rate), plain.setup)
-    assert vrg("run", "repeat", str(plain.path), *runs).exit_code == 1, "ann was another one"
-    branched = vrg("run", "replay", str(first), *taken)
+    assert invoke("run", "repeat", str(plain.path), *runs).exit_code == 1, "ann was another one"
+    branched = invoke("run", "replay", str(first), *taken)
     branch = Path(json.loads(branched.stdout.splitlines()[-1])["run"])
     (branch / "match.toml").write_text((branch / "match.toml").read_text().replace('strategy = "lazy.py:Lazy"', ""))
-    assert "sealed: the code of bob can only play" in vrg("run", "repeat", str(branch), *runs).stderr
+    assert "sealed: the code of bob can only play" in invoke("run", "repeat", str(branch), *runs).stderr
     plain.match_file.write_text(text.replace('name = "ann"', f'name = "ann"\nstrategy = "{home / "lazy.py"}:Lazy"'))
-    assert "sealed: the code of ann can only play" in vrg("run", "repeat", str(plain.path), *runs).stderr
+    assert "sealed: the code of ann can only play" in invoke("run", "repeat", str(plain.path), *runs).stderr
     assert not mark.exists()

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.launch.matches import vrg
+from tests.command_line import invoke
 from vrg.bus.seats import Seat, SeatKind
 from vrg.config.files import HERE, WINDOW
 from vrg.config.loading import load_match, match_path
@@ -33,12 +33,12 @@ def test_it_knows_the_robots_and_its_seat() -> None:
 
 @pytest.mark.parametrize(("command", "word"), [(["play"], "--developer"), (["show", "developer"], "developers' view")])
 def test_the_command_line_has_it(command: list[str], word: str) -> None:
-    told = vrg(*command, "--help")
+    told = invoke(*command, "--help")
     assert told.exit_code == 0
     assert word in told.output
 
 
 def test_a_match_in_one_process_has_none() -> None:
-    told = vrg("play", "hud", "--in-process", "--developer")
+    told = invoke("play", "hud", "--in-process", "--developer")
     assert told.exit_code == 2
     assert "--developer needs the bus" in told.output

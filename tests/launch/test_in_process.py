@@ -14,8 +14,9 @@ import typer
 from mcap.reader import make_reader
 from msgspec import structs
 
+from tests.command_line import invoke
 from tests.launch import matches
-from tests.launch.matches import calls_of, vrg
+from tests.launch.matches import calls_of
 from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
@@ -145,7 +146,7 @@ def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Pat
                 [sys.executable, "-m", "vrg", *command], env=environment, check=True, timeout=600, capture_output=True
             )
         else:
-            assert vrg(*command).exit_code == 0
+            assert invoke(*command).exit_code == 0
         journals.append(next(runs.glob("*/journal.jsonl")).read_bytes())
     assert journals[0] == journals[1]
     assert journals[0] != journals[2], "another seed gives another match"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.launch.matches import vrg
+from tests.command_line import invoke
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
@@ -70,7 +70,7 @@ def test_vrg_itself_is_not_kept_where_it_is_beside_a_strategy(match: Path) -> No
 
 def test_a_run_can_be_played_again_without_what_it_was_played_from(match: Path, tmp_path: Path) -> None:
     def play(file: Path, runs: str) -> Path:
-        done = vrg("play", str(file), "--in-process", "--no-record", "--runs", str(tmp_path / runs))
+        done = invoke("play", str(file), "--in-process", "--no-record", "--runs", str(tmp_path / runs))
         assert done.exit_code == 0, done.output
         return next((tmp_path / runs).iterdir())
 
@@ -94,7 +94,7 @@ def test_a_package_that_holds_the_runs_is_not_copied_into_itself(tmp_path: Path)
     text = short_match("inside").replace('name = "ann"', 'name = "ann"\nstrategy = "kept_team.player:Player"')
     (tmp_path / "match.toml").write_text(text)
     for _ in range(3):
-        done = vrg("play", str(tmp_path / "match.toml"), "--in-process", "--no-record", "--runs", str(team / "runs"))
+        done = invoke("play", str(tmp_path / "match.toml"), "--in-process", "--no-record", "--runs", str(team / "runs"))
         assert done.exit_code == 0, done.output
     for run in (team / "runs").iterdir():
         assert (run / "kept_team" / "player.py").is_file()
@@ -103,27 +103,27 @@ def test_a_package_that_holds_the_runs_is_not_copied_into_itself(tmp_path: Path)
 
 def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -> None:
     (tmp_path / "match.toml").write_text(short_match("late"))
-    played = vrg("play", str(tmp_path / "match.toml"), "--in-process", "--runs", str(tmp_path / "runs"))
+    played = invoke("play", str(tmp_path / "match.toml"), "--in-process", "--runs", str(tmp_path / "runs"))
     assert played.exit_code == 0, played.output
     run = next((tmp_path / "runs").iterdir())
     whole = json.loads((run / "result.json").read_text())
     (run / "result.json").unlink()
     (run / "trajectories.png").unlink()
-    done = vrg("run", "result", str(run))
+    done = invoke("run", "result", str(run))
     assert done.exit_code == 0
     assert " win: " in done.output
     assert json.loads((run / "result.json").read_text()) == whole
-    assert vrg("run", "plot", str(run)).exit_code == 0
+    assert invoke("run", "plot", str(run)).exit_code == 0
     assert (run / "trajectories.png").stat().st_size > 10_000
 
     lines = (run / "journal.jsonl").read_text().splitlines(keepends=True)
     (run / "journal.jsonl").write_text("".join(lines[:2]))
-    done = vrg("run", "result", str(run))
+    done = invoke("run", "result", str(run))
     assert "Broken off: its launcher ended before the match" in done.output
 
 
 @pytest.mark.parametrize("command", ["result", "plot"])
 def test_what_is_no_run_folder_is_told(tmp_path: Path, command: str) -> None:
-    done = vrg("run", command, str(tmp_path))
+    done = invoke("run", command, str(tmp_path))
     assert isinstance(done.exception, LaunchError)
     assert "expected a run folder with a setup.json" in str(done.exception)

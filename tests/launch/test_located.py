@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from tests.command_line import invoke
 from tests.launch import matches
-from tests.launch.matches import calls_of, vrg
+from tests.launch.matches import calls_of
 from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
@@ -156,14 +157,14 @@ def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_p
     (tmp_path / "tiny.toml").write_text(located(TINY_CAN, "ann", more=more))
 
     command = ("play", str(tmp_path / "tiny.toml"), "--in-process", "--headless", "--no-record")
-    assert vrg(*command, "--runs", str(tmp_path / "runs")).exit_code == 0
+    assert invoke(*command, "--runs", str(tmp_path / "runs")).exit_code == 0
     run = str(next((tmp_path / "runs").iterdir()))
-    learned = json.loads(vrg("run", "report", run, "--json").output)["learned"]["ann"]
+    learned = json.loads(invoke("run", "report", run, "--json").output)["learned"]["ann"]
     for what, true in (("way", 0.03), ("turn", 0.0), ("bend", math.radians(3.0))):
         mean, deviation = learned[what]
         assert abs(mean - true) < 4 * deviation
     assert learned["way"][1] < 0.002, "it has driven far enough to know"
-    done = vrg("run", "report", run, "--calibrate", "ann", "--output", str(tmp_path / "ann.cal.toml"))
+    done = invoke("run", "report", run, "--calibrate", "ann", "--output", str(tmp_path / "ann.cal.toml"))
     assert done.exit_code == 0, done.output
     assert "ann: " in done.output
     assert f"{100 * learned['way'][0]:.3f} +- " in done.output
@@ -172,7 +173,7 @@ def test_a_report_tells_what_the_odometry_errs_by_and_writes_a_calibration(tmp_p
     assert found.axes[0].ratio > found.axes[1].ratio, "its right wheel is larger"
     assert (found.axes[0].ratio + found.axes[1].ratio) / 2 == pytest.approx(50.0 / 1.03, abs=0.2)
     for player, words in (("bob", "expected a robot that was located (ann)"), ("nemo", "got 'nemo'")):
-        refused = vrg("run", "report", run, "--calibrate", player)
+        refused = invoke("run", "report", run, "--calibrate", player)
         assert isinstance(refused.exception, ConfigError)
         assert words in str(refused.exception)
 
@@ -187,7 +188,7 @@ def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monke
     monkeypatch.chdir(tmp_path)
 
     command = ("can", "calibrate", "ann", "tiny.toml", "--fixes", "--in-process", "--speed", "0.7", "--for", "30")
-    done = vrg(*command)
+    done = invoke(*command)
     assert done.exit_code == 0, done.output
     found = load_calibration(tmp_path / "ann.cal.toml", [0, 1])
     assert found.axes[0].ratio == pytest.approx(50.0 / 1.03, rel=0.02)
@@ -201,15 +202,15 @@ def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monke
     assert load_match(tmp_path / "known.toml").base == str(tmp_path)
     monkeypatch.setattr("vrg.commands.playing.plot", lambda *_: None)  # nobody looks at it here
     again = ("play", "known.toml", "--in-process", "--headless", "--runs", str(tmp_path / "again"))
-    assert vrg(*again).exit_code == 0
+    assert invoke(*again).exit_code == 0
     run = str(next((tmp_path / "again").iterdir()))
-    way, half = json.loads(vrg("run", "report", run, "--json").output)["robots"]["ann"]["numbers"]["way"]
+    way, half = json.loads(invoke("run", "report", run, "--json").output)["robots"]["ann"]["numbers"]["way"]
     assert abs(way) < 0.01 + half
-    fitted = vrg("run", "report", run, "--fitted", "fitted.toml")
+    fitted = invoke("run", "report", run, "--fitted", "fitted.toml")
     assert fitted.exit_code == 0, fitted.output
     assert load_match(tmp_path / "fitted.toml").player("ann").motion.keys() >= {"delay", "a_max"}
-    refused = vrg("run", "report", run, "--fitted", "fitted.toml")
+    refused = invoke("run", "report", run, "--fitted", "fitted.toml")
     assert "expected a file that is not there yet" in str(refused.exception)
     (tmp_path / "alone.toml").write_text(TINY_CAN)
-    refused = vrg("can", "calibrate", "ann", "alone.toml", "--fixes")
+    refused = invoke("can", "calibrate", "ann", "alone.toml", "--fixes")
     assert 'expected `localisation = "fusion"` at ann' in str(refused.exception)

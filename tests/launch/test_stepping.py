@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from tests.launch.matches import vrg
+from tests.command_line import invoke
 from tests.tiny import TINY
 from vrg.agents.strategy import ForfeitError, Strategy, View
 from vrg.bus.mailbox import Mailbox
@@ -189,7 +189,7 @@ def test_a_match_that_was_given_up_is_given_up_again(home: Path, server: ForkSer
     (home / "tiny.toml").write_text(MATCH.replace('map = "open"', 'map = "open"\non_fault = "halt"'))
     (home / "raises").touch()
     command = ["play", "tiny.toml", "--lockstep", "--headless", "--no-sandbox", "--deadline", "4", "--runs", "first"]
-    assert vrg(*command).exit_code == 1
+    assert invoke(*command).exit_code == 1
     first = RunFolder(next((home / "first").glob("tiny-*")))
     assert "given up" in first.result.read_text()
     again = repeat_match(first, home / "again", NOW, None, Stop())  # type: ignore[arg-type]
@@ -249,12 +249,12 @@ def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkey
         (home / f"{name}.py").write_text(ODD.replace("HOME", str(home)).replace("0.4", speed))
         short = MATCH.replace("passes = 1", "passes = 1\npass_limit = 4.0")
         (home / "tiny.toml").write_text(short.replace("odd.py", f"{name}.py"))
-        done = vrg("play", "tiny.toml", "--in-process", "--headless", "--runs", name)
+        done = invoke("play", "tiny.toml", "--in-process", "--headless", "--runs", name)
         assert done.exit_code == 0, done.output
         runs.append(str(next((home / name).glob("tiny-*"))))
-    same_run = vrg("run", "diff", runs[0], runs[0])
+    same_run = invoke("run", "diff", runs[0], runs[0])
     assert (same_run.exit_code, "The same" in same_run.output) == (0, True)
-    found = vrg("run", "diff", *runs)
+    found = invoke("run", "diff", *runs)
     assert found.exit_code == 1
     assert "The match files differ" in found.output
     assert re.search(r"Recordings: at .* s, /robot/ann/\w+, .*: .* there, .* here", found.output), found.output

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath
 import pytest
 from click.testing import Result
 
-from tests.launch.matches import vrg
+from tests.command_line import invoke
 from tests.test_machines import EMULATED, MACHINES, SITES, load
 from tests.tiny import TINY
 from vrg.config.loading import load_match
@@ -97,7 +97,7 @@ def deployed(folder: Path, *arguments: str, head: str = "") -> Result:
     file = folder / "alone.toml"
     file.write_text(head + (GAMES.get("sharks-and-minnows").default_match()).read_text())
     command = ["deploy", "systemd", str(file), "--output", str(folder / "units"), "--user", "vrg", *arguments]
-    return vrg(*command)
+    return invoke(*command)
 
 
 def router_command(folder: Path) -> str:
@@ -125,7 +125,7 @@ def test_it_prints_what_to_type_to_bring_match_keys_and_units_to_each_machine(tm
     path = tmp_path / "two.toml"
     path.write_text(file + tables)
     units = tmp_path / "units"
-    done = vrg("deploy", "systemd", str(path), "--output", str(units), "--keys", "/opt/vrg/keys")
+    done = invoke("deploy", "systemd", str(path), "--output", str(units), "--keys", "/opt/vrg/keys")
     said = done.output.splitlines()
     assert done.exit_code == 0, done.exception
     assert f"  scp -r {path} robot@lab2:/opt/vrg/match/" in said

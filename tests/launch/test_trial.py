@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.launch.matches import vrg
+from tests.command_line import invoke
 from tests.requirements import missing as lacking
 from tests.system.harness import short_match
 from vrg.errors import ConfigError
@@ -57,7 +57,7 @@ def attack(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     ],
 )
 def test_no_command_that_checks_a_strategy_first_runs_it_first(attack: Path, arguments: list[str], said: str) -> None:
-    done = vrg(*arguments)
+    done = invoke(*arguments)
     assert said in f"{done.output}{done.exception}"
     assert not attack.exists()
     assert not any("mine" in name for name in sys.modules if name.startswith("vrg_strategy"))

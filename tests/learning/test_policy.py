@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.launch.matches import vrg
+from tests.command_line import invoke
 from tests.learning.making import GAMES_LEARNED, Situation, short_match
 from vrg.agents.strategy import Action
 from vrg.bus.messages import DISQUALIFIED, Stage
@@ -301,17 +301,17 @@ def test_a_new_match_for_a_policy_is_one_of_its_game(tmp_path: Path) -> None:
     for game, player in (("roboflag", 0), (SHARKS, 1)):
         save(random_policy(game), learned)
         here = tmp_path / game
-        done = vrg("new", "match", "first", str(learned), "--output", str(here))
+        done = invoke("new", "match", "first", str(learned), "--output", str(here))
         assert done.exit_code == 0, done.output
         setup = load_match(here / "first.toml")
         assert setup.game == game
         assert strategy_class(setup.players[player].strategy, here).games == (game,)
-    wrong = vrg("new", "match", "other", str(learned), "--game", "roboflag")
+    wrong = invoke("new", "match", "other", str(learned), "--game", "roboflag")
     assert "expected a strategy for roboflag, got one that plays sharks-and-minnows alone" in str(wrong.exception)
 
 
 def test_a_policy_cannot_practise(file: Path) -> None:
-    wrong = vrg("practice", str(file), "--in-process")
+    wrong = invoke("practice", str(file), "--in-process")
     assert "expected a strategy for practice, got one that plays sharks-and-minnows alone" in str(wrong.exception)
 
 
@@ -319,7 +319,7 @@ def test_a_policy_cannot_practise(file: Path) -> None:
 def test_a_policy_is_compared_with_the_shipped_strategy(file: Path, tmp_path: Path) -> None:
     match = short_match(tmp_path, SHARKS, rules="passes = 1\npass_limit = 1.0", top="lasers = false")
     where = ("--match", str(match), "--output", str(tmp_path / "compared"))
-    done = vrg("compare", str(file), SHARKS, "--games", "2", "--jobs", "1", *where)
+    done = invoke("compare", str(file), SHARKS, "--games", "2", "--jobs", "1", *where)
     assert done.exit_code == 0, done.output
     assert "2 games played" in done.output
     assert "policy" in done.output

@@ -13,12 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
 from pyarrow import parquet
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.learning.making import short_match
 from tests.learning.test_training import imitate
 from vrg.agents.strategy import Action, Strategy, View, decided
-from vrg.cli import make_app
 from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, read_setup
@@ -105,7 +104,7 @@ def rebuilt(run: Path) -> tuple[MatchSetup, list[Decision]]:
 
 
 def export(*runs: Path, output: Path) -> Result:
-    return CliRunner().invoke(make_app(), ["run", "export", *map(str, runs), "--output", str(output)])
+    return invoke("run", "export", *map(str, runs), "--output", str(output))
 
 
 @pytest.mark.parametrize("game", SHORT)

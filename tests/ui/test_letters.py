@@ -6,10 +6,9 @@ import pytest
 from fontTools.fontBuilder import FontBuilder
 from fontTools.pens.ttGlyphPen import TTGlyphPen
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.tiny import TINY
-from vrg.cli import make_app
 from vrg.ui import letters
 from vrg.ui.text import Fonts
 
@@ -63,5 +62,5 @@ def test_plots_write_it_too(installed: Path) -> None:
 def test_a_check_names_whom_no_font_can_write(installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("m.toml").write_text(TINY.replace('"ann"', '"みか"').replace('"bob"', f'"{NAME}"'))
-    done = CliRunner().invoke(make_app(), ["check", "m.toml"])
+    done = invoke("check", "m.toml")
     assert "note: no font of this machine has the letters of みか, so windows and plots show boxes" in done.output

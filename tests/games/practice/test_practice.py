@@ -6,10 +6,9 @@ from pathlib import Path
 
 import pytest
 from pydantic import ValidationError
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from vrg.bus.messages import Stage
-from vrg.cli import make_app
 from vrg.commands.practice import match_text
 from vrg.config.loading import load_match
 from vrg.coordinator.match import Match
@@ -98,7 +97,7 @@ def test_a_strategy_is_tried(tmp_path: Path) -> None:
         "    def act(self, view):\n        return Twist(v=0.5, w=0.0)\n"
     )
     command = ["practice", f"{tmp_path}/mine.py:Mine", "--in-process", "--engine", "planar", "--for", "3"]
-    done = CliRunner().invoke(make_app(), [*command, "--no-record", "--runs", str(tmp_path / "runs")])
+    done = invoke(*command, "--no-record", "--runs", str(tmp_path / "runs"))
     assert done.exit_code == 0, done.output
     assert "Over (" in done.output
     result = json.loads(next((tmp_path / "runs").glob("*/result.json")).read_text())

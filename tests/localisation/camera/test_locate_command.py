@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import Result
-from typer.testing import CliRunner
 
+from tests.command_line import invoke
 from tests.localisation.camera.scenes import LENS, boards_held_up, looking, tags_on_field
-from vrg.cli import make_app
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.localisation.camera.board import Board
@@ -55,7 +54,7 @@ def locate(taken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Call
     (tmp_path / "cam.toml").write_text(camera_text(CameraFile(lens=LensTable.of(LENS, 0.1))), encoding="utf-8")
 
     def run(*words: str) -> Result:
-        result = CliRunner().invoke(make_app(), ["locate", *words])
+        result = invoke("locate", *words)
         if isinstance(result.exception, ConfigError):
             raise result.exception
         return result
