@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.launch import matches
+from tests.command_line import invoke
 from tests.system.harness import long_match
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Official, OfficialAction, Poses, at_rest
@@ -125,7 +125,7 @@ def test_the_result_holds_the_certificate(run: Played) -> None:
 
 
 def vrg(*arguments: str) -> str:
-    done = matches.vrg(*arguments)
+    done = invoke(*arguments)
     assert done.exit_code == 0, done.output
     return done.stdout
 
