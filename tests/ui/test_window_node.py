@@ -1,6 +1,7 @@
 """What holds in every window of a match: the same keys, buttons, lease and dead-man's switch. Each window is tried."""
 
 import os
+import threading
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -20,6 +21,7 @@ from vrg.bus.traffic import Traffic
 from vrg.hal.sensors.ins import Ins
 from vrg.ui import acts
 from vrg.ui.acts import Act
+from vrg.ui.banner import banners
 from vrg.ui.commander.node import Commander
 from vrg.ui.developer.node import DeveloperWindow
 from vrg.ui.driving import SLOW
@@ -27,7 +29,7 @@ from vrg.ui.hud.node import Hud
 from vrg.ui.replay import KEYS as REPLAY_KEYS
 from vrg.ui.spectator import Spectator
 from vrg.ui.window import SIZE, fitting
-from vrg.ui.window_node import WindowNode
+from vrg.ui.window_node import OVER, WindowNode
 
 RIGHT, START, BACK = (
     pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_START, pygame.CONTROLLER_BUTTON_BACK
@@ -49,6 +51,7 @@ class Bench:
     def __init__(self, node: WindowNode, keys: Keys) -> None:
         self.node, self.keys, self.number = node, keys, 0
         self.stopped = self.taken = False
+        self.stage: m.Stage | None = None
         self.tick()
         self.pad = VirtualPad()
         self.tick()
@@ -62,7 +65,7 @@ class Bench:
         nemo = m.Report(mode="Cross/Go", armed=True, manual=self.taken)
         told = (
             (self.keys.clock, clock),
-            (self.keys.referee_state, synthetic.state(time)),
+            (self.keys.referee_state, synthetic.state(time, **({} if self.stage is None else {"stage": self.stage}))),
             (self.keys.report("nemo"), nemo),
             (self.keys.sensor(Ins, "nemo", "ins"), Ins(pose=synthetic.pose_at("nemo", time))),
         )
@@ -140,6 +143,40 @@ def test_losing_the_keyboard_lets_go_of_the_arrows(bench: Bench) -> None:
     bench.down(pygame.K_UP)
     pygame.event.post(pygame.event.Event(pygame.WINDOWFOCUSLOST))
     assert bench.tick() == [STANDS]
+
+
+@pytest.mark.parametrize("how", ["its launcher is gone", "another match begins", "it is over and its clock stops"])
+def test_of_a_match_that_has_ended_a_window_takes_in_nothing_more(bench: Bench, how: str) -> None:
+    node = bench.node
+    bench.down(pygame.K_m)
+    assert not node.has_ended(gone=False)
+    bench.tick(live=False)
+    assert not node.has_ended(gone=False), "a clock may go on again"
+    if how == "another match begins":
+        bench.number = -100
+        bench.tick()
+    elif how == "it is over and its clock stops":
+        bench.stage = m.Stage.GAME_OVER
+        bench.tick()
+        assert not node.has_ended(gone=False), "its robots may still be shown"
+        bench.tick(live=False)
+    seen = node.scene.time
+    assert node.has_ended(gone=how == "its launcher is gone")
+    assert node.driving.player is None
+    bench.said()
+    bench.number = 500
+    assert bench.down(pygame.K_SPACE) == [], "nobody would hear it"
+    assert node.notice == OVER
+    assert bench.down(pygame.K_m) == []
+    assert node.scene.left
+    assert node.scene.time == pytest.approx(seen)
+    assert "NO CLOCK" not in [banner.heading for banner in banners(node.scene)]
+    assert all("Q closes the window" in banner.text for banner in banners(node.scene))
+    node.stop()
+    assert not node.closed, "it stays as it was left"
+    pygame.event.post(pygame.event.Event(pygame.QUIT))
+    node.linger(threading.Event())
+    assert node.closed
 
 
 def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(bench: Bench) -> None:

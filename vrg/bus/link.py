@@ -58,6 +58,11 @@ BORROWED_TRIES = 100
 """How often something is undeclared that another thread is using, every 10 ms."""
 
 
+def brief(error: OSError | zenoh.ZError) -> str:
+    """The text of zenoh's error, without the places in zenoh's own source."""
+    return str(error).split(" at ")[0].rstrip()
+
+
 class Declared(Protocol):
     """Something that was declared on a zenoh session."""
 
@@ -275,7 +280,7 @@ class RouterLink:
             except zenoh.ZError as error:
                 attempts += 1
                 if attempts > 1 and is_power_of_ten(attempts):
-                    log.warning("no new link to the router after %d attempts: %s", attempts, error)
+                    log.warning("no new link to the router after %d attempts: %s", attempts, brief(error))
                 self._shut()
                 self._closing.wait(RETRY)
                 continue

@@ -21,7 +21,7 @@ from vrg.bus.arrivals import Arrivals, Arrive
 from vrg.bus.codec import encode
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
 from vrg.bus.credentials import Credentials
-from vrg.bus.link import RouterLink, kept_events, subscription
+from vrg.bus.link import RouterLink, brief, kept_events, subscription
 from vrg.bus.mailbox import Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.stopping import StopSignal
@@ -80,7 +80,7 @@ def open_session(
                 seats = "" if credentials is None else " with seats"
                 raise BusError(
                     f"expected a router{seats} at {endpoint}, but none answered in {patience:g} s: "
-                    f"start one with `vrg node router`, or name another with --router ({_brief(error)})"
+                    f"start one with `vrg node router`, or name another with --router ({brief(error)})"
                 ) from None
             if stop.wait(0.1):
                 raise KeyboardInterrupt from None
@@ -105,11 +105,6 @@ def _check_handshake(endpoint: str, credentials: Credentials) -> None:
             f"the router at {endpoint} and the seat {credentials.common_name} ({credentials.folder}) do not accept "
             f"each other: {refused}"
         )
-
-
-def _brief(error: OSError | zenoh.ZError) -> str:
-    """The text of zenoh's error, without the places in zenoh's own source."""
-    return str(error).split(" at ")[0]
 
 
 class Session:
@@ -226,7 +221,7 @@ class Session:
                     raise BusError(f"expected the router to tell who is alive within {LIVELINESS_TIMEOUT:g} s")
                 found.add(str(reply.ok.key_expr))
         except zenoh.ZError as error:
-            raise BusError(f"the link to the router was lost ({_brief(error)})") from None
+            raise BusError(f"the link to the router was lost ({brief(error)})") from None
         if not self._link.connected:
             raise BusError("the link to the router was lost")
         return found
@@ -400,7 +395,7 @@ def open_router(
         except (OSError, zenoh.ZError) as error:
             raise BusError(
                 f"cannot serve a router at {endpoint}: is another one running there? "
-                f"Choose another endpoint with --router ({_brief(error)})"
+                f"Choose another endpoint with --router ({brief(error)})"
             ) from None
         stack.callback(raw.close)
         if open_entrance is not None:

@@ -2,8 +2,7 @@
 
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -219,26 +218,6 @@ def connected(
     credentials = credentials_for(endpoint, typed_keys, *seats)
     with stoppable() as stop, open_session(endpoint, patience=patience, stop=stop, credentials=credentials) as session:
         yield stop, session
-
-
-def gone(match: str, endpoint: str) -> Callable[[], bool]:
-    """Make a function that returns True once a match that runs on this machine has ended; it looks once a second.
-
-    Of a match that runs elsewhere it is not known here.
-    """
-    looked = time.monotonic()
-
-    def is_here() -> bool:
-        return any((found.match, found.router) == (match, endpoint) for found in running.running())
-
-    def has_ended() -> bool:
-        nonlocal looked
-        if time.monotonic() - looked < LOOK:
-            return False
-        looked = time.monotonic()
-        return not is_here()
-
-    return has_ended if is_here() else lambda: False
 
 
 def ended_run(run: Path | None, runs: Path = Path("runs")) -> "tuple[RunFolder, MatchSetup]":

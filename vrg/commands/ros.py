@@ -12,9 +12,10 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, joined
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached, connected, credentials_for, gone
+from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import listening_address
 from vrg.errors import ConfigError
+from vrg.launch.running import gone
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup

@@ -19,7 +19,7 @@ from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached, connected, credentials_for, gone, setup_named, which_match
+from vrg.commands.matches import attached, connected, credentials_for, setup_named, which_match
 from vrg.commands.options import (
     MatchArgument,
     PlayerArgument,
@@ -30,6 +30,7 @@ from vrg.commands.options import (
     need_display,
 )
 from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
+from vrg.launch.running import gone
 from vrg.registry import expected_one_of
 
 AT: Final = "ADDRESS:PORT"
@@ -41,7 +42,7 @@ def window(on: MatchOptions, run: RunOption = None) -> None:
     """Watch a match in a window; several may. Closing the window does not end the match."""
     need_display()
     from vrg.launch.explaining import explain
-    from vrg.launch.serving import WINDOW_PERIOD
+    from vrg.launch.serving import run_window
     from vrg.ui.spectator import Spectator  # pygame takes half a second to load
 
     found = attached(on)
@@ -58,7 +59,7 @@ def window(on: MatchOptions, run: RunOption = None) -> None:
             explain=None if found.run is None else partial(explain, found.run),
             official=is_official(credentials),
         )
-        run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
+        run_window(node, session, found.keys, stop, gone(found.name, found.endpoint))
 
 
 def hud(player: PlayerArgument, on: MatchOptions) -> None:
@@ -83,7 +84,7 @@ def developer(on: MatchOptions) -> None:
 def commander(team: TeamArgument, on: MatchOptions) -> None:
     """Command a team with a gamepad or the keyboard: set its priority, or drive one of its players by hand."""
     need_display()
-    from vrg.launch.serving import WINDOW_PERIOD
+    from vrg.launch.serving import run_window
     from vrg.ui.commander.node import Commander  # pygame takes half a second to load
 
     found, seat = attached(on), Seat(SeatKind.COMMANDER, team)
@@ -98,7 +99,7 @@ def commander(team: TeamArgument, on: MatchOptions) -> None:
         own = None if credentials is None else [p.name for p in state.players if p.team == team]
         node = Commander(team, Mailbox(), found.keys, sizes=found.sizes, obstacles=found.obstacles, seated=own)
         try:
-            run_node(node, session, found.keys, stop, finished=lambda: node.closed, idle=WINDOW_PERIOD)
+            run_window(node, session, found.keys, stop, gone(found.name, found.endpoint))
         except DuplicateNodeError:
             raise LaunchError(f"the team {team} has a commander already, and a team has only one") from None
 

@@ -4,17 +4,20 @@ import fcntl
 import json
 import logging
 import socket
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import Final, TextIO
 
 from vrg.errors import ConfigError
 from vrg.registry import did_you_mean
 
 log = logging.getLogger(__name__)
 
+LOOK: Final = 1.0
+"""The real time in s between two looks at whether a match still runs."""
 _PROBE = 2.0
 """s for a program to accept a connection."""
 
@@ -140,3 +143,21 @@ def _answers(endpoint: str) -> bool:
     except (OSError, ValueError):
         return False
     return True
+
+
+def gone(match: str, endpoint: str) -> Callable[[], bool]:
+    """Make a function that returns True once a match that runs on this machine has ended; it looks once a second.
+
+    Of a match that runs elsewhere it is not known here.
+    """
+    launchers = {found.pid for found in running() if (found.match, found.router) == (match, endpoint)}
+    looked, ended = time.monotonic(), False
+
+    def has_ended() -> bool:
+        nonlocal looked, ended
+        if launchers and time.monotonic() - looked >= LOOK:
+            looked = time.monotonic()
+            ended = not any(found.pid in launchers for found in running())
+        return ended
+
+    return has_ended

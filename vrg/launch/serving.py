@@ -11,8 +11,9 @@ import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vrg.blame import tell_of_refusals
 from vrg.bus.access import rules
@@ -22,7 +23,8 @@ from vrg.bus.process import Statistics, run_node, run_world
 from vrg.bus.refusals import refusals_logged
 from vrg.bus.seats import seats_of_node
 from vrg.bus.session import Session, joined, open_router, open_session
-from vrg.bus.stopping import Stop, stop_on_signals
+from vrg.bus.stopping import Stop, StopSignal, stop_on_signals
+from vrg.bus.topics import Keys
 from vrg.config.files import LIVE, ROS, THREE
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, SandboxError, StrategyError
@@ -30,6 +32,10 @@ from vrg.files import read_bytes, write_whole
 from vrg.launch import nodes
 from vrg.launch.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
 from vrg.launch.run_folder import RunFolder
+from vrg.launch.running import gone
+
+if TYPE_CHECKING:
+    from vrg.ui.window_node import WindowNode
 
 log = logging.getLogger(__name__)
 
@@ -42,7 +48,9 @@ LEASH_TIMEOUT = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-DISPLAY_KINDS = ("spectator", "developer", "hud", "web", "foxglove", "three", "ros")
+WINDOW_KINDS = ("spectator", "developer", "hud")
+"""The kinds of nodes that are windows."""
+DISPLAY_KINDS = (*WINDOW_KINDS, "web", "foxglove", "three", "ros")
 """The kinds of nodes that show the match to people."""
 KINDS = ("world", "coordinator", "recorder", "tracker", *DISPLAY_KINDS, "player")
 """The kinds of nodes that `serve` can run."""
@@ -104,8 +112,7 @@ def serve(
             _report(folder, "world", statistics, world.counted())
             return stop
         node: Node
-        finished = _never
-        idle = None
+        run_it: Callable[..., Statistics] = run_node
         if kind == "coordinator":
             if not folder.setup.exists():
                 # Where no launcher has written it, `vrg run result` and `vrg run plot` need it.
@@ -119,17 +126,38 @@ def serve(
             node = nodes.player_node(setup, name)
         elif kind in DISPLAY_KINDS:
             official = is_official(credentials)
-            node, finished = _shown(
+            node, run_it = _shown(
                 kind, setup, session, name, run, secret, official=official,
-                join=lambda to: stack.enter_context(joined(to, stop)) if to else session, launched=leash,
+                join=lambda to: stack.enter_context(joined(to, stop)) if to else session,
+                ended=None if leash else gone(setup.name, router),
             )  # fmt: skip
-            idle = WINDOW_PERIOD
         else:
             raise LaunchError(f"expected one of {', '.join(KINDS)}, got {kind!r}")
-        statistics = run_node(node, session, setup.keys, stop, finished=finished, idle=idle)
+        statistics = run_it(node, session, setup.keys, stop)
         kept = run is not None or sealed or kind == "coordinator"
         _report(folder if kept else None, node.name, statistics, node.counted())
         return stop
+
+
+def run_window(
+    window: "WindowNode", session: Session, keys: Keys, stop: StopSignal, ended: Callable[[], bool]
+) -> Statistics:
+    """Run a window that is none of the match's own, until the user closes it or it is stopped.
+
+    Once the match has ended it leaves the session, and shows how the match was left; another match that is played at
+    the same place is not shown.
+
+    Args:
+        ended: returns True if the match does not run any more, as far as that is known.
+    """
+
+    def finished() -> bool:
+        return window.closed or window.has_ended(ended())
+
+    statistics = run_node(window, session, keys, stop, finished=finished, idle=WINDOW_PERIOD)
+    session.close()
+    window.linger(stop)
+    return statistics
 
 
 def _shown(
@@ -142,17 +170,18 @@ def _shown(
     *,
     official: bool,
     join: Callable[[str], Session],
-    launched: bool,
-) -> tuple[Node, Callable[[], bool]]:
-    """Make a node that shows the match to people, and what tells whether they have closed it.
+    ended: Callable[[], bool] | None,
+) -> tuple[Node, Callable[..., Statistics]]:
+    """Make a node that shows the match to people, and what runs it until they have closed it.
 
     Args:
         join: returns a session with another router than the match's, or with the match's for an empty endpoint.
-        launched: True if it is one of the match; any number of others may be opened beside it.
+        ended: returns True if the match does not run any more; None if the node is one of the match. Any number of
+            others may be opened beside it.
     """
 
     def named(usual: str) -> str:
-        return usual if launched else f"{usual}-{os.getpid()}"
+        return usual if ended is None else f"{usual}-{os.getpid()}"
 
     served: Mapping[str, Callable[[], Node]] = {
         "web": lambda: nodes.web_node(setup, secret),
@@ -161,16 +190,19 @@ def _shown(
         "ros": lambda: nodes.ros_node(setup, name, join, name=ROS, official=official),
     }
     if kind in served:
-        return served[kind](), _never
+        return served[kind](), partial(run_node, idle=WINDOW_PERIOD)
+    window: WindowNode
     if kind == "hud":
-        display = nodes.hud_node(setup, name)
-        return display, lambda: display.closed
-    if kind == "developer":
+        window = nodes.hud_node(setup, name)
+    elif kind == "developer":
         view = nodes.developer_node(setup, name or f"developer-{os.getpid()}", run, official=official)
         view.traffic.attach(session)
-        return view, lambda: view.closed
-    window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
-    return window, lambda: window.closed
+        window = view
+    else:
+        window = nodes.spectator_node(setup, name or f"window-{os.getpid()}", run, official=official)
+    if ended is None:
+        return window, partial(run_node, finished=lambda: window.closed, idle=WINDOW_PERIOD)
+    return window, partial(run_window, ended=ended)
 
 
 def is_sealed(setup: MatchSetup, name: str, *, seats: bool) -> bool:
@@ -220,10 +252,6 @@ def _students_code(memory: int) -> Iterator[None]:
     except StrategyError as error:
         log.error("the strategy has failed", exc_info=error.__cause__ or error)
         raise
-
-
-def _never() -> bool:
-    return False
 
 
 def serve_router(

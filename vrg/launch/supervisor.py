@@ -350,7 +350,7 @@ class Supervisor:
         # Where the fork server has died, it is not known how a node has ended: a window was closed, most likely.
         if status in (0, UNKNOWN_STATUS) and not process.spec.essential:
             self.processes.remove(process)
-            self._announce(f"{name} was closed")
+            self._announce(f"{name} was closed; the match goes on, and Ctrl-C ends it")
             self._notes.note(EventKind.CLOSED, name)
             return
         what = self._what_it_said(process)

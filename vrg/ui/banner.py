@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Final
 
 from vrg.bus.messages import Stage
 from vrg.colours import Rgb
 from vrg.ui import palette
 from vrg.ui.headline import result_lines, winner_words
 from vrg.ui.scene import Scene
+
+ENDED: Final = "The match has ended"
+CLOSE: Final = "Q closes the window"
 
 
 class Help(Enum):
@@ -43,6 +47,10 @@ class Banner:
 def banners(scene: Scene, help_: Help = Help.NONE) -> list[Banner]:
     """The banners of a scene, the gravest first."""
     found = []
+    if scene.left:
+        over = scene.stage is Stage.GAME_OVER
+        heading, colour = winner_words(scene) if over else (ENDED, palette.CALM)
+        return [Banner(heading, (CLOSE, *(result_lines(scene) if over else ())), colour)]
     if scene.estop:
         # The referee halts because of it: the reason is the same.
         reason = scene.estop_reason or scene.halted

@@ -20,6 +20,8 @@ TRAIL_SECONDS: Final = 6.0
 """s of a body's way that are shown."""
 TRAIL_STEP: Final = 0.2
 """s between the points of a trail."""
+LATE: Final = 1.0
+"""s of match time by which a message of one clock may come after a later one."""
 CALLS_KEPT: Final = 200
 FLASHES_KEPT: Final = 20
 FLASH_SECONDS: Final = 1.5
@@ -36,6 +38,7 @@ class SceneBuilder:
     Attributes:
         only: the names of the bodies that are shown; None if all are.
         team: the team whose players' sketches are shown; None if those of all are.
+        other: another match of this name has begun where the one that is shown was played.
     """
 
     def __init__(
@@ -46,6 +49,7 @@ class SceneBuilder:
     ) -> None:
         self.only: frozenset[str] | None = None
         self.team: str | None = None
+        self.other = False
         self._sizes = dict(sizes or {})
         self._walls = tuple(obstacles)
         self._clock: m.Clock | None = None
@@ -65,6 +69,9 @@ class SceneBuilder:
 
     def clock(self, clock: m.Clock) -> None:
         """Take match time in. After a restart of the world the trails begin anew."""
+        before = self._clock
+        # A world that is started again goes on in a later epoch.
+        self.other |= before is not None and (clock.epoch, clock.time + LATE) < (before.epoch, before.time)
         if self._clock is not None and clock.epoch != self._clock.epoch:
             self._trails.clear()
             self._moments.clear()
@@ -267,6 +274,8 @@ class SceneInlets:
         """Hand over what arrived since this was last called, and return the referee's new calls."""
         for clock in self._clock.take():
             builder.clock(clock.body)
+        if builder.other:
+            return []
         for poses in self._poses.take() if self._poses is not None else ():
             builder.poses(poses.body, poses.stamp)
         for state in self._state.take():

@@ -123,7 +123,8 @@ class Scene:
     """Everything to see.
 
     Args:
-        live: the world's clock runs. time: match time, s. rate: match seconds per real second.
+        live: the world's clock runs. left: the match has ended for good, and this is how it was left.
+        time: match time, s. rate: match seconds per real second.
         game: its name, empty before the referee spoke; `vrg.games.game_of` returns its look.
         stage: None before the referee spoke.
         halted, way_out, waiting, clock, round, rounds, score, winner, ended, unproved: as in `RefereeState`.
@@ -138,6 +139,7 @@ class Scene:
     """
 
     live: bool = False
+    left: bool = False
     time: float = 0.0
     rate: float = 1.0
     game: str = ""

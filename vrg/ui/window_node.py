@@ -3,14 +3,16 @@
 import logging
 import secrets
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar, Final
 
 import pygame
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Call, Estop, EstopRelease, Official, OfficialAction, shortened
+from vrg.bus.messages import Call, Estop, EstopRelease, Official, OfficialAction, Stage, shortened
 from vrg.bus.node import Node, Tick
+from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Keys
 from vrg.ui.acts import Act, Press, listed
 from vrg.ui.builder import SceneBuilder, SceneInlets
@@ -26,6 +28,7 @@ log = logging.getLogger(__name__)
 FRAME: Final = 1 / 30
 """The real time in s between two frames, and the match time in s between two driving commands."""
 REFUSED: Final = "Only an official's seat may do that."
+OVER: Final = "The match has ended: nobody hears this any more."
 STOPPED: Final = "Because of the emergency stop, {} is given back"
 LOST_PAD: Final = "The gamepad is lost: {} is given back"
 HAND: Final = "You drive {}: arrows, or RB and stick; ESC gives it back"
@@ -53,7 +56,8 @@ class WindowNode(Window, Node):
     Attributes:
         answers: the acts that this window answers to, as they are listed behind `?`.
         scene: what the window showed last. driving: the hold on the player that the user drives.
-        pads: the gamepads and the keyboard. notice: what the user must read, until the next thing that the user does.
+        pads: the gamepads and the keyboard. over: the match has ended for good; the window stays as it was left.
+        notice: what the user must read, until the next thing that the user does.
 
     Raises:
         LaunchError: at the first tick, there is no display.
@@ -84,6 +88,7 @@ class WindowNode(Window, Node):
         self.driving = Driving(mailbox, keys)
         self.pads = Pads()
         self.notice = ""
+        self.over = False
         self.official = official
         self.explainer = Explainer(explain)
         self._keys = keys
@@ -97,7 +102,7 @@ class WindowNode(Window, Node):
     @property
     def drivable(self) -> Sequence[str]:
         """The players that can be driven here, in the order in which TAB goes through them."""
-        return [player.name for player in self.scene.players] if self.official else []
+        return [player.name for player in self.scene.players] if self.official and not self.over else []
 
     @property
     def stopped(self) -> bool:
@@ -144,7 +149,8 @@ class WindowNode(Window, Node):
         if not self._opened:
             self.open()
             self.pads.start()
-        self.take_in(tick)
+        if not self.over:
+            self.take_in(tick)
         asked = self.handle_events() | self.explainer.look()
         if self.closed:
             return
@@ -154,18 +160,39 @@ class WindowNode(Window, Node):
             self.give_back(STOPPED.format(player))
         elif player is not None and player not in self.drivable:
             self.give_back()
-        if tick.live:
+        if tick.live and not self.over:
             self.steer(tick)
         if self._pace.due(tick, self.scene.rate) or asked:
-            self.scene = self._builder.build(tick.live)
+            self.scene = replace(self._builder.build(tick.live or self.over), left=self.over)
             window = pygame.display.get_surface()
             if window is not None:
                 self.draw(window, tick, asked=asked)
                 self.show()
 
-    def stop(self) -> None:
-        """Give the driven player back and close the window. Calling it again does nothing."""
+    def has_ended(self, gone: bool) -> bool:
+        """Return whether the match has ended for good; the window then takes nothing in any more.
+
+        Args:
+            gone: the match does not run any more, as far as that is known.
+        """
+        ended = gone or self._builder.other or (self.scene.stage is Stage.GAME_OVER and not self.scene.live)
+        if ended and not self.over:
+            self.over = True
+            self.give_back()
+        return self.over
+
+    def linger(self, stop: StopSignal) -> None:
+        """Show how a match was left that has ended, until the user closes the window or it is stopped."""
+        while not self.closed and not stop.is_set():
+            self.tick(Tick(self.scene.time, live=False))
+            stop.wait(FRAME)
         self.close()
+
+    def stop(self) -> None:
+        """Give the driven player back, and close the window unless its match is over. Idempotent."""
+        self.give_back()
+        if not self.over:
+            self.close()
 
     def close(self) -> None:
         """Give the driven player back and close the window. Calling it again does nothing."""
@@ -190,7 +217,9 @@ class WindowNode(Window, Node):
         """Answer to a key or a button."""
         self.notice = ""
         act = press.act
-        if act is Act.STOP:
+        if self.over and (act is Act.STOP or act in OFFICIALS):
+            self.notice = OVER
+        elif act is Act.STOP:
             self.mailbox.publish(self._keys.estop, Estop(by=self._by))
         elif act is Act.PAD_LOST:
             self.lose_pad()
