@@ -156,10 +156,8 @@ def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
     names = [name for name in files if in_process or not is_sealed(setup, name, seats=seats)]
     sealed = [name for name in files if name not in names]
     how = "code is sealed only in processes of its own" if in_process else "--sandbox seals it"
-    found = [f"sealed: the code of {_listed(sealed)} can only play"] if sealed else []
-    return found + (
-        [f"not sealed: the code of {_listed(names)} can read and change all that you can; {how}"] if names else []
-    )
+    found = [_sealed(sealed)] if sealed else []
+    return found + ([f"{_unsealed(names)}; {how}"] if names else [])
 
 
 @contextmanager
@@ -185,10 +183,17 @@ def strangers(
         why = lacking.partition(": ")[0]
         raise LaunchError(f"{why}; with --no-sandbox the code in the run can do all that you can")
     if files and not silent:
-        can = "only play" if sealed else "read and change all that you can"
-        echo(f"{'sealed' if sealed else 'not sealed'}: the code of {_listed(list(files))} can {can}", err=True)
+        echo((_sealed if sealed else _unsealed)(list(files)), err=True)
     with fork_server(wanted=sealed or lockstep) as server:
         yield Apart(server, every=lockstep, strangers=sealed) if sealed or lockstep else None
+
+
+def _sealed(names: Sequence[str]) -> str:
+    return f"sealed: the code of {_listed(names)} can only play"
+
+
+def _unsealed(names: Sequence[str]) -> str:
+    return f"not sealed: the code of {_listed(names)} can read and change all that you can"
 
 
 def _listed(names: Sequence[str]) -> str:
