@@ -49,7 +49,7 @@ class Rig:
         return self.check.judge(velocity, way, self.now, driven=on)
 
 
-@given(st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 2.0)), min_size=1, max_size=8), st.floats(0.01, 0.5))
+@given(st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 2.0)), min_size=1, max_size=8), st.floats(0.01, 0.4))
 def test_a_motor_that_obeys_is_never_accused(orders: list[tuple[float, float]], response: float) -> None:
     rig = Rig()
     rig.motor = Motor(MotorModel(response=response))
