@@ -408,6 +408,7 @@ def hud_node(setup: MatchSetup, player: str) -> "Hud":
         start=own.pose,
         ground=Ground(bounds, walls, circumradius(own.robot.size)),
         sizes={p.name: p.robot.size for p in setup.players},
+        ranging=setup.lasers or own.physical,
         physical=frozenset(setup.physical),
     )
 

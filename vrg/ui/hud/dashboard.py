@@ -59,6 +59,7 @@ class Dashboard:
         goal: where Goto leads. home: where the robot began; None where that is not known.
         way: the points of the way that it will drive, m.
         texts: what stands in the fields. focus: the number of the field that is typed into.
+        ranging: False where the match simulates no range finders.
         notice: a message to the person. pad: which gamepad is in use. pad_ready: there is one.
     """
 
@@ -74,6 +75,7 @@ class Dashboard:
     way: tuple[Vector, ...] = ()
     texts: tuple[str, ...] = ("", "", "")
     focus: int | None = None
+    ranging: bool = True
     notice: str = ""
     pad: str = ""
     pad_ready: bool = False
@@ -98,6 +100,7 @@ def status(board: Dashboard) -> list[Line]:
         Line(words.FAULT, fault or words.NOTHING, Level.ALARM if fault else Level.CALM),
         _link(seen),
         Line(words.PAD, board.pad, Level.GOOD if board.pad_ready else Level.CALM),
+        *([] if board.ranging else [Line(words.RANGES, words.NOT_SIMULATED)]),
         *_sensors(seen),
     ]
 

@@ -26,8 +26,8 @@ class Layout:
     Args:
         ui: by how much letters are scaled.
         head: the line at the top, with the player's name and what must not be overlooked.
-        location, laser, sonar, panel: the four quadrants with their titles. camera: the picture beside the sonar;
-            None where the robot has no camera.
+        location, panel: quadrants with their titles, like laser, sonar and camera, which are None where the robot has
+            no such sensor: the map then has the room. The picture of the camera stands beside the sonar.
         fields: the fields x, y and heading. buttons: by what they are for.
         notice: of the messages to the person. status: of the list about the player and its robot.
     """
@@ -35,8 +35,8 @@ class Layout:
     ui: float
     head: Rect
     location: Rect
-    laser: Rect
-    sonar: Rect
+    laser: Rect | None
+    sonar: Rect | None
     camera: Rect | None
     panel: Rect
     fields: tuple[Rect, ...]
@@ -59,30 +59,40 @@ class Layout:
         return next((index for index, place in enumerate(self.fields) if place.collidepoint(x, y)), None)
 
 
-def layout(width: int, height: int, *, camera: bool) -> Layout:
+def layout(width: int, height: int, *, laser: bool, sonar: bool, camera: bool) -> Layout:
     """Place everything in a window.
 
     Args:
-        width, height: of the window, pixels. camera: whether the robot has a camera.
+        width, height: of the window, pixels. laser, sonar, camera: whether the robot has such a sensor.
     """
     wide = width >= WIDE * height
     ui = letter_scale(width, height) if wide else letter_scale(width, width)
     gap = round(6 * ui)
+    below = sonar or camera
     head = Rect(0, 0, width, round(44 * ui))
     room = Rect(gap, head.bottom + gap, max(1, width - 2 * gap), max(1, height - head.height - 2 * gap))
     if wide:
         w, h = max(1, (room.width - gap) // 2), max(1, (room.height - gap) // 2)
-        location, laser = Rect(room.left, room.top, w, h), Rect(room.right - w, room.top, w, h)
-        rest, panel = Rect(room.left, room.bottom - h, w, h), Rect(room.right - w, room.bottom - h, w, h)
+        left, right = Rect(room.left, room.top, w, room.height), Rect(room.right - w, room.top, w, room.height)
+        location = Rect(left.left, left.top, w, h) if laser and below else left
+        scan = Rect(right.left, right.top, w, h)
+        # Without a laser what would stand below the map stands beside it.
+        rest = Rect(left.left, left.bottom - h, w, h) if laser else scan
+        panel = Rect(right.left, right.bottom - h, w, h) if laser or below else right
     else:
-        h = max(1, (room.height - 3 * gap) // 4)
-        location, laser, rest, panel = (Rect(room.left, room.top + i * (h + gap), room.width, h) for i in range(4))
-    sonar, picture = rest, None
-    if camera:
+        shown = 2 + laser + below
+        h = max(1, (room.height - (shown - 1) * gap) // shown)
+        rows = iter([Rect(room.left, room.top + i * (h + gap), room.width, h) for i in range(shown)])
+        location = next(rows)
+        scan = next(rows) if laser else location
+        rest = next(rows) if below else location
+        panel = next(rows)
+    echoes, picture = rest, rest
+    if sonar and camera:
         # The picture is wider than it is high, the ring of sonars is round.
         half = min(round(0.48 * rest.width), rest.height)
-        sonar = Rect(rest.left, rest.top, half, rest.height)
-        picture = Rect(sonar.right + gap, rest.top, max(1, rest.width - half - gap), rest.height)
+        echoes = Rect(rest.left, rest.top, half, rest.height)
+        picture = Rect(echoes.right + gap, rest.top, max(1, rest.width - half - gap), rest.height)
     inside = panel.inflate(-2 * gap, -2 * gap) if panel.width > 4 * gap else panel.copy()
     line = round(34 * ui)
     top = panel.top + title_height(ui) + round(4 * ui)
@@ -98,9 +108,9 @@ def layout(width: int, height: int, *, camera: bool) -> Layout:
         ui=ui,
         head=head,
         location=location,
-        laser=laser,
-        sonar=sonar,
-        camera=picture,
+        laser=scan if laser else None,
+        sonar=echoes if sonar else None,
+        camera=picture if camera else None,
         panel=panel,
         fields=tuple(columns[:3]),
         buttons={STOP: stop, SET: columns[3], **dict(zip(words.BUTTONS, wishes, strict=True))},

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import ClassVar, Final
 
 import pygame
@@ -44,6 +45,7 @@ class Hud(WindowNode):
         team: the player's team. robot: the description of its robot.
         start: where the robot began, in the map's frame. ground: where it can stand.
         sizes: the length and width of all robots, m, by name.
+        ranging: False where the match simulates no range finders.
         physical: the names of the players whose robots are physical ones.
         size: the size of the window, pixels; None fits the screen.
 
@@ -66,6 +68,7 @@ class Hud(WindowNode):
         start: Pose,
         ground: Ground,
         sizes: Mapping[str, tuple[float, float]] | None = None,
+        ranging: bool = True,
         physical: frozenset[str] = frozenset(),
         size: tuple[int, int] | None = None,
         period: float = FRAME,
@@ -76,7 +79,9 @@ class Hud(WindowNode):
             inlets=SceneInlets(mailbox, keys, poses=False, players=[player]),
             size=size, period=period, by=f"display of {player}", official=False,
         )  # fmt: skip
-        self._robot = robot
+        if not ranging:
+            robot = replace(robot, sensors=tuple(spec for spec in robot.sensors if not spec.range_finder))
+        self._robot, self._ranging = robot, ranging
         self._physical = physical
         self._pictures_key = keys.camera_request(player)
         self._receiver = Receiver(mailbox, keys, player, team, robot)
@@ -211,6 +216,7 @@ class Hud(WindowNode):
             way=self._plan(tick.time),
             texts=tuple(desk.form.texts),
             focus=desk.form.focus,
+            ranging=self._ranging,
             notice=self.notice or desk.notice,
             pad=self.pads.status,
             pad_ready=self.pads.active is not None,

@@ -6,7 +6,6 @@ from typing import Final
 import pygame
 
 from vrg.games.hud.helm import Wish
-from vrg.hal.sensors.depiction import Picture
 from vrg.ui import palette, shapes
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, player_line, status
@@ -54,7 +53,8 @@ class HudPainter:
         Returns:
             where everything is, and how the field's coordinates became pixels.
         """
-        places = layout(*surface.get_size(), camera=board.seen.first(Picture) is not None)
+        has = {name: board.seen.first(painter.depiction) is not None for name, painter in self._quadrants.items()}
+        places = layout(*surface.get_size(), **has)
         ui = places.ui
         surface.fill(palette.BACKGROUND)
         self._head(surface, places, board)

@@ -25,12 +25,10 @@ class Quadrant(ABC):
     """A part of the display with what one sensor has measured: the first whose readings are depicted so.
 
     Attributes:
-        depiction: the type of the depiction. title: what stands above where the robot has no such sensor; otherwise
-            its kind does. nothing: what stands there before the first reading.
+        depiction: the type of the depiction. nothing: what stands there before the first reading.
     """
 
     depiction: ClassVar[type[Depiction]]
-    title: ClassVar[str]
     nothing: ClassVar[str]
 
     def __init__(self, fonts: Fonts) -> None:
@@ -44,10 +42,12 @@ class Quadrant(ABC):
     def draw(self, surface: pygame.Surface, area: pygame.Rect, board: Dashboard, ui: float) -> None:
         """Draw it into an area; `ui` scales letters."""
         sensed = board.seen.first(self.depiction)
-        title, found = (self.title, None) if sensed is None else (sensed.spec.kind.upper(), sensed.depiction)
+        if sensed is None:
+            return
+        title, found = sensed.spec.kind.upper(), sensed.depiction
         inner = titled_plate(surface, area, title, "" if found is None else self.caption(found, board), ui, self._fonts)
         if found is None:
-            blank(surface, inner, words.NOT_FITTED if sensed is None else self.nothing, ui, self._fonts)
+            blank(surface, inner, self.nothing, ui, self._fonts)
         else:
             self.plot(surface, inner, found, board, ui)
 
@@ -121,7 +121,7 @@ def _cross(surface: pygame.Surface, view: Projection, goal: Goal, ui: float) -> 
 class RaysPainter(Quadrant):
     """Draws the beams of a laser, or of another range finder with beams."""
 
-    depiction, title, nothing = Rays, words.LASER, words.NO_SCAN
+    depiction, nothing = Rays, words.NO_SCAN
 
     def __init__(self, fonts: Fonts) -> None:
         super().__init__(fonts)
@@ -154,7 +154,7 @@ class RaysPainter(Quadrant):
 class ConesPainter(Quadrant):
     """Draws the cones of a ring of sonars, or of another range finder with cones."""
 
-    depiction, title, nothing = Cones, words.SONAR, words.NO_ECHO
+    depiction, nothing = Cones, words.NO_ECHO
 
     def plot(self, surface: pygame.Surface, inner: pygame.Rect, found: Cones, board: Dashboard, ui: float) -> None:
         """Draw each cone up to what it heard."""
@@ -220,7 +220,7 @@ def _robot(surface: pygame.Surface, plot: PolarPlot, board: Dashboard, ui: float
 class PicturePainter(Quadrant):
     """Draws the newest picture of a camera. It is unpacked once."""
 
-    depiction, title, nothing = Picture, words.CAMERA, words.NO_PICTURE
+    depiction, nothing = Picture, words.NO_PICTURE
 
     def __init__(self, fonts: Fonts) -> None:
         super().__init__(fonts)

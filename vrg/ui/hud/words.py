@@ -5,9 +5,6 @@ from typing import Final
 from vrg.games.hud.helm import Wish
 
 LOCATION: Final = "LOCATION"
-LASER: Final = "LASER"
-SONAR: Final = "SONAR"
-CAMERA: Final = "CAMERA"
 GOTO: Final = "GOTO"
 
 FIELDS: Final = (("x", "m"), ("y", "m"), ("heading", "°"))
@@ -30,7 +27,7 @@ HINTS: Final = {
 """The next steps of a person, by the present wish."""
 
 MODE, LEASE, SPEED, BATTERY = "MODE", "DRIVEN BY", "SPEED", "BATTERY"
-FAULT, LINK, PAD = "FAULT", "LINK", "PAD"
+FAULT, LINK, PAD, RANGES = "FAULT", "LINK", "PAD", "RANGES"
 OF_PLAYER, OF_ROBOT, OF_REFEREE, NEVER = "player", "robot", "referee", "never"
 NOTHING: Final = "none"
 UNKNOWN: Final = "not known"
@@ -56,7 +53,7 @@ NO_ECHO: Final = "no echo yet"
 NO_READING: Final = "no reading yet"
 NO_PICTURE: Final = "no picture yet"
 BAD_PICTURE: Final = "the picture is damaged"
-NOT_FITTED: Final = "the robot has none"
+NOT_SIMULATED: Final = "none in this match (lasers = false)"
 TAKEN: Final = "{player} is driven by another person: wait until it is given back"
 NO_GOAL: Final = "There is no goal yet: type x and y, or click the map"
 NOT_A_SIGN: Final = "{field}: expected digits, a sign or a point, got {got!r}"
