@@ -46,11 +46,12 @@ from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.bus.topics import Keys, name_in
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
+from vrg.files import write_json
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.node import WorldNode
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.host import GROUPS
-from vrg.launch.run_folder import RunFolder, write_json
+from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
 
