@@ -149,7 +149,7 @@ def test_one_that_is_opened_beside_that_of_the_match_has_another_name() -> None:
     def name(*, launched: bool) -> str:
         node, _ = serving._shown(
             "foxglove", setup, cast(Session, None), "127.0.0.1:0", None, "",
-            official=True, join=lambda _: cast(Session, None), launched=launched,
+            official=True, join=lambda _: cast(Session, None), ended=None if launched else lambda: False,
         )  # fmt: skip
         return node.name
 

@@ -36,15 +36,24 @@ class World:
         self.rest: float | None = 0.0
         self.number = 0
 
-    def play(self, begin: float, end: float, *, deaf: tuple[float, float] = (0.0, 0.0)) -> "World":
-        """Let the world tick. `deaf`: the recorder hears nothing from the one time to the other, s."""
+    def play(
+        self, begin: float, end: float, *, deaf: tuple[float, float] = (0.0, 0.0), unmeasured: bool = False
+    ) -> "World":
+        """Let the world tick.
+
+        Args:
+            deaf: the recorder hears nothing from the one time to the other, s.
+            unmeasured: ann, which is at rest, is not measured after `begin`; of then on its rest is counted anew.
+        """
         for tick in range(round(begin / TICK), round(end / TICK)):
             time = round(tick * TICK, 6)
             v = self._speed(time)
             self.x += v * TICK
             self.rest = None if not m.at_rest(Twist(v, 0.0)) else self.rest if self.rest is not None else time
+            age = time - begin if unmeasured else 0.0
+            self.rest = None if unmeasured else self.rest
             if tick % 5 == 0 and not deaf[0] <= time < deaf[1]:
-                body = m.Body("ann", Pose(self.x, 0.0, 0.0), Twist(v, 0.0), self._physical, 0.0, self.rest)
+                body = m.Body("ann", Pose(self.x, 0.0, 0.0), Twist(v, 0.0), self._physical, age, self.rest)
                 self.say(KEYS.poses, m.Poses(bodies=(body,)), time)
                 self.say(KEYS.clock, m.Clock(time=time, tick=tick, epoch=0, rate=1.0, estop=False), time)
                 self.recorder.mailbox.handover(time)
@@ -115,6 +124,17 @@ def test_a_physical_robot_is_known_as_well_as_it_was_measured(tmp_path: Path) ->
     [rest] = motion_of(World(tmp_path / "r.mcap", until(1.34), physical=True).play(0.0, 3.0)).rests
     assert rest.begin == 1.34
     assert rest.resolution == pytest.approx(0.04), "from the sample at 1.30 s, the last that showed it moving"
+
+
+@pytest.mark.parametrize(("way", "rests"), [(0.0, [(1.0, math.inf)]), (0.2, [(1.0, 2.0), (3.0, math.inf)])])
+def test_a_physical_robot_that_was_not_measured_for_a_while_has_moved_if_it_is_elsewhere(
+    tmp_path: Path, way: float, rests: list[tuple[float, float]]
+) -> None:
+    world = World(tmp_path / "r.mcap", until(1.0), physical=True).play(0.0, 2.0).play(2.0, 3.0, unmeasured=True)
+    world.x += way
+    world.play(3.0, 4.0)
+    found = [value for rest in motion_of(world).rests for value in (rest.begin, rest.end)]
+    assert found == pytest.approx([value for pair in rests for value in pair], abs=0.11)
 
 
 def test_a_recording_of_an_older_release_is_as_good_as_its_samples(tmp_path: Path, monkeypatch) -> None:

@@ -163,6 +163,8 @@ def read_sketches(path: Path | Sequence[Path]) -> list[Thought]:
 
 SAME_PLACE = 1e-6
 """The distance in m below which two places are the same: no robot comes back to where it was so exactly."""
+MEASURED_PLACE = 0.03
+"""The distance in m below which two places of a physical robot are the same, as far as fixes tell."""
 
 
 @dataclass
@@ -188,7 +190,9 @@ class _Moves:
         """Add a record of a rest, after the place at the same time."""
         (before, *there), (now, *here) = self.places[-2:] if len(self.places) > 1 else ((-math.inf, 0.0, 0.0),) * 2
         # A world that was started again during a HALT counts rests anew.
-        stayed = now - before <= MAX_POSE_INTERVAL or math.dist(there, here) < SAME_PLACE
+        # So does one in which a physical robot was not measured for a while.
+        seen = now - before <= MAX_POSE_INTERVAL and not self.physical
+        stayed = seen or math.dist(there, here) < (MEASURED_PLACE if self.physical else SAME_PLACE)
         self.rests.append((time, record, before > -math.inf and stayed))
 
     def motion(self, name: str) -> Trajectory:

@@ -102,7 +102,7 @@ class RestRecord(Struct, frozen=True, gc=False):
     """vrg.Rest: whether a robot is at rest, when that changes.
 
     `since` is the match time of the world's tick since which it has been so, s, which may be before this record.
-    `resolution` tells how long before that, s, it was last known to move.
+    `resolution` tells how long before that, s, it was last known to move, or to be at rest somewhere else.
     """
 
     timestamp: Time
