@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 from vrg.bus.messages import Stage
 from vrg.bus.pacing import STALL
 from vrg.bus.process import STALLED_PERIOD
+from vrg.faults.checking import Spans
 from vrg.faults.plan import REFEREE, WORLD, FaultKind
 from vrg.hal.gate import REFEREE_TIMEOUT
 
@@ -34,7 +35,7 @@ class CanChecker:
 
     def __init__(self, match: "SimulatedMatch", can: "CanRobots", note: Callable[[str], None]) -> None:
         self._match, self._can, self._note = match, can, note
-        self._since: dict[tuple[str, str], float] = {}
+        self._spans = Spans()
         slow = sum(fault.size for fault in match.faults if fault.kind is FaultKind.SLOW)
         late = sum(fault.size for fault in match.faults if fault.kind is FaultKind.BUS_LATE)
         lossy = any(fault.kind is FaultKind.BUS_LOSSY for fault in match.faults)
@@ -47,7 +48,7 @@ class CanChecker:
         self._match.network.after(PERIOD, self._look)
 
     def _look_at(self, robot: str) -> None:
-        match, can = self._match, self._can
+        match, can, now = self._match, self._can, self._match.clock.now()
         player, world, referee = (match.processes[name] for name in (robot, WORLD, REFEREE))
         speed = max(abs(drive.motor.velocity) for drive in can.drives[robot])
         silent = can.silent(robot)
@@ -60,20 +61,12 @@ class CanChecker:
             ("the referee is away", referee.unable is not None, REFEREE_TIMEOUT + AWAY + self._slow),
             ("the emergency stop is engaged", match.observer.pressed is not None and player.runs, AWAY + self._slow),
         ):
-            passed = self._passed(robot, why, holds)
+            passed = self._spans.passed((robot, why), holds, now)
             if passed > within + self._late and speed > TURNING_SPEED:
                 self._note(f"a motor of {robot} turns at {speed:.1f} turn/s, though {why}, for {passed:.2f} s")
         state = match.observer.state
         goes_on = state is not None and state.stage is Stage.PLAY_ROUND and state.halted is None
         all_linked = all(process.unable is None for process in (player, world, referee))
-        passed = self._passed(robot, "unreported", silent and goes_on and all_linked)
+        passed = self._spans.passed((robot, "unreported"), silent and goes_on and all_linked, now)
         if passed > REPORTED + self._slow:
             self._note(f"play goes on, though drives of {robot} are silent, for {passed:.2f} s")
-
-    def _passed(self, robot: str, why: str, holds: bool) -> float:
-        """The time in s for which something has held of a robot."""
-        now = self._match.clock.now()
-        if not holds:
-            self._since.pop((robot, why), None)
-            return 0.0
-        return now - self._since.setdefault((robot, why), now)

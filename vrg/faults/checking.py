@@ -2,13 +2,15 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
 from vrg.bus.messages import at_rest
+from vrg.bus.pacing import STALL
 from vrg.config.setup import MatchSetup
+from vrg.coordinator.coordinator import PERIOD, STALL_TICKS
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
 from vrg.faults.machine import Machine
@@ -16,6 +18,7 @@ from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.launch.certificate import certificate_of
 from vrg.launch.judged import judge_run
 from vrg.launch.run_folder import RunFolder
 
@@ -27,11 +30,31 @@ SETTLING: Final = 8.0
 """The simulated real time in s after all faults within which a match goes on, is over, or waits in a halt."""
 MOVES: Final = 2.0
 """The simulated real time in s within which match time moves on."""
+STOPPED: Final = REFEREE_TIMEOUT + COMMAND_TIMEOUT + 2 * MARGIN
+"""The match time in s within which all robots stand after a HALT: their players may hear of it by silence only."""
 RETURNING: Final = 0.3
 """The time in s after which a process that is linked again has learnt of an emergency stop."""
+HALTED: Final = STALL + STALL_TICKS * PERIOD + 0.5
+"""The simulated real time in s within which a referee halts a match whose clock has stopped."""
+OWED: Final = 1.0
+"""The simulated real time in s within which play is halted after the referee or the world was started again."""
 ANNOUNCED: Final = 0.5
 """The match time in s within which a call is announced that is in the journal."""
 _ENDING = (FaultKind.KILL, FaultKind.TORN)
+
+
+class Spans:
+    """For how long things have held, each by a name of its own."""
+
+    def __init__(self) -> None:
+        self._since: dict[Hashable, float] = {}
+
+    def passed(self, what: Hashable, holds: bool, now: float) -> float:
+        """The time in s for which something has held up to `now`; 0 if it does not hold."""
+        if not holds:
+            self._since.pop(what, None)
+            return 0.0
+        return now - self._since.setdefault(what, now)
 
 
 class Checker:
@@ -52,6 +75,10 @@ class Checker:
         self._numbers: set[int] = set()
         self._heard = 0
         self._told: set[str] = set()
+        self._spans = Spans()
+        self._slow = sum(fault.size for fault in match.faults if fault.kind is FaultKind.SLOW)
+        self._starts: dict[str, int] = {}
+        self._owes_halt: set[str] = set()
         match.heard = self.look
         if match.can is not None:
             from vrg.faults.can_checking import CanChecker  # noqa: PLC0415 - most matches have no CAN buses
@@ -63,6 +90,8 @@ class Checker:
         self._look_at_time()
         self._look_at_calls()
         self._look_at_robots()
+        self._look_at_held()
+        self._look_at_halts()
 
     def conclude(self) -> None:
         """Look at what is left of the match once it is over."""
@@ -70,6 +99,7 @@ class Checker:
             self.problems += process.failures
         self._look_at_end()
         self._look_at_journal()
+        self._look_at_stops()
 
     def _look_at_end(self) -> None:
         """Once all faults are over, the match goes on, is over, or waits in a halt that has a reason."""
@@ -118,6 +148,22 @@ class Checker:
         if any(after < before - 1e-9 for before, after in pairwise(clocks)):
             self.problems.append("the clock of the journal goes back")
 
+    def _look_at_stops(self) -> None:
+        """Robots stop after each HALT and each emergency stop, and stand until play goes on, as `vrg run stops` has it.
+
+        What it has is compared with nothing here: if no robot moves, it must find none that does. A physical robot may
+        be measured too seldom to know when it stood; its motors are looked at.
+        """
+        match = self._match
+        certificate = certificate_of(match.setup, match.folder)
+        for stop in certificate.stops:
+            incident = certificate.incidents[stop.incident]
+            where = f"{incident.kind} at {incident.time:.2f} s: {stop.robot}"
+            if stop.again is not None:
+                self.problems.append(f"{where} moved again after {stop.again:.2f} s")
+            elif stop.robot not in match.setup.physical and stop.seconds - stop.resolution > STOPPED + self._slow:
+                self.problems.append(f"{where} {stop.outcome}, after {stop.seconds:.2f} s")
+
     def _look_at_time(self) -> None:
         clock = self._match.observer.clock
         if clock is None:
@@ -164,6 +210,35 @@ class Checker:
         for body in bodies:
             if since > RETURNING and body.stands is None and not at_rest(body.twist):
                 self._note(f"{body.name} is driven, though the emergency stop is engaged since {pressed:.2f} s")
+
+    def _look_at_held(self) -> None:
+        """The robot of a player that may not move stands, unless the referee leases it."""
+        state, poses = self._match.observer.state, self._match.observer.poses
+        if state is None or poses is None:
+            return
+        held = {player.name for player in state.players if not player.may_move and player.lease is None}
+        for body in poses.body.bodies:
+            passed = self._spans.passed(("held", body.name), body.name in held, poses.stamp)
+            if passed > STOPPED + self._slow and body.stands is None and not body.physical and not at_rest(body.twist):
+                self._note(f"{body.name} is driven, though it may not move for {passed:.2f} s")
+
+    def _look_at_halts(self) -> None:
+        """Play is halted when the world's clock has stopped, and after the world or the referee was started again."""
+        match, state, now = self._match, self._match.observer.state, self._match.clock.now()
+        world, referee = match.processes[WORLD], match.processes[REFEREE]
+        if state is None or match.observer.over:
+            return
+        goes_on = state.halted is None and referee.unable is None
+        if self._numbers:  # before the first call there is nothing that a new process could go on from
+            self._owes_halt |= {p.name for p in (world, referee) if p.starts > self._starts[p.name]}
+        self._starts = {p.name: p.starts for p in (world, referee)}
+        if state.halted is not None:
+            self._owes_halt.clear()
+        if self._spans.passed("no clock", goes_on and world.unable is not None, now) > HALTED + self._slow:
+            self._note("play goes on, though the world is away")
+        for name in (WORLD, REFEREE):
+            if self._spans.passed(name, goes_on and name in self._owes_halt, now) > OWED + self._slow:
+                self._note(f"play goes on, though the {name} was started again")
 
     def _note(self, text: str) -> None:
         """Note a problem, each kind of it once."""

@@ -81,6 +81,10 @@ class Observer:
         self._official.publish(self._match.setup.keys.estop_release, EstopRelease(by="ann"))
         self._session.send(self._official.collect())
 
+    def halt(self) -> None:
+        """Call a HALT."""
+        self._order(OfficialAction.HALT)
+
     def _order(self, action: OfficialAction) -> None:
         self._official.publish(self._match.setup.keys.official, Official(action=action, by="ann"))
         self._session.send(self._official.collect())

@@ -7,8 +7,8 @@ from typing import Final
 
 from msgspec import Struct
 
-WORLD, REFEREE = "world", "referee"
-"""The names of the processes that every match has, besides those of the players."""
+WORLD, REFEREE, RECORDER = "world", "referee", "recorder"
+"""The names of the processes that every match has, besides those of the players. The recorder's does not fail."""
 EVERYONE: Final = "everyone"
 """In the place of a process where a fault is that of no process alone."""
 
@@ -22,7 +22,7 @@ class FaultKind(enum.StrEnum):
     LOSSY loses and DOUBLE doubles what comes over its line, and WRONG lets it come under other keys. CLOCK sets the
     wall clock of its machine. FULL and STALLED are the disk of the referee's journal, which takes nothing, or is not
     done. TORN ends the referee's process in the middle of a line. ROUTER ends the router, which is started again, and
-    ESTOP is an emergency stop, which is released after the fault.
+    ESTOP is an emergency stop, which is released after the fault. HALT is one that an official calls.
 
     Where robots have emulated drives: a CAN bus is silent (all frames are lost), lossy, late, or off, which its adapter
     notices; and a drive is silent, frozen (it hears nothing either, and its motor is off), or starts again.
@@ -42,6 +42,7 @@ class FaultKind(enum.StrEnum):
     TORN = "torn"
     ROUTER = "router"
     ESTOP = "estop"
+    HALT = "halt"
     BUS_SILENT = "bus-silent"
     BUS_LOSSY = "bus-lossy"
     BUS_LATE = "bus-late"
@@ -53,7 +54,7 @@ class FaultKind(enum.StrEnum):
 
 OF_DISK = (FaultKind.FULL, FaultKind.STALLED, FaultKind.TORN)
 """Those that only the referee has."""
-OF_ALL = (FaultKind.ROUTER, FaultKind.ESTOP)
+OF_ALL = (FaultKind.ROUTER, FaultKind.ESTOP, FaultKind.HALT)
 """Those that are not of one process."""
 OF_CAN = tuple(kind for kind in FaultKind if kind.startswith(("bus-", "drive-")))
 """Those that only robots with emulated drives have."""
@@ -116,7 +117,8 @@ def drawn(
     found, kinds = [], [kind for kind in FaultKind if emulated or kind not in OF_CAN]
     for _ in range(count):
         kind = random.choice(kinds)
-        process = random.choice([WORLD, REFEREE, *players])
+        # Those that stop all robots are as often the ones that fail as all players.
+        process = random.choice([WORLD, REFEREE, random.choice(players)])
         process = REFEREE if kind in OF_DISK else EVERYONE if kind in OF_ALL else process
         if kind in OF_CAN:
             process = random.choice(list(emulated))

@@ -36,7 +36,7 @@ class Process:
         node, session: its own; None while it does not run. frozen: True while it does not go on.
         interrupt: None, or what happens to it in its next tick, before anything of that is sent.
         unable: since when it can publish nothing, match time in s; None if it can. able_since: since when it can.
-        failures: the exceptions of its nodes, in words.
+        starts: how often it was started. failures: the exceptions of its nodes, in words.
     """
 
     def __init__(self, match: "SimulatedMatch", name: str, make: Callable[["ProcessMedium | None"], Node]) -> None:
@@ -53,7 +53,7 @@ class Process:
         self._match, self._make = match, make
         self._woken = False
         self._random = match.network.stream(f"process {name}")
-        self._starts = 0
+        self.starts = 0
         self._medium: ProcessMedium | None = None
         self._starting: SimulatedTask | None = None
         self._started = False
@@ -83,8 +83,8 @@ class Process:
     def _start(self) -> None:
         try:
             with self.machine.runs():
-                self._starts += 1
-                session = SimulatedSession(self._match.network, self.machine, self.name, self._starts)
+                self.starts += 1
+                session = SimulatedSession(self._match.network, self.machine, self.name, self.starts)
                 self.session, session.changed = session, self.note
                 self.node = self._make(self._medium)
                 self._attach(session, self.node)

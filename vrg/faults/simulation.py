@@ -19,12 +19,12 @@ from vrg.faults.disk import Disk, SimulatedJournal
 from vrg.faults.machine import simulated_walls
 from vrg.faults.network import Network
 from vrg.faults.observer import Observer
-from vrg.faults.plan import OF_CAN, REFEREE, WORLD, Fault, FaultKind, Streams
+from vrg.faults.plan import OF_CAN, RECORDER, REFEREE, WORLD, Fault, FaultKind, Streams
 from vrg.faults.process import RESTART, Process, WorldProcess
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.launch.in_process import emulation
-from vrg.launch.nodes import coordinator_node, player_node, world_node
+from vrg.launch.nodes import coordinator_node, player_node, recorder_node, world_node
 from vrg.launch.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class SimulatedMatch:
     """See the module.
 
     Args:
-        setup: the match, whose robots are virtual or have emulated drives. folder: for its journal.
+        setup: the match, whose robots are virtual or have emulated drives. folder: for its journal and its recording.
         seed: of all that is drawn. faults: in the order of time.
 
     Raises:
@@ -63,6 +63,7 @@ class SimulatedMatch:
         self._journal: SimulatedJournal | None = None
         self.processes: dict[str, Process] = {WORLD: WorldProcess(self, WORLD, self._world)}
         self.processes[REFEREE] = Process(self, REFEREE, self._referee)
+        self.processes[RECORDER] = Process(self, RECORDER, lambda _medium: recorder_node(setup, folder))
         for player in setup.players:
             self.processes[player.name] = Process(self, player.name, partial(player_node, setup, player.name))
         self.observer = Observer(self)
@@ -79,6 +80,9 @@ class SimulatedMatch:
                     self.clock.sleep(min(LINGERS, max(0.0, seconds - self.clock.now())))
         finally:
             self.clock.close()
+            recorder = self.processes[RECORDER].node
+            if recorder is not None:
+                recorder.stop()
             if self._journal is not None:
                 self._journal.close()
 
@@ -157,6 +161,7 @@ class SimulatedMatch:
         of_all: dict[FaultKind, tuple[Callable[[], object], Callable[[], object]]] = {
             FaultKind.ROUTER: (partial(self._route, False), partial(self._route, True)),
             FaultKind.ESTOP: (observer.press, observer.release),
+            FaultKind.HALT: (observer.halt, lambda: None),
             FaultKind.FULL: (partial(setattr, disk, "full", True), partial(setattr, disk, "full", False)),
             FaultKind.STALLED: (partial(disk.hold, True), partial(disk.hold, False)),
         }
