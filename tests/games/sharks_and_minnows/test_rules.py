@@ -407,6 +407,22 @@ def test_an_official_overrules_a_call(rules: SharksAndMinnows) -> None:
     assert rules.score(rules.overrule(state, OfficialAction.SET_SCORE, "sharks", "5")) == {"sharks": 5, "minnows": 0}
 
 
+@pytest.mark.parametrize("passes", [0, 1])
+def test_with_another_role_a_player_lines_up_at_the_end_of_that_role_beside_the_others(passes: int) -> None:
+    rules = book(TWO_PASSES)
+    state = rules.initial()
+    for _ in range(passes):
+        state = rules.next_round(state.with_state(["m0"], "inactive"), field(rules)).state
+    for name in ("m0", "m1", "s0"):
+        for role in ("shark", "minnow"):
+            state = rules.overrule(state, OfficialAction.SET_ROLE, name, role)
+            mark = state.marks[name]
+            assert rules.safe_zone(state).contains(mark.x, mark.y) is (role == "shark"), "a minnow has all to cross"
+            places = [(mark.x, mark.y) for mark in state.marks.values()]
+            assert all(math.dist(a, b) > math.hypot(*SIZE) for i, a in enumerate(places) for b in places[:i])
+    assert rules.overrule(state, OfficialAction.SET_ROLE, "s0", "minnow") == state, "the role that it has"
+
+
 @pytest.mark.parametrize(
     ("action", "subject", "value"),
     [

@@ -236,5 +236,11 @@ class SharksAndMinnows(RuleBook[State]):
         return ACTIVE, INACTIVE
 
     def with_role(self, state: State, name: str, role: str) -> State:
-        """The state after an official has given a player a role."""
-        return structs.replace(state, roles={**state.roles, name: role})
+        """The state after an official has given a player a role, and with another one a mark at that role's end."""
+        if role == state.roles[name]:
+            return state
+        here = state.marks[name]
+        others = [(mark.x, mark.y) for other, mark in state.marks.items() if other != name]
+        end = state.goal if role == SHARK else opposite(state.goal)
+        mark = line_up({name: here}, self._ends[end], self._field, self._extent, obstacles=others)
+        return structs.replace(state, roles={**state.roles, name: role}, marks={**state.marks, **mark})
