@@ -57,6 +57,20 @@ def test_a_third_capture_that_is_taken_back_in_the_pause_does_not_end_the_game(p
     assert not play.match.over, "nobody has captured three flags, and there is a second round"
 
 
+def test_a_score_that_ends_the_tie_ends_sudden_death() -> None:
+    play = Play(book(round_time=1.0))
+    for _ in range(2):
+        play.ticks(1.0)
+        play.pause()
+    assert play.state.round == 3
+    play.tick()
+    assert play.match.stage is Stage.PLAY_ROUND
+    play.match.overrule(SCORE, "blue", "1")
+    play.tick()
+    play.pause()
+    assert play.match.winner == "blue"
+
+
 def test_an_official_lets_a_tagged_player_play_on_and_it_is_driven_no_longer(rules: RoboFlag) -> None:
     state = rules.overrule(rules.initial(), STATE, "red1", TAGGED)
     assert state.states["red1"] == TAGGED

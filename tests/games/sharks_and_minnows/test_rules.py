@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from vrg.bus.messages import OfficialAction, Stage
+from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, Verdict
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
@@ -421,6 +422,20 @@ def test_with_another_role_a_player_lines_up_at_the_end_of_that_role_beside_the_
             places = [(mark.x, mark.y) for mark in state.marks.values()]
             assert all(math.dist(a, b) > math.hypot(*SIZE) for i, a in enumerate(places) for b in places[:i])
     assert rules.overrule(state, OfficialAction.SET_ROLE, "s0", "minnow") == state, "the role that it has"
+
+
+@pytest.mark.parametrize(("out", "winner"), [(3, "minnows"), (4, "sharks")])
+def test_a_minnow_that_is_disqualified_after_the_last_pass_is_not_left(out: int, winner: str) -> None:
+    rules = book(SETTINGS.model_copy(update={"passes": 1}))
+    match, home = Match(rules), field(rules, HOME)
+    match.step(0.1, field(rules), [])
+    match.step(0.1, home, [])
+    assert match.stage is Stage.ROUND_OVER
+    for name in list(HOME)[:out]:
+        match.disqualify(name, "it has pushed", home, by_official=True)
+    while not match.over:
+        match.step(0.5, home, [])
+    assert match.winner == winner
 
 
 @pytest.mark.parametrize(

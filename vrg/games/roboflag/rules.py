@@ -181,8 +181,10 @@ class RoboFlag(RuleBook[State]):
         return any(captured >= self.settings.captures for captured in state.points.values())
 
     def _end_of_round(self, state: State, clock: float, calls: list[Call]) -> Verdict[State]:
-        sudden = state.round == SUDDEN_DEATH
-        decided = any(call.rule == "capture" for call in calls) if sudden else self._decided(state)
+        decided = self._decided(state)
+        if state.round == SUDDEN_DEATH:
+            # An official may set a score, too. Both teams may capture at once, which leaves the tie.
+            decided = len(set(state.points.values())) > 1 or any(call.rule == "capture" for call in calls)
         if not decided and clock < self.time_limit(state) - 1e-9:
             return Verdict(state, calls)
         if not decided:

@@ -159,6 +159,7 @@ class SharksAndMinnows(RuleBook[State]):
 
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
         """End the game, or let inactive players become sharks and the teams swap ends."""
+        state = state.with_state(state.disqualified, INACTIVE)  # also those that were disqualified since play
         winner = self._winner(state)
         if winner is not None:
             return Verdict(state, winner=winner, why=GAME.won_words[winner])
