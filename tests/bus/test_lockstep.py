@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from msgspec import structs
 
 from tests.bus.bench import KEYS
 from vrg.bus import messages as m
@@ -125,10 +126,21 @@ class _Sloppy(_Driver):
         self.mailbox.publish(KEYS.drive(self.name), m.Drive(twist=Twist(np.float64(0.5), 0.0)))
 
 
-def test_strict_mode_finds_what_works_in_one_process_and_fails_over_the_bus() -> None:
-    loose, strict = (Lockstep(_World([]), [_Sloppy("a", [])], strict=strict) for strict in (False, True))
+class _Changeable(_Driver):
+    """Says what others in its process could change."""
+
+    def tick(self, tick: Tick) -> None:
+        poses = structs.replace(m.Poses(bodies=()), bodies=[])
+        self.mailbox.publish(KEYS.poses, poses)
+
+
+@pytest.mark.parametrize(("kind", "wrong"), [(_Sloppy, "numpy"), (_Changeable, "that arrives as it is")])
+def test_strict_mode_finds_what_works_in_one_process_and_is_not_so_over_the_bus(
+    kind: type[_Driver], wrong: str
+) -> None:
+    loose, strict = (Lockstep(_World([]), [kind("a", [])], strict=strict) for strict in (False, True))
     loose.step()
-    with pytest.raises(TypeError, match="numpy"):
+    with pytest.raises(TypeError, match=wrong):
         strict.step()
 
 

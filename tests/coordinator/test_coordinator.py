@@ -11,7 +11,7 @@ import pytest
 
 from tests.games.sharks_and_minnows.test_rules import SETTINGS, contestants
 from vrg.bus import messages as m
-from vrg.bus.codec import Received
+from vrg.bus.codec import Received, decode, encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
@@ -86,6 +86,8 @@ class Table:
         self.node.tick(Tick(self.time, live))
         for out in self.mailbox.collect():
             body = out.message.body
+            arrives = decode(encode(out.message), out.topic.type, out.message.key)
+            assert arrives.body == body, "nothing in it can be changed"
             if isinstance(body, m.Call):
                 self.calls.append(body)
             elif isinstance(body, m.WorldRequest):

@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.bus.test_codec import assert_immutable
 from vrg.bus.messages import Auction, PlayerStatus, RefereeState, Stage
 from vrg.coordinator.sight import hidden, seen_by
 from vrg.types import Pose
@@ -51,7 +52,7 @@ def test_what_nobody_of_the_team_is_near_is_never_seen(drawn: list[tuple[str, fl
 
 
 def test_the_hidden_state_tells_neither_poses_nor_what_they_follow_from() -> None:
-    players = [status("r1", 1.0), status("b1", 2.0)]
+    players = (status("r1", 1.0), status("b1", 2.0))
     auction = Auction(lot="x", bidders=("r1",), opened=1.0, lasts=0.3, bids={"r1": 4.0}, winner="r1")
     state = RefereeState(
         game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=0.0, total=0.0, round=1,
@@ -62,4 +63,5 @@ def test_the_hidden_state_tells_neither_poses_nor_what_they_follow_from() -> Non
     assert told.auctions[0].bids == {}, "a bid is a time to a place that everybody knows"
     assert told.auctions[0].winner == "r1"
     assert told.score == {"r": 1}
+    assert_immutable(told)
     assert players[0].pose is not None, "the state that was handed in is as it was"

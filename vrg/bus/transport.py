@@ -98,7 +98,8 @@ class MemoryTransport:
 
     Args:
         strict: True passes every message through the codec of the bus. `send` then raises MessageError or TypeError for
-            one that could not travel over the bus. This is slower.
+            one that could not travel over the bus, or would not arrive as it is, such as one with a list in place of a
+            tuple. This is slower.
 
     Attributes:
         digests: the digest of all that each sender publishes, by its name; None while none is wanted.
@@ -131,7 +132,10 @@ class MemoryTransport:
             if routes is None:
                 routes = self._routes[message.key] = self._route(message.key)
             if self._strict:
-                message = decode(encode(message), out.topic.type, message.key)
+                arrives = decode(encode(message), out.topic.type, message.key)
+                if arrives.body != message.body:  # `structs.replace` checks no types
+                    raise TypeError(f"{message.key}: expected a message that arrives as it is, got {message.body}")
+                message = arrives
             for inlet, on_arrival in routes:
                 if not inlet.admits(message.key):
                     continue

@@ -41,14 +41,14 @@ def readmitted(state: S) -> S:
     return structs.replace(state, disqualified={n: d for n, d in state.disqualified.items() if not d.returns})
 
 
-def kept_out(state: GameState, players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
+def kept_out(state: GameState, players: Sequence[PlayerStatus]) -> tuple[PlayerStatus, ...]:
     """The same players; those that are out may not move and have no mark."""
-    return [
+    return tuple(
         structs.replace(player, state=DISQUALIFIED, may_move=False, mark=None)
         if player.name in state.disqualified
         else player
         for player in players
-    ]
+    )
 
 
 def _with(state: S, name: str, what: Disqualification | None) -> S:

@@ -190,7 +190,7 @@ class Match:
             # A round more may be played than the game has, such as one that decides a tie.
             rounds=self.rounds,
             score=self._book.score(self.game),
-            players=tuple(players),
+            players=players,
             zones=tuple(self._book.zones(self.game)),
             auctions=tuple(self.game.auctions[lot] for lot in sorted(self.game.auctions)),
             objects=tuple(self.game.objects),
@@ -417,6 +417,6 @@ def state_after(book: RuleBook[Any], standing: Checkpoint | None) -> RefereeStat
         raise JournalError(f"the last standing in the journal is none of {book.name}: {what}") from None
 
 
-def standing_still(players: Sequence[PlayerStatus]) -> list[PlayerStatus]:
+def standing_still(players: Sequence[PlayerStatus]) -> tuple[PlayerStatus, ...]:
     """Return the same players, none of whom may move or is driven."""
-    return [structs.replace(player, may_move=False, lease=None) for player in players]
+    return tuple(structs.replace(player, may_move=False, lease=None) for player in players)

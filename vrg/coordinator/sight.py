@@ -41,6 +41,6 @@ def views(state: RefereeState, reach: float) -> tuple[RefereeState, dict[str, Si
 
 def hidden(state: RefereeState) -> RefereeState:
     """The state without the players' poses, and without their bids, which would betray them."""
-    players = [structs.replace(player, pose=None) for player in state.players]
-    auctions = [structs.replace(auction, bids={}) for auction in state.auctions]
+    players = tuple(structs.replace(player, pose=None) for player in state.players)
+    auctions = tuple(structs.replace(auction, bids={}) for auction in state.auctions)
     return structs.replace(state, players=players, auctions=auctions)
