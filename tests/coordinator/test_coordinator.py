@@ -305,8 +305,14 @@ def test_whom_a_person_has_disqualified_does_not_come_back_by_reporting(table: T
     assert said == ["m1 is disqualified: by ann", "", "m1 plays again from the next pass", ""]
 
 
+@pytest.mark.parametrize("halted", [True, False])
 @pytest.mark.parametrize("over", [True, False])
-def test_a_match_in_which_everybody_is_disqualified_ends_unless_one_returns_at_once(table: Table, over: bool) -> None:
+def test_a_match_in_which_everybody_is_disqualified_ends_unless_one_returns_at_once(
+    table: Table, over: bool, halted: bool
+) -> None:
+    if halted:
+        table.silent = set(table.places)
+        assert table.ticks(int(ABSENCE_TIMEOUT / 0.1) + 3).halted == "no player reports"
     for name in table.places:
         table.hear(KEYS.official, m.Official(action=m.OfficialAction.DISQUALIFY, by="ann", subject=name))
     if not over:

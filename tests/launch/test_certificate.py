@@ -80,7 +80,7 @@ def played(folder: Path, plan: str, *, record: bool = True, until: float = 12.0)
     write_setup(setup, run.setup)
     watchers: list[Node] = [eve, *([recorder_node(setup, run)] if record else [])]
     with open_journal(setup, run) as journal:
-        play(setup, journal, watchers=watchers, limit=until)
+        play(setup, journal, watchers=watchers, limit=until, resumable=True)
     return run, setup, eve
 
 

@@ -19,7 +19,7 @@ from tests.launch import matches
 from tests.launch.matches import calls_of
 from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Stage
+from vrg.bus.messages import Official, OfficialAction, Stage
 from vrg.bus.node import Node, Tick
 from vrg.commands import playing
 from vrg.config.loading import load_match, match_path
@@ -30,7 +30,7 @@ from vrg.hal.models import robot_model
 from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.in_process import Ending
+from vrg.launch.in_process import LINGER, Ending
 from vrg.launch.nodes import spectator_node
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.reader import read_tracks
@@ -225,6 +225,28 @@ def test_a_match_can_be_broken_off(tmp_path: Path) -> None:
     ending, _ = matches.played(setup_for("planar", 0), tmp_path, pace=lambda time: time < 5.0)
     assert ending.time == pytest.approx(5.0, abs=0.05)
     assert ending.state.stage is not Stage.GAME_OVER
+
+
+class Halting(Node):
+    """Halts play after a second of match time."""
+
+    kind = "official"
+
+    def __init__(self, setup: MatchSetup) -> None:
+        super().__init__("eve", Mailbox(), 1.0)
+        self._topic = setup.keys.official
+
+    def tick(self, tick: Tick) -> None:
+        if tick.time == 1.0:
+            self.mailbox.publish(self._topic, Official(action=OfficialAction.HALT, by="eve"))
+
+
+@pytest.mark.parametrize("resumable", [False, True])
+def test_a_halt_that_nobody_can_resume_is_the_end(tmp_path: Path, resumable: bool) -> None:
+    setup = setup_for("planar", 0)
+    ending, _ = matches.played(setup, tmp_path, Halting(setup), limit=4.0, resumable=resumable)
+    assert ending.state.halted == "called by eve"
+    assert ending.time == pytest.approx(4.0 if resumable else 1.1 + LINGER, abs=0.05)
 
 
 CIRCLER = """

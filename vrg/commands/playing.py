@@ -235,6 +235,7 @@ def _play_in_steps(
                 journal,
                 watchers=watchers,
                 pace=pace,
+                resumable=show.window and paced,
                 stop=stop,
                 logs=folder.logs,
                 apart=apart,

@@ -207,12 +207,14 @@ class Match:
             absent: the reasons outside the rules why the match cannot go on, such as a player that does not report.
         """
         self.judged = None
+        out = [name for name, why in self.disqualified.items() if not why.returns]
+        if not self.over and len(out) == len(self.names):  # also in HALT, which nothing could end
+            why = "everybody is disqualified"
+            return Effects(announce("game_over", f"game over: {why}").calls, [self.end(DRAW, why)])
         if self._reasons or self.over:
             self._before = None
             self.waiting = list(absent)
             return Effects()
-        if all(name in self.disqualified and not self.disqualified[name].returns for name in self.names):
-            return Effects(announce("game_over", "game over: everybody is disqualified").calls, [self.end(DRAW)])
         self.in_stage += dt
         if self.stage is Stage.INITIALIZE:
             return self._initialize(now, absent)

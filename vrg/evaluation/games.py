@@ -7,7 +7,7 @@ from msgspec import Struct
 OVER = "game over"
 """The game came to its end by its rules."""
 BROKEN_OFF = "broken off"
-"""The game reached the limit of match time. It counts as a draw."""
+"""The game reached the limit of match time, or was halted. It counts as a draw."""
 FAILED = "failed"
 """The game was given up, or its process died. It counts as a draw."""
 INVALID = "not valid"
@@ -70,7 +70,8 @@ class Played(Struct, frozen=True, kw_only=True):
     """The result of a game.
 
     Args:
-        ended: OVER, BROKEN_OFF, FAILED or INVALID. problem: why it failed or is not valid, in words; empty otherwise.
+        ended: OVER, BROKEN_OFF, FAILED or INVALID. problem: why it did not come to its end, or is not
+            valid, in words; empty otherwise.
         winner: the winning team, `draw` or `nobody`; None if the game did not come to its end. A game that is not valid
             is lost for the team whose code alone could change it, and a draw if both could.
         score: the points of each team in the game's own count.

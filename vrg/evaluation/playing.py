@@ -57,8 +57,11 @@ def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer
                 ending = in_process.play(setup, journal, limit=limit, logs=folder.logs, apart=sealed)
     except VrgError as error:
         return Played(ended=FAILED, problem=str(error), wall_time=time.perf_counter() - began)
+    ended, halted = _ended(ending.state), ending.state.halted
+    why = f"play was halted, and nobody could continue it: {halted}" if halted else "it reached the limit of match time"
     return Played(
-        ended=_ended(ending.state),
+        ended=ended,
+        problem=why if ended == BROKEN_OFF else "",
         match_time=round(ending.time, 3),
         failures=list(ending.failures),
         wall_time=round(time.perf_counter() - began, 3),

@@ -91,7 +91,7 @@ def mean(values: Sequence[float]) -> str:
 def irregular(rows: Sequence[GameRecord]) -> list[str]:
     """The irregularities of these games, in words: a line for each kind, with its games."""
     found = []
-    for ended, what in ((BROKEN_OFF, "reached the limit of match time"), (FAILED, "ended abnormally")):
+    for ended, what in ((BROKEN_OFF, "came to no end"), (FAILED, "ended abnormally")):
         games = [row for row in rows if row.played.ended == ended]
         if games:
             why = f" ({games[0].played.problem})" if games[0].played.problem else ""

@@ -41,7 +41,9 @@ P = TypeVar("P", bound=Node)
 
 
 STUCK: Final = 120.0
-"""The match time in s without play after which a match is broken off: in one process no official can resume it."""
+"""The match time in s without play after which a match is broken off."""
+LINGER: Final = 1.0
+"""The match time in s that a match goes on after its end, so that every node hears how it ended."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +115,7 @@ def play(
     limit: float = 3600.0,
     pace: Callable[[float], bool] | None = None,
     strict: bool = False,
+    resumable: bool = False,
     stop: StopSignal | None = None,
     logs: Path | None = None,
     changes: Sequence[Change] = (),
@@ -129,6 +132,7 @@ def play(
         limit: the match time in s after which the match is broken off.
         pace: called after each tick with the match time. It may wait; if it returns False, the match is broken off.
         strict: True passes every message through the codec of the bus.
+        resumable: True if a watcher may be an official, who continues play after a HALT; otherwise a HALT is the end.
         stop: what tells that the match is to stop, so that a strategy in an endless loop is interrupted.
         logs: the folder for what players print; None lets them print.
         changes: what changes at some instants, in the order of time.
@@ -180,9 +184,8 @@ def play(
         # What is there now stays until the end: the garbage collector need not look at it again and again.
         stack.callback(gc.unfreeze)
         gc.freeze()
-        # The match goes on for one more second, so that every node hears how it ended.
         played, since = coordinator.match.total, executor.time
-        while linger < 1.0 and executor.time < limit:
+        while linger < LINGER and executor.time < limit:
             while waiting and executor.time >= waiting[0].time - TINY:
                 change = waiting.pop(0)
                 before, now = now, amended(now, change)
@@ -196,7 +199,7 @@ def play(
             executor.step()
             if pace is not None and not pace(executor.time):
                 break
-            if coordinator.match.over:
+            if coordinator.match.over or (coordinator.match.halted is not None and not resumable):
                 linger += world.period
             elif coordinator.match.total != played:
                 played, since = coordinator.match.total, executor.time
