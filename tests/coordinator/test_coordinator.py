@@ -205,11 +205,16 @@ def test_a_stopped_clock_halts_physical_robots_at_once(early: Table) -> None:
 
 def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Table) -> None:
     table.hear(KEYS.estop, m.Estop(by="ann", reason="smoke"))
+    table.faults = dict.fromkeys(table.places, "its wheels are held by the emergency stop")
     state = table.tick()
     assert (state.estop, state.halted) == (True, "emergency stop by ann: smoke")
+    assert state.way_out == (
+        "An official continues play as soon as this is solved: the emergency stop is engaged: an official releases it"
+    ), "and not what follows from it for each robot"
     assert table.decide(m.OfficialAction.RESUME).halted
     assert "an official releases it" in table.calls[-1].text
     table.hear(KEYS.estop_release, m.EstopRelease(by="ann"), 1)
+    table.faults = {}
     state = table.tick(estop=True)  # the world has not heard it yet
     assert (state.estop, state.halted is None) == (False, False)
     assert table.decide(m.OfficialAction.RESUME).halted is None

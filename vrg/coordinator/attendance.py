@@ -68,11 +68,12 @@ class Attendance:
             and (self.reports_now(name, tick) or not tick.live)
         ]
 
-    def absent(self, tick: Tick, out: Container[str]) -> tuple[list[str], list[str]]:
+    def absent(self, tick: Tick, out: Container[str], *, estop: bool) -> tuple[list[str], list[str]]:
         """The reasons why play cannot go on: those that a person must do something about, and those that may pass.
 
         Args:
             out: the players that are disqualified, which are not waited for.
+            estop: the emergency stop is engaged, from which follow the faults of robots that have not latched.
         """
         reasons, passing, starting = [], [], list[str]()
         for name in self._names:
@@ -87,7 +88,7 @@ class Attendance:
             elif fault := _fault(name, report.body):
                 if report.body.latched and not report.body.pressed:
                     reasons.append(f"{fault} (an official recovers the robot)")
-                else:
+                elif not estop:
                     passing.append(fault)
         if starting:
             ready = f"{len(self._names) - len(starting)} of {len(self._names)} players are ready"

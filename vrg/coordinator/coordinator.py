@@ -274,7 +274,7 @@ class Coordinator(Node):
             reasons.append(stale)
         if self._estop:
             reasons.append("the emergency stop is engaged: an official releases it")
-        needed, passing = self._attendance.absent(tick, self.match.disqualified)
+        needed, passing = self._attendance.absent(tick, self.match.disqualified, estop=self._estop)
         # Reasons that need a person come first, because short messages name the first reason only.
         return [*reasons, *needed, *passing]
 
