@@ -398,3 +398,29 @@ def test_a_camera_takes_pictures_all_the_time_where_the_match_file_wants_it_and_
     monkeypatch.setitem(MODELS._found, "P2AT", blind)
     [told] = problems(load, with_tables("", "camera = true\n"))
     assert told.endswith("players.1.camera: expected false, as the robot P2AT has no camera")
+
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+@pytest.mark.parametrize(
+    ("file", "changed", "located"),
+    [
+        ("mixed.toml", ("[backends.can]", '[place]\ndrives = "here"\n[backends.can]'), {}),
+        ("turtlebot.toml", ('backend = "ros"', 'backend = "ros"\nlocalisation = "feed"'), {}),
+        ("room.toml", ('source = "sim"', 'source = "sim"'), {"sue": "ceiling", "tom": "ceiling"}),
+        ("room.toml", ('source = "sim"', 'source = "camera"'), {}),
+    ],
+    ids=["drives", "ros, located elsewhere", "a simulated camera", "a camera"],
+)
+def test_all_robots_may_be_virtual_whatever_their_backends(
+    tmp_path: Path, file: str, changed: tuple[str, str], located: dict[str, str]
+) -> None:
+    path = tmp_path / file
+    path.write_text(but(changed, text=(EXAMPLES / file).read_text()))
+    setup = load_match(path, virtual=True)
+    assert setup.physical == setup.companions == []
+    assert [player.name for player in setup.fused] == [*located]
+    assert {*setup.localisation} == {*located.values()}
+    path.write_text(setup.text)
+    assert load_match(path).players == setup.players, "so it is kept with the run"

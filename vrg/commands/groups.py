@@ -118,6 +118,7 @@ class PlayOptions(PracticeOptions):
     here: Annotated[
         bool, typer.Option("--here", help="Run everything on this machine, whatever the match file names.")
     ] = False
+    sim: Annotated[bool, typer.Option("--sim", help="Let all robots be virtual, whatever their backends.")] = False
     dry_run: Annotated[
         bool, typer.Option("--dry-run", help="Print which process would run on which machine; start nothing.")
     ] = False

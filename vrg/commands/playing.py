@@ -56,11 +56,11 @@ def play_match(
     Raises:
         ConfigError: the match file has problems.
         LaunchError: a process does not start, or dies too often.
-        typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off.
+        typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off or everybody disqualified.
     """
     setup = load_match(
         match_path(match), base=base, engine=options.engine, seed=options.seed, rate=options.speed,
-        sandbox=options.sandbox,
+        sandbox=options.sandbox, virtual=options.sim,
     )  # fmt: skip
     if options.here or options.in_process:
         setup = setup.all_here()

@@ -11,7 +11,7 @@ from msgspec import structs
 from pydantic import TypeAdapter, ValidationError
 
 from vrg.config import checks
-from vrg.config.files import HERE, MatchFile, TeamTable
+from vrg.config.files import HERE, PLACED, MatchFile, TeamTable
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, FileError, Problem
@@ -28,7 +28,7 @@ from vrg.hal.sim.map import load_map
 from vrg.modules import classes_in, no_method
 from vrg.registry import did_you_mean, expected_one_of
 from vrg.tables import Table, located, parsed, problems_of
-from vrg.toml_text import with_value
+from vrg.toml_text import with_value, without
 
 T = TypeVar("T")
 M = TypeVar("M", bound=Table)
@@ -86,11 +86,14 @@ def read_match(path: Path) -> MatchFile:
         raise ConfigError(f"{path}: cannot be read; `vrg check {path}` says more: {error}") from None
 
 
-def load_match(path: Path, *, base: Path | None = None, **overrides: str | int | float | bool | None) -> MatchSetup:
+def load_match(
+    path: Path, *, base: Path | None = None, virtual: bool = False, **overrides: str | int | float | bool | None
+) -> MatchSetup:
     """Read and check a match file. The players' strategies are not imported; for them see `check_strategies`.
 
     Args:
         base: the folder that relative paths in it start from. The default is the file's own folder.
+        virtual: True lets all robots be virtual, whatever their backends.
         overrides: values that replace those of top-level fields. None keeps the file's value.
 
     Raises:
@@ -102,15 +105,17 @@ def load_match(path: Path, *, base: Path | None = None, **overrides: str | int |
         raise ConfigError(f"{path}: cannot be read: {error.strerror}") from None
     except FileError as error:
         raise ConfigError(f"{path}: cannot be read: {error}") from None
-    return check_match(text, path, base or path.resolve().parent, **overrides)
+    return check_match(text, path, base or path.resolve().parent, virtual=virtual, **overrides)
 
 
-def check_match(text: str, path: Path, base: Path, **overrides: str | int | float | bool | None) -> MatchSetup:
+def check_match(
+    text: str, path: Path, base: Path, *, virtual: bool = False, **overrides: str | int | float | bool | None
+) -> MatchSetup:
     """Check the text of a match file, which need not have been written yet.
 
     Args:
         path: of the file, for messages. base: the folder that relative paths in it start from.
-        overrides: as for `load_match`.
+        virtual, overrides: as for `load_match`.
 
     Raises:
         ConfigError: the text has problems. The error lists all of them, each with the file and the line.
@@ -120,11 +125,30 @@ def check_match(text: str, path: Path, base: Path, **overrides: str | int | floa
         if value is not None:
             text = with_value(text, (field,), value)
             data[field] = value
+    if virtual:
+        for place in _of_physical_robots(data):
+            text = without(text, place)
+        data = parsed(text, path)
     checker = _Checker(base)
     setup = checker.check(data, text, str(path))
     if setup is None or checker.problems:
         raise ConfigError(located(map(checker.numbered, checker.problems), path, original))
     return setup
+
+
+def _of_physical_robots(data: Mapping[str, Any]) -> list[Place]:
+    """The places in a match file of what makes robots physical, and of what only such robots have."""
+    players, sources, place = (data.get(name) for name in ("players", "localisation", "place"))
+    tables = dict(enumerate(players)) if isinstance(players, list) else {}
+    sources = sources if isinstance(sources, dict) else {}
+    # What sees real robots sees no virtual ones: each then measures its own pose.
+    real = any(isinstance(table, dict) and table.get("source") != "sim" for table in sources.values())
+    found: list[Place] = [("localisation", name) for name in sources if real]
+    for number, table in tables.items():
+        if isinstance(table, dict):
+            found.append(("players", number, "backend"))
+            found += [("players", number, "localisation")] * (real or table.get("localisation") == FEED)
+    return [*found, *(("place", process) for process in place or () if process not in PLACED)]
 
 
 def idle_machines(setup: MatchSetup) -> str:
