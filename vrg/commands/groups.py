@@ -67,6 +67,7 @@ class PracticeOptions:
     headless: Annotated[bool, typer.Option("--headless", help="Open no window, even if there is a display.")] = False
     runs: RunsOption = Path("runs")
     record: Annotated[bool, typer.Option(help="Record for Foxglove and the plot.")] = True
+    sandbox: SandboxOption = None
 
     def check(self) -> None:
         """Check the options that are read later, before anything starts.
@@ -77,6 +78,8 @@ class PracticeOptions:
         self.speed  # noqa: B018 - it raises
         if self.in_process and self.lockstep:
             raise typer.BadParameter("--in-process and --lockstep: choose one")
+        if self.in_process and self.sandbox:
+            raise typer.BadParameter("--sandbox needs processes: take --lockstep in place of --in-process")
         if self.deadline is not None and not self.lockstep:
             raise typer.BadParameter("needs --lockstep: elsewhere nothing waits", param_hint="--deadline")
         if self.verify and self.rate is not None:
@@ -127,7 +130,6 @@ class PlayOptions(PracticeOptions):
         typer.Option("--seats/--no-seats", help="Let only seats with keys in; the default is the match file's."),
     ] = None
     keys: KeysOption = None
-    sandbox: SandboxOption = None
     web: Annotated[
         bool, typer.Option("--web", help="Show it in browsers too; --listen does so for other machines.")
     ] = False
@@ -146,8 +148,6 @@ class PlayOptions(PracticeOptions):
     def check(self) -> None:
         """See PracticeOptions.check."""
         super().check()
-        if self.in_process and self.sandbox:
-            raise typer.BadParameter("--sandbox needs processes: take --lockstep in place of --in-process")
         needing = {
             "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--ros": self.ros,
             "--web": self.address,

@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import RefereeState, Stage
+from vrg.bus.messages import DISQUALIFIED, RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.commands.groups import PlayOptions
@@ -144,6 +144,10 @@ def _play(launch: Launch, options: PlayOptions) -> None:
     _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
+    if state is None or state.stage is not Stage.GAME_OVER:
+        raise typer.Exit(130 if stop.is_set() else 1)
+    if all(player.state == DISQUALIFIED for player in state.players):
+        raise typer.Exit(1)
 
 
 def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
@@ -269,12 +273,7 @@ def _conclude(
     failure: LaunchError | None,
     interrupted: bool = False,
 ) -> None:
-    """Write the result and print how the match ended.
-
-    Raises:
-        typer.Exit: with status 130 if the match was interrupted, or 1 if it was broken off. Not raised if the game was
-            over.
-    """
+    """Write the result and print how the match ended."""
     over = state is not None and state.stage is Stage.GAME_OVER
     if failure is not None:
         lines = str(failure).splitlines()
@@ -298,5 +297,3 @@ def _conclude(
         show.console.print(escape(result["stops"]["sentence"]), soft_wrap=True)
     kept = (folder.result, folder.journal, *folder.recordings(), folder.plot)
     show.console.print(f"Recorded in {folder.path}: {', '.join(p.name for p in kept if p.exists())}", soft_wrap=True)
-    if not over and failure is None:
-        raise typer.Exit(130 if interrupted else 1)

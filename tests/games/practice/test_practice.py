@@ -102,3 +102,13 @@ def test_a_strategy_is_tried(tmp_path: Path) -> None:
     assert "Over (" in done.output
     result = json.loads(next((tmp_path / "runs").glob("*/result.json")).read_text())
     assert (result["game"], result["ended"]) == ("practice", "game over")
+
+
+def test_a_practice_whose_only_player_fails_has_failed(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "from vrg.agents import Strategy\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        return 1 / 0\n"
+    )
+    command = ["practice", f"{tmp_path}/mine.py:Mine", "--in-process", "--engine", "planar", "--for", "3"]
+    done = invoke(*command, "--no-record", "--runs", str(tmp_path / "runs"))
+    assert done.exit_code == 1, done.output
+    assert "Everybody is disqualified (" in done.output
