@@ -1,5 +1,6 @@
 """The choice of the next games of a league, and the ratings that follow from all games in whatever order."""
 
+from collections import Counter
 from itertools import combinations
 
 import numpy as np
@@ -63,6 +64,19 @@ def test_everybody_plays_before_anybody_plays_again() -> None:
         assert pairing is not None
         rows += [game(*pairing.labels, 2 * number + side, 0.5) for side in (0, 1)]
     assert sorted(name for row in rows[::2] for name in row.game.pairing.labels) == names
+
+
+@given(points=st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=30, max_size=30), count=st.integers(2, 5))
+def test_nobody_plays_again_before_everybody_else_has_played_as_often(points: list[float], count: int) -> None:
+    rows: list[GameRecord] = []
+    turns: Counter[str] = Counter()
+    for number, result in enumerate(points):
+        pairing = next_pairing(fit(NAMES, rows), NAMES[:count], turns=turns)
+        assert pairing is not None
+        turns.update(pairing.labels)
+        rows.append(game(*pairing.labels, number, result))
+        played = [turns[name] for name in NAMES[:count]]
+        assert max(played) - min(played) <= 1, turns
 
 
 def test_a_new_version_plays_first_against_one_that_is_about_as_strong() -> None:

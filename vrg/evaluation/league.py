@@ -5,6 +5,7 @@ An entry whose newest version has not passed goes on with the one before. Rating
 versions; the table shows the version by which each entry plays now.
 """
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Sequence
 from pathlib import Path
 
@@ -104,6 +105,8 @@ class League(Games):
         self.active = sorted(version.label for entry, version in self.playing.items() if entry in there)
         self._more = more
         self._started = 0
+        self._turns: Counter[str] = Counter()
+        """The pairs of games that each version has begun in this call."""
         self._fit: tuple[int, Fit] | None = None
 
     @property
@@ -125,15 +128,17 @@ class League(Games):
         return self._fit[1]
 
     def upcoming(self, running: Sequence[ScheduledGame]) -> ScheduledGame | None:
-        """The other half of a pair of games that was begun, or the pair that makes the ratings certain fastest."""
+        """The other half of a pair of games that was begun, or the pair of those whose turn it is that makes the
+        ratings certain fastest."""
         if not self._more(self._started):
             return None
         taken = [row.game for row in self.rows] + list(running)
         game = _half(taken, self.active)
         if game is None:
-            pairing = next_pairing(self.fit, self.active, [other.pairing for other in running])
+            pairing = next_pairing(self.fit, self.active, [other.pairing for other in running], self._turns)
             if pairing is None:
                 return None
+            self._turns.update(pairing.labels)
             game = pairing, 2 * sum(other.pairing == pairing and other.number % 2 == 0 for other in taken)
         self._started += 1
         return self.folder.definition.game_of(*game)

@@ -10,9 +10,11 @@ So the sum of the variances of some ratings, each the distance A from the mean o
     w |A C d|^2 / (1 + w d' C d)
 
 That is much where both are uncertain, and about as strong as each other; it is little where the winner is known before.
+
+They are chosen among those whose turn it is: nobody plays again before everybody else has played as often.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -25,8 +27,10 @@ _DIGITS = 9
 """Gains that agree in so many digits are the same: which of them is the larger would be an accident of arithmetic."""
 
 
-def next_pairing(found: Fit, among: Sequence[str], planned: Iterable[Pairing] = ()) -> Pairing | None:
-    """The two strategies whose next pair of games most reduces the sum of the variances of the ratings.
+def next_pairing(
+    found: Fit, among: Sequence[str], planned: Iterable[Pairing] = (), turns: Mapping[str, int] = {}
+) -> Pairing | None:
+    """The two strategies whose turn it is and whose next pair of games most reduces the variances of the ratings.
 
     It depends on its arguments alone. Of several that are as good it is the first, in the order of `among`.
 
@@ -34,6 +38,7 @@ def next_pairing(found: Fit, among: Sequence[str], planned: Iterable[Pairing] = 
         found: the ratings by the games so far.
         among: the strategies that may play, whose ratings are to become certain.
         planned: the games that are being played, the result of which is not known yet.
+        turns: how often each has played; one that is missing has not. Those that have played least are paired.
 
     Returns:
         None if fewer than two may play.
@@ -53,6 +58,8 @@ def next_pairing(found: Fit, among: Sequence[str], planned: Iterable[Pairing] = 
     variances = covariance[np.ix_(own, own)]
     of_difference = np.diag(variances)[:, None] + np.diag(variances)[None, :] - 2.0 * variances
     weight = GAMES * certainty[np.ix_(own, own)]
-    gains = np.triu(weight * reduced / (1.0 + weight * of_difference), 1)
+    played = np.array([turns.get(label, 0) for label in among])
+    due = played[:, None] + played[None, :] == np.sort(played)[:2].sum()
+    gains = np.triu(np.where(due, weight * reduced / (1.0 + weight * of_difference), 0.0), 1)
     first, second = divmod(int(np.argmax(np.round(gains / gains.max(), _DIGITS))), len(own))
     return Pairing(among[first], among[second])
