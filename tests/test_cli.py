@@ -144,6 +144,7 @@ def test_the_help_page_fits_on_a_screen(vrg: Vrg) -> None:
         ("practice --map courtyrd", "did you mean 'courtyard'?"),
         ("practice sharks-and-minnow", "did you mean 'sharks-and-minnows'?"),
         ("node player playr1 sharks-and-minnows", "did you mean 'player1'?"),
+        ("compare balancd conservative --match roboflag --games 1", "did you mean 'balanced'?"),
     ],
 )
 def test_a_name_that_is_misspelled_comes_with_the_one_that_is_meant(vrg: Vrg, typed: str, said: str) -> None:

@@ -118,3 +118,22 @@ def test_a_better_strategy_is_mostly_found_within_200_games(win: float, found: f
     rng = np.random.default_rng(2)
     pairs = VALUES[rng.choice(5, size=(2000, 100), p=independent(win))]
     assert (capitals(pairs, 0.5) >= 40.0).any(axis=1).mean() >= found
+
+
+@pytest.mark.parametrize("value", [1.0, 0.0])
+def test_it_is_known_how_many_pairs_like_those_so_far_are_missing(value: float) -> None:
+    evidence = evidence_of([value] * 4)
+    assert evidence.missing(8) == 4
+    assert evidence.missing(3) is None, "more than is asked for"
+    for more in range(4):
+        low, high = evidence.interval()
+        assert low <= 0.5 <= high, more
+        evidence.add(value)
+    low, high = evidence.interval()
+    assert low > 0.5 or high < 0.5
+    assert evidence.missing(8) == 0
+
+
+@pytest.mark.parametrize("pairs", [[], [0.5] * 9, [0.0, 1.0], [0.5] * 100 + [0.75]])
+def test_without_a_difference_no_number_of_pairs_is_missing(pairs: list[float]) -> None:
+    assert evidence_of(pairs).missing(100) is None

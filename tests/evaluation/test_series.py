@@ -5,6 +5,8 @@ import random
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vrg.evaluation.games import Pairing
+from vrg.evaluation.report import sentence
 from vrg.evaluation.series import Series
 
 POINTS = st.lists(st.sampled_from([0.0, 0.5, 1.0]), min_size=40, max_size=40)
@@ -68,3 +70,21 @@ def test_games_that_were_played_before_are_not_played_again() -> None:
     assert series.upcoming == 2
     series.begin()
     assert series.upcoming == 4
+
+
+def said(points: list[float]) -> str:
+    return sentence(Pairing("ann", "bob"), finished(points, jobs=1), 0.95)
+
+
+def test_a_few_games_that_are_all_won_are_no_proof_but_it_is_said_how_many_more_would_be_one() -> None:
+    assert said([1.0] * 8) == (
+        "not proved yet: ann has 100 % of 8 games, 95 % interval 29 to 100 %; "
+        "8 more games like these would prove that it is better"
+    )
+    assert said([0.0] * 2).startswith("not proved yet: bob has 100 % of 2 games")
+    assert "; 14 more games like these" in said([0.0] * 2)
+    assert said([1.0] * 16).startswith("ann beats bob: 100 % of 16 games")
+    assert said([1.0, 0.0] * 20).startswith("no difference was found between ann and bob: ann has 50 % of 40 games")
+    assert said([1.0, 0.0, 1.0, 1.0] * 4).startswith("not proved yet: ann has 75 % of 16 games")
+    assert said([1.0, 0.0, 1.0, 0.0, 1.0, 1.0] * 2).startswith("no difference was found"), "more than as many again"
+    assert said([0.5] * 60 + [0.0, 0.5]).startswith("no difference was found")

@@ -62,7 +62,7 @@ class EvaluationOptions:
         str | None, typer.Option(metavar="TEAM", help="The team that plays on from --from; the other one stays.")
     ] = None
     games: Annotated[
-        int, typer.Option(min=2, help="The most games of two strategies; an odd number is rounded up.")
+        int, typer.Option(min=1, help="The most games of two strategies; an odd number is rounded up.")
     ] = 200
     seed: Annotated[int, typer.Option(min=0, help="Seed of the first pair of games; each next pair has the next.")] = 0
     jobs: Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")] = None

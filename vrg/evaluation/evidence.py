@@ -23,6 +23,7 @@ fewer games than with the stakes that the paper calls predictable plug-ins.
 """
 
 import math
+from bisect import bisect_left
 from collections import Counter
 from collections.abc import Mapping
 
@@ -66,15 +67,40 @@ class ShareEstimate:
 
     def interval(self) -> tuple[float, float]:
         """The interval (low, high) that holds the share, 0 to 1."""
-        mirrored = {1.0 - value: n for value, n in self._counts.items()}
-        return _least(self._counts, self._confidence), 1.0 - _least(mirrored, self._confidence)
+        return _least(self._counts, self._confidence), 1.0 - _least(self._mirrored, self._confidence)
+
+    def missing(self, most: int) -> int | None:
+        """The number of further pairs, at most `most`, after which the interval leaves one half out if they are as
+        those so far; None if more are missing, or if the share is one half."""
+        share = self.share
+        if share is None or share == 0.5:
+            return None
+        counts: Mapping[float, float] = self._counts if share > 0.5 else self._mirrored
+        wanted = _wanted(self._confidence)
+
+        def decided(more: int) -> bool:
+            scale = 1.0 + more / self.pairs
+            return _log_capital({value: n * scale for value, n in counts.items()}, 0.5) >= wanted
+
+        # The logarithm is a convex function of the scale, and 0 at 0. So once it is large enough it stays so.
+        more = bisect_left(range(most + 1), True, key=decided)
+        return more if more <= most else None
+
+    @property
+    def _mirrored(self) -> dict[float, int]:
+        return {1.0 - value: n for value, n in self._counts.items()}
 
 
-def _least(counts: Mapping[float, int], confidence: float) -> float:
+def _wanted(confidence: float) -> float:
+    """The logarithm of the capital at which a share is ruled out."""
+    return math.log(2.0 / (1.0 - confidence))
+
+
+def _least(counts: Mapping[float, float], confidence: float) -> float:
     """The low end of the interval."""
     n = sum(counts.values())
     high = sum(value * k for value, k in counts.items()) / n if n else 0.0
-    wanted = math.log(2.0 / (1.0 - confidence))
+    wanted = _wanted(confidence)
     low = 0.0
     for _ in range(_HALVINGS if high > 0.0 else 0):
         middle = (low + high) / 2
@@ -85,7 +111,7 @@ def _least(counts: Mapping[float, int], confidence: float) -> float:
     return low
 
 
-def _log_capital(counts: Mapping[float, int], share: float) -> float:
+def _log_capital(counts: Mapping[float, float], share: float) -> float:
     """The logarithm of K(share)."""
     logs = sum(n * np.log1p(STAKES * (value / share - 1.0)) for value, n in counts.items())
     return float(np.logaddexp.reduce(logs) - math.log(STAKES.size))

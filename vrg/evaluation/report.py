@@ -17,12 +17,15 @@ def sentence(pairing: Pairing, series: Series, confidence: float) -> str:
     now, first, second = series.standing, pairing.first, pairing.second
     if now is None:
         return f"nothing is known about {pairing}: no pair of games was finished"
-    if now.decided and now.high < 0.5:
+    missing = None if now.decided else series.missing
+    if now.share < 0.5 and (now.decided or missing is not None):
         now, first, second = now.mirrored, second, first
     interval = f"{100 * confidence:g} % interval {between(now.low, now.high)}"
     numbers = f"{percent(now.share)} of {now.games} games, {interval}"
     if now.decided:
         return f"{first} beats {second}: {numbers}"
+    if missing is not None:
+        return f"not proved yet: {first} has {numbers}; {missing} more games like these would prove that it is better"
     yet = "" if series.over else f" yet (the comparison was to have up to {2 * series.pairs} games)"
     return f"no difference was found between {pairing}{yet}: {first} has {numbers}"
 

@@ -9,6 +9,9 @@ from dataclasses import dataclass
 
 from vrg.evaluation.evidence import ShareEstimate
 
+FEW_PAIRS = 8
+"""The number of pairs after which a strategy that has won all of them is better, at the usual confidence."""
+
 
 @dataclass(frozen=True)
 class SeriesResult:
@@ -77,6 +80,13 @@ class Series:
     def counted(self) -> int:
         """The number of games that count: those with lower numbers than this."""
         return 2 * len(self.standings)
+
+    @property
+    def missing(self) -> int | None:
+        """The number of further games that would show which one is better, if they went as those so far; None if that
+        takes more than FEW_PAIRS and more than as many again."""
+        pairs = self._evidence.missing(max(FEW_PAIRS, self._evidence.pairs))
+        return None if pairs is None else 2 * pairs
 
     @property
     def left(self) -> int:
