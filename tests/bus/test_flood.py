@@ -1,5 +1,8 @@
 """When a key counts as flooded, and for how long."""
 
+import threading
+from collections.abc import Callable
+
 from vrg.bus.flood import MAX_MESSAGE_RATE, RATE_WINDOW, FlowMeter
 
 
@@ -37,3 +40,33 @@ def test_it_ends_without_any_message_too() -> None:
     admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0)
     assert meter.flooded(10.0 + 2 * RATE_WINDOW) == frozenset()
     assert meter.admits("a", 20.0)
+
+
+class Interrupted(float):
+    """A time at which another thread comes in between when it is compared for the second time."""
+
+    meanwhile: Callable[[], None]
+    looks = 0
+
+    def __sub__(self, other: float) -> float:
+        self.looks += 1
+        passed = float(self) - other
+        if self.looks == 2:
+            self.meanwhile()
+        return passed
+
+
+def test_two_threads_that_begin_a_window_together_lose_no_flood() -> None:
+    meter = FlowMeter()
+    admitted(meter, "a", MAX_MESSAGE_RATE + 1, 10.0)
+    other = threading.Thread(target=lambda: meter.admits("b", 11.0))
+
+    def meanwhile() -> None:
+        other.start()
+        other.join(0.2)  # it waits for the first one
+
+    now = Interrupted(11.0)
+    now.meanwhile = meanwhile
+    meter.admits("b", now)
+    other.join()
+    assert not meter.admits("a", 11.0)

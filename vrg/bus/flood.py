@@ -1,5 +1,6 @@
 """The rate of the messages on each key. More events than anything in a match publishes are a flood."""
 
+import threading
 from typing import Final
 
 MAX_MESSAGE_RATE: Final = 2_000
@@ -10,9 +11,13 @@ RATE_WINDOW: Final = 1.0
 
 
 class FlowMeter:
-    """Counts messages. A flooded key stays so until fewer than MAX_MESSAGE_RATE have come in a whole window."""
+    """Counts messages. A flooded key stays so until fewer than MAX_MESSAGE_RATE have come in a whole window.
+
+    Any thread may call it: zenoh has one for each subscription.
+    """
 
     def __init__(self) -> None:
+        self._lock = threading.Lock()
         self._since = 0.0
         self._counts: dict[str, int] = {}
         self._before: frozenset[str] = frozenset()
@@ -23,14 +28,19 @@ class FlowMeter:
         Args:
             now: real time of some clock, s.
         """
-        if now - self._since >= RATE_WINDOW:
-            self._before = self.flooded(now)
-            self._since, self._counts = now, {}
-        count = self._counts[key] = self._counts.get(key, 0) + 1
-        return count <= MAX_MESSAGE_RATE and key not in self._before
+        with self._lock:
+            if now - self._since >= RATE_WINDOW:
+                self._before = self._over(now)
+                self._since, self._counts = now, {}
+            count = self._counts[key] = self._counts.get(key, 0) + 1
+            return count <= MAX_MESSAGE_RATE and key not in self._before
 
     def flooded(self, now: float) -> frozenset[str]:
-        """The keys that are flooded now. Another thread than that of `admits` may ask."""
-        passed, counts = now - self._since, self._counts
-        over = frozenset(key for key, count in tuple(counts.items()) if count > MAX_MESSAGE_RATE)
+        """The keys that are flooded now."""
+        with self._lock:
+            return self._over(now)
+
+    def _over(self, now: float) -> frozenset[str]:
+        passed = now - self._since
+        over = frozenset(key for key, count in self._counts.items() if count > MAX_MESSAGE_RATE)
         return over | self._before if passed < RATE_WINDOW else over if passed < 2 * RATE_WINDOW else frozenset()
