@@ -195,9 +195,9 @@ class TestRecovery:
 
 def test_a_human_holds_the_lease_for_its_time(bench: Bench) -> None:
     assert bench.device.manual_twist(bench.time) is None
-    bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=-1.0, lease=0.3))
+    bench.say(KEYS.manual("a"), m.Manual(forward=0.5, turn=-1.0, side=-0.25, lease=0.3))
     bench.tick()
-    assert bench.device.manual_twist(bench.time) == Twist(0.5 * MODEL.v_max, -MODEL.w_max)
+    assert bench.device.manual_twist(bench.time) == Twist(0.5 * MODEL.v_max, -MODEL.w_max, -0.25 * MODEL.v_max)
     bench.tick(0.3)
     assert bench.device.manual_twist(bench.time) is None
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from msgspec import structs
 
+from tests.hal.omni import OMNI
 from tests.ui import synthetic
 from vrg.agents.ros import RosDriven
 from vrg.bus import messages as m
@@ -224,17 +225,28 @@ def test_commands_become_a_lease_of_a_player() -> None:
 
     bench.node = RosPublisher("ros", bench.mailbox, KEYS, "/m", bench, robots={"ann": MODEL}, driven={"ann": newest})
 
-    def drives(v: float, w: float, time: float) -> list[m.Manual]:
-        waiting[:] = [{"linear": {"x": v, "y": 0.0}, "angular": {"z": w}}]
+    def drives(v: float, w: float, time: float, side: float = 0.0) -> list[m.Manual]:
+        waiting[:] = [{"linear": {"x": v, "y": side}, "angular": {"z": w}}]
         bench.tick(time)
         return [out.message.body for out in bench.mailbox.collect() if isinstance(out.message.body, m.Manual)]
 
     assert drives(0.3, 0.0, 1.0) == [], "it came before the first tick"
     (manual,) = drives(MODEL.v_max / 2, -MODEL.w_max / 4, 1.1)
     assert (manual.forward, manual.turn, manual.lease) == (0.5, -0.25, 0.3)
-    (fast,) = drives(9.0, -99.0, 1.2)
-    assert (fast.forward, fast.turn) == (1.0, -1.0)
+    (fast,) = drives(2 * MODEL.v_max, -MODEL.w_max / 2, 1.2, side=9.0)
+    assert (fast.forward, fast.turn, fast.side) == (1.0, -0.25, 0.0), "on the curve that was asked for"
     assert drives(math.nan, 0.0, 1.3) == []
     assert drives(0.3, 0.0, 4.0) == [], "this process was frozen meanwhile"
     assert drives(0.3, 0.0, 4.1) != []
     assert RosDriven("ann", MODEL).mode == "ROS"
+
+
+def test_a_robot_that_can_is_driven_sideways() -> None:
+    bench, commands = Bench(), iter([None, {"linear": {"x": 0.0, "y": -2 * OMNI.v_max}, "angular": {"z": 0.0}}])
+    bench.node = RosPublisher(
+        "ros", bench.mailbox, KEYS, "/m", bench, robots={"ann": OMNI}, driven={"ann": lambda: next(commands)}
+    )
+    bench.tick(1.0)
+    bench.tick(1.1)
+    (manual,) = [out.message.body for out in bench.mailbox.collect() if isinstance(out.message.body, m.Manual)]
+    assert (manual.forward, manual.turn, manual.side) == (0.0, 0.0, -1.0)

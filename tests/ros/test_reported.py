@@ -173,7 +173,18 @@ def test_every_scan_that_can_be_decoded_has_finite_ranges(ranges: list[float], s
     reported.scan(decode("sensor_msgs/LaserScan", encode("sensor_msgs/LaserScan", message)), 0.0)
     (scan,) = [s.value for s in reported.samples(0.0, 0.0) if isinstance(s.value, Laser)]
     assert scan.angle_min == pytest.approx(yaw)
-    assert all(shortest <= r <= 3.5 for r in scan.ranges)
+    assert all(r == 0.0 or shortest <= r <= 3.5 for r in scan.ranges)
+
+
+def test_a_beam_that_has_measured_nothing_or_something_too_near_has_found_no_free_ground() -> None:
+    reported = Reported(MODEL)
+    reported.odometry(odometry(1.0), 0.0)
+    ranges = [1.0, math.inf, 9.0, math.nan, 0.0, -1.0, 0.0625, -math.inf]
+    message = ros.scan(1.0, "laser", 0.0, 0.1, 3.5, ranges) | {"ranges": ranges, "range_min": 0.125}
+    reported.scan(message, 0.0)
+    (scan,) = [s.value for s in reported.samples(0.0, 0.0) if isinstance(s.value, Laser)]
+    assert scan.ranges.tolist() == [1.0, 3.5, 3.5, 0.0, 0.0, 0.0, 0.125, 0.125]
+    assert scan.words == "8 beams, 3 met something; nearest 0.12 m at +34°"
 
 
 def test_a_charge_is_a_share_or_in_per_cent_but_never_both() -> None:
@@ -187,6 +198,7 @@ def test_a_charge_is_a_share_or_in_per_cent_but_never_both() -> None:
 
     assert charges(0.5, 1.0) == [0.5, 1.0]
     assert charges(50.0, 1.0) == [0.5, 0.01]
+    assert charges(1.02, 0.98) == [1.0, 0.98], "a fresh battery holds a little more than it is taken to"
     assert charges(math.nan, -1.0) == []
 
 

@@ -5,6 +5,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,10 +14,12 @@ import zenoh.ext
 
 from vrg.bus.configuration import client_settings
 from vrg.bus.session import Session, configuration, open_session
-from vrg.ros.cdr import decode
-from vrg.ros.graph import RosNode
+from vrg.ros import messages
+from vrg.ros.cdr import decode, encode
+from vrg.ros.graph import FLOODED, KEPT, RosNode
 from vrg.ros.types import FIELDS, HASHES
 from vrg.ros.wire import ATTACHMENT, Identity, Kind, Qos, attachment, data_key, gid_of
+from vrg.types import Twist
 
 READER = """
 import json, sys, time
@@ -181,3 +184,37 @@ def test_a_message_of_another_type_is_refused(session: Session) -> None:
     node = RosNode(session, 0, "vrg", wall=time.time_ns)
     with pytest.raises(ValueError, match="has no field word"):
         node.publish("/say", "std_msgs/String", {"word": "x"})
+
+
+@pytest.mark.parametrize(("waiting", "named"), [(KEPT, 1), (KEPT - 1, 0)], ids=["a flood", "fast commands"])
+def test_of_a_flood_of_commands_the_newest_counts_and_it_is_named_once(
+    waiting: int, named: int, caplog: pytest.LogCaptureFixture
+) -> None:
+    class Flooded:
+        """A session on which so many commands wait whenever somebody looks."""
+
+        def __init__(self) -> None:
+            self.v = 0.0
+
+        def declare_alive(self, key: object) -> None:
+            """Nobody looks."""
+
+        def collect_raw(self, expression: str, limit: int) -> Callable[[], list[tuple[str, bytes]]]:
+            return list if "TwistStamped" in expression else self.take
+
+        def take(self) -> list[tuple[str, bytes]]:
+            of, found = "geometry_msgs/Twist", []
+            for _ in range(waiting):
+                self.v += 0.001
+                found.append((data_key(0, "/cmd_vel", of), encode(of, messages.twist(Twist(self.v, 0.0)))))
+            return found
+
+    session = Flooded()
+    newest = RosNode(session, 0, "vrg").commands("/cmd_vel")  # type: ignore[arg-type]
+    for _ in range(3 * FLOODED):
+        command = newest()
+        assert command is not None
+        assert command["linear"]["x"] == pytest.approx(session.v)
+    assert [record.message for record in caplog.records] == [
+        "/cmd_vel: geometry_msgs/Twist comes much faster than it can count: only the newest of a tick does"
+    ] * named

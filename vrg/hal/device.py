@@ -207,7 +207,8 @@ class Device:
         manual: Received[Manual] | None = self._manual.latest
         if manual is None or now >= manual.stamp + manual.body.lease or not is_fresh(manual.stamp, now, 1.0):
             return None
-        return Twist(manual.body.forward * self.features.v_max, manual.body.turn * self.features.w_max)
+        wanted, robot = manual.body, self.features
+        return Twist(wanted.forward * robot.v_max, wanted.turn * robot.w_max, wanted.side * robot.v_max)
 
     def arm(self) -> None:
         """Let the motors accept commands; `read().armed` is True when they accept them.

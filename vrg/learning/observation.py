@@ -124,7 +124,7 @@ def _scan(view: View, *, raw: bool) -> list[float]:
     if sample is None or not sample.value.data:
         return [0.0] * SECTORS
     scan = sample.value
-    ranges = scan.ranges
+    ranges = np.where(scan.ranges > 0.0, scan.ranges, scan.range_max)  # what is not measured is not near
     last = max(1, len(ranges) - 1)
     # A beam at the border of two sectors belongs to the second one.
     starts = np.minimum(-(-np.arange(SECTORS) * last // SECTORS), len(ranges) - 1)

@@ -17,6 +17,8 @@ log = logging.getLogger(__name__)
 
 KEPT: Final = 4
 """The messages of a topic that are kept until they are taken. The newest counts; others may be of another type."""
+FLOODED: Final = 30
+"""The calls in a row at which KEPT messages wait, after which it is logged that they come too fast."""
 LONGEST: Final = 4096
 """The bytes of the longest message that is decoded, of most types."""
 SHOWN: Final = 300
@@ -99,12 +101,15 @@ class RosNode:
             for message in make():
                 self._send(self._publishers[topic], message)
 
-    def subscribe(self, topic: str, of: str, longest: int = LONGEST) -> Callable[[], dict[str, Any] | None]:
+    def subscribe(
+        self, topic: str, of: str, longest: int = LONGEST, *, floods: bool = False
+    ) -> Callable[[], dict[str, Any] | None]:
         """Hear a topic.
 
         Args:
             topic: with its leading slash. of: the type, such as `geometry_msgs/Twist`.
             longest: the bytes of the longest message that is decoded.
+            floods: True logs that messages come much faster than they are taken.
 
         Returns:
             a function that returns the newest message that has come since the last call; None if none has. What cannot
@@ -118,8 +123,15 @@ class RosNode:
         # Those of a distribution without hashes, or with another definition, have another last chunk.
         take = self._session.collect_raw(f"{own.rpartition('/')[0]}/*", KEPT)
 
+        full = 0
+
         def newest() -> dict[str, Any] | None:
-            for key, data in reversed(take()):
+            nonlocal full
+            found = take()
+            full = full + 1 if len(found) == KEPT else 0
+            if floods and full == FLOODED:
+                log.warning("%s: %s comes much faster than it can count: only the newest of a tick does", topic, of)
+            for key, data in reversed(found):
                 try:
                     if key != own:
                         raise MessageError(f"expected the definition of Jazzy and later, got {key.rpartition('/')[2]}")
@@ -138,8 +150,8 @@ class RosNode:
         Returns:
             a function that returns the newest twist that has come since the last call; None if none has.
         """
-        plain = self.subscribe(topic, "geometry_msgs/Twist")
-        stamped = self.subscribe(topic, "geometry_msgs/TwistStamped")
+        plain = self.subscribe(topic, "geometry_msgs/Twist", floods=True)
+        stamped = self.subscribe(topic, "geometry_msgs/TwistStamped", floods=True)
 
         def newest() -> dict[str, Any] | None:
             found, other = plain(), stamped()

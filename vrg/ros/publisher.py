@@ -174,11 +174,14 @@ class RosPublisher(Node):
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
 
     def _drive(self, robot: str, command: ros.Fields, rate: float) -> None:
-        """Pass a command on. What the robot cannot do, or is no number, is left out."""
+        """Pass a command on, slowed down to what the robot can do on the same curve. What is no number is left out."""
         model = self._robots[robot]
-        forward, turn = command["linear"]["x"] / model.v_max, command["angular"]["z"] / model.w_max
-        if math.isfinite(forward) and math.isfinite(turn):
-            manual = Manual(forward=_share(forward), turn=_share(turn), lease=lease(rate))
+        shares = command["linear"]["x"] / model.v_max, command["angular"]["z"] / model.w_max
+        aside = command["linear"]["y"] / model.v_max if model.drivetrain.holonomic else 0.0
+        most = max(1.0, *map(abs, (*shares, aside)))
+        forward, turn, side = (share / most for share in (*shares, aside))
+        if math.isfinite(forward + turn + side):
+            manual = Manual(forward=forward, turn=turn, side=side, lease=lease(rate))
             self.mailbox.publish(self._manual[robot], manual)
             return
         self._left_out += 1
@@ -266,10 +269,6 @@ def _measured(stamp: float, robot: str, spec: SensorSpec, reading: SensorMessage
 
 def _json(body: msgspec.Struct) -> ros.Fields:
     return {"data": msgspec.json.encode(body, enc_hook=str).decode()}
-
-
-def _share(value: float) -> float:
-    return max(-1.0, min(1.0, value))
 
 
 def _frame(robot: str, spec: SensorSpec) -> str:

@@ -34,6 +34,8 @@ SET_BACK: Final = 10.0
 LONGEST: Final = 1.0
 """The longest time in s for which a robot is taken to have driven between two messages. Without any it is stopped."""
 WAY_SLACK: Final = 0.2
+FULL: Final = 1.5
+"""The greatest charge that is a share: a fresh battery may have a little more than it is taken to hold."""
 TURN_SLACK: Final = 0.5
 """The way in m, and the turn in rad, by which odometry may be ahead of what the robot can drive."""
 OFTEN: Final = (3, 5.0)
@@ -120,7 +122,10 @@ class Reported:
         return anew
 
     def scan(self, message: Fields, now: float) -> None:
-        """Take in sensor_msgs/LaserScan. A beam that met nothing, or that cannot be trusted, reads the longest range.
+        """Take in sensor_msgs/LaserScan.
+
+        A beam that met nothing reads the longest range, one that met something too near to be measured the shortest,
+        and one that has measured nothing 0.
 
         Args:
             now: the monotonic time, s.
@@ -136,18 +141,20 @@ class Reported:
                 f"expected a scan of 1 to {RANGES_LIMIT} beams with finite angles and bounds, got {count} from {first} "
                 f"in steps of {step}, and ranges from {shortest} to {longest}"
             )
-        # REP 117: -inf is nearer than the sensor can measure, inf is nothing within its range, NaN is no measurement.
-        ranges = array("f", (r if shortest <= r <= longest else longest for r in message["ranges"]))
-        for index, distance in enumerate(message["ranges"]):
-            if distance == -math.inf:
-                ranges[index] = max(0.0, shortest)
+        # REP 117: -inf is nearer than the sensor can measure, inf is nothing within its range, NaN is no measurement;
+        # nor are 0, which drivers report for it, and other ranges that cannot be.
+        near = max(0.0, shortest)
+        ranges = array(
+            "f",
+            (min(max(r, near), longest) if r > 0.0 else near if r == -math.inf else 0.0 for r in message["ranges"]),
+        )
         scan = checked(Laser(angle_min=wrap(first), angle_step=step, range_max=longest, data=ranges.tobytes()))
         self._newest[LaserSpec] = seconds(message["header"]["stamp"]), now, scan
 
     def battery(self, message: Fields, now: float) -> None:
         """Take in sensor_msgs/BatteryState. A charge that is not known is left out.
 
-        Some drivers report per cent: a robot does so from the first value above 1 on.
+        Some drivers report per cent: a robot does so from the first value above FULL on.
 
         Args:
             now: the monotonic time, s.
@@ -155,9 +162,9 @@ class Reported:
         charge = message["percentage"]
         if not 0.0 <= charge <= 100.0:
             return
-        self._per_cent |= charge > 1.0
+        self._per_cent |= charge > FULL
         at = seconds(message["header"]["stamp"])
-        self._newest[BatterySpec] = at, now, Battery(charge=charge / 100.0 if self._per_cent else charge)
+        self._newest[BatterySpec] = at, now, Battery(charge=charge / 100.0 if self._per_cent else min(1.0, charge))
 
     def samples(self, now: float, match_time: float) -> list[Sample[SensorMessage]]:
         """A sample of each sensor that the model has and the robot has reported.

@@ -58,11 +58,13 @@ class Manual(Message, frozen=True, kw_only=True):
     Args:
         forward: from -1 (full speed back) to 1 (full speed ahead).
         turn: from -1 (fast to the right) to 1 (fast to the left).
+        side: from -1 (full speed to the right) to 1 (full speed to the left), for a robot that can drive sideways.
         lease: the match time for which the command holds, s, 0 to 1. 0 gives the robot back to its strategy.
     """
 
     forward: Signed
     turn: Signed
+    side: Signed = 0.0
     lease: Annotated[float, Meta(ge=0.0, le=1.0)]
 
 

@@ -22,7 +22,8 @@ class Rays:
     Args:
         mount: the pose of the place in the robot's frame, m and rad.
         first: the angle of the first beam from the heading of the mount, rad. step: the angle between beams, rad.
-        ranges: how far each beam reached, m. range_max: what it reads where it met nothing, m.
+        ranges: how far each beam reached, m; 0 where it has measured nothing.
+        range_max: what it reads where it met nothing, m.
     """
 
     mount: Pose

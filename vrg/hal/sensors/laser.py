@@ -24,7 +24,8 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
 
     Args:
         angle_min: the angle of the first beam in the robot's frame, rad. angle_step: the angle between beams, rad.
-        range_max: the longest range, m. A beam that met nothing reads range_max.
+        range_max: the longest range, m. A beam that met nothing reads range_max, and one that has
+            measured nothing 0.
         data: the ranges in m, as little-endian float32.
     """
 
@@ -61,7 +62,7 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
     def words(self) -> str:
         """The number of beams that met something, and the nearest distance, in words."""
         ranges = memoryview(self.data).cast("f")
-        met = [index for index, r in enumerate(ranges) if r < self.range_max]
+        met = [index for index, r in enumerate(ranges) if 0.0 < r < self.range_max]
         if not met:
             return f"{len(ranges)} beams, nothing within {self.range_max:g} m"
         nearest = min(met, key=lambda index: ranges[index])

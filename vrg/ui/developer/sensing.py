@@ -39,7 +39,7 @@ def beam_ends(rays: Rays, pose: Pose) -> tuple[Points, npt.NDArray[np.bool_]]:
     eye, ranges = compose(pose, rays.mount), np.array(rays.ranges, dtype=np.float64)
     angles = rays.bearings + pose.theta
     x, y = eye.x + ranges * np.cos(angles), eye.y + ranges * np.sin(angles)
-    return np.stack((x, y), axis=1), ranges < rays.range_max
+    return np.stack((x, y), axis=1), (ranges > 0.0) & (ranges < rays.range_max)
 
 
 class SensingPainter:

@@ -63,7 +63,7 @@ def reach_for(farthest: float, before: float | None) -> float:
 def echoes(rays: Rays) -> "tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]":
     """The distances (m) and the bearings (rad) of the beams that met something."""
     ranges = np.array(rays.ranges, dtype=np.float64)
-    met = ranges < rays.range_max
+    met = (ranges > 0.0) & (ranges < rays.range_max)
     return ranges[met], rays.bearings[met]
 
 
