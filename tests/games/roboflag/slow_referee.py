@@ -127,7 +127,8 @@ class SlowReferee:
         rulings += self._flags(ways)
         rulings += self._tags(ways)
         enough = any(number >= self.enough for number in self.captures.values())
-        if (self.captures != captures) if self.suddenly else enough:
+        untied = self.captures["red"] != self.captures["blue"]
+        if (untied or self.captures != captures) if self.suddenly else enough:
             self.round_over = True
         elif self.ticks * self.tick >= (self.sudden_death if self.suddenly else self.round_time):
             rulings.append(("time", ()))
@@ -138,6 +139,17 @@ class SlowReferee:
         """The way of a player since the tick before; it stood where it is if that is not known."""
         start = self.before.get(name, place)
         return (start, place) if near(start, place, JUMP + self.speed * float(self.tick)) else (place, place)
+
+    def set_state(self, name: str, state: str) -> None:
+        """An official puts a player into a state. A flag that another player carries is not given to it."""
+        opponents = OPPONENTS[self.teams[name]]
+        if state == FLAGGED and self.carriers[opponents] not in (None, name):
+            return
+        if state == FLAGGED:
+            self.carriers[opponents] = name
+        elif self.carriers[opponents] == name:
+            self.carriers[opponents] = None
+        self.states[name] = state
 
     def go_on(self) -> list[Ruling]:
         """What follows after a round: the end of the game with its winner, or the next round."""

@@ -18,7 +18,8 @@ from tests.games.roboflag.slow_referee import (
     near,
     squared,
 )
-from vrg.bus.messages import Stage
+from vrg.bus.messages import Official, OfficialAction, Stage
+from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Contestant, Observation
@@ -44,7 +45,17 @@ RARE = {
     "saved by a flag zone",
     "met between two looks",
 }
-EXPECTED = {"halts", "disqualifications", "reinstatements", "won: red", "won: blue", "won: draw", "next rounds"} | RARE
+EXPECTED = {
+    "set-score",
+    "set-state",
+    "halts",
+    "disqualifications",
+    "reinstatements",
+    "won: red",
+    "won: blue",
+    "won: draw",
+    "next rounds",
+} | RARE
 """What happens in every chunk of games, besides every rule."""
 JUDGED = {"capture", "home", "flag", "tag", "time", "sudden_death", "flag_returns"}
 
@@ -116,6 +127,7 @@ class Game:
     def play(self) -> None:
         """Play the game to its end."""
         for _ in range(3):
+            self._overrule(0.3)
             marks = {name: (mark.x, mark.y) for name, mark in self.match.game.marks.items()}
             outcome = self._step(marks)
             assert outcome.stages == [Stage.PLAY_ROUND], self.match.waiting
@@ -136,6 +148,7 @@ class Game:
         if rng.random() < 0.01:
             carriers = [name for name in self.slow.carriers.values() if name]
             self._disqualify(rng.choice(carriers or self.names))
+        self._overrule(0.02)
         if self.slow.out and rng.random() < 0.02:
             self._reinstate(rng.choice(sorted(self.slow.out)))
         self.places = {name: self._next(name) for name in self.names}
@@ -162,6 +175,7 @@ class Game:
     def _finish(self) -> None:
         """The pause after a round, and what follows it."""
         assert not self._step(self.places, 1.0), "there is a pause before the next round"
+        self._overrule(0.3)
         self.slow.out -= self.back
         self.back.clear()
         outcome, rulings = self._step(self.places, 1.0), self.slow.go_on()
@@ -172,6 +186,21 @@ class Game:
             assert self.match.stage is Stage.INITIALIZE
             assert self.match.game.round == (3 if self.slow.suddenly else self.slow.round)
         self.counted[f"won: {self.match.winner}" if self.match.over else "next rounds"] += 1
+
+    def _overrule(self, likely: float) -> None:
+        """An official sets scores and states, as often as it is likely; what is impossible changes nothing."""
+        rng = self.rng
+        while rng.random() < likely:
+            if rng.random() < 0.3:
+                action, subject = OfficialAction.SET_SCORE, rng.choice(["red", "blue"])
+                value = str(rng.randrange(self.slow.enough + 1))
+                self.slow.captures[subject] = int(value)
+            else:
+                action, subject = OfficialAction.SET_STATE, rng.choice(self.names)
+                value = rng.choice([NORMAL, TAGGED, FLAGGED])
+                self.slow.set_state(subject, value)
+            decide(self.match, Official(action=action, by="ann", subject=subject, value=value), Observation({}), [])
+            self.counted[action] += 1
 
     def _halt(self) -> None:
         """Play is halted for some ticks in which robots are carried about; nothing of it counts."""
