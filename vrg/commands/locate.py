@@ -9,7 +9,7 @@ from vrg.commands.options import GameArgument, write_text
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
-    from vrg.localisation.camera.detection import Picture
+    from vrg.localisation.camera.detection import Picture, Tag, TagDetector
 
 _FIRST: Final = 20
 """The pictures of a camera that are not looked at."""
@@ -49,8 +49,8 @@ def tags(
             settings = read_source(table)[1]
             assert isinstance(settings, CameraSettings)
             known |= {name: (tag.number, tag.size or settings.size) for name, tag in settings.tags.items()}
-    named = bool(known)
-    if not named:
+    names = list[str]()
+    if not known:
         fused = [player.name for player in file.players if player.localisation == FUSION]
         names = fused or [player.name for player in file.players]
         known = {name: (number, 0.15) for number, name in enumerate(names)}
@@ -74,10 +74,10 @@ def tags(
     for tag in printed:
         typer.echo(f"{tag.name}: tag {tag.number}, {tag.size:g} m")
     typer.echo(f"Written to {output}. Print it at 100 %, and measure a black square.")
-    if not named:
+    if names:
         typer.echo("\nIn the match file, with the height of each tag above the floor:\n\n[localisation.overhead.tags]")
-        for player in file.players:
-            typer.echo(f"{player.name} = {{ number = {known[player.name][0]}, height = 0.3 }}")
+        for number, name in enumerate(names):
+            typer.echo(f"{name} = {{ number = {number}, height = 0.3 }}")
 
 
 def board(
@@ -119,7 +119,7 @@ def show(
         size, floor = camera.lens.size, {tag.number for tag in camera.tags}
         view = camera.view(calibration) if camera.place is not None else None
     taken = picture_of(picture, size)
-    found = TagDetector().detect(grey_of(taken))
+    found = detected(TagDetector(), grey_of(taken))
     located = [view.locate(t.corners, 0.0 if t.number in floor else height, NOISE) for t in found] if view else []
     for index, tag in enumerate(found):
         typer.echo(words_of(tag, located[index]) if located else f"tag {tag.number}: {tag.side:.0f} pixels wide")
@@ -127,6 +127,22 @@ def show(
         typer.echo("No tag was found: it must be flat, lit, in focus, and wider than 20 pixels, with its white border.")
     write_text(output, encoded(drawn(taken, found, view, located)))
     typer.echo(f"Written to {output}.")
+
+
+def detected(detector: "TagDetector", grey: "Picture") -> "list[Tag]":
+    """The tags in a grey picture.
+
+    Raises:
+        ConfigError: only its mirror image has tags.
+    """
+    found = detector.detect(grey)
+    if not found and (mirrored := detector.detect(grey[:, ::-1].copy())):
+        numbers = ", ".join(str(tag.number) for tag in mirrored)
+        raise ConfigError(
+            f"the picture is mirrored: turned left to right it has the tags {numbers}. Switch mirroring off in the "
+            "camera's settings, or print the tags anew if they are mirrored"
+        )
+    return found
 
 
 def picture_of(what: str, size: tuple[int, int] | None) -> "Picture":

@@ -6,7 +6,7 @@ from typing import Annotated, Final
 
 import typer
 
-from vrg.commands.locate import picture_of
+from vrg.commands.locate import detected, picture_of
 from vrg.commands.options import write_text
 from vrg.errors import ConfigError
 
@@ -108,7 +108,7 @@ def field(
     points = [(f"{x:g},{y:g}", (x, y), (u, v)) for x, y, u, v in map(_corner, corner or ())]
     placed = [_tag(one) for one in tag or ()]
     taken = grey_of(picture_of(picture, camera.lens.size))
-    seen = TagDetector().detect(taken)
+    seen = detected(TagDetector(), taken)
     for number, x, y in placed:
         own = [one for one in seen if one.number == number]
         if len(own) != 1:

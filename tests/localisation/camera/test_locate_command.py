@@ -141,6 +141,13 @@ def test_pictures_are_shown_without_a_calibration_too(locate: Callable[..., Resu
     assert "No tag was found" in locate("show", str(taken / "empty.png"), "--calibration", "cam.toml").output
 
 
+def test_a_mirrored_picture_is_named(locate: Callable[..., Result], taken: Path, tmp_path: Path) -> None:
+    cv2.imwrite(str(tmp_path / "mirrored.png"), read_picture(taken / "field.png")[:, ::-1])
+    for words in (("show",), ("calibrate", "field", "--calibration", "cam.toml", *PLACES)):
+        with pytest.raises(ConfigError, match=r"the picture is mirrored: .* the tags 3, 20, 21, 22, 23"):
+            locate(*words, "mirrored.png")
+
+
 def test_a_picture_of_another_size_and_a_camera_that_is_missing_are_refused(
     locate: Callable[..., Result], tmp_path: Path
 ) -> None:
@@ -162,6 +169,11 @@ def test_the_tags_of_a_match_are_printed(locate: Callable[..., Result], tmp_path
     assert pdf.count(b"/Type /Page ") == 8
     assert re.search(rb"/MediaBox \[ 0 0 595\.27\d* 841\.88\d* \]", pdf), "A4, in points"
     text = GAMES.get("sharks-and-minnows").default_match().read_text(encoding="utf-8")
+    own = text.replace('name = "player2"', 'name = "player2"\nlocalisation = "fusion"')
+    (tmp_path / "fused.toml").write_text(own, encoding="utf-8")
+    result = locate("tags", "fused.toml", "--floor", "20")
+    assert result.exit_code == 0, result.output
+    assert result.output.endswith("[localisation.overhead.tags]\nplayer2 = { number = 0, height = 0.3 }\n")
     (tmp_path / "match.toml").write_text(text + TABLES, encoding="utf-8")
     result = locate("tags", "match.toml", "-o", "own.pdf")
     assert result.exit_code == 0, result.output
