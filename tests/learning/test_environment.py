@@ -250,10 +250,11 @@ def test_a_recorded_match_leaves_a_run_folder(tmp_path: Path) -> None:
         (lambda a: a.update(red1=0.0), r"red1: expected the shape \(2,\), got \(\)"),
         (lambda a: a.update(red1=[0.0, float("nan")]), "red1: expected finite numbers"),
         (lambda a: a.update(red1=[float("inf"), 0.0]), "red1: expected finite numbers"),
+        (lambda a: a.update(red1=np.array([0.5, 0.5j])), "red1: expected 2 real numbers"),
         (lambda a: a.update(red1="left"), "red1: expected 2 numbers, got 'left'"),
         (lambda a: a.update(green1=[0.0, 0.0]), "expected a player that learns"),
     ],
-    ids=["missing", "shape", "scalar", "nan", "inf", "text", "stranger"],
+    ids=["missing", "shape", "scalar", "nan", "inf", "complex", "text", "stranger"],
 )
 def test_a_wrong_action_is_refused_and_nothing_has_happened(
     env: MatchEnvironment, change: Callable[[dict[str, Any]], object], message: str

@@ -23,9 +23,11 @@ def twist_of(action: npt.ArrayLike, limits: tuple[float, ...], *, raw: bool = Fa
         limits: as `limits_of` returns them. raw: True takes m/s and rad/s in place of fractions.
 
     Raises:
-        ConfigError: the action has another shape, or numbers that are not finite.
+        ConfigError: the action has another shape, or numbers that are not finite, or not real.
     """
     count = len(limits)
+    if np.iscomplexobj(action):  # whose imaginary part numpy would drop
+        raise ConfigError(f"expected {count} real numbers, got {action!r}")
     try:
         given = np.asarray(action, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -72,9 +72,14 @@ def test_actions_that_cannot_be_are_refused_and_change_nothing(threads: int, in_
     bad[1, 3, 0] = np.nan
     with pytest.raises(ValueError, match="finite"):
         batch.step(bad)
+    with pytest.raises(ValueError, match="not real"):
+        batch.step(random(batch, 0) * 1j)
     with pytest.raises(ValueError, match=r"shape \(2, 7, 2\), got shape \(14, 2\)"):
         batch.step(random(batch, 0).reshape(14, 2))
     assert np.array_equal(batch.step(random(batch, 1)).observations, other.step(random(batch, 1)).observations)
+    batch.close()
+    with pytest.raises(ConfigError, match="it was closed"):
+        batch.step(random(batch, 2))
 
 
 def test_a_game_or_a_robot_that_cannot_be_is_refused() -> None:

@@ -102,6 +102,7 @@ class Batch:
         threads = threads or cores()
         edges = np.linspace(0, matches, min(threads, matches) + 1).astype(int).tolist()
         self._parts = list(pairwise(edges))
+        self._closed = False
         self._pool = ThreadPoolExecutor(len(self._parts)) if len(self._parts) > 1 else None
 
     def play_by(self, matches: slice, team: str, strategy: str | None, *, advice: bool = False) -> None:
@@ -148,11 +149,13 @@ class Batch:
             actions: shape (matches, players, 2): shares of each model's top speed and turn rate, -1 to 1.
 
         Raises:
-            ValueError: they have another shape, or one is not finite.
+            ValueError: they have another shape, or one is not finite, or not real. ConfigError: the batch was closed.
         """
+        if self._closed:
+            raise ConfigError("step: expected a batch that is open, but it was closed: make another one")
         expected = (self.matches, len(self.players), 2)
-        if actions.shape != expected or not np.isfinite(actions).all():
-            got = f"shape {actions.shape}" if actions.shape != expected else "some that are not finite"
+        if actions.shape != expected or np.iscomplexobj(actions) or not np.isfinite(actions).all():
+            got = f"shape {actions.shape}" if actions.shape != expected else "some that are not finite, or not real"
             raise ValueError(f"actions: expected finite numbers of shape {expected}, got {got}")
         wanted = np.ascontiguousarray(actions, dtype=np.float32)
         if self._pool is None:
@@ -166,6 +169,7 @@ class Batch:
         self._step(low, high, self.records, self.walls, self.vary, actions, self.most, self.out)
 
     def close(self) -> None:
-        """End the threads. Idempotent."""
+        """End the threads. Idempotent; the batch can then be played no more."""
+        self._closed = True
         if self._pool is not None:
             self._pool.shutdown()

@@ -57,10 +57,11 @@ class VectorMatches(VectorEnv[npt.NDArray[np.float32], npt.NDArray[np.float32], 
             actions: shape (rows, 2).
 
         Raises:
-            ValueError: they have another shape, or one is not finite.
+            ValueError: they have another shape, or one is not finite, or not real.
+            ConfigError: the environment was closed.
         """
         players = len(self.batch.players)
-        shaped = np.asarray(actions, dtype=np.float32)
+        shaped = np.asarray(actions)
         if shaped.shape != (self.num_envs, 2):
             raise ValueError(f"actions: expected shape ({self.num_envs}, 2), got {shaped.shape}")
         out = self.batch.step(shaped.reshape(self.batch.matches, players, 2))
