@@ -249,6 +249,20 @@ def test_a_halt_that_nobody_can_resume_is_the_end(tmp_path: Path, resumable: boo
     assert ending.time == pytest.approx(4.0 if resumable else 1.1 + LINGER, abs=0.05)
 
 
+def test_where_nobody_can_resume_a_halt_no_command_is_advised(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(playing.nodes, "recorder_node", lambda setup, _: Halting(setup))
+    options = playing.PlayOptions(in_process=True, engine="planar", seed=0, headless=True, runs=tmp_path)
+    with pytest.raises(typer.Exit) as end:
+        playing.play_match("sharks-and-minnows", options, ForkServer())
+    said = capsys.readouterr().out
+    assert end.value.exit_code == 1
+    assert "HALT: called by eve" in said
+    assert "Broken off: play stood still, and here nobody can resume it: called by eve" in said
+    assert "vrg official" not in said
+
+
 CIRCLER = """
 from vrg.agents import Strategy, Twist
 

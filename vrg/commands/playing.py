@@ -37,6 +37,7 @@ from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
 from vrg.launch.step_log import StepLog
 from vrg.launch.stepping import DEADLINE, Apart
+from vrg.ui.banner import Help
 from vrg.ui.table import TerminalTable
 
 
@@ -223,10 +224,12 @@ def _play_in_steps(
     Args:
         apart: which strategies decide in processes of their own. verify: see `vrg.launch.in_process.play`.
     """
-    watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console)]
+    resumable = show.window and paced
+    means = Help.KEYS if resumable else Help.NONE  # no command reaches a match in one process
+    watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console, means=means)]
     if show.record:
         watchers.append(nodes.recorder_node(setup, folder))
-    if show.window and paced:
+    if resumable:
         kind, name = window_of(setup)
         display = kind == "hud"
         watchers.append(nodes.hud_node(setup, name) if display else nodes.spectator_node(setup, name, folder.path))
@@ -239,7 +242,7 @@ def _play_in_steps(
                 journal,
                 watchers=watchers,
                 pace=pace,
-                resumable=show.window and paced,
+                resumable=resumable,
                 stop=stop,
                 logs=folder.logs,
                 apart=apart,

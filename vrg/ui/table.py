@@ -59,6 +59,7 @@ class TerminalTable(Node):
         console: where to write; standard output if it is missing. On a terminal the table is redrawn in place,
             else each call is one line, and every 5 s of match time there is one line of status.
         processes: True shows the processes of all machines below the match, where there is room.
+        means: of those who look at the terminal, by which play goes on.
     """
 
     kind: ClassVar[str] = "spectator"
@@ -72,8 +73,10 @@ class TerminalTable(Node):
         console: Console | None = None,
         period: float = 0.25,
         processes: bool = False,
+        means: Help = Help.COMMANDS,
     ) -> None:
         super().__init__(name, mailbox, period)
+        self._means = means
         self._console = console or Console(highlight=False)
         self._inlets = SceneInlets(mailbox, keys)
         self._builder = SceneBuilder()
@@ -104,13 +107,13 @@ class TerminalTable(Node):
             self._live = Live(console=self._console, auto_refresh=False)
             self._live.start()
         size = self._console.size
-        shown: RenderableType = table(scene, size.width, size.height)
+        shown: RenderableType = table(scene, size.width, size.height, self._means)
         if self._board is not None:
             below = process_table(self._board.look())
             # One line is left for the prompt.
             room = size.height - 1 - _height(below, size.width)
             if room >= LEAST_HEIGHT:
-                shown = Group(table(scene, size.width, room), below)
+                shown = Group(table(scene, size.width, room, self._means), below)
         self._live.update(shown, refresh=True)
 
     def _print(self, scene: Scene, calls: list[Call]) -> None:
@@ -120,7 +123,7 @@ class TerminalTable(Node):
             return
         # The call tells that the game is over, and what follows tells how it ended.
         over = winner_words(scene)[0] if scene.stage is Stage.GAME_OVER else ""
-        found = [banner for banner in banners(scene, Help.COMMANDS) if banner.heading != over]
+        found = [banner for banner in banners(scene, self._means) if banner.heading != over]
         headings = {banner.heading for banner in found}
         if scene.stage is Stage.GAME_OVER and headings <= self._alarms:
             return  # all is printed
@@ -152,14 +155,14 @@ def status_line(scene: Scene) -> str:
     )
 
 
-def table(scene: Scene, width: int = 120, height: int = 50) -> RenderableType:
+def table(scene: Scene, width: int = 120, height: int = 50, means: Help = Help.COMMANDS) -> RenderableType:
     """The match as a table for rich, for a terminal of this many columns and lines.
 
     Where the lines do not suffice, the players stand beside each other and there are fewer calls; where the columns do
     not, each player has fewer columns. Words have the terminal's own colours, so that they can be read on any ground.
     """
     parts: list[RenderableType] = [_heading(scene)]
-    for banner in banners(scene, Help.COMMANDS):
+    for banner in banners(scene, means):
         text = Text(
             f" {banner.heading} ",
             style=f"bold {hexadecimal(palette.ink_on(banner.colour))} on {hexadecimal(banner.colour)}",
