@@ -22,7 +22,7 @@ def test_honest_games_agree_with_the_rule_book(tmp_path: Path, game: str) -> Non
     """As one of Sharks and Minnows does, which the tests after this one alter."""
     setup, folder = load_match(game_of(game).default_match(), engine="planar", lasers=False), RunFolder(tmp_path)
     found = judged(setup, folder, played(setup, folder, 12.0))
-    assert (found.ended, found.problem) == (BROKEN_OFF, "")
+    assert (found.ended, found.problem) == (BROKEN_OFF, "it reached the limit of match time")
     assert found.calls["begin"] == {"": 1}
     assert found.play_time is not None
     assert found.play_time > 0.0
