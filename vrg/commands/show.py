@@ -110,6 +110,7 @@ def ssl(
     tracker: Annotated[str, typer.Option(metavar=AT, help="Where a tracker's are sent.")] = "224.5.23.2:10010",
     referee: Annotated[str, typer.Option(metavar=AT, help="Where a game controller's are sent.")] = "224.5.23.1:10003",
     interface: Annotated[str, typer.Option(help="Address of this computer's network interface to send by.")] = "",
+    ttl: Annotated[int, typer.Option(min=1, max=255, help="Hops of multicast packets; vision itself uses 32.")] = 1,
 ) -> None:
     """Let the tools of the RoboCup Small Size League see a match: vision, tracker and referee, until it ends."""
     from vrg.localisation.ssl.network import Sender
@@ -119,7 +120,7 @@ def ssl(
     name, endpoint = which_match(on)
     with (
         connected(endpoint, on.keys, Seat(SeatKind.WINDOW), Seat(SeatKind.OFFICIAL)) as (stop, session),
-        contextlib.closing(Sender(addresses, interface)) as sender,
+        contextlib.closing(Sender(addresses, interface, ttl)) as sender,
     ):
         node = SslPublisher(f"ssl-{os.getpid()}", Mailbox(), Keys(name), sender.send, time.time)
         make_console().print(f"{name}: vision at {vision}, tracker at {tracker}, referee at {referee}", soft_wrap=True)

@@ -170,6 +170,20 @@ def test_malformed_packets_and_those_of_another_field_are_told_once(
     assert caplog.text.count("Is there another field?") == 1
 
 
+def test_two_computers_of_one_field_count_each_by_its_own_clock(make: type[Bench]) -> None:
+    bench = make()
+    bench.tick()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        for number in range(20):
+            bench.send(vision_packet(number, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25))))
+            theirs = seen(SeenRobot("blue", 0, -1.0, 0.5, 0.25))
+            theirs = replace(theirs, captured=theirs.captured + 50.0, sent=theirs.sent + 50.0, camera=1)
+            bench.send(vision_packet(number, theirs), other)
+            bench.tick_until("used", 2 * number + 2)
+    assert {fix.robot for _, fixes in bench.fixes for fix in fixes} == {"ann", "bob"}
+    assert all(bench.now - 5.0 < stamp < bench.now for stamp, _ in bench.fixes), "no clock is taken for the other"
+
+
 def test_an_address_that_this_machine_has_not_is_told() -> None:
     context = context_of("league", SslSettings.model_validate({"robots": {}, "address": "203.0.113.7"}))
     with pytest.raises(LaunchError, match=r"203\.0\.113\.7:10006: expected to receive packets there"):

@@ -114,17 +114,18 @@ class Sender:
     Args:
         addresses: the address and the port of each kind of packet.
         interface: the address of the network interface of this machine; empty for the one that it chooses.
+        hops: how many networks packets to a multicast address may come into, the first included, 1 to 255.
 
     Raises:
         LaunchError: there is no such interface.
     """
 
-    def __init__(self, addresses: Mapping[str, tuple[str, int]], interface: str = "") -> None:
+    def __init__(self, addresses: Mapping[str, tuple[str, int]], interface: str = "", hops: int = 1) -> None:
         self._addresses = addresses
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             self._socket.setblocking(False)
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 1)
+            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, hops)
             if interface:
                 own = socket.inet_aton(interface)
                 self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, own)

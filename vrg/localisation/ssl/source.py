@@ -22,7 +22,9 @@ from vrg.types import Pose
 _SILENT: Final = 3.0
 """The time in s without a packet after which that is told."""
 _OTHER: Final = 2.0
-"""The time in s for which a sender must be silent before another one is listened to."""
+"""The time in s for which a camera must be silent before one of the same number of another sender is listened to."""
+_CAMERAS: Final = 64
+"""The most cameras that are listened to at a time."""
 
 
 class SslSource(RealSource):
@@ -45,10 +47,10 @@ class SslSource(RealSource):
         self._robots = {robot: name for name, robot in settings.robots.items() if name in context.robots}
         self._without = sorted(set(context.robots) - set(settings.robots))
         self._field = settings.field.pose
-        self._sender: tuple[str, float] | None = None
-        """Whom it listens to, and when that was heard last, monotonic, s."""
-        self._senders: ClockOffset = ClockOffset()
-        """The sender's clock by this process's."""
+        self._cameras: dict[int, tuple[str, float]] = {}
+        """The sender of each camera, and when that was heard last, monotonic, s."""
+        self._clocks: dict[str, ClockOffset] = {}
+        """The clock of each sender by this process's."""
         self._heard: float | None = None
         """The time at which a packet came last, or it began to listen, monotonic, s."""
         self._counts: Counter[str] = Counter()
@@ -73,7 +75,9 @@ class SslSource(RealSource):
         self.tell(self._nothing(silence) if silence > _SILENT else None)
         for packet in packets:
             seen = self._read(packet)
-            if seen is not None and (time := self._time(seen)) is not None and (fixes := self._fixes(seen)):
+            if seen is None or not self._listens_to(packet, seen):
+                continue
+            if (time := self._time(packet, seen)) is not None and (fixes := self._fixes(seen)):
                 found.append((time, fixes))
         return found
 
@@ -87,27 +91,36 @@ class SslSource(RealSource):
         return f"nothing has come to {where} for {silence:.0f} s: does vision run, and is `interface` of its network?"
 
     def _read(self, packet: Packet) -> Seen | None:
-        if self._sender is not None and self._sender[0] != packet.sender:
-            if packet.arrived - self._sender[1] < _OTHER:
-                text = "%s sends packets, too, and is ignored, as %s does. Is there another field?"
-                self._refuse("other sender", text, packet.sender, self._sender[0])
-                return None
-            self._senders = ClockOffset()
         read = read_vision if self._settings.packets == "vision" else read_tracker
         try:
-            seen = read(packet.data)
+            return read(packet.data)
         except MessageError as error:
             self._refuse("malformed", "a packet of %s is ignored: %s", packet.sender, error)
             return None
-        self._sender = packet.sender, packet.arrived
-        if seen is not None:
-            self._senders.heard(seen.sent, packet.arrived)
-            self._counts["used"] += 1
-        return seen
 
-    def _time(self, seen: Seen) -> float | None:
+    def _listens_to(self, packet: Packet, seen: Seen) -> bool:
+        """Return whether a packet counts: those of all senders do, unless two of them have a camera of one number."""
+        holder, heard = self._cameras.get(seen.camera, (packet.sender, packet.arrived))
+        if holder != packet.sender and packet.arrived - heard < _OTHER:
+            text = "%s has a camera %d, too, and is ignored, as %s has it. Is there another field?"
+            self._refuse("other sender", text, packet.sender, seen.camera, holder)
+            return False
+        if seen.camera not in self._cameras or holder != packet.sender:
+            current = {n: (s, at) for n, (s, at) in self._cameras.items() if packet.arrived - at < _OTHER}
+            if len(current) >= _CAMERAS:
+                self._refuse("too many", "more than %d cameras: that of %s is ignored", _CAMERAS, packet.sender)
+                return False
+            self._cameras = current
+            senders = {packet.sender, *(sender for sender, _ in current.values())}
+            self._clocks = {sender: self._clocks.get(sender, ClockOffset()) for sender in senders}
+        self._cameras[seen.camera] = packet.sender, packet.arrived
+        self._clocks[packet.sender].heard(seen.sent, packet.arrived)
+        self._counts["used"] += 1
+        return True
+
+    def _time(self, packet: Packet, seen: Seen) -> float | None:
         """The match time at which a picture was taken, s; None before the match clock was heard."""
-        ahead = self._senders.match_time(0.0)
+        ahead = self._clocks[packet.sender].match_time(0.0)
         late = self._settings.latency if self._settings.packets == "tracker" else 0.0
         return None if ahead is None else self.match_time(seen.captured - ahead - late)
 
