@@ -57,6 +57,7 @@ MAY_NOT = {
 """What each room may not import."""
 LOWEST = (
     "types", "regions", "segments", "geometry", "errors", "registry", "modules", "colours", "blame", "shared",
+    "boot_time",
 )  # fmt: skip
 """Modules that everybody may use; they use each other only."""
 

@@ -7,7 +7,7 @@ import pytest
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.node import Tick
-from vrg.bus.pacing import STALL, Pacer
+from vrg.bus.pacing import FROZEN, STALL, Pacer
 
 
 def clock(time: float) -> Received[m.Clock]:
@@ -29,3 +29,14 @@ def test_a_clock_that_stops_is_a_warning_and_one_that_has_not_begun_is_none(capl
         ("INFO", "waiting for the world's clock"),
         ("WARNING", "the world's clock has stopped at 5.00 s"),
     ]
+
+
+def test_a_process_that_was_frozen_hears_that_time_had_stopped_before_it_goes_on() -> None:
+    """Ctrl-Z, or a closed lid: a referee halts a match with physical robots, and no player drives on unasked."""
+    pacer = Pacer(0.1, 0.0)
+    pacer.hear([clock(5.0)], 1.0, cut=False)
+    assert pacer.tick() == Tick(5.0)
+    pacer.hear([clock(5.1)], 1.0 + FROZEN + 0.1, cut=False)
+    assert pacer.tick() == Tick(5.1, live=False)
+    pacer.hear([clock(5.2)], 2.2, cut=False)
+    assert pacer.tick() == Tick(5.2)

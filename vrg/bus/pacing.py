@@ -19,6 +19,9 @@ LONGEST: Final = 1.0
 """The longest lease that a message can ask for, s of match time."""
 STALL = 0.5
 """The real time in s without the world's clock after which a node learns that time has stopped."""
+FROZEN = 1.0
+"""The real time in s after which a process that has not listened was stopped, or its computer slept: its node learns
+that time has stopped before it hears of any other. No strategy takes so long."""
 
 
 def match_speed(rate: float) -> float:
@@ -61,13 +64,15 @@ class Pacer:
             now: the real time, s. cut: True if nothing has come for a while, and the router is away.
         """
         restarted = False
+        # A process that was frozen finds a message that was sent while it was, and must not take it for the next one.
+        frozen = self.heard and not self.stalled and now - self._heard_at > FROZEN
         for message in messages:
             self.time, self._heard_at = message.stamp, now
             self.tracker.heard(message.stamp, message.body.rate, now)
             self.heard, self.stalled = True, False
             restarted |= message.body.epoch != self._epoch or message.body.tick < self._number
             self._epoch, self._number = message.body.epoch, message.body.tick
-        if not self.stalled and (cut or now - self._heard_at > STALL):
+        if not self.stalled and (cut or frozen or now - self._heard_at > STALL):
             self.stalled = True
             if cut or self.heard:
                 log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.time)

@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from vrg.boot_time import boot_time
 from vrg.bus.clock_tracker import ClockTracker
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message, Pulse
@@ -155,7 +156,7 @@ class _ClockInlet:
         self._mailbox = Mailbox()
         self._inlet = self._mailbox.subscribe(keys.clock)
         self._arrived = AutoResetEvent()
-        self.pacer = Pacer(period, time.monotonic())
+        self.pacer = Pacer(period, boot_time())
         session.attach(self._mailbox, self._wake)
 
     def _wake(self, _inlet: Inlet[Message]) -> None:
@@ -167,7 +168,7 @@ class _ClockInlet:
         self._session.receive()
         self._mailbox.handover(self.pacer.time)
         cut = quiet and not self._session.connected
-        return self.pacer.hear(self._inlet.take(), time.monotonic(), cut=cut)
+        return self.pacer.hear(self._inlet.take(), boot_time(), cut=cut)
 
 
 def run_world(

@@ -3,11 +3,11 @@
 import enum
 import random
 import secrets
-import time
 from typing import Annotated
 
 import typer
 
+from vrg.boot_time import boot_time
 from vrg.commands import can_calibrate, can_control, can_listening, can_options
 from vrg.commands.can_options import EmulatedBusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
 from vrg.commands.groups import CommandGroup
@@ -76,7 +76,7 @@ def node(
             spoken.drive_type(
                 one,
                 DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=options),
-                time.monotonic(),
+                boot_time(),
                 random.Random(first + index),
             )
             for index, one in enumerate(id_)

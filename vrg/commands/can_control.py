@@ -199,6 +199,7 @@ def jog(
     from vrg.hal.can.guard import COAST_TIMEOUT, TURNING_SPEED
     from vrg.hal.can.plausibility import STANDSTILL_SHARE
     from vrg.hal.can.train import DriveTrain
+    from vrg.hal.can.workshop.calibrating import bring_up
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
         raise ConfigError(f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}")
@@ -222,9 +223,11 @@ def jog(
         stack.callback(train.close)
         failure = None
         try:
-            if _ready(train, interrupted):
+            if bring_up(train, _JOG_START, interrupted.is_set):
                 train.restart_odometry()
                 _turn(train, id_, speed, interrupted, seconds)
+            elif not interrupted.is_set():
+                raise RobotError(f"the motor was not ready within {_JOG_START:g} s: is this computer too busy?")
             for _ in range(_JOG_REST):
                 train.stand()
                 train.clock.sleep(_JOG_PERIOD)
@@ -251,39 +254,11 @@ def jog(
         )
 
 
-def _ready(train: "DriveTrain", interrupted: Stop) -> bool:
-    """Arm the motor; False where it was interrupted before.
-
-    Raises:
-        RobotError: it cannot be armed.
-    """
-    deadline = train.clock.now() + _JOG_START
-    while not (state := train.state()).armed:
-        if state.fault:
-            raise RobotError(f"{train.name}: {state.fault}")
-        try:
-            train.arm()  # a start may take several commands
-        except RobotError:
-            # On a busy computer the newest report of the drive may be old for a moment.
-            if state.estop or train.clock.now() > deadline:
-                raise
-        if train.clock.now() > deadline:
-            raise RobotError(f"the motor was not ready within {_JOG_START:g} s: is this computer too busy?")
-        if train.clock.wait(interrupted.is_set, _JOG_PERIOD):
-            return False
-    return True
-
-
 def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, seconds: float) -> None:
+    """Turn a motor. It is never armed again: where this program was frozen, nobody may stand clear of it any more."""
     end = train.clock.now() + seconds
     while train.clock.now() < end and not interrupted.is_set():
-        try:
-            train.spin(node, speed)
-        except RobotError:
-            # On a busy computer the drive's watchdog may have switched the motor off meanwhile.
-            state = train.state()
-            if state.fault or state.estop or not _ready(train, interrupted):
-                raise
+        train.spin(node, speed)
         train.clock.wait(interrupted.is_set, _JOG_PERIOD)
 
 

@@ -7,6 +7,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import ClassVar, Final, Protocol, TypeVar
 
+from vrg.boot_time import boot_time
+
 T = TypeVar("T")
 
 
@@ -65,8 +67,8 @@ class RealClock(Clock):
     """The time of this computer, and its threads."""
 
     def now(self) -> float:
-        """Return `time.monotonic()`."""
-        return time.monotonic()
+        """Return `boot_time()`."""
+        return boot_time()
 
     def sleep(self, seconds: float) -> None:
         """Sleep."""

@@ -15,6 +15,7 @@ from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.can.workshop.calibrating import Plan, _Runner, calibrate
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
+from vrg.hal.can.workshop.simulation import Port
 from vrg.hal.models import robot_model
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose, Twist
@@ -95,6 +96,32 @@ def test_a_wheel_that_turns_the_other_way(train: DriveTrain) -> None:
     assert [found.axes[node].direction for node in (0, 1)] == [1, -1]
 
 
+def test_one_that_was_frozen_goes_on_when_the_person_agrees(train: DriveTrain, drives: Drives) -> None:
+    """Ctrl-Z while the robot drives straight ahead: it stands, and nothing moves before Enter is pressed."""
+    drive, stood = train.drive, list[float]()
+
+    def freeze_once(twist: Twist) -> None:
+        if not stood and train.state().odometry.x > 0.1:
+            assert isinstance(train._bus, Port)
+            train._bus.freeze()
+            Lab.simulation.clock.sleep(2.5)
+            stood.append(drives.drives[0].motor.position)
+            train._bus.thaw()
+        drive(twist)
+
+    class Waits(Clerk):
+        def ready(self, words: str) -> None:
+            super().ready(words)
+            if "it goes on from here" in words:
+                train.clock.sleep(1.0)
+                stood.append(drives.drives[0].motor.position)
+
+    train.drive = freeze_once  # type: ignore[method-assign]
+    clerk = Waits([True] * 4, [None, None])
+    assert run(train, clerk).axes[0].ratio == pytest.approx(RATIO)
+    assert stood[1] == pytest.approx(stood[0], abs=0.5)
+
+
 def test_a_wheel_that_is_blocked_ends_it(train: DriveTrain, drives: Drives) -> None:
     drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), train.clock.now())
     with pytest.raises(RobotError, match="r: node 0: it stands, though it was asked for"):
@@ -133,7 +160,7 @@ class Circling:
 
 def test_a_run_that_does_not_get_there_is_given_up_by_the_turns_of_the_wheels() -> None:
     robot = Circling()
-    runner = _Runner(robot, P2AT)  # type: ignore[arg-type]
+    runner = _Runner(robot, P2AT, Clerk([], []))  # type: ignore[arg-type]
     with pytest.raises(RobotError, match="its wheels have turned farther than the way takes"):
         runner.drive_until(Twist(0.3, 0.0), 4.0, lambda state: state.odometry.x > 1.0)
     assert 10.0 < robot.angle < 20.0

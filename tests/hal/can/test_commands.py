@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import Result
@@ -19,7 +20,7 @@ from vrg.hal.can.odrive.messages import AxisState
 from vrg.hal.can.train import DriveTrain
 from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
-from vrg.hal.can.workshop.simulation import Simulation
+from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.testing.driver import arm
 
 pytestmark = pytest.mark.usefixtures("simulated")
@@ -30,6 +31,12 @@ MUTE = 9
 UPLOAD = 2
 """The command of an SDO that asks for a value, in the upper three bits of its first byte (CiA 301)."""
 LINK = Link(interface="virtual", channel="control")
+
+
+def adapter(train: DriveTrain) -> Port:
+    """The adapter of a drive train on the simulated bus."""
+    assert isinstance(train._bus, Port)
+    return train._bus
 
 
 def run(command: str, *arguments: str) -> Result:
@@ -67,20 +74,33 @@ def test_a_motor_that_hardly_turns_is_told() -> None:
     assert "asked for 1 turn/s for 0.6 s and has hardly turned" in str(done.exception)
 
 
-def test_a_jog_on_a_busy_computer_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    spin, late = DriveTrain.spin, [0.5]
+@pytest.mark.parametrize("seconds", [0.5, 2.5])
+@pytest.mark.parametrize("under_way", [True, False], ids=["under way", "while it is armed"])
+def test_a_jog_that_was_frozen_moves_nothing_when_it_goes_on(
+    lab: Simulation, monkeypatch: pytest.MonkeyPatch, seconds: float, under_way: bool
+) -> None:
+    """Ctrl-Z or a closed lid, and then nobody may stand clear of the motor any more."""
+    method = "spin" if under_way else "arm"
+    act, turned = getattr(DriveTrain, method), list[float]()
 
-    def spin_late(train: DriveTrain, node: int, velocity: float) -> None:
-        if train.state().speeds[0] and late:
-            train.clock.sleep(late.pop())
-        spin(train, node, velocity)
+    def freeze_once(train: DriveTrain, *arguments: Any) -> None:
+        if not turned and (train.state().speeds[0] or not under_way):
+            turned.append(0.0)
+            port = adapter(train)
+            port.freeze()
+            lab.clock.sleep(seconds + 0.1)
+            turned.append(drives.drives[0].motor.position)
+            port.thaw()
+        act(train, *arguments)
 
-    monkeypatch.setattr(DriveTrain, "spin", spin_late)
-    with Drives("odrive", [3], link=LINK):
-        done = run("jog", "--id", "3", "--for", "3")
-    assert done.exit_code == 0, done.exception
-    assert not late
-    assert "It has turned by +" in done.output
+    monkeypatch.setattr(DriveTrain, method, freeze_once)
+    with Drives("odrive", [3], link=LINK) as drives:
+        done = run("jog", "--id", "3", "--for", "3", "--speed", "20")
+        assert turned, "it was never frozen"
+        assert abs(drives.drives[0].motor.position - turned[-1]) < 0.5
+    assert isinstance(done.exception, RobotError), done.output
+    words = str(done.exception)
+    assert any(why in words for why in ("did not run for", "nothing has been heard", "was this program stopped")), words
 
 
 @pytest.mark.parametrize(("protocol", "args"), [("odrive", ()), ("moteus", ("--protocol", "moteus"))])

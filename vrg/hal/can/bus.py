@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterable
 
 import can
 
+from vrg.boot_time import boot_time
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import IDLE_TIMEOUT, SEND_TIMEOUT, Link
@@ -188,7 +189,7 @@ class CanBus:
                 continue
             try:
                 if message is None:
-                    self._on_quiet(time.monotonic())
+                    self._on_quiet(boot_time())
                 elif message.is_error_frame:
                     self._error_frame(message)
                 else:
@@ -280,7 +281,7 @@ def frame_of(message: can.Message, stamps: Stamps | None = None) -> Frame:
     Args:
         stamps: the source of its age; without it the frame counts as new.
     """
-    now = time.monotonic()
+    now = boot_time()
     waited = stamps.age(message.timestamp, time.time(), now) if stamps is not None and message.timestamp else 0.0
     return Frame(
         message.arbitration_id,

@@ -17,6 +17,8 @@ _PERIOD = 0.05
 """s between commands."""
 _ARMING = 2.0
 """s that the motors may take to be armed."""
+FROZEN = 0.5
+"""s between two looks of a program from which on it did not run: motors that it was about to start stay off."""
 _SETTLE = 0.5
 """s that the robot is given to come to rest before the odometry is read."""
 _LONGEST = 120.0
@@ -89,7 +91,7 @@ class _Steps:
         self._model = model
         self._person = person
         self._plan = plan
-        self._runner = _Runner(train, model)
+        self._runner = _Runner(train, model, person)
 
     def find_directions(self) -> None:
         """Turn each motor alone and ask which way its wheel turns."""
@@ -170,13 +172,50 @@ def _measured(person: Person, question: str, expected: float, outcome: Callable[
             return answer
 
 
+def bring_up(train: DriveTrain, patience: float, interrupted: Callable[[], bool] = lambda: False) -> bool:
+    """Arm the motors of a robot that no referee holds, at rest.
+
+    Args:
+        patience: s to wait in all. interrupted: whether a person has ended it meanwhile.
+
+    Returns:
+        whether they are armed; False where that took too long, or was interrupted.
+
+    Raises:
+        RobotError: a fault has latched, the emergency stop is engaged, or this program has not run for a while
+            meanwhile: what was frozen starts nothing by itself.
+    """
+    clock = train.clock
+    deadline = looked = clock.now()
+    deadline += patience
+    while not (state := train.state()).armed and not interrupted():
+        now, gap = clock.now(), clock.now() - looked
+        if state.fault:
+            raise RobotError(f"{train.name}: {state.fault}")
+        if gap > FROZEN:
+            raise RobotError(f"{train.name}: this program did not run for {gap:.1f} s, so its motors stay off")
+        if now > deadline:
+            return False
+        looked = now
+        try:
+            train.arm()  # a start may take several commands
+            train.stand()
+        except RobotError:
+            # On a busy computer the newest report of a drive may be old for a moment.
+            if state.estop:
+                raise
+        clock.sleep(_PERIOD)
+    return not interrupted()
+
+
 class _Runner:
     """Drives a robot by ticks of its own: no other program drives it."""
 
-    def __init__(self, train: DriveTrain, model: RobotModel) -> None:
+    def __init__(self, train: DriveTrain, model: RobotModel, person: Person) -> None:
         self._train = train
         self._clock = train.clock
         self._model = model
+        self._person = person
 
     def spin(self, axis: WheelAxis, velocity: float, seconds: float) -> None:
         """Turn one motor at `velocity` turn/s for a while, or for _SHOWN turns of its wheel."""
@@ -220,25 +259,22 @@ class _Runner:
         return self._rest()
 
     def _command(self, send: Callable[[], None]) -> None:
-        """Send a command. Where the drives' watchdog has met one that was late, arm again, as a player does."""
+        """Send a command. Where one was late, so that the motors are off, they are armed again if the person agrees."""
         try:
             send()
-        except RobotError:
+        except RobotError as error:
+            self._state()
+            self._person.ready(f"{error}. Keep clear, it goes on from here.")
             self._arm()
 
     def _arm(self) -> None:
-        """Arm the motors, again and again: on a busy computer the drives' watchdog may switch them off meanwhile.
+        """Arm the motors.
 
         Raises:
             RobotError: a fault has latched, or they are not armed in time.
         """
-        deadline = self._clock.now() + _ARMING
-        while not self._state().armed:
-            if self._clock.now() > deadline:
-                raise RobotError(f"{self._train.name}: the motors were not armed within {_ARMING:g} s")
-            self._train.arm()
-            self._train.stand()
-            self._clock.sleep(_PERIOD)
+        if not bring_up(self._train, _ARMING):
+            raise RobotError(f"{self._train.name}: the motors were not armed within {_ARMING:g} s")
 
     def _rest(self) -> TrainState:
         end = self._clock.now() + _SETTLE

@@ -2,11 +2,11 @@
 
 import errno
 import logging
-import time
 from collections.abc import Callable, Sequence
 
 import can
 
+from vrg.boot_time import boot_time
 from vrg.bus.stopping import StopSignal
 from vrg.errors import RobotError
 from vrg.hal.can.bus import can_message, frame_of
@@ -50,7 +50,7 @@ def run_drives(
                     bus = None
                 # Motors go on while no order can be sent.
                 for drive in drives:
-                    drive.step(time.monotonic())
+                    drive.step(boot_time())
                 stop.wait(_REOPEN)
     finally:
         if bus is not None:
@@ -59,9 +59,9 @@ def run_drives(
 
 def _serve(bus: can.BusABC, drives: Sequence[EmulatedDrive], stop: StopSignal) -> None:
     while not stop.is_set():
-        pause = min(drive.due for drive in drives) - time.monotonic()
+        pause = min(drive.due for drive in drives) - boot_time()
         message = bus.recv(max(0.0, min(pause, _LONGEST)))
-        now = time.monotonic()
+        now = boot_time()
         if message is not None and not message.is_error_frame:
             frame = frame_of(message)
             for drive in drives:
