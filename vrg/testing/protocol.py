@@ -74,6 +74,16 @@ class ProtocolContract:
         wire.meet()
         assert wire.axis.problem
 
+    def test_it_says_anew_which_drive_it_is(self, wire: ProtocolWire) -> None:
+        wire.running()
+        before = set(wire.axis.serials)
+        wire.axis.forget_serials()
+        assert not wire.axis.serials
+        wire.axis.ask_serial()
+        wire.advance(0.5)
+        assert wire.axis.serials == before
+        assert wire.axis.odd is None
+
     def test_setting_up_energises_nothing(self, wire: ProtocolWire) -> None:
         wire.prepare()
         wire.advance(1.0)

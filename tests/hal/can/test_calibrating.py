@@ -132,8 +132,8 @@ def test_a_wheel_that_is_blocked_ends_it(train: DriveTrain, drives: Drives) -> N
 def test_a_wheel_that_hardly_turns_is_told_before_anybody_is_asked(train: DriveTrain, drives: Drives) -> None:
     drives.drives[0].receive(encode_fault(0, FaultRequest(FaultKind.BLOCK)), train.clock.now())
     clerk = Clerk([], [])
-    with pytest.raises(RobotError, match=r"motor 0 was asked for 2.* turn/s and has hardly turned its wheel"):
-        calibrate(train, P2AT, clerk, replace(QUICK, speed=0.03))
+    with pytest.raises(RobotError, match=r"motor 0 was asked for 1.* turn/s and has hardly turned its wheel"):
+        calibrate(train, P2AT, clerk, replace(QUICK, speed=0.025))
     assert not any("did its wheel turn" in words for words in clerk.heard)
 
 

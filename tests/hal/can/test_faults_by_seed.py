@@ -12,7 +12,7 @@ from vrg.testing.can_faults.life import Life, live
 PROTOCOLS = ("odrive", "cia402", "moteus", "vesc")
 LIVES = 2
 """The lives of robots of each protocol; `make test-all` plays a thousand."""
-SEARCHED = 24
+SEARCHED = 40
 """The lives in which broken code must be found."""
 
 

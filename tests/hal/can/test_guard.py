@@ -9,6 +9,8 @@ from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import (
     DEAF,
+    DROPOUT_WINDOW,
+    DROPOUTS,
     HEARTBEAT_TIMEOUT,
     OBEY_TIMEOUT,
     OFF_PERIOD,
@@ -236,7 +238,7 @@ class TestOff:
         told.pass_time(OBEY_TIMEOUT - 0.1, IDLE, CLOSED)
         assert told.guard.fault is None
         told.pass_time(0.2, IDLE, CLOSED)
-        assert told.fault == "node 1: it is on, though it was told to be off"
+        assert told.fault == "node 1: it is on, though it was told to be off: cut the power of its motor"
         told.pass_time(1.0, IDLE, IDLE)
         assert told.guard.off
         assert told.guard.refusal(told.now) == told.guard.fault, "a person must see it and clear it"
@@ -288,7 +290,7 @@ class TestOwnWords:
             orders += pair.guard.look(pair.now)
         assert not pair.guard.off
         assert orders >= 5
-        assert pair.fault == "node 1: it is on, though it was told to be off"
+        assert pair.fault == "node 1: it is on, though it was told to be off: cut the power of its motor"
 
     def test_one_that_is_armed_and_says_nothing_of_its_motor_is_a_fault(self, driven: Pair) -> None:
         for _ in range(8):
@@ -429,6 +431,47 @@ class TestLacks:
             "the battery, or correct `supply` in the wiring of this robot"
         )
 
+    def test_a_supply_that_is_low_most_of_the_time_is_not_forgotten_for_one_good_value(self) -> None:
+        pair = Pair(empty=20.0)
+        pair.arm()
+        for tick in range(100):
+            pair.wires[1].hear(messages.BusVoltageCurrent(24.0 if tick % 20 < 2 else 12.0, 0.0), pair.now)
+            pair.pass_time(0.05, CLOSED, CLOSED)
+            if pair.fault:
+                break
+        assert "node 1: its supply has 12 V" in pair.fault
+
+    @pytest.mark.parametrize(("pause", "latches"), [(1.0, True), (DROPOUT_WINDOW, False)])
+    def test_a_drive_that_is_not_heard_again_and_again_has_a_loose_plug(
+        self, driven: Pair, pause: float, latches: bool
+    ) -> None:
+        for _ in range(DROPOUTS):
+            for _ in range(6):
+                driven.now += 0.05
+                driven.wires[0].beat(CLOSED, 0, driven.now)
+                driven.guard.look(driven.now)
+            assert not driven.guard.fault
+            driven.pass_time(0.05, CLOSED, CLOSED)
+            driven.pass_time(0.0 if driven.fault else pause, CLOSED, CLOSED)
+        assert ("node 1: its frames or its setpoints were lost 3 times" in driven.fault) == latches
+
+    @pytest.mark.parametrize("late", [False, True])
+    def test_a_watchdog_that_expires_again_and_again(self, driven: Pair, late: bool) -> None:
+        """Setpoints get lost, unless it is this computer that was late with them."""
+        driven.arm()
+        for _ in range(DROPOUTS):
+            for _ in range(10):
+                driven.guard.command(driven.now)
+                driven.pass_time(0.05, CLOSED, CLOSED)
+            driven.now += 0.4 if late else 0.1
+            driven.guard.catch_up(driven.now)
+            driven.hear(CLOSED, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
+            assert not driven.guard.wanted
+            driven.beat()
+            if not driven.fault:
+                driven.arm()
+        assert ("its setpoints were lost" in driven.fault) != late
+
     def test_a_drive_that_hears_no_orders_is_told_of_after_three_starts(self, driven: Pair) -> None:
         starts = 0
         while driven.guard.fault is None:
@@ -458,3 +501,37 @@ class TestLacks:
             pair.hear(CLOSED, CLOSED, after=0.05)
         pair.pass_time(0.1, IDLE, CLOSED)
         assert "but it is idle and gives no reason: does it hear this computer" in pair.fault
+
+
+class TestIdentity:
+    """The serial numbers of the drives."""
+
+    @pytest.fixture
+    def met(self) -> Pair:
+        pair = Pair()
+        for wire in pair.wires:
+            wire.hear(messages.Address(wire.axis.node, 0xA0 + wire.axis.node), pair.now)
+        pair.guard = Guard([wire.axis for wire in pair.wires])
+        pair.guard.begin(pair.now)
+        return pair
+
+    def test_after_a_recovery_each_drive_says_anew_who_it_is(self, met: Pair) -> None:
+        assert met.guard.refusal(met.now) is None
+        met.guard.begin(met.now)
+        assert met.guard.refusal(met.now) == "node 0: it has not said yet which drive it is"
+        for wire in met.wires:
+            wire.hear(messages.Address(wire.axis.node, 0xA0 + wire.axis.node), met.now)
+        met.pass_time(0.1)
+        assert met.guard.refusal(met.now) is None
+
+    def test_another_drive_is_not_driven(self, met: Pair) -> None:
+        met.guard.begin(met.now)
+        met.wires[1].hear(messages.Address(1, 0xA0), met.now)
+        met.pass_time(0.1)
+        assert "node 1: its drive has serial number A0, expected A1: were ids or plugs swapped" in met.fault
+
+    def test_a_second_drive_of_an_id_is_named_whatever_has_latched_before(self, met: Pair) -> None:
+        met.guard.latch("node 1: its position jumped")
+        met.wires[1].hear(messages.Address(1, 0xB0), met.now)
+        met.pass_time(0.1)
+        assert met.fault == "node 1: two drives have this id: serial numbers A1 and B0; give one another id"

@@ -128,7 +128,7 @@ class TestUnwatched:
         monkeypatch.setattr(drives.drives[1], "_request", lambda _state, _now: None)
         going.device.disarm()
         wait(going, lambda: going.trouble, "a fault")
-        assert going.trouble == "r: node 1: it is on, though it was told to be off"
+        assert going.trouble == "r: node 1: it is on, though it was told to be off: cut the power of its motor"
         assert going.device.read().latched
 
 
@@ -344,7 +344,7 @@ def test_drives_that_are_put_back_on_a_bus_go_on(drives: Drives, lab: Simulation
         (["odrive"], "odrive", ([0], [7]), rf"odrive node 7 on {INTERFACE}.*heard there: ODrive nodes 0, 1"),
         (["odrive"], "cia402", ([1], [2]), "cia402 nodes 1, 2.*heard there: ODrive nodes 0, 1"),
         (["cia402"], "odrive", ([1], [2]), "odrive nodes 1, 2.*heard there: CANopen nodes 1, 2"),
-        (["odrive"] * 2, "odrive", ([0], [1]), "node 0: 2 drives have this id: serial numbers 1000 and 1010"),
+        (["odrive"] * 2, "odrive", ([0], [1]), "node 0: two drives have this id: serial numbers 1000 and 1010"),
         (["cia402"] * 2, "cia402", ([1], [2]), "node 1: .*id"),
     ],
     ids=["a wrong id", "of ODrive", "of CANopen", "two ODrives with one id", "two CANopen drives with one id"],

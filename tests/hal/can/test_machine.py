@@ -137,6 +137,12 @@ class TestMotors:
         with pytest.raises(RobotError, match="expected armed motors to drive, and they are off: arm the robot first"):
             bench.met().machine.drive([(1, 3.0)], bench.now)
 
+    def test_no_wheel_turns_while_another_one_starts(self, bench: Bench) -> None:
+        bench.met().machine.guard.unproved = False
+        bench.machine.arm(bench.now)
+        bench.reports[0].state = MotorState.CLOSED_LOOP
+        assert {order.arguments for order in bench.machine.drive([(1, 3.0), (2, 3.0)], bench.now)} == {(0.0,)}
+
     def test_nobody_drives_blind(self, armed: Bench) -> None:
         with pytest.raises(RobotError, match=r"nothing has been heard of the bus for 0\.4 s"):
             armed.machine.drive([(1, 3.0)], armed.now + BLIND + 0.1)
@@ -200,6 +206,13 @@ class TestWhatIsHeard:
             "what is heard of the bus is 0.3 s old: this computer is too busy, or its CAN adapter too slow. Close "
             "other programs, or use another adapter (docs/hardware.md)"
         )
+
+    def test_drives_are_asked_in_turns_who_they_are(self, met: Bench) -> None:
+        asked = []
+        for _ in range(50):
+            met.now += POLL_PERIOD
+            asked += [o.node for o in met.report(MotorState.IDLE, on=False) if o.act is AxisMethod.ASK_SERIAL]
+        assert asked[:4] in ([1, 2, 1, 2], [2, 1, 2, 1])
 
     def test_estimates_alone_are_judged_now_and_then(self, armed: Bench) -> None:
         armed.reports[0].odd = "rubbish"

@@ -22,6 +22,7 @@ class Rig:
         self.says = says
         self.now = 10.0
         self.check = Plausibility(BOUNDS)
+        self.alone = False
         self._last: float | None = None
         self._asked = 0.0
 
@@ -46,7 +47,7 @@ class Rig:
         position, velocity = self.says(self.motor.position, self.motor.velocity)
         way = 0.0 if self._last is None else position - self._last
         self._last = position
-        return self.check.judge(velocity, way, self.now, driven=on)
+        return self.check.judge(velocity, way, self.now, driven=on, alone=self.alone)
 
 
 @given(st.lists(st.tuples(st.floats(-50, 50), st.floats(0.1, 2.0)), min_size=1, max_size=8), st.floats(0.01, 0.4))
@@ -75,10 +76,12 @@ def test_nor_is_a_drive_with_gentle_ramps(orders: list[tuple[float, float]], cha
             assert check.judge(velocity, way, now, driven=True) is None
 
 
-def complaint(says: Callable[[float, float], tuple[float, float]], setpoint: float = 20.0) -> tuple[str, float]:
+def complaint(
+    says: Callable[[float, float], tuple[float, float]], setpoint: float = 20.0, seconds: float = 5.0
+) -> tuple[str, float]:
     """What is said, and how long the motor was on before."""
     rig = Rig(says)
-    return rig.run(setpoint, 5.0), rig.now - 10.0
+    return rig.run(setpoint, seconds), rig.now - 10.0
 
 
 @pytest.mark.parametrize("setpoint", [10.0, -10.0, 50.0])
@@ -105,6 +108,48 @@ def test_a_wheel_that_is_blocked_may_be_so_for_a_moment() -> None:
     assert "it stands, though it was asked for 10 turn/s" in rig.run(10.0, 1.0)
 
 
+@pytest.mark.parametrize(("share", "setpoint", "within"), [(0.5, 7.2, 3.0), (0.0, 2.2, 1.2), (2.0, 3.0, 2.0)])
+def test_a_way_is_judged_where_a_speed_could_still_be(share: float, setpoint: float, within: float) -> None:
+    """Half its speed, a blocked wheel at a crawl, and one that is too fast."""
+    rig = Rig()
+    assert not rig.run(setpoint, 3.0)
+    turn = rig.motor.turn
+    rig.motor.turn = lambda dt, velocity: turn(dt, share * velocity)  # type: ignore[method-assign]
+    assert f"asked for {setpoint:.3g}" in rig.run(setpoint, within)
+
+
+def test_a_wheel_that_stands_alone_turns_the_robot() -> None:
+    rig = Rig()
+    assert not rig.run(20.0, 1.0)
+    rig.motor.blocked = rig.alone = True
+    assert not rig.run(20.0, FOLLOWING_TIMEOUT - 0.1)
+    assert "it stands, though it was asked for 20 turn/s" in rig.run(20.0, 0.2)
+
+
+def test_a_drive_that_does_not_turn_so_slowly_may_stand() -> None:
+    rig = Rig()
+    rig.check = Plausibility(BOUNDS, slowest=6.0)
+    rig.motor.blocked = True
+    assert not rig.run(5.0, 5.0)
+    assert not rig.run(-5.0, 5.0)
+    assert "it stands, though it was asked for 7 turn/s" in rig.run(7.0, 3.0)
+
+
+def test_a_weak_motor_is_not_the_wrong_way_round() -> None:
+    rig = Rig()
+    assert not rig.run(40.0, 2.0)
+    rig.motor.current_limit *= 0.05
+    assert "and is slow to change it: is its current limited" in rig.run(-40.0, 3.0)
+
+
+@pytest.mark.parametrize(("slip", "setpoint", "metres"), [(0.15, 24.0, 1.0), (0.15, 8.0, 1.0), (0.1, 40.0, 1.5)])
+def test_an_encoder_that_slips_a_little_is_found_on_its_way(slip: float, setpoint: float, metres: float) -> None:
+    """A metre is 72 turns of this motor."""
+    words, after = complaint(lambda p, v: (p * (1.0 - slip), v), setpoint, 20.0)
+    assert "the encoder slips" in words
+    assert after * setpoint < 72 * metres
+
+
 def test_a_motor_that_is_off_may_stand_and_be_pushed() -> None:
     rig = Rig()
     assert not rig.run(10.0, 2.0, on=False)
@@ -119,7 +164,7 @@ def test_a_motor_that_coasts_when_it_is_started_is_given_time() -> None:
     assert not rig.run(40.0, 3.0)
 
 
-@pytest.mark.parametrize(("scale", "words"), [(60.0, "runs away, or the drive's units"), (1 / 60, "stands")])
+@pytest.mark.parametrize(("scale", "words"), [(60.0, "runs away, or the drive's units"), (1 / 60, "other units than")])
 def test_a_drive_whose_speed_has_other_units(scale: float, words: str) -> None:
     assert words in complaint(lambda p, v: (p, v * scale), 5.0)[0]
 

@@ -72,7 +72,6 @@ def status_of(data: bytes) -> Status | None:
 class ToyAxis(Axis):
     def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
-        self._serials: set[int] = set()
         self._wanted = False
 
     @classmethod
@@ -85,11 +84,11 @@ class ToyAxis(Axis):
 
     @property
     def identified(self) -> bool:
-        return bool(self._serials)
+        return bool(self.serials)
 
     @property
     def problem(self) -> str | None:
-        return "two drives have this id" if len(self._serials) > 1 else None
+        return self.shared
 
     def receive(self, frame: Frame) -> None:
         if frame.extended or frame.remote or frame.id & 0x7F8 != identifier(self.node, Kind.STATUS):
@@ -144,8 +143,7 @@ class ToyAxis(Axis):
     def _judge(self, status: Status, at: float) -> None:
         self.heard = at
         self._says(status.running, at)
-        self._serials.add(status.serial)
-        self.serial = f"{status.serial:X}"
+        self.serials.add(f"{status.serial:X}")
         self.starved = status.error == Error.STARVED
         self.expired |= self.starved
         self.fault = f"error {status.error}" if status.error >= Error.BROKEN else None

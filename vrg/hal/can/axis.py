@@ -71,12 +71,14 @@ class AxisReport:
         expired: the drive itself has reported, since the last `start`, that its watchdog has stopped the motor.
         unwatched: a person has allowed that this drive is driven without a watchdog of its own.
         position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
+        slowest: the speed in turn/s below which the drive may let its motor stand; 0 where it turns it however slowly.
         wrap: the number of turns after which `position` begins anew; 0 where it never does.
         voltage: of the drive's supply, V; None before it was reported. supplied: monotonic time of it, s.
         refusal: why the drive has not started when it was last asked to, in words; None where it has reported nothing.
         odd: what makes no sense in the frames that were heard, in words: rubbish, a number that is not finite, another
             master; None where everything makes sense.
-        serial, firmware: the serial number and the version in words; empty before they are known.
+        serials: the serial numbers of all that have answered to this id, in words: two drives may share it by mistake.
+        firmware: the version in words; empty before it is known.
     """
 
     encoder_advice: ClassVar[str] = "switch them on in the drive"
@@ -94,12 +96,13 @@ class AxisReport:
         self.position = 0.0
         self.velocity = 0.0
         self.measured = NEVER
+        self.slowest = 0.0
         self.wrap = 0.0
         self.voltage: float | None = None
         self.supplied = NEVER
         self.refusal: str | None = None
         self.odd: str | None = None
-        self.serial = ""
+        self.serials: set[str] = set()
         self.firmware = ""
 
     @property
@@ -112,9 +115,25 @@ class AxisReport:
         """Why this drive cannot be used, in words: its version, or a second drive of the same id; None where it can."""
         return None
 
+    @property
+    def serial(self) -> str:
+        """The serial number in words; empty before it is known."""
+        return " and ".join(sorted(self.serials))
+
+    @property
+    def shared(self) -> str | None:
+        """That two drives have this id, in words; None where only one has answered."""
+        if len(self.serials) < 2:
+            return None
+        return f"two drives have this id: serial numbers {self.serial}; give one another id"
+
     def forget_oddities(self) -> None:
         """Judge anew what is heard from now on."""
         self.odd = None
+
+    def forget_serials(self) -> None:
+        """Let the drive say anew who it is."""
+        self.serials.clear()
 
 
 class Axis(AxisReport, ABC):
@@ -206,6 +225,13 @@ class Axis(AxisReport, ABC):
     @abstractmethod
     def clear(self) -> None:
         """Forget latched errors; the motor stays off. Called only on a person's order, or after `starved`."""
+
+    def ask_serial(self) -> None:
+        """Ask for the serial number; the answer comes to `receive`, so that this waits for nothing.
+
+        Raises:
+            RobotError: the question could not be sent.
+        """
 
     def poll(self, now: float) -> None:
         """Ask for what the drive does not send by itself. It is called twenty times a second, and waits for nothing.

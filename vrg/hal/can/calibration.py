@@ -7,6 +7,7 @@ motion = { delay = 0.07, a_max = 0.8 }
 [axes.0]
 direction = 1
 ratio = 50.2
+serial = "3A65B1C0"
 """
 
 import math
@@ -28,10 +29,12 @@ class AxisCalibration(Table):
     Args:
         direction: 1 where a positive speed drives ahead, -1 where it drives back.
         ratio: turns of the motor for one turn of the wheel.
+        serial: the serial number of its drive; empty where that is not known.
     """
 
     direction: int
     ratio: float = Field(gt=0, le=10_000)
+    serial: str = ""
 
     @field_validator("direction")
     @classmethod
@@ -96,6 +99,7 @@ def calibration_text(calibration: Calibration) -> str:
         lines.append(f"motion = {{ {numbers} }}")
     for node, axis in sorted(calibration.axes.items()):
         lines += ["", f"[axes.{node}]", f"direction = {axis.direction}", f"ratio = {axis.ratio:.8g}"]
+        lines += [f'serial = "{axis.serial}"'] if axis.serial else []
     return "\n".join(lines) + "\n"
 
 

@@ -5,10 +5,11 @@ watchdog: it tells of a commander that was late, not of a robot that is broken, 
 """
 
 import math
-from collections import Counter
-from collections.abc import Sequence
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport, MotorState
+from vrg.hal.can.identity import Identity
 
 HEARTBEAT_TIMEOUT = 0.5
 """s without a heartbeat after which a drive is taken for dead. It sends one every 0.1 s."""
@@ -23,6 +24,11 @@ PROOF_TIMEOUT = 0.33
 is proved. A motor that is off brakes within 0.12 s, so that a robot whose computer fails stands after 0.45 s."""
 PROOFS = 2
 """Times that a watchdog is tried: on a busy computer the first setpoint may leave late, or a report may get lost."""
+DROPOUTS, DROPOUT_WINDOW = 3, 10.0
+"""Times within so many s that the wires to a drive may fail for a moment. Of the frames of a bus that loses a third of
+them, four setpoints in a row get lost about once a minute."""
+DROPOUT = 0.25
+"""s without an encoder message after which the wires have failed, and the least s from one such moment to the next."""
 DEAF = 3
 """Times in a row that a drive may report an expired watchdog although it was ordered to start: orders may get lost."""
 SETPOINT_TIMEOUT = 0.2
@@ -30,13 +36,17 @@ SETPOINT_TIMEOUT = 0.2
 LOW_SUPPLY = 0.8
 """The part of the voltage of an empty battery below which no battery of this kind can be."""
 LOW_TIMEOUT = 1.0
-"""s for which a supply may be that low, as when many motors start at once."""
+"""s for which a supply may be that low, as when many motors start at once. Time at which it is not is taken off."""
 COAST_TIMEOUT = 1.0
 """s after the order to be off in which a motor must have become slower."""
 COASTS = 0.9
 """The part of its speed at the order below which a motor that is off has become slower."""
+COASTED = 0.25 * COAST_TIMEOUT
+"""The s of that speed for which a motor must have turned since: an encoder may tell a speed and no way."""
 TURNING_SPEED = 0.5
 """The speed in turn/s of the motor's shaft above which it counts as turning."""
+CUT_POWER = "cut the power of its motor"
+"""What a person must do about a motor that no order stops."""
 STATUS_GRACE = 0.5
 """s after an explicit act in which what the drives still say of before does not latch again."""
 
@@ -49,6 +59,7 @@ class Guard:
 
     Args:
         axes: the reports of all axes of the robot. empty: the voltage of an empty battery, V; 0 if it is not known.
+        serials: the serial numbers of the drives that the robot was calibrated with, by node, as far as they are known.
 
     Attributes:
         fault: what has latched, in words; None where nothing has.
@@ -66,8 +77,11 @@ class Guard:
             has not become slower within COAST_TIMEOUT, by its own estimates; None if there is none.
     """
 
-    def __init__(self, axes: Sequence[AxisReport], empty: float = 0.0) -> None:
+    def __init__(
+        self, axes: Sequence[AxisReport], empty: float = 0.0, serials: Mapping[int, str] | None = None
+    ) -> None:
         self._axes = axes
+        self._identity = Identity(axes, serials or {})
         self._empty = empty
         self.fault: str | None = None
         self.estop = False
@@ -81,14 +95,16 @@ class Guard:
         self._on_since: dict[int, float] = {}
         self._ordered_off = -math.inf
         self._ordered = True
-        self._coasting: dict[int, tuple[float, float]] = {}
+        self._coasting: dict[int, tuple[float, float, float]] = {}
         self._since = -math.inf
         self.armed_at = -math.inf
         self._commanded = -math.inf
         self._gap, self._late_at = 0.0, -math.inf
         self._proofs = 0
         self._deaf = Counter[int]()
-        self._low: dict[int, float] = {}
+        self._dropouts: dict[int, deque[float]] = {}
+        self._missing: set[int] = set()
+        self._low: dict[int, tuple[float, float, bool]] = {}
         self._obeyed: set[int] = set()
         self._proved: set[int] = set()
 
@@ -100,8 +116,11 @@ class Guard:
         self.ready, self._proofs = False, 0
         self._on_since.clear()
         self._deaf.clear()
+        self._dropouts.clear()
+        self._missing.clear()
         self._low.clear()
         self._since = now
+        self._identity.begin()
         for axis in self._axes:
             axis.forget_oddities()
 
@@ -155,6 +174,11 @@ class Guard:
         self.lapsed = words
 
     @property
+    def unknown(self) -> int | None:
+        """The node of a drive that must say anew who it is, before the robot is armed; None if there is none."""
+        return self._identity.unknown
+
+    @property
     def proving(self) -> bool:
         """True if no setpoint may be sent now, because it is seen whether the drives' own watchdogs work."""
         return (self.wanted and self.unproved) or self.ready
@@ -175,6 +199,8 @@ class Guard:
                 return f"node {axis.node}: {axis.fault}"
             if now - axis.heard > HEARTBEAT_TIMEOUT:
                 return f"node {axis.node}: no heartbeat yet"
+        if self.unknown is not None:
+            return f"node {self.unknown}: it has not said yet which drive it is"
         return None
 
     @property
@@ -188,8 +214,11 @@ class Guard:
         self._ordered_off = heard_until
         if not self._ordered:
             self._ordered = True
-            speeds = {axis.node: abs(axis.velocity) for axis in self._axes}
-            self._coasting = {node: (heard_until, speed) for node, speed in speeds.items() if speed > TURNING_SPEED}
+            self._coasting = {
+                axis.node: (heard_until, abs(axis.velocity), axis.position)
+                for axis in self._axes
+                if abs(axis.velocity) > TURNING_SPEED
+            }
 
     def look(self, heard_until: float) -> bool:
         """Judge what the axes have heard until then; True if the motors must be switched off, once more if need be."""
@@ -202,6 +231,9 @@ class Guard:
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
+        if self.stray is None and (wrong := self._identity.problem):
+            self.fault = wrong  # it explains what else has latched
+        self._find_dropouts(heard_until)
         again = False
         if self.fault or self.estop or stopped:
             self.ready = False
@@ -210,6 +242,9 @@ class Guard:
         starved = self._starved(heard_until) if self.wanted else None
         if starved is not None:
             self._count_deaf(starved)
+            late = self._is_busy(heard_until) or heard_until - self._commanded > SETPOINT_TIMEOUT
+            if starved in self._obeyed and not late:
+                self._drop_out(starved, heard_until)
         if self.wanted and (again or self.fault or self.estop or starved is not None):
             lapsed = f"node {starved}: its watchdog has stopped its motor, as no setpoint came in time"
             self.wanted, self.lapsed = False, None if again or self.fault or self.estop else lapsed
@@ -231,6 +266,32 @@ class Guard:
                 f"node {node}: it was told {DEAF} times to start, and goes on reporting that its watchdog has stopped "
                 "it: it does not hear this computer. Check the wires and the plug of this drive"
             )
+
+    def _find_dropouts(self, heard_until: float) -> None:
+        """Find drives that are heard again after a moment of silence."""
+        for axis in self._axes:
+            heard = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
+            if heard_until - heard > DROPOUT:
+                self._missing.add(axis.node)
+            elif axis.node in self._missing:
+                self._missing.remove(axis.node)
+                self._drop_out(axis.node, heard_until)
+
+    def _drop_out(self, node: int, heard_until: float) -> None:
+        """The wires to a drive have failed for a moment: it was not heard, or it did not hear its setpoints."""
+        times = self._dropouts.setdefault(node, deque([-math.inf], maxlen=DROPOUTS))
+        if heard_until - times[-1] <= DROPOUT:
+            return
+        times.append(heard_until)
+        if heard_until - times[0] <= DROPOUT_WINDOW:
+            self.latch(
+                f"node {node}: its frames or its setpoints were lost {DROPOUTS} times within {DROPOUT_WINDOW:g} s, for "
+                "long enough to stop its motor. Check the wires and the plug of this drive"
+            )
+
+    def _is_busy(self, heard_until: float) -> bool:
+        """True if this computer was late with a setpoint a moment ago."""
+        return heard_until - self._late_at <= START_TIMEOUT
 
     def _starved(self, heard_until: float) -> int | None:
         """The node of a drive whose watchdog has met a commander that was late; None if there is none."""
@@ -277,14 +338,15 @@ class Guard:
         self.stray = next((n for n, at in self._on_since.items() if heard_until - at > OBEY_TIMEOUT), None)
         # Both are worse than whatever has latched before, so they take its place.
         if self.stray is not None:
-            self.fault = f"node {self.stray}: it is on, though it was told to be off"
+            self.fault = f"node {self.stray}: it is on, though it was told to be off: {CUT_POWER}"
         for axis in self._axes:
-            ordered, speed = self._coasting.get(axis.node, (math.inf, 0.0))
+            ordered, speed, position = self._coasting.get(axis.node, (math.inf, 0.0, 0.0))
             if abs(axis.velocity) < COASTS * speed:
                 self._coasting.pop(axis.node)  # from now on a person may push the robot
-            elif axis.measured - ordered > COAST_TIMEOUT:
+            elif axis.measured - ordered > COAST_TIMEOUT and abs(axis.position - position) > COASTED * speed:
                 self.stray = axis.node
-                self.fault = f"node {axis.node}: it turns at {axis.velocity:.3g} turn/s, though it was told to be off"
+                turns = f"it turns at {axis.velocity:.3g} turn/s"
+                self.fault = f"node {axis.node}: {turns}, though it was told to be off: {CUT_POWER}"
 
     def _forgiven(self, heard_until: float) -> bool:
         """True if a drive may still report the state before the explicit act; an armed one reports no old state."""
@@ -321,19 +383,28 @@ class Guard:
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
         # Motors that are off draw nothing, and a person may have cut their power on purpose.
-        if not self.wanted or axis.voltage is None or axis.voltage >= LOW_SUPPLY * self._empty:
+        if not self.wanted or axis.voltage is None:
             self._low.pop(axis.node, None)
-        elif axis.supplied - self._low.setdefault(axis.node, axis.supplied) >= LOW_TIMEOUT:
+        elif self._low_for(axis, axis.voltage) >= LOW_TIMEOUT:
             return (
                 f"its supply has {axis.voltage:.3g} V, where an empty battery has {self._empty:g} V: is the emergency "
                 "switch released? Charge the battery, or correct `supply` in the wiring of this robot"
             )
         return None
 
+    def _low_for(self, axis: AxisReport, voltage: float) -> float:
+        """s for which a supply was too low, less those for which it was not: those between two values that agree."""
+        at, seconds, before = self._low.get(axis.node, (axis.supplied, 0.0, False))
+        low, since = voltage < LOW_SUPPLY * self._empty, axis.supplied - at
+        if low == before:
+            seconds = seconds + since if low else max(0.0, seconds - since)
+        self._low[axis.node] = axis.supplied, seconds, low
+        return seconds
+
     def _reason(self, axis: AxisReport, heard_until: float) -> str:
         """Why a motor may be off that should be on, in words."""
         if axis.refusal:
             return f" and reports {axis.refusal}"
-        if heard_until - self._late_at <= START_TIMEOUT:
+        if self._is_busy(heard_until):
             return f": this computer is too busy, it sent no setpoint for {self._gap:.2g} s. Close other programs"
         return " and gives no reason: does it hear this computer, and can it start (see `vrg can scan`)?"

@@ -11,7 +11,7 @@ robot's own thread alone: if that freezes or dies, none is sent, and the drives'
 import enum
 import logging
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from vrg.errors import RobotError
@@ -29,6 +29,10 @@ POLL_PERIOD = 0.05
 """s between questions to drives that do not send by themselves. While watchdogs are proved it is half of that."""
 LOOK_PERIOD = 0.01
 """s between judgements, while no drive reports anything new but its encoder's estimates."""
+WHO_PERIOD = 0.5
+"""s from a question for the serial number of one drive to that for the next one's: answers might get mixed up."""
+LAG = 0.1
+"""s between two times up to which the bus has been heard from which on the receive thread did not run meanwhile."""
 BLIND = 0.3
 """s without news of the bus after which the robot is not driven: the receive thread has been kept from running."""
 OLD, OLD_TIMEOUT = 0.2, 1.0
@@ -53,6 +57,7 @@ class AxisMethod(enum.Enum):
     START = "start"
     COMMAND = "command"
     POLL = "poll"
+    ASK_SERIAL = "ask_serial"
 
 
 class Order(NamedTuple):
@@ -69,6 +74,7 @@ class StateMachine:
     Args:
         name: the robot's name, for messages. base: its wheels and its odometry.
         empty: the voltage of an empty battery, V; 0 if it is not known.
+        serials: the serial numbers of the drives that it was calibrated with, by node, as far as they are known.
 
     Attributes:
         phase: whether the drives can be spoken to. guard: judges what they report. reports: what they report, by node.
@@ -76,10 +82,12 @@ class StateMachine:
             missing.
     """
 
-    def __init__(self, name: str, base: DriveBase, empty: float = 0.0) -> None:
+    def __init__(
+        self, name: str, base: DriveBase, empty: float = 0.0, serials: Mapping[int, str] | None = None
+    ) -> None:
         self.name = name
         self.base = base
-        self._empty = empty
+        self._empty, self._serials = empty, serials
         self._complained = ""
         self.begin([])
         self.close()
@@ -88,10 +96,11 @@ class StateMachine:
         """A meeting begins (see vrg.hal.can.meeting), with drives of which nothing has been heard."""
         self.phase = Phase.MEETING
         self.reports = {report.node: report for report in reports}
-        self.guard = Guard(reports, self._empty)
+        self.guard = Guard(reports, self._empty, self._serials)
         self.base.restart()
         self.rebind(self.base)
         self.heard_until = self._looked = self._polled = self._ordered = self._commanded = NEVER
+        self._asked, self._turn = NEVER, 0
         self._old_since = math.inf
         self._fault_logged: str | None = None
         self._off_logged = True
@@ -100,7 +109,8 @@ class StateMachine:
     def rebind(self, base: DriveBase) -> None:
         """Wheels and odometry are these from now on, as a calibration has found them."""
         self.base = base
-        self._plausibility = {node: Plausibility(own) for node, own in base.bounds.items()}
+        slowest = {node: report.slowest for node, report in self.reports.items()}
+        self._plausibility = {node: Plausibility(own, slowest.get(node, 0.0)) for node, own in base.bounds.items()}
 
     @property
     def connected(self) -> bool:
@@ -161,7 +171,8 @@ class StateMachine:
         if guard.fault:
             raise RobotError(f"{self.name}: {guard.fault}")
         if guard.lapsed is not None:
-            raise RobotError(f"{self.name}: {guard.lapsed}: is this computer too busy? Arm again")
+            why = "was this program stopped, or is this computer too busy?"
+            raise RobotError(f"{self.name}: {guard.lapsed}: {why} Arm again")
         if not guard.wanted:
             raise RobotError(f"{self.name}: expected armed motors to drive, and they are off: arm the robot first")
         if deaf > BLIND:
@@ -177,8 +188,8 @@ class StateMachine:
     def _command(self, setpoints: Sequence[tuple[int, float]], now: float) -> list[Order]:
         if self.guard.withholding or self.guard.ready:
             return []
-        if self.guard.proving:
-            # The motors are brought up at zero speed, and then left alone.
+        if not self.guard.armed:
+            # No wheel turns alone while another one starts, and watchdogs are proved at rest.
             setpoints = [(node, 0.0) for node, _ in setpoints]
         self._commanded = now
         self.guard.command(now)
@@ -234,7 +245,7 @@ class StateMachine:
             nodes: which drives have sent something since. until: a time that has passed, now: the time that it is, s.
             news: they may have reported more than estimates of their encoders.
         """
-        if until - self.heard_until > BLIND:
+        if until - self.heard_until > LAG:
             self.guard.catch_up(until)
         self.heard_until = max(self.heard_until, until)
         for node in nodes:
@@ -269,7 +280,8 @@ class StateMachine:
         # Without setpoints a motor stops, as it must.
         fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
         driven = guard.wanted and report.state is MotorState.CLOSED_LOOP and fresh
-        problem = self._plausibility[node].judge(report.velocity, way, report.measured, driven=driven)
+        alone = any(own.turns for other, own in self._plausibility.items() if other != node)
+        problem = self._plausibility[node].judge(report.velocity, way, report.measured, driven=driven, alone=alone)
         if problem:
             guard.latch(f"node {node}: {problem}")
 
@@ -279,7 +291,13 @@ class StateMachine:
         if self.phase is Phase.RECOVERING or now - self._polled < period:
             return []
         self._polled = now
-        return self._all(AxisMethod.POLL, now)
+        orders = self._all(AxisMethod.POLL, now)
+        node = self.guard.unknown
+        if node is None and now - self._asked >= WHO_PERIOD:
+            self._asked = now
+            self._turn += 1
+            node = [*self.reports][self._turn % len(self.reports)]
+        return orders if node is None else [*orders, Order(AxisMethod.ASK_SERIAL, node)]
 
     def look(self, now: float) -> list[Order]:
         """Judge; what is wrong, and that the drives have reported that they are off, is logged once."""
@@ -322,7 +340,7 @@ class StateMachine:
     def failed(self, act: AxisMethod, words: str) -> None:
         """An order could not be carried out."""
         text = f"{act.value.replace('_', ' ')}: {words}"
-        if act not in (AxisMethod.COMMAND, AxisMethod.POLL) and text != self._complained:
+        if act not in (AxisMethod.COMMAND, AxisMethod.POLL, AxisMethod.ASK_SERIAL) and text != self._complained:
             self._complained = text  # a player that is stopped asks again at every tick
             log.warning("%s: %s", self.name, text)
         self.guard.latch(words)

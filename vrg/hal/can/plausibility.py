@@ -15,17 +15,26 @@ from dataclasses import dataclass
 FOLLOWING_TIMEOUT = 0.4
 """s for which a motor may not do what it was asked."""
 STALL_TIMEOUT = 1.0
-"""s for which a motor may stand although it was asked to turn: a robot may push something for a moment."""
+"""s for which all motors may stand although they were asked to turn: a robot may push something for a moment. One that
+stands alone turns the robot, which is what it was not asked."""
+SHORTFALL = 0.8
+"""s of the way that a motor was asked for by which it may miss it before it obeys again: so what is too slow for the
+tolerances of a speed is found."""
+_SLOW = 0.04
+"""The share of the top speed below which the way is not judged: many drives turn no motor so slowly."""
 SLUGGISH = 1 / 3
 """A motor may be this much slower to change its speed than the model, for drives that have gentle ramps."""
 STANDSTILL_SHARE = 0.25
 """A motor that has turned by less than this part of what it was asked has not really turned."""
+_SLOWING = 0.95
+"""The part of the speed at which it did not obey any more below which a motor slows down."""
 _SPEED_SLACK, _SPEED_SHARE = 0.05, 0.2
 """The tolerances of a speed: this part of the top speed, and this part of the speed itself."""
 _WAY_SLACK, _WAY_SHARE = 0.05, 0.05
 """The tolerances of a way: the way at top speed in so many seconds, and this part of the way itself."""
-_WAY_MEMORY = 1.0
-"""The time constant in s with which the way by the position and the way by the speed are forgotten."""
+_WAY_MEMORY, _WAY_FADE = 3.0, 30.0
+"""The way at top speed in so many s, and the time in s, in which the ways by position and speed are forgotten: what
+differs by a tenth is found within a metre, unless the robot hardly moves."""
 _JUMP_TIMEOUT = 0.3
 """s within which a jump of the position is taken back if it was a frame that came late."""
 _UNBELIEVABLE = 10.0
@@ -59,11 +68,12 @@ class Plausibility:
     Setpoints may be handed in before estimates that were measured earlier, because the receive thread may be late.
 
     Args:
-        bounds: what the motor can do.
+        bounds: what the motor can do. slowest: the speed below which its drive may let it stand.
     """
 
-    def __init__(self, bounds: MotorLimits) -> None:
+    def __init__(self, bounds: MotorLimits, slowest: float = 0.0) -> None:
         self.bounds = bounds
+        self._slowest = slowest
         self._asked: deque[tuple[float, float]] = deque(maxlen=_SETPOINTS)
         self._setpoint = 0.0
         self._least = self._most = 0.0
@@ -71,7 +81,8 @@ class Plausibility:
         self._heard = False
         self._at = 0.0
         self._velocity = 0.0
-        self._wrong = 0.0
+        self._wrong = self._missed = 0.0
+        self._began = 0.0
         self._slipped = 0.0
         self._off = self._doubt = 0.0
         self._jump, self._jumped_at, self._stepped_at = 0.0, math.inf, 0.0
@@ -80,7 +91,12 @@ class Plausibility:
         """A setpoint was sent."""
         self._asked.append((now, velocity))
 
-    def judge(self, velocity: float, way: float | None, at: float, *, driven: bool) -> str | None:
+    @property
+    def turns(self) -> bool:
+        """True if the motor turned when it was judged last."""
+        return abs(self._velocity) > _SPEED_SLACK * self.bounds.speed
+
+    def judge(self, velocity: float, way: float | None, at: float, *, driven: bool, alone: bool = False) -> str | None:
         """Judge a value of the encoder.
 
         Args:
@@ -88,6 +104,7 @@ class Plausibility:
             way: the change of the measured position since the last estimate, turns; None where it is not known.
             at: when it was measured.
             driven: the motor is on, and is to do what it is asked.
+            alone: another motor of the robot turns, so that this one turns the robot if it stands.
 
         Returns:
             what is wrong, in words; None where nothing is, or where it may still be a frame that is late.
@@ -104,13 +121,16 @@ class Plausibility:
         jump = self._find_jump(velocity, way, dt, at)
         slip = self._slip(velocity, way, dt, heard)
         self._velocity = velocity
-        return jump or (self._disobedience(velocity, heard) or slip if driven else None)
+        if not driven:
+            return jump
+        disobedience = self._disobedience(velocity, heard, FOLLOWING_TIMEOUT if alone else STALL_TIMEOUT)
+        return jump or disobedience or self._shortfall(velocity, heard) or slip
 
     def _follow(self, velocity: float, at: float, driven: bool) -> None:
         """Bring the slowest and the fastest speed that the motor may have to the time of an estimate."""
         if driven and not self._driven:
             self._least, self._most = min(0.0, velocity), max(0.0, velocity)
-            self._setpoint = self._wrong = self._slipped = 0.0
+            self._setpoint = self._wrong = self._missed = self._slipped = 0.0
             self._off = self._doubt = 0.0
         self._driven = driven
         now = self._at if self._heard else at
@@ -123,24 +143,46 @@ class Plausibility:
     def _approach(self, seconds: float) -> None:
         """A motor is nearer to its setpoint after a while: at least by the slowest change, at most all the way."""
         step = self.bounds.change * max(0.0, seconds)
-        self._least = min(self._setpoint, self._least + step)
-        self._most = max(self._setpoint, self._most - step)
+        may_stand = abs(self._setpoint) < self._slowest
+        self._least = min(min(0.0, self._setpoint) if may_stand else self._setpoint, self._least + step)
+        self._most = max(max(0.0, self._setpoint) if may_stand else self._setpoint, self._most - step)
 
-    def _disobedience(self, velocity: float, heard: float) -> str | None:
-        top, asked = self.bounds.speed, self._setpoint
-        slack = _SPEED_SLACK * top
+    def _beyond(self, velocity: float, slack: float) -> float:
+        """How far a speed is from all that the motor may have, turn/s."""
         least = self._least - slack - _SPEED_SHARE * abs(self._least)
         most = self._most + slack + _SPEED_SHARE * abs(self._most)
-        if least <= velocity <= most:
+        return max(0.0, least - velocity, velocity - most)
+
+    def _disobedience(self, velocity: float, heard: float, stall: float) -> str | None:
+        """A speed that is not believed, for too long; `stall`: the s for which the motor may stand."""
+        slack = _SPEED_SLACK * self.bounds.speed
+        if not self._beyond(velocity, slack):
             self._wrong = 0.0
             return None
+        if not self._wrong:
+            self._began = velocity
         self._wrong += heard
-        stands = abs(velocity) <= slack
-        if self._wrong <= (STALL_TIMEOUT if stands else FOLLOWING_TIMEOUT):
-            return None
+        return self._words(velocity) if self._wrong > (stall if abs(velocity) <= slack else FOLLOWING_TIMEOUT) else None
+
+    def _shortfall(self, velocity: float, heard: float) -> str | None:
+        """A way that is not the one that was asked for, at a speed that could still be."""
+        asked = abs(self._setpoint)
+        if asked < _SLOW * self.bounds.speed:
+            self._missed = 0.0
+        elif beyond := self._beyond(velocity, 0.0):
+            self._missed += heard * min(1.0, beyond / asked)
+        else:
+            self._missed = max(0.0, self._missed - heard)
+        return self._words(velocity) if self._missed > SHORTFALL else None
+
+    def _words(self, velocity: float) -> str:
+        """What is wrong with a speed, in words."""
+        asked = self._setpoint
         what = f"turns at {velocity:.3g} turn/s, though it was asked for {asked:.3g}"
-        if stands:
+        if abs(velocity) <= min(_SPEED_SLACK * self.bounds.speed, STANDSTILL_SHARE * abs(asked)):
             return f"it stands, though it was asked for {asked:.3g} turn/s: is its wheel blocked, or its encoder dead?"
+        if velocity * asked < 0.0 and self._began * velocity > 0.0 and abs(velocity) < _SLOWING * abs(self._began):
+            return f"it {what}, and is slow to change it: is its current limited, or its load too heavy?"
         if velocity * asked < 0.0:
             return f"it {what}: its motor or its encoder is the wrong way round"
         if abs(velocity) > abs(asked):
@@ -169,7 +211,7 @@ class Plausibility:
             return None
         # Between two estimates the speed may have been either; a way by it cannot be known better than that.
         expected = (velocity + self._velocity) / 2 * dt
-        fade = math.exp(-dt / _WAY_MEMORY)
+        fade = math.exp(-max(dt / _WAY_FADE, abs(expected) / (_WAY_MEMORY * self.bounds.speed)))
         self._off = fade * self._off + way - expected
         self._doubt = fade * self._doubt + abs(velocity - self._velocity) / 2 * dt + _WAY_SHARE * abs(expected)
         if abs(self._off) <= self.bounds.slip + self._doubt:

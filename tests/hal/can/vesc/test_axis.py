@@ -5,10 +5,9 @@ import pytest
 from vrg.hal.can.axis import MotorState
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
-from vrg.hal.can.vesc.axis import VescOptions
-from vrg.hal.can.vesc.codec import BROADCAST, HOSTS, Comm, Packet, frame_id, payload_frames, setpoint
+from vrg.hal.can.vesc.axis import MIN_ERPM, VescOptions
+from vrg.hal.can.vesc.codec import BROADCAST, HOSTS, Comm, Packet, frame_id, packet_of, payload_frames, setpoint
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.vesc import MIN_ERPM
 from vrg.testing.wire import ProtocolWire
 
 NODE = 5
@@ -52,6 +51,28 @@ def test_it_stands_where_it_is_asked_for_less_than_it_regulates(wire: ProtocolWi
     wire.drive_on(0.95 * slowest, 1.0)
     assert abs(wire.motor_speed) < 0.01
     assert wire.axis.state is MotorState.CLOSED_LOOP
+
+
+def test_one_that_answers_nothing_does_not_hear_its_setpoints(wire: ProtocolWire) -> None:
+    wire.running()
+    hear = wire.drive._hear
+    wire.drive._hear = lambda frame, now: []  # type: ignore[method-assign]
+    began = wire.now
+    wire.until(lambda: wire.axis.odd)
+    assert "it does not hear this computer" in (wire.axis.odd or "")
+    assert wire.now - began < 0.5
+    wire.drive._hear = hear  # type: ignore[method-assign]
+    wire.axis.forget_oddities()
+    wire.advance(1.0)
+    assert wire.axis.odd is None
+
+
+@pytest.mark.parametrize(("sent", "missing"), [(Packet.STATUS, 5), (Packet.STATUS_5, 1)])
+def test_the_status_message_that_is_not_switched_on_is_named(wire: ProtocolWire, sent: Packet, missing: int) -> None:
+    cyclic = wire.drive._cyclic
+    wire.drive._cyclic = lambda now: [f for f in cyclic(now) if packet_of(f) == sent]  # type: ignore[method-assign]
+    wire.meet()
+    assert f"expected its status message {missing}: switch 1 and 5 on" in (wire.axis.problem or "")
 
 
 def test_a_fault_that_the_drive_forgets_is_kept_here(wire: ProtocolWire) -> None:

@@ -23,6 +23,7 @@ from vrg.hal.can.cia402.codec import (
     NODE_MASK,
     POWERED,
     SDO_DOWNLOADS,
+    SERIAL_NUMBER,
     SETPOINT_PDO,
     STATUS_PDO,
     SUPPLY_PDO,
@@ -133,6 +134,16 @@ class Cia402Axis(Axis):
             self._send(nmt(self.node, NmtCommand.PRE_OPERATIONAL))  # a stopped node answers no SDO
         self._interview.ask(patience)
 
+    def ask_serial(self) -> None:
+        """Ask for the serial number, unless canopen asks for something else, to which the answer would not fit."""
+        if not self._sdo.asking:
+            self._send(upload(self.node, Object.IDENTITY, SERIAL_NUMBER))
+
+    def forget_serials(self) -> None:
+        """Let the drive say anew who it is."""
+        super().forget_serials()
+        self._sdo.serials.clear()
+
     def prepare(self) -> None:
         """Set up PDOs, the watchdog and the mode of operation; waits for the drive's answers.
 
@@ -140,7 +151,6 @@ class Cia402Axis(Axis):
             RobotError: it refuses, or does not answer.
         """
         self._units = self._interview.units or self._units
-        self.serial = self._interview.serial
         self.wrap = self._units.wrap
         self._prepared = self._settled = self._wanted = False
         self._word = int(Control.DISABLE_VOLTAGE)
@@ -223,6 +233,7 @@ class Cia402Axis(Axis):
             elif not self._sdo.asking and concerns(frame.data, Object.STATUSWORD):
                 self._take_status(uploaded(frame.data) or 0, frame.at)
             self._sdo.hear(frame.data)
+            self.serials |= {f"{serial:X}" for serial in self._sdo.serials if serial}
         elif function in _COMMANDS:
             # Frames that this master sends are not received by it, so these are another master's.
             self._complain("another program commands it too")

@@ -60,12 +60,6 @@ class Interview:
         return all(question in self._answers for question in _QUESTIONS)
 
     @property
-    def serial(self) -> str:
-        """The serial number in words; empty where the drive has none."""
-        number = self._number(Object.IDENTITY, SERIAL_NUMBER)
-        return f"{number:X}" if number else ""
-
-    @property
     def units(self) -> Units | None:
         """The units of the drive's numbers; None where they are not known, or make no sense."""
         increments, turns = (self._number(Object.ENCODER_RESOLUTION, sub) or 0 for sub in (1, 2))

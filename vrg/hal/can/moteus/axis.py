@@ -94,7 +94,6 @@ class MoteusAxis(Axis):
     def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self.wrap = WRAP
-        self._serials: set[str] = set()
         self._map: int | None = None
         self.words = ""
         self._wanted = self._stopping = False
@@ -117,18 +116,13 @@ class MoteusAxis(Axis):
     @property
     def identified(self) -> bool:
         """True if version and serial number have been received."""
-        return self._map is not None and bool(self._serials)
-
-    @property
-    def serials(self) -> tuple[str, ...]:
-        """All serial numbers that were heard: two drives may share an id by mistake."""
-        return tuple(sorted(self._serials))
+        return self._map is not None and bool(self.serials)
 
     @property
     def problem(self) -> str | None:
         """An old register map, or two drives with this id."""
-        if len(self._serials) > 1:
-            return f"two drives have this id: serial numbers {' and '.join(self.serials)}; give one another id"
+        if self.shared:
+            return self.shared
         if self._map is not None and self._map < MAP_VERSION:
             return f"expected register map version {MAP_VERSION} or newer, got {self._map}: update the drive's firmware"
         return None
@@ -159,8 +153,12 @@ class MoteusAxis(Axis):
 
     def identify(self, patience: float) -> None:
         """Ask for version, serial number and state; the answers come to `receive`, so that this waits for nothing."""
-        self._send(codec.encode(HOST, self.node, _IDENTITY, reply=True))
+        self.ask_serial()
         self._send(codec.encode(HOST, self.node, _STATUS, reply=True))
+
+    def ask_serial(self) -> None:
+        """Ask for version and serial number."""
+        self._send(codec.encode(HOST, self.node, _IDENTITY, reply=True))
 
     def prepare(self) -> None:
         """Do nothing: each setpoint carries all that the drive needs."""
@@ -224,8 +222,7 @@ class MoteusAxis(Axis):
             self._map = int(values[Register.REGISTER_MAP_VERSION])
         if Register.SERIAL_3 in values:
             words = (int(values.get(number, 0)) & 0xFFFFFFFF for number in (Register.SERIAL_3, 0x121, 0x120))
-            self.serial = "".join(f"{word:08X}" for word in words).lstrip("0") or "0"
-            self._serials.add(self.serial)
+            self.serials.add("".join(f"{word:08X}" for word in words).lstrip("0") or "0")
         if Register.POSITION in values and Register.VELOCITY in values:
             self._estimate(values[Register.POSITION], values[Register.VELOCITY], at)
         if Register.VOLTAGE in values:

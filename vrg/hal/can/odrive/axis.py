@@ -53,7 +53,6 @@ class OdriveAxis(Axis):
     def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self._version: messages.Version | None = None
-        self._serials: set[int] = set()
         self._wanted = False
         self._asked_supply = self._commanded = NEVER
         self._asked = 0
@@ -78,9 +77,8 @@ class OdriveAxis(Axis):
         """Firmware 0.5, which reports no version; a protocol that is not CANSimple 2; or two drives with this id."""
         if self._version is None and self._asked > _VERSION_REQUESTS and self.heard != NEVER:
             return "it tells no version: expected firmware 0.6 or newer, as 0.5 and older speak another CANSimple"
-        if len(self._serials) > 1:
-            both = " and ".join(f"{serial:X}" for serial in sorted(self._serials))
-            return f"{len(self._serials)} drives have this id: serial numbers {both}; give one another id"
+        if self.shared:
+            return self.shared
         version = self._version
         if version is not None and version.protocol != messages.PROTOCOL_VERSION:
             return f"expected CANSimple protocol version {messages.PROTOCOL_VERSION}, got {version.protocol}"
@@ -110,8 +108,7 @@ class OdriveAxis(Axis):
                     self._complain("another program gives drives other ids")
             case messages.Address(node=node, serial=serial):
                 if node == self.node:
-                    self._serials.add(serial)
-                    self.serial = f"{serial:X}"
+                    self.serials.add(f"{serial:X}")
             case messages.Estop():
                 # A button at the drive: it is off from this moment, before its heartbeat shows it.
                 self.state = MotorState.ESTOP
@@ -125,6 +122,10 @@ class OdriveAxis(Axis):
         """Ask for the version; the answer comes to `receive`, which then asks for the serial number."""
         self._asked += 1
         self._send(codec.request(self.node, Command.VERSION))
+
+    def ask_serial(self) -> None:
+        """Ask for the address, which has the serial number."""
+        self._send(codec.request(self.node, Command.ADDRESS))
 
     def prepare(self) -> None:
         """Set the limits that a person has given; each start sends the mode with it."""
@@ -190,8 +191,8 @@ class OdriveAxis(Axis):
         Firmware 0.5, which tells no version, would take that question for an order to change its id.
         """
         self._version, self.firmware = version, version.firmware
-        if version.protocol == messages.PROTOCOL_VERSION and not self._serials:
-            self._send(codec.request(self.node, Command.ADDRESS))
+        if version.protocol == messages.PROTOCOL_VERSION and not self.serials:
+            self.ask_serial()
 
     def _heartbeat(self, heartbeat: messages.Heartbeat, at: float) -> None:
         self.heard = at

@@ -38,11 +38,15 @@ class VescOptions(ProtocolOptions):
 
 OLDEST = (5, 3)
 """The first firmware that reports its time-out."""
+MIN_ERPM = 900
+"""The slowest speed that it regulates: asked for less, it brakes (the firmware's `s_pid_min_erpm`, its default)."""
 _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
 _WORDS = {MotorState.IDLE: "off", MotorState.CLOSED_LOOP: "driving", MotorState.ESTOP: "kill switch"}
+_UNANSWERED = 8
+"""Questions without an answer after which a drive that sends its status hears nothing. One is asked every 0.05 s."""
 _ID_REQUESTS = 2
 """The number of requests for its id after which the lack of status messages is a problem."""
 
@@ -62,10 +66,12 @@ class VescAxis(Axis):
         super().__init__(node, send, clock, options)
         self._pairs = self.options.pole_pairs or 1
         self.wrap = 2**32 / (codec.TACHO_STEPS * self._pairs)
+        self.slowest = MIN_ERPM / 60 / self._pairs
         self.host = codec.own_id(os.getpid())
         self._answers, self._overheard = codec.Assembler(), codec.Assembler()
         self._versions: set[codec.Firmware] = set()
-        self._asked = 0
+        self._asked = self._unanswered = 0
+        self._polled = NEVER
         self._flags: int | None = None
         self._poll_flags = True
         self._wanted = self._confirmed = False
@@ -84,8 +90,8 @@ class VescAxis(Axis):
 
     @property
     def identified(self) -> bool:
-        """True if the version has been received, and the encoder's first value."""
-        return bool(self._versions) and (self.measured != NEVER or self.problem is not None)
+        """True if the version has been received, and both status messages."""
+        return bool(self._versions) and (NEVER not in (self.told, self.measured) or self.problem is not None)
 
     @property
     def words(self) -> str:
@@ -93,15 +99,10 @@ class VescAxis(Axis):
         return _WORDS.get(self.state, "")
 
     @property
-    def serials(self) -> tuple[str, ...]:
-        """All serial numbers that were heard: two drives may share an id by mistake."""
-        return tuple(sorted(version.serial for version in self._versions))
-
-    @property
     def problem(self) -> str | None:
         """The poles are unknown, an old firmware, no status messages, or two drives with this id."""
-        if len(self._versions) > 1:
-            return f"two drives have this id: serial numbers {' and '.join(self.serials)}; give one another id"
+        if self.shared:
+            return self.shared
         if missing := self.options.missing:
             return missing
         for version in self._versions:
@@ -109,9 +110,15 @@ class VescAxis(Axis):
                 return (
                     f"expected firmware {OLDEST[0]}.{OLDEST[1]:02d} or newer, got {version.major}.{version.minor:02d}"
                 )
-        if self._asked > _ID_REQUESTS and self.heard != NEVER and self.measured == NEVER:
-            return "expected its status message 5: switch messages 1 and 5 on, at 50 Hz (VESC Tool, App Settings)"
+        if self._asked > _ID_REQUESTS and self.heard != NEVER and NEVER in (self.told, self.measured):
+            number = 1 if self.told == NEVER else 5
+            return f"expected its status message {number}: switch 1 and 5 on, at 50 Hz (VESC Tool, App Settings)"
         return None
+
+    def forget_oddities(self) -> None:
+        """Judge anew what is heard from now on."""
+        super().forget_oddities()
+        self._unanswered = 0
 
     def receive(self, frame: Frame) -> None:
         """Hear a frame."""
@@ -134,15 +141,23 @@ class VescAxis(Axis):
     def identify(self, patience: float) -> None:
         """Ask for the version. Answers of several drives at once would get mixed up, so this waits for it."""
         self._asked += 1
-        self._send(codec.ask(self.host, self.node, bytes([Comm.FW_VERSION])))
+        self.ask_serial()
         self._send(codec.ask_values(self.host, self.node, codec.FLAGS_BIT))
         self._clock.wait(lambda: self._versions, patience)
+
+    def ask_serial(self) -> None:
+        """Ask for the version, which has the serial number."""
+        self._send(codec.ask(self.host, self.node, bytes([Comm.FW_VERSION])))
 
     def prepare(self) -> None:
         """Do nothing: a setpoint alone drives it."""
 
     def poll(self, now: float) -> None:
-        """Ask for its flags and its fault, in turns."""
+        """Ask for its flags and its fault, in turns. One that answers no more does not hear its setpoints either."""
+        self._unanswered += self.heard > self._polled
+        self._polled = now
+        if self._unanswered > _UNANSWERED:
+            self._complain("it sends its status and answers nothing: it does not hear this computer. Check its plug")
         self._send(codec.ask_values(self.host, self.node, codec.FLAGS_BIT if self._poll_flags else codec.FAULT_BIT))
         self._poll_flags = not self._poll_flags
 
@@ -189,6 +204,7 @@ class VescAxis(Axis):
             self._settle()
         elif packet == Packet.STATUS_5:
             told = codec.decode_status_5(frame.data)
+            self.heard = frame.at
             position = told.tachometer / codec.TACHO_STEPS / self._pairs
             gap = frame.at - self.measured
             if self._wanted and gap > _RESTART_GAP and abs(position) < min(1.0, abs(self.position)):
@@ -214,11 +230,12 @@ class VescAxis(Axis):
             return
         if whole is None or whole[0] != self.node or not whole[1]:
             return
-        payload = whole[1]
+        payload, self._unanswered = whole[1], 0
         if payload[0] == Comm.FW_VERSION:
             version = codec.decode_firmware(payload)
             self._versions.add(version)
-            self.firmware, self.serial = f"{version.major}.{version.minor:02d}", version.serial
+            self.firmware = f"{version.major}.{version.minor:02d}"
+            self.serials.add(version.serial)
         elif payload[0] == Comm.GET_VALUES_SELECTIVE:
             bits, value = codec.decode_values(payload)
             if value is not None:

@@ -77,7 +77,10 @@ def calibrate(train: DriveTrain, model: RobotModel, person: Person, plan: Plan) 
         track = steps.find_track()
         ratios = ", ".join(f"{axis.ratio:.5g}" for axis in train.wheel_axes)
         person.shows(f"effective track {track:.4g} m, ratios {ratios}")
-        axes = {a.node: AxisCalibration(direction=a.direction, ratio=a.ratio) for a in train.wheel_axes}
+        axes = {
+            a.node: AxisCalibration(direction=a.direction, ratio=a.ratio, serial=train.serials[a.node])
+            for a in train.wheel_axes
+        }
         return Calibration(robot=train.name, track=track, axes=axes)
     finally:
         train.disarm()

@@ -187,7 +187,7 @@ class AxisListener(Listener):
         if axis.heard != NEVER:
             node.heard = axis.heard
         node.state, node.errors, node.on = axis.words, axis.fault or "", axis.on
-        node.firmware, node.serials, node.voltage = axis.firmware, axis.serials, axis.voltage
+        node.firmware, node.serials, node.voltage = axis.firmware, tuple(sorted(axis.serials)), axis.voltage
         return node
 
 

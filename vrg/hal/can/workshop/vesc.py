@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.vesc import codec
-from vrg.hal.can.vesc.axis import OLDEST, VescAxis, VescOptions
+from vrg.hal.can.vesc.axis import MIN_ERPM, OLDEST, VescAxis, VescOptions
 from vrg.hal.can.vesc.codec import DRV, Comm, Firmware, Packet, Status, Status5
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
@@ -22,8 +22,6 @@ from vrg.hal.clock import Clock
 
 POLE_PAIRS = 7
 """Pole pairs of the emulated motor, unless another number is given."""
-MIN_ERPM = 900
-"""The slowest speed that it regulates: asked for less, it brakes (the firmware's `s_pid_min_erpm`, its default)."""
 _FAULT_STOP = 0.5
 """s after which a fault is forgotten."""
 
@@ -202,9 +200,9 @@ class VescListener(AxisListener):
         axis = self.axes[node.node]
         axis.clear()  # it asks for the fault that there is now
         self._send(codec.ask_values(axis.host, node.node, codec.FLAGS_BIT))
-        axis.serial = ""
-        self._send(codec.ask(axis.host, node.node, bytes([Comm.FW_VERSION])))
-        self._clock.wait(lambda: axis.serial, ANSWER_TIMEOUT)
+        axis.forget_serials()
+        axis.ask_serial()
+        self._clock.wait(lambda: axis.serials, ANSWER_TIMEOUT)
 
     def stop(self) -> None:
         """Let every drive go of its motor: all at once, and each that is known by its id as well."""

@@ -1,0 +1,51 @@
+"""Whether each drive is the one that has answered to its id first, by its serial number. It has no bus.
+
+Where two drives have started again with each other's id, the robot would steer the wrong way round.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from vrg.hal.can.axis import AxisReport
+
+
+class Identity:
+    """The serial numbers that the drives of one robot must have.
+
+    Args:
+        axes: the reports of all axes of the robot.
+        calibrated: the serial numbers of the drives that it was calibrated with, by node; where none is known, the one
+            that answers first is meant.
+    """
+
+    def __init__(self, axes: Sequence[AxisReport], calibrated: Mapping[int, str]) -> None:
+        self._axes = axes
+        self._expected = {node: serial for node, serial in calibrated.items() if serial}
+        self._met = False
+
+    def begin(self) -> None:
+        """The drives have been met, or are to say anew who they are, as the robot is recovered."""
+        for axis in self._axes:
+            if self._met:
+                axis.forget_serials()
+            elif axis.serial:
+                self._expected.setdefault(axis.node, axis.serial)
+        self._met = True
+
+    @property
+    def unknown(self) -> int | None:
+        """The node of a drive that has not said yet who it is, though it once could; None if there is none."""
+        return next((axis.node for axis in self._axes if axis.node in self._expected and not axis.serials), None)
+
+    @property
+    def problem(self) -> str | None:
+        """That a drive is not the one that it was, or shares its id, in words; None where neither is known."""
+        for axis in self._axes:
+            expected = self._expected.get(axis.node)
+            if axis.shared:
+                return f"node {axis.node}: {axis.shared}"
+            if expected and axis.serials and axis.serial != expected:
+                return (
+                    f"node {axis.node}: its drive has serial number {axis.serial}, expected {expected}: were ids or "
+                    "plugs swapped? Swap them back. Where another drive is meant, calibrate and connect the robot anew"
+                )
+        return None
