@@ -147,6 +147,25 @@ class TestDrive:
         assert wire.drive.motor.velocity == pytest.approx(20.0, abs=0.3)
         return wire
 
+    def test_halt_stops_it_and_lets_it_go_on(self) -> None:
+        wire = self.turning()
+        wire.write(Object.CONTROLWORD, 0, Control.ENABLE_OPERATION | Control.HALT, 2)
+        wire.advance(1.0)
+        assert abs(wire.drive.motor.velocity) < 0.1
+        assert wire.drive.state is DriveState.OPERATION_ENABLED
+        wire.write(Object.CONTROLWORD, 0, Control.ENABLE_OPERATION, 2)
+        wire.advance(1.0)
+        assert wire.drive.motor.velocity > 10
+
+    def test_it_remembers_its_errors_until_they_are_erased(self) -> None:
+        wire = self.turning()
+        for code in (0x2310, 0x3210):
+            wire.fault(FaultKind.ERROR, value=code)
+        assert [wire.ask(Object.ERROR_HISTORY, sub).unsigned for sub in range(4)] == [2, 0x3210, 0x2310, 0]
+        assert wire.write(Object.ERROR_HISTORY, 0, 1, 1), "only 0 erases them"
+        assert wire.write(Object.ERROR_HISTORY, 0, 0, 1) == 0
+        assert [wire.ask(Object.ERROR_HISTORY, sub).unsigned for sub in range(3)] == [0, 0, 0]
+
     def test_a_quick_stop_brakes_and_then_switches_off(self) -> None:
         wire = self.turning()
         wire.write(Object.CONTROLWORD, 0, Control.QUICK_STOP, 2)

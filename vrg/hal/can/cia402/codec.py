@@ -70,9 +70,10 @@ SUPPORTS_PROFILE_VELOCITY = 1 << (PROFILE_VELOCITY - 1)
 
 
 Object = enum.IntEnum("Object", {
-    "DEVICE_TYPE": 0x1000, "ERROR_REGISTER": 0x1001, "NAME": 0x1008, "FIRMWARE": 0x100A, "STORE": 0x1010,
-    "CONSUMER_HEARTBEAT": 0x1016, "HEARTBEAT_TIME": 0x1017, "IDENTITY": 0x1018, "ERROR_BEHAVIOUR": 0x1029,
-    "RPDO": 0x1400, "RPDO_MAPPING": 0x1600, "TPDO": 0x1800, "TPDO_MAPPING": 0x1A00, "ABORT_CONNECTION_OPTION": 0x6007,
+    "DEVICE_TYPE": 0x1000, "ERROR_REGISTER": 0x1001, "ERROR_HISTORY": 0x1003, "NAME": 0x1008, "FIRMWARE": 0x100A,
+    "STORE": 0x1010, "CONSUMER_HEARTBEAT": 0x1016, "HEARTBEAT_TIME": 0x1017, "IDENTITY": 0x1018,
+    "ERROR_BEHAVIOUR": 0x1029, "RPDO": 0x1400, "RPDO_MAPPING": 0x1600, "TPDO": 0x1800, "TPDO_MAPPING": 0x1A00,
+    "ABORT_CONNECTION_OPTION": 0x6007,
     "ERROR_CODE": 0x603F, "CONTROLWORD": 0x6040, "STATUSWORD": 0x6041, "FAULT_REACTION": 0x605E, "MODE": 0x6060,
     "MODE_DISPLAY": 0x6061, "POSITION": 0x6064, "VELOCITY": 0x606C, "VOLTAGE": 0x6079, "ACCELERATION": 0x6083,
     "DECELERATION": 0x6084, "QUICK_STOP_DECELERATION": 0x6085, "ENCODER_RESOLUTION": 0x608F, "VELOCITY_UNIT": 0x60A9,
@@ -87,6 +88,8 @@ COB_ID, TRANSMISSION, INHIBIT, EVENT_TIMER = 1, 2, 3, 5
 """Sub-indices of 0x1400 and 0x1800. The inhibit time is in 0.1 ms, the event timer in ms."""
 SAVE = int.from_bytes(b"save", "little")
 """The signature that must be written to 0x1010:01."""
+ERRORS = 4
+"""The number of errors that the emulated drive remembers (0x1003)."""
 PDOS = 4
 """The number of PDOs in each direction."""
 NOT_VALID = 1 << 31
@@ -183,7 +186,7 @@ def drive_state(statusword: int) -> DriveState | None:
 
 
 class Control(enum.IntEnum):
-    """Controlwords."""
+    """Controlwords; HALT is a bit that may be added."""
 
     DISABLE_VOLTAGE = 0x00
     QUICK_STOP = 0x02
@@ -191,3 +194,4 @@ class Control(enum.IntEnum):
     SWITCH_ON = 0x07
     ENABLE_OPERATION = 0x0F
     FAULT_RESET = 0x80
+    HALT = 0x100

@@ -15,6 +15,7 @@ from vrg.errors import RobotError
 from vrg.hal.can.cia402.codec import (
     COB_ID,
     DEVICE_TYPE,
+    ERRORS,
     EVENT_TIMER,
     INHIBIT,
     NOT_VALID,
@@ -67,6 +68,8 @@ def object_dictionary(node: int) -> ObjectDictionary:
         Object.IDENTITY,
         [(1, u32, "ro", 0), (2, u32, "ro", 1), (3, u32, "ro", 1), (SERIAL_NUMBER, u32, "ro", 0)],
     )
+    history = [(sub, u32, "ro", 0) for sub in range(1, ERRORS + 1)]
+    _record(objects, Object.ERROR_HISTORY, history, count=0, count_access="rw")
     _record(objects, Object.STORE, [(1, u32, "rw", 1)])
     _record(objects, Object.CONSUMER_HEARTBEAT, [(1, u32, "rw", 0)])
     _record(objects, Object.ERROR_BEHAVIOUR, [(1, u8, "rw", 0)])
