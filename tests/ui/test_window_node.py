@@ -1,6 +1,7 @@
 """What holds in every window of a match: the same keys, buttons, lease and dead-man's switch. Each window is tried."""
 
 import os
+import re
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -10,7 +11,7 @@ import pytest
 
 from tests.ui import synthetic
 from tests.ui.hud.making import GROUND, ROBOT
-from tests.ui.virtual_pad import VirtualPad
+from tests.ui.virtual_pad import UNKNOWN, VirtualPad
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -24,8 +25,9 @@ from vrg.ui.acts import Act
 from vrg.ui.banner import banners
 from vrg.ui.commander.node import Commander
 from vrg.ui.developer.node import DeveloperWindow
-from vrg.ui.driving import SLOW
+from vrg.ui.driving import SILENCE, SLOW
 from vrg.ui.hud.node import Hud
+from vrg.ui.pads import connected
 from vrg.ui.replay import KEYS as REPLAY_KEYS
 from vrg.ui.spectator import Spectator
 from vrg.ui.window import SIZE, fitting
@@ -201,6 +203,66 @@ def test_start_drives_by_hand_and_nothing_moves_without_the_deadmans_switch(benc
     assert lent(bench.tick()) == [GIVES_BACK]
     assert "gamepad is lost" in bench.node.notice
     assert lent(bench.tick()) == []
+
+
+@pytest.fixture
+def held(bench: Bench) -> Bench:
+    """A robot that is driven ahead by the gamepad."""
+    bench.button(START)
+    bench.button(START)
+    bench.pad.axis(pygame.CONTROLLER_AXIS_LEFTY, -1.0)
+    bench.pad.button(RIGHT, True)
+    bench.tick()
+    assert lent(bench.tick())[-1].forward == pytest.approx(SLOW)
+    return bench
+
+
+def regrip(bench: Bench) -> float:
+    """Let go of the dead-man's switch and press it again; how fast the robot then drives."""
+    for down in (False, True):
+        bench.pad.button(RIGHT, down)
+        bench.tick()
+    return lent(bench.tick())[-1].forward
+
+
+def test_after_a_stopped_clock_the_switch_must_be_held_anew(held: Bench) -> None:
+    held.tick(live=False)
+    held.pad.axis(pygame.CONTROLLER_AXIS_LEFTY, -0.9)
+    for _ in range(3):
+        assert lent(held.tick())[-1] == STANDS
+    assert regrip(held) > 0.7 * SLOW
+
+
+def test_after_a_stopped_clock_so_must_the_arrows(bench: Bench) -> None:
+    bench.down(pygame.K_m)
+    bench.down(pygame.K_UP)
+    bench.tick(live=False)
+    assert lent(bench.down(pygame.K_UP))[-1] == STANDS, "a key that is held is pressed again and again by itself"
+    bench.up(pygame.K_UP)
+    assert lent(bench.down(pygame.K_UP))[-1].forward == SLOW
+
+
+def test_a_gamepad_whose_battery_is_empty_holds_nothing(held: Bench) -> None:
+    """Its dongle is still plugged in, and so SDL tells of no release."""
+    began = held.node.pads.now()
+    held.node.pads.now = lambda: began + SILENCE + 0.1
+    assert lent(held.tick())[-1] == STANDS
+    held.pad.axis(pygame.CONTROLLER_AXIS_LEFTY, -0.9)
+    for _ in range(3):
+        assert lent(held.tick())[-1] == STANDS, "it has a new battery, and nobody has pressed the switch"
+    assert regrip(held) > 0.7 * SLOW
+
+
+def test_a_gamepad_that_sdl_cannot_map_is_named(bench: Bench) -> None:
+    pad = VirtualPad(UNKNOWN)
+    bench.tick()
+    bench.tick()
+    words = r"SDL does not know the buttons of Virtual Joystick \([0-9a-f]{32}\): set SDL_GAMECONTROLLERCONFIG"
+    assert re.fullmatch(words, bench.node.notice)
+    assert bench.node.notice in connected()
+    pad.unplug()
+    bench.tick()
+    assert not bench.node.pads.unknown
 
 
 def test_an_emergency_stop_gives_the_robot_back_so_that_it_does_not_drive_on(bench: Bench) -> None:

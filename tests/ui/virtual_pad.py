@@ -4,8 +4,8 @@ import ctypes
 from pathlib import Path
 
 AXES, BUTTONS = 6, 15
-GAME_CONTROLLER = 1
-"""SDL's number of this kind of device, whose buttons and axes SDL maps by itself."""
+UNKNOWN, GAME_CONTROLLER = 0, 1
+"""SDL's numbers of two kinds of devices: it maps the buttons and axes of the second by itself."""
 
 
 def _sdl() -> ctypes.CDLL:
@@ -15,11 +15,11 @@ def _sdl() -> ctypes.CDLL:
 
 
 class VirtualPad:
-    """A gamepad that is connected from its construction to `unplug`."""
+    """A gamepad that is connected from its construction to `unplug`; `kind` is SDL's number of its kind."""
 
-    def __init__(self) -> None:
+    def __init__(self, kind: int = GAME_CONTROLLER) -> None:
         self._sdl = _sdl()
-        self._index = self._sdl.SDL_JoystickAttachVirtual(GAME_CONTROLLER, AXES, BUTTONS, 1)
+        self._index = self._sdl.SDL_JoystickAttachVirtual(kind, AXES, BUTTONS, 1)
         assert self._index >= 0, "SDL makes no virtual joystick"
         self._sdl.SDL_JoystickOpen.restype = ctypes.c_void_p
         self._joystick = ctypes.c_void_p(self._sdl.SDL_JoystickOpen(self._index))

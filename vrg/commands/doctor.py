@@ -80,6 +80,12 @@ def _display() -> Finding:
     return Finding("display", None, f"{shown}{dead}")
 
 
+def _gamepads() -> Finding:
+    from vrg.ui.pads import connected  # without it the window library is not loaded
+
+    return Finding("gamepads", None, "; ".join(connected()) or "none")
+
+
 def _can() -> Finding:
     # 280 is the kernel's ARPHRD_CAN.
     kinds = Path("/sys/class/net").glob("*/type")
@@ -158,8 +164,19 @@ def doctor(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Check this machine: Python, packages, bus, physics, CAN, display. Status 1 if something needed is missing."""
-    checks: list[Callable[[], Finding]] = [_python, _bus, _physics, _can, _display, _sandbox, _ros, _matches, _messages]
+    """Check this machine: Python, packages, bus, physics, CAN, screen. Status 1 if something needed is missing."""
+    checks: list[Callable[[], Finding]] = [
+        _python,
+        _bus,
+        _physics,
+        _can,
+        _display,
+        _gamepads,
+        _sandbox,
+        _ros,
+        _matches,
+        _messages,
+    ]
     findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks]]}
     if match is not None:
         from vrg.commands.doctor_machines import examine_machines  # it loads what reaches other machines

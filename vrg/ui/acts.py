@@ -48,7 +48,8 @@ class Act(Enum):
     ORDER = ("A B X Y", "set the team's priority")
     PLAYER = ("1 to 4", "drive that player")
     TAKE = ("ENTER", "set, watch again")
-    PAD_LOST = ("", "")
+    PAD_LOST = ("", "the gamepad is lost")
+    PAD_UNKNOWN = ("", "a gamepad cannot be used")
 
 
 @dataclass(frozen=True)

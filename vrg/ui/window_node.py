@@ -162,6 +162,8 @@ class WindowNode(Window, Node):
             self.give_back()
         if tick.live and not self.over:
             self.steer(tick)
+        else:
+            self.pads.let_go()  # nobody's robot drives on because its driver did not notice
         if self._pace.due(tick, self.scene.rate) or asked:
             self.scene = replace(self._builder.build(tick.live or self.over), left=self.over)
             window = pygame.display.get_surface()
@@ -223,6 +225,8 @@ class WindowNode(Window, Node):
             self.mailbox.publish(self._keys.estop, Estop(by=self._by))
         elif act is Act.PAD_LOST:
             self.lose_pad()
+        elif act is Act.PAD_UNKNOWN:
+            self.notice = self.pads.unknown
         elif act in self.answers:
             self.answer(press)
 

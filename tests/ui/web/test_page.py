@@ -344,6 +344,33 @@ class TestDriving:
         )
         assert found == [True, False, False, True]
 
+    def test_a_gamepad_that_is_silent_for_long_holds_nothing_until_its_switch_was_free(self, driver, server):
+        """The battery of the gamepad is empty, and its dongle is still plugged in."""
+        found = driver.page.evaluate(
+            """() => {
+                const controls = window.vrg.controls, hands = [], look = () => hands.push(controls.hands !== null);
+                const pressed = { pressed: true, value: 1 }, free = { pressed: false, value: 0 };
+                const held = Array(17).fill(free).with(controls.rules.deadman, pressed);
+                const pad = { id: "pad", index: 0, connected: true, axes: [0, -1], buttons: held };
+                const age = (seconds) => (pad.timestamp = performance.now() - 1000 * seconds);
+                navigator.getGamepads = () => [pad];
+                controls.letGo();
+                pad.buttons = Array(17).fill(free);
+                age(0), look();
+                pad.buttons = held;
+                age(0), look();
+                age(controls.rules.silence + 1), look();
+                age(0), look();
+                pad.buttons = Array(17).fill(free);
+                age(0), look();
+                pad.buttons = held;
+                age(0), look();
+                controls.letGo();
+                return hands;
+            }"""
+        )
+        assert found == [False, True, False, False, False, True]
+
     def test_the_stick_drives_as_long_as_it_is_held(self, driver, server):
         box = driver.page.locator("#stick").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

@@ -14,7 +14,7 @@ from typing import Final
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 
 from vrg.bus.mailbox import is_power_of_ten
-from vrg.ui.driving import DEAD_ZONE, SLOW
+from vrg.ui.driving import DEAD_ZONE, SILENCE, SLOW
 from vrg.ui.web.admission import Admission, VisitorKind, VisitorRole
 from vrg.ui.web.gallery import Delivered, Gallery
 from vrg.ui.web.lobby import Allowance, Lobby, Refused
@@ -45,7 +45,7 @@ WRONG_TOKEN_DELAY: Final = 0.5
 """The real time in s that a wrong token's answer takes."""
 DECISIONS_LIMIT: Final = 50
 """The limit of decisions that wait for the match."""
-DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4}
+DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4, "silence": SILENCE}
 """The rules of driving for the page; its buttons are those of the browsers' standard gamepad, as in `vrg.ui.acts`."""
 
 

@@ -31,7 +31,7 @@ export class Controls {
     this.knob = knob;
     this.stop = stop;
     this.stopping = false;
-    this.rules = { zone: 0, slow: 0, deadman: -1, turbo: -1 };
+    this.rules = { zone: 0, slow: 0, deadman: -1, turbo: -1, silence: 0 };
     this.held = new Set();
     /** The gamepad's switch must be free once before it counts again. */
     this.mustFree = false;
@@ -121,6 +121,8 @@ export class Controls {
   get hands() {
     const pad = this.pad, keys = [...this.held], switched = !!pad?.buttons[this.rules.deadman]?.pressed;
     let found = null, turbo = this.fast;
+    // One whose battery is empty is held for ever, if only its dongle is plugged in.
+    if (pad?.timestamp && performance.now() - pad.timestamp > 1000 * this.rules.silence) this.mustFree = true;
     this.mustFree &&= switched;
     if (this.touch) found = this.touch;
     else if (keys.length) {
