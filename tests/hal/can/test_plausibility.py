@@ -118,6 +118,19 @@ def test_a_way_is_judged_where_a_speed_could_still_be(share: float, setpoint: fl
     assert f"asked for {setpoint:.3g}" in rig.run(setpoint, within)
 
 
+def test_a_motor_that_is_to_stand_does_not_creep() -> None:
+    rig = Rig()
+    assert not rig.run(20.0, 1.0)
+    turn = rig.motor.turn
+    rig.motor.turn = lambda dt, velocity: turn(dt, velocity or 1.5)  # type: ignore[method-assign]
+    assert "it turns at 1.5 turn/s, though it was asked for 0: it runs away" in rig.run(0.0, 4.0)
+
+
+def test_one_that_trembles_at_rest_stands() -> None:
+    rig = Rig(lambda p, v: (p, v + 0.4 * math.sin(100.0 * rig.now)))
+    assert not rig.run(0.0, 5.0)
+
+
 def test_a_wheel_that_stands_alone_turns_the_robot() -> None:
     rig = Rig()
     assert not rig.run(20.0, 1.0)

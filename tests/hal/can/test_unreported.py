@@ -11,14 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.hal.can.bench import NODES, STEP, DeviceBench, Drives
+from tests.hal.can.bench import NODES, STEP, DeviceBench, Drives, Lab
 from tests.hal.can.handling import armed, drive_on, driving, notices, recovers, wait
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.models import robot_model
 from vrg.testing.can_faults.robot import RATIO
-from vrg.types import Twist
+from vrg.types import STILL, Twist
 
 STANDS = 0.5
 """turn/s below which a motor stands."""
@@ -116,6 +116,36 @@ def without_a_phase(scene: Scene) -> None:
         own.position += own.velocity * dt
 
     scene.wrap(own, "turn", jerk)
+
+
+creeping = motor(lambda dt, v: (dt, v or 1.5))
+
+
+def limited(scene: Scene) -> None:
+    """A drive whose speed is limited to 5 turn/s."""
+    own, most = scene.drive.motor, scene.drive.motor.velocity_limit
+    own.velocity_limit = 5.0
+    scene.mend.append(lambda: setattr(own, "velocity_limit", most))
+
+
+def jerking(scene: Scene) -> None:
+    """A velocity loop whose gain is far too high."""
+    turn = scene.drive.motor.turn
+    scene.wrap(scene.drive.motor, "turn", lambda dt, v: turn(dt, v * (1.0 + 1.5 * math.sin(5.0 * scene.now))))
+
+
+def restarting(scene: Scene) -> None:
+    """A brown-out that comes again and again."""
+    clock = Lab.simulation.clock
+    again = [True]
+
+    def restart() -> None:
+        if again:
+            scene.drive._restart(scene.now)
+            clock.at(scene.now + 1.0, restart)
+
+    restart()
+    scene.mend.append(again.clear)
 
 
 def weak(scene: Scene) -> None:
@@ -218,6 +248,10 @@ CASES = (
     Case("a supply that comes and goes", "odrive cia402", supply(1.3), ("has 12 V",), 5.0, 0.1),
     Case("a weak motor, to turn back", ALL, weak, ("is its current limited",), 1.6, 0.6, AHEAD, Twist(-0.33, 0.0)),
     Case("the wrong way round", ALL, motor(lambda dt, v: (dt, -v)), ("wrong way round",), 1.0, 0.4),
+    Case("it creeps, to stand", "odrive cia402 moteus", creeping, ("runs away",), 3.0, 0.1, AHEAD, STILL),
+    Case("a fifth of its speed", ALL, limited, ("is it blocked or limited",), 1.0, 0.6),
+    Case("it jerks", ALL, jerking, ("though it was asked for",), 3.0, 0.6),
+    Case("it starts again, each second", ALL, restarting, ("started again", "idle", "jumped", "heartbeat"), 1.0, 0.6),
     Case("no setpoint", "odrive", lost(lambda f, _: f.id == 1 << 5 | 0x0D), ("its setpoints were lost",), 2.0, 0.4),
     Case("no setpoint", "cia402", lost(lambda f, _: f.id == 0x300 | 2), ("asked for",), 1.5, 0.8, AHEAD, SLOW),
     Case("no setpoint", "vesc", lost(lambda f, _: f.id == 3 << 8 | 2), ("its setpoints were lost",), 2.0, 0.4),

@@ -18,10 +18,11 @@ STALL_TIMEOUT = 1.0
 """s for which all motors may stand although they were asked to turn: a robot may push something for a moment. One that
 stands alone turns the robot, which is what it was not asked."""
 SHORTFALL = 0.8
-"""s of the way that a motor was asked for by which it may miss it before it obeys again: so what is too slow for the
-tolerances of a speed is found."""
-_SLOW = 0.04
-"""The share of the top speed below which the way is not judged: many drives turn no motor so slowly."""
+"""s of the way that a motor was asked for by which it may miss it; s in which it obeys are taken off. So what is too
+slow for the tolerances of a speed is found."""
+_SLOW, _CREEP = 0.04, 0.25
+"""The share of the top speed below which the way is not judged, as many drives turn no motor so slowly; and the share
+of that speed at which a motor may creep that is to stand."""
 SLUGGISH = 1 / 3
 """A motor may be this much slower to change its speed than the model, for drives that have gentle ramps."""
 STANDSTILL_SHARE = 0.25
@@ -166,11 +167,11 @@ class Plausibility:
 
     def _shortfall(self, velocity: float, heard: float) -> str | None:
         """A way that is not the one that was asked for, at a speed that could still be."""
-        asked = abs(self._setpoint)
-        if asked < _SLOW * self.bounds.speed:
+        asked, slow = abs(self._setpoint), _SLOW * self.bounds.speed
+        if 0.0 < asked < slow:
             self._missed = 0.0
-        elif beyond := self._beyond(velocity, 0.0):
-            self._missed += heard * min(1.0, beyond / asked)
+        elif beyond := self._beyond(velocity, 0.0 if asked else _CREEP * slow):
+            self._missed += heard * min(1.0, beyond / max(asked, slow))
         else:
             self._missed = max(0.0, self._missed - heard)
         return self._words(velocity) if self._missed > SHORTFALL else None
