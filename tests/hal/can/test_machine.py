@@ -154,6 +154,16 @@ class TestMotors:
         with pytest.raises(RobotError, match=r"no setpoint came .*Arm again"):
             armed.machine.drive([(1, 1.0)], armed.now)
 
+    def test_it_is_armed_again_once_every_drive_has_reported_that_it_is_off(self, armed: Bench) -> None:
+        """A report that is under way when the motors are switched off still says that they are on."""
+        armed.machine.drive([(1, 0.0), (2, 0.0)], armed.now)
+        armed.pass_time(COMMAND_TIMEOUT + 0.05, MotorState.CLOSED_LOOP, on=True)
+        assert not armed.machine.guard.wanted
+        assert armed.machine.arm(armed.now) == []
+        armed.pass_time(0.05)
+        assert acts(armed.machine.arm(armed.now)) == [AxisMethod.START] * 2
+        assert armed.machine.guard.fault is None
+
     def test_the_emergency_stop_has_the_shortest_way(self, armed: Bench) -> None:
         assert acts(armed.machine.engage()) == [AxisMethod.STOP_NOW] * 2
         armed.pass_time(0.3)

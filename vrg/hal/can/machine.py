@@ -146,8 +146,8 @@ class StateMachine:
         if self.guard.wanted:
             # A drive that takes long to start is not left without setpoints meanwhile.
             return [] if self.guard.armed else self.stand(now)
-        if self.guard.ready and self.guard.unproved and not self.guard.off:
-            return []  # a watchdog is tried once more, as soon as its motor is off
+        if not self.guard.off:
+            return []  # what a drive reports of before would be taken for its answer
         if self.guard.ready and not self.guard.unproved:
             log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
         self.base.rebase()
