@@ -6,11 +6,10 @@ from collections.abc import Callable
 import pytest
 
 from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
+from vrg.hal.can.dropouts import DROPOUT_WINDOW, DROPOUTS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import (
     DEAF,
-    DROPOUT_WINDOW,
-    DROPOUTS,
     HEARTBEAT_TIMEOUT,
     OBEY_TIMEOUT,
     OFF_PERIOD,

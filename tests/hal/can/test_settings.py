@@ -109,7 +109,9 @@ def test_a_robot_without_wiring_and_a_missing_calibration_are_problems(tmp_path:
 )
 def test_a_calibration_survives_its_file(track: float, axes: dict[int, tuple[int, float]]) -> None:
     written = Calibration(
-        robot="sue", track=track, axes={n: AxisCalibration(direction=d, ratio=r) for n, (d, r) in axes.items()}
+        robot="sue",
+        track=track,
+        axes={n: AxisCalibration(direction=d, ratio=r, serial=f"{n:X}" * (n % 2)) for n, (d, r) in axes.items()},
     )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "sue.toml"
@@ -120,6 +122,7 @@ def test_a_calibration_survives_its_file(track: float, axes: dict[int, tuple[int
     for node, (direction, ratio) in axes.items():
         assert read.axes[node].direction == direction
         assert read.axes[node].ratio == pytest.approx(ratio, rel=1e-7)
+        assert read.axes[node].serial == f"{node:X}" * (node % 2)
 
 
 @pytest.mark.parametrize(

@@ -5,10 +5,11 @@ watchdog: it tells of a commander that was late, not of a robot that is broken, 
 """
 
 import math
-from collections import Counter, deque
+from collections import Counter
 from collections.abc import Mapping, Sequence
 
 from vrg.hal.can.axis import AxisReport, MotorState
+from vrg.hal.can.dropouts import Dropouts
 from vrg.hal.can.identity import Identity
 
 HEARTBEAT_TIMEOUT = 0.5
@@ -24,11 +25,6 @@ PROOF_TIMEOUT = 0.33
 is proved. A motor that is off brakes within 0.12 s, so that a robot whose computer fails stands after 0.45 s."""
 PROOFS = 2
 """Times that a watchdog is tried: on a busy computer the first setpoint may leave late, or a report may get lost."""
-DROPOUTS, DROPOUT_WINDOW = 3, 10.0
-"""Times within so many s that the wires to a drive may fail for a moment. Of the frames of a bus that loses a third of
-them, four setpoints in a row get lost about once a minute."""
-DROPOUT = 0.25
-"""s without an encoder message after which the wires have failed, and the least s from one such moment to the next."""
 DEAF = 3
 """Times in a row that a drive may report an expired watchdog although it was ordered to start: orders may get lost."""
 SETPOINT_TIMEOUT = 0.2
@@ -102,8 +98,7 @@ class Guard:
         self._gap, self._late_at = 0.0, -math.inf
         self._proofs = 0
         self._deaf = Counter[int]()
-        self._dropouts: dict[int, deque[float]] = {}
-        self._missing: set[int] = set()
+        self._dropouts = Dropouts()
         self._low: dict[int, tuple[float, float, bool]] = {}
         self._obeyed: set[int] = set()
         self._proved: set[int] = set()
@@ -117,7 +112,6 @@ class Guard:
         self._on_since.clear()
         self._deaf.clear()
         self._dropouts.clear()
-        self._missing.clear()
         self._low.clear()
         self._since = now
         self._identity.begin()
@@ -243,8 +237,8 @@ class Guard:
         if starved is not None:
             self._count_deaf(starved)
             late = self._is_busy(heard_until) or heard_until - self._commanded > SETPOINT_TIMEOUT
-            if starved in self._obeyed and not late:
-                self._drop_out(starved, heard_until)
+            if starved in self._obeyed and not late and (words := self._dropouts.failed(starved, heard_until)):
+                self.latch(words)
         if self.wanted and (again or self.fault or self.estop or starved is not None):
             lapsed = f"node {starved}: its watchdog has stopped its motor, as no setpoint came in time"
             self.wanted, self.lapsed = False, None if again or self.fault or self.estop else lapsed
@@ -268,26 +262,11 @@ class Guard:
             )
 
     def _find_dropouts(self, heard_until: float) -> None:
-        """Find drives that are heard again after a moment of silence."""
+        """Find drives that are heard again after a moment of silence, again and again."""
         for axis in self._axes:
             heard = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
-            if heard_until - heard > DROPOUT:
-                self._missing.add(axis.node)
-            elif axis.node in self._missing:
-                self._missing.remove(axis.node)
-                self._drop_out(axis.node, heard_until)
-
-    def _drop_out(self, node: int, heard_until: float) -> None:
-        """The wires to a drive have failed for a moment: it was not heard, or it did not hear its setpoints."""
-        times = self._dropouts.setdefault(node, deque([-math.inf], maxlen=DROPOUTS))
-        if heard_until - times[-1] <= DROPOUT:
-            return
-        times.append(heard_until)
-        if heard_until - times[0] <= DROPOUT_WINDOW:
-            self.latch(
-                f"node {node}: its frames or its setpoints were lost {DROPOUTS} times within {DROPOUT_WINDOW:g} s, for "
-                "long enough to stop its motor. Check the wires and the plug of this drive"
-            )
+            if words := self._dropouts.silent(axis.node, heard_until - heard, heard_until):
+                self.latch(words)
 
     def _is_busy(self, heard_until: float) -> bool:
         """True if this computer was late with a setpoint a moment ago."""

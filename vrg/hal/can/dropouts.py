@@ -1,0 +1,49 @@
+"""Counts the moments in which the wires to a drive have failed, as with a loose plug. It has no bus and no clock.
+
+Each such moment alone is none of the faults that the guard knows: the drive's watchdog stops its motor, and the robot
+would start again and again, with one wheel alone for a part of the time.
+"""
+
+import math
+from collections import deque
+
+DROPOUTS, DROPOUT_WINDOW = 3, 10.0
+"""Times within so many s that the wires to a drive may fail for a moment. Of the frames of a bus that loses a third of
+them, four setpoints in a row get lost about once a minute."""
+DROPOUT = 0.25
+"""s without an encoder message after which the wires have failed, and the least s from one such moment to the next."""
+
+
+class Dropouts:
+    """See the module. Times are monotonic, s."""
+
+    def __init__(self) -> None:
+        self._times: dict[int, deque[float]] = {}
+        self._missing: set[int] = set()
+
+    def clear(self) -> None:
+        """Judge anew from here."""
+        self._times.clear()
+        self._missing.clear()
+
+    def silent(self, node: int, seconds: float, now: float) -> str | None:
+        """Nothing has been heard of a drive for so long, 0 while it is heard; what is wrong, in words."""
+        if seconds > DROPOUT:
+            self._missing.add(node)
+        elif node in self._missing:
+            self._missing.remove(node)
+            return self.failed(node, now)
+        return None
+
+    def failed(self, node: int, now: float) -> str | None:
+        """A drive was not heard for a moment, or has not heard its setpoints; what is wrong, in words."""
+        times = self._times.setdefault(node, deque([-math.inf], maxlen=DROPOUTS))
+        if now - times[-1] <= DROPOUT:
+            return None
+        times.append(now)
+        if now - times[0] > DROPOUT_WINDOW:
+            return None
+        return (
+            f"node {node}: its frames or its setpoints were lost {DROPOUTS} times within {DROPOUT_WINDOW:g} s, for "
+            "long enough to stop its motor. Check the wires and the plug of this drive"
+        )
