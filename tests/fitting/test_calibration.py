@@ -28,7 +28,7 @@ def moves(drivetrain: Drivetrain, wheels: list[WheelAxis], motors: dict[int, flo
 @given(shares, shares, shares)
 def test_ratios_and_track_of_a_robot_with_skid_steer_are_found(left: float, right: float, wider: float) -> None:
     """The wheels of its sides are larger by shares of their own, and its track is wider."""
-    wheels = [WheelAxis(4, 0, 1, 50.0), WheelAxis(7, 1, -1, 48.0)]
+    wheels = [WheelAxis(4, 0, 1, 50.0), WheelAxis(7, 1, -1, 48.0, "3A65B1C0")]
     true = SKID.with_track(SKID.effective_track * (1.0 + wider))
 
     def truth(motors: dict[int, float]) -> Twist:
@@ -41,6 +41,7 @@ def test_ratios_and_track_of_a_robot_with_skid_steer_are_found(left: float, righ
     errors["turn"] = truth(turning).w / moves(SKID, wheels, turning, [0.0, 0.0]).w - 1.0
     found = fitted("sue", wheels, SKID, **errors)
     assert {node: axis.direction for node, axis in found.axes.items()} == {4: 1, 7: -1}
+    assert {node: axis.serial for node, axis in found.axes.items()} == {4: "", 7: "3A65B1C0"}
     known = [WheelAxis(w.node, w.axis, w.direction, found.axes[w.node].ratio) for w in wheels]
     for motors in (straight, turning, {4: 20.0, 7: -60.0}):
         measured, really = moves(SKID.with_track(found.track), known, motors, [0.0, 0.0]), truth(motors)

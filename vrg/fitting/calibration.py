@@ -44,7 +44,9 @@ def fitted(
         larger, *_ = np.linalg.lstsq(np.array([ahead, turning]) * straight, known, rcond=None)
         spin = float(np.array(turning) @ (spinning * larger))
     axes = {
-        wheel.node: AxisCalibration(direction=wheel.direction, ratio=wheel.ratio / (1.0 + float(larger[wheel.axis])))
+        wheel.node: AxisCalibration(
+            direction=wheel.direction, ratio=wheel.ratio / (1.0 + float(larger[wheel.axis])), serial=wheel.serial
+        )
         for wheel in wheels
     }
     track = drivetrain.effective_track * (1.0 + spin) / (1.0 + turn)

@@ -27,12 +27,14 @@ class WheelAxis:
         node: the id of its drive. axis: the number of the axis, which others may turn with it.
         direction: 1 where a positive motor speed is one of the axis, which drives a left or right wheel ahead; else -1.
         ratio: turns of the motor for one turn of the wheel.
+        serial: the serial number of the drive with which this was measured; empty where that is not known.
     """
 
     node: int
     axis: int
     direction: int = 1
     ratio: float = 1.0
+    serial: str = ""
 
 
 class Estimate(Struct, frozen=True):

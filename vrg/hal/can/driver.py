@@ -52,9 +52,8 @@ class CanDriver(Driver):
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
         medium, empty = context.medium or RealMedium(), wiring.empty
-        serials = {} if calibration is None else {node: axis.serial for node, axis in calibration.axes.items()}
         self._train = DriveTrain(
-            name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, empty=empty, serials=serials
+            name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, empty=empty
         )
 
     def connect(self) -> None:

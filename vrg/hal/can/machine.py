@@ -11,7 +11,7 @@ robot's own thread alone: if that freezes or dies, none is sent, and the drives'
 import enum
 import logging
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from vrg.errors import RobotError
@@ -74,7 +74,6 @@ class StateMachine:
     Args:
         name: the robot's name, for messages. base: its wheels and its odometry.
         empty: the voltage of an empty battery, V; 0 if it is not known.
-        serials: the serial numbers of the drives that it was calibrated with, by node, as far as they are known.
 
     Attributes:
         phase: whether the drives can be spoken to. guard: judges what they report. reports: what they report, by node.
@@ -82,12 +81,10 @@ class StateMachine:
             missing.
     """
 
-    def __init__(
-        self, name: str, base: DriveBase, empty: float = 0.0, serials: Mapping[int, str] | None = None
-    ) -> None:
+    def __init__(self, name: str, base: DriveBase, empty: float = 0.0) -> None:
         self.name = name
         self.base = base
-        self._empty, self._serials = empty, serials
+        self._empty = empty
         self._complained = ""
         self.begin([])
         self.close()
@@ -96,7 +93,7 @@ class StateMachine:
         """A meeting begins (see vrg.hal.can.meeting), with drives of which nothing has been heard."""
         self.phase = Phase.MEETING
         self.reports = {report.node: report for report in reports}
-        self.guard = Guard(reports, self._empty, self._serials)
+        self.guard = Guard(reports, self._empty, {axis.node: axis.serial for axis in self.base.axes})
         self.base.restart()
         self.rebind(self.base)
         self.heard_until = self._looked = self._polled = self._ordered = self._commanded = NEVER

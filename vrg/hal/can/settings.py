@@ -157,10 +157,11 @@ class RobotWiring(Table):
         axes = []
         for name, nodes in self._by_axis.items():
             for node in nodes:
-                direction, ratio = -1 if node in self.reversed else 1, self.ratio
+                axis = WheelAxis(node, names.index(name), -1 if node in self.reversed else 1, self.ratio)
                 if calibration is not None:
-                    direction, ratio = calibration.axes[node].direction, calibration.axes[node].ratio
-                axes.append(WheelAxis(node, names.index(name), direction, ratio))
+                    own = calibration.axes[node]
+                    axis = replace(axis, direction=own.direction, ratio=own.ratio, serial=own.serial)
+                axes.append(axis)
         return axes
 
 

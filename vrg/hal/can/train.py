@@ -68,7 +68,6 @@ class DriveTrain:
         options: the protocol's options of its drives; None for the defaults.
         unwatched: a person has allowed that its drives are driven without watchdogs of their own.
         empty: the voltage of an empty battery, V; 0 if it is not known.
-        serials: the serial numbers of the drives that it was calibrated with, by node, as far as they are known.
 
     Attributes:
         clock: the time of its bus.
@@ -86,7 +85,6 @@ class DriveTrain:
         options: ProtocolOptions | None = None,
         unwatched: bool = False,
         empty: float = 0.0,
-        serials: Mapping[int, str] | None = None,
     ) -> None:
         self.name = name
         self._options = options
@@ -96,7 +94,7 @@ class DriveTrain:
         self.clock = medium.clock
         self._bus = medium.bus(link, self._on_frame, self._on_trouble, self._on_quiet)
         self._lock = threading.RLock()
-        self._machine = StateMachine(name, DriveBase(wheel_axes, model), empty, serials)
+        self._machine = StateMachine(name, DriveBase(wheel_axes, model), empty)
         self._axes: dict[int, Axis] = {}
         self._routes: dict[tuple[int, bool], tuple[Axis, ...]] = {}
         self._heard: deque[Frame] = deque(maxlen=_KEPT)
