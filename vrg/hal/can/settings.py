@@ -384,6 +384,8 @@ class CanSettings(BackendSettings):
             arguments += [f"--option={name}={value}" for name, value in self.robots[members[0]].options.items()]
             told = self.robots[members[0]].motor.model_dump(exclude_none=True)
             arguments += [f"--{name.replace('_', '-')}={value}" for name, value in told.items()]
+            # They are the same drives when their process is started again.
+            arguments += ["--serial", str(random.Random(f"{link} {ids}").getrandbits(40))]
             for node in ids:
                 arguments += ["--id", str(node)]
             companions.append(Companion("drives" if number == 1 else f"drives-{number}", tuple(arguments), EMULATING))
