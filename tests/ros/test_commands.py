@@ -2,17 +2,17 @@
 
 import os
 import socket
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from vrg.bus.session import Session, joined
-from vrg.commands import matches
 from vrg.commands.ros import BESIDE, ros_address, ros_place, typed_domain, undriven
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, ConfigError
-from vrg.launch import nodes
+from vrg.launch import nodes, running
 from vrg.launch.running import RunningMatch, registered
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -59,13 +59,14 @@ def test_the_place_of_a_match_has_what_ros_nodes_need(stand_in: MatchSetup) -> N
 
 def test_what_shows_a_match_of_this_machine_ends_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
-    monkeypatch.setattr(matches, "LOOK", 0.0)
+    monkeypatch.setattr(running, "LOOK", 0.0)
     match = RunningMatch("m", "tcp/127.0.0.1:1", str(tmp_path), os.getpid())
     with registered(match):
-        has_ended = matches.gone(match.match, match.router)
-        elsewhere = matches.gone("other", match.router)
+        has_ended = running.gone(match.match, match.router)
+        elsewhere = running.gone("other", match.router)
         assert not has_ended()
-    assert has_ended()
+    with registered(replace(match, pid=match.pid + 1)):
+        assert has_ended(), "another match of that name has begun there"
     assert not elsewhere()
 
 
