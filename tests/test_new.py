@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -132,7 +133,20 @@ def test_own_players_are_spread_over_the_teams_of_every_game(vrg: Vrg, tmp_path:
     good(vrg, "new", "match", "final", *(f"{name}.py" for name in names), "--game", game)
     players = tomllib.loads((tmp_path / "final.toml").read_text(encoding="utf-8"))["players"]
     assert "".join(player["strategy"][0] for player in players) == spread
+    assert [player["name"].rstrip("0123456789") for player in players] == list(spread), "and so are they called"
+    once = [name for name in spread if spread.count(name) == 1]
+    assert {player["name"] for player in players} >= set(once)
     assert f"good: {game}" in good(vrg, "check", "final.toml")
+
+
+def test_a_player_whose_file_has_no_name_for_a_player_keeps_its_own(vrg: Vrg, tmp_path: Path) -> None:
+    good(vrg, "new", "player", "ann")
+    for name in ("Anna Maria", "shark", "__", "été"):
+        shutil.copy(tmp_path / "ann.py", tmp_path / f"{name}.py")
+    good(vrg, "new", "match", "final", "shark.py:Ann", "Anna Maria.py:Ann", "été.py:Ann", "__.py:Ann")
+    players = tomllib.loads((tmp_path / "final.toml").read_text(encoding="utf-8"))["players"]
+    assert [player["name"] for player in players] == ["Anna_Maria", "shark", "été", "minnow3"]
+    assert "good" in good(vrg, "check", "final.toml")
 
 
 def test_more_players_than_a_game_has_places_for_are_refused(vrg: Vrg) -> None:

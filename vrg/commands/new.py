@@ -14,7 +14,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.bus.names import NAME_RULE, is_name
+from vrg.bus.names import NAME_RULE, is_name, normal
 from vrg.commands.groups import CommandGroup
 from vrg.commands.options import class_in
 from vrg.errors import ConfigError
@@ -68,7 +68,7 @@ def match(
     """Write a match, NAME.toml: a short one of Sharks and Minnows, or the one that another game begins with.
 
     The first of your players plays for the largest team, the next one for the next team, and so on. All robots of a
-    team get them in turn; a team that is left without one keeps the game's own.
+    team get them in turn, and the names of their files; a team that is left without one keeps the game's own.
     """
     from vrg.games import GAMES
 
@@ -80,8 +80,11 @@ def match(
         text = filled("match.toml.template", name=name, strategy=line)
     else:
         text = with_value(GAMES.get(game).default_match().read_text(encoding="utf-8"), ("name",), name)
-    for number, strategy in _spread(text, own).items():
+    spread = _spread(text, own)
+    for number, strategy in spread.items():
         text = with_value(text, ("players", number, "strategy"), strategy)
+    for number, called in _names(text, spread).items():
+        text = with_value(text, ("players", number, "name"), called)
     _write({file: text})
     if not own:
         typer.echo("\nNo player of your own plays in it yet: `vrg new player ann` writes one.")
@@ -130,6 +133,25 @@ def _spread(text: str, own: Sequence[str]) -> dict[int, str]:
         dealt[turn % len(places)].append(strategy)
         turn += 1
     return {n: d[i % len(d)] for numbers, d in zip(places, dealt, strict=True) if d for i, n in enumerate(numbers)}
+
+
+def _names(text: str, spread: Mapping[int, str]) -> dict[int, str]:
+    """The names of players in a match file after the files by which they play, by the players' numbers.
+
+    One whose name another player would have, too, or whose file has a name that no player can have, keeps its own.
+    """
+    from vrg.games import file_of
+
+    taken = [player["name"] for number, player in enumerate(tomllib.loads(text)["players"]) if number not in spread]
+    stems = {number: Path(file).stem for number, own in spread.items() if (file := file_of(own)) is not None}
+    found = dict[int, str]()
+    for number, stem in stems.items():
+        base = normal(re.sub(r"[^\w-]+", "_", stem))
+        robots = [other for other, same in spread.items() if same == spread[number]]
+        name = base if len(robots) == 1 else f"{base}{robots.index(number) + 1}"
+        if is_name(name) and name not in [*taken, *found.values()]:
+            found[number] = name
+    return found
 
 
 @app.command("map")
