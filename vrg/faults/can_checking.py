@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 from vrg.bus.messages import Stage
 from vrg.bus.pacing import STALL
 from vrg.bus.process import STALLED_PERIOD
-from vrg.faults.checking import Spans
+from vrg.faults.observer import Spans
 from vrg.faults.plan import REFEREE, WORLD, FaultKind
 from vrg.hal.gate import REFEREE_TIMEOUT
 

@@ -2,7 +2,7 @@
 
 import shutil
 import tempfile
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Final
@@ -14,6 +14,7 @@ from vrg.coordinator.coordinator import PERIOD, STALL_TICKS
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
 from vrg.faults.machine import Machine
+from vrg.faults.observer import Spans
 from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.driver import COMMAND_TIMEOUT
@@ -41,20 +42,6 @@ OWED: Final = 1.0
 ANNOUNCED: Final = 0.5
 """The match time in s within which a call is announced that is in the journal."""
 _ENDING = (FaultKind.KILL, FaultKind.TORN)
-
-
-class Spans:
-    """For how long things have held, each by a name of its own."""
-
-    def __init__(self) -> None:
-        self._since: dict[Hashable, float] = {}
-
-    def passed(self, what: Hashable, holds: bool, now: float) -> float:
-        """The time in s for which something has held up to `now`; 0 if it does not hold."""
-        if not holds:
-            self._since.pop(what, None)
-            return 0.0
-        return now - self._since.setdefault(what, now)
 
 
 class Checker:

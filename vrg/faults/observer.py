@@ -1,5 +1,6 @@
 """An observer of a simulated match, who is also the official that stops play, and resumes it when it is halted."""
 
+from collections.abc import Hashable
 from typing import TYPE_CHECKING, Final
 
 from vrg.bus.codec import Received
@@ -119,3 +120,17 @@ class Observer:
         self.clock = clocks[-1].body if clocks else None
         if states or poses or clocks:
             self._match.heard()
+
+
+class Spans:
+    """For how long things have held, each by a name of its own."""
+
+    def __init__(self) -> None:
+        self._since: dict[Hashable, float] = {}
+
+    def passed(self, what: Hashable, holds: bool, now: float) -> float:
+        """The time in s for which something has held up to `now`; 0 if it does not hold."""
+        if not holds:
+            self._since.pop(what, None)
+            return 0.0
+        return now - self._since.setdefault(what, now)
