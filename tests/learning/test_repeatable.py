@@ -1,8 +1,11 @@
 """The same seed and the same actions give the same match: in every process, and as a match without an environment."""
 
+import copy
 import os
+import pickle
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -15,6 +18,7 @@ from vrg.coordinator.journal import read_journal
 from vrg.launch.nodes import strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.learning.environment import MatchEnvironment
+from vrg.learning.single import PlayerEnvironment
 
 HASH = "from tests.learning.making import digest; print(*(digest(game, 4, {play}) for game in {games}))"
 
@@ -107,3 +111,38 @@ def test_two_environments_in_turn_do_not_disturb_each_other() -> None:
         return [env.state().tobytes() for env in found]
 
     assert ends(1, 2) == [*ends(1), *ends(2)]
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["copy", "pickle"])
+@pytest.mark.parametrize("begun", [True, False])
+def test_a_copy_goes_on_from_the_same_instant(
+    copied: Callable[[PlayerEnvironment], PlayerEnvironment], begun: bool
+) -> None:
+    """The first takes other ways meanwhile, and ends, which changes nothing for the copy."""
+    env = PlayerEnvironment("roboflag", "red2", opponents={"blue": "aggressive"}, lasers=False, shaping=True)
+    env.action_space.seed(7)
+    if begun:
+        env.reset(seed=5)
+        for _ in range(20):
+            env.step(env.action_space.sample())
+    other, third = copied(env), copied(env)
+    assert other.action_space.sample().tolist() == third.action_space.sample().tolist(), "also what is drawn goes on"
+    if not begun:
+        assert other.reset()[0].tolist() == env.reset()[0].tolist() == third.reset()[0].tolist()
+    for _ in range(5):
+        env.step([1.0, -1.0])
+    env.close()
+    for n in range(20):
+        action = [0.8, 0.1 * n - 1.0]
+        (seen, *rest), (again, *same) = other.step(action), third.step(action)
+        assert seen.tolist() == again.tolist()
+        assert rest == same
+    uncopied = PlayerEnvironment("roboflag", "red2", opponents={"blue": "aggressive"}, lasers=False, shaping=True)
+    uncopied.action_space.seed(7)
+    uncopied.reset(seed=5 if begun else None)
+    for _ in range(20 if begun else 0):
+        uncopied.step(uncopied.action_space.sample())
+    for n in range(20):
+        (seen, *rest) = uncopied.step([0.8, 0.1 * n - 1.0])
+    assert seen.tolist() == again.tolist()
+    assert rest == same

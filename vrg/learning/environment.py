@@ -66,6 +66,9 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
     `vrg.launch.bounds.BUDGET` of real time, `step` and `reset` raise StrategyError, as where a strategy fails. One that
     catches this, too, ends the process. In another thread than the main one nothing is bounded.
 
+    A copy, by `copy.deepcopy` or by pickle, goes on from the same instant: it plays the match again by its seed and its
+    actions, as strategies may hold anything. It leaves no run folder.
+
     Args:
         match: a game's name, the path of a match file, or a match that was read.
         learners: the players that learn; None for all that are no opponents. Without any, a match plays by itself.
@@ -147,6 +150,34 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         self._camera: Camera | None = None
         self._begun = False
         self._standpoints: dict[str, Standpoint] = {}
+        self._past: list[dict[str, Twist]] = []
+        """The motions of all decisions of the match that is played."""
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy is made from."""
+        options = {
+            "learners": self.possible_agents, "raw": self._raw, "shaping": self._shaping, "gamma": self._gamma,
+            "max_time": self._max_time, "render_mode": self.render_mode, "strict": self._strict,
+        }  # fmt: skip
+        past = None if self._episode is None else list(self._past)
+        return {
+            "match": self._setup, "options": options, "spaces": self.action_spaces, "seed": self.match_seed,
+            "begun": self._begun, "past": past,
+        }  # fmt: skip
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Become a copy.
+
+        Raises:
+            ConfigError: as the constructor. StrategyError, LaunchError: as `step`.
+        """
+        MatchEnvironment.__init__(self, state["match"], engine=None, **state["options"])
+        self.action_spaces, self.match_seed, past = state["spaces"], state["seed"], state["past"]
+        if past is not None:
+            self.reset(self.match_seed)
+            for twists in past:
+                self._decide(twists)
+        self._begun = state["begun"]
 
     @property
     def referee(self) -> RefereeState:
@@ -200,7 +231,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         except BaseException:
             self._end()
             raise
-        self.agents, self.over = list(self.possible_agents), episode.over
+        self.agents, self.over, self._past = list(self.possible_agents), episode.over, []
         observations = self._observations(episode, self.agents)
         if self._shaping:
             self._standpoints = self._stand(episode, self.agents)
@@ -227,13 +258,19 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         if episode is None or self.over:
             when = "has ended" if self._begun else "has not begun"
             raise ConfigError(f"step: expected a match that is being played, but it {when}: call reset() first")
-        agents = self.agents
-        twists = self._twists(actions, agents)
+        return self._decide(self._twists(actions, self.agents))
+
+    def _decide(
+        self, twists: dict[str, Twist]
+    ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
+        """Do what `step` does, once the motions of all players are known."""
+        episode, agents = self._playing("step"), self.agents
         try:
             calls = episode.decide(twists)
         except BaseException:
             self._end()
             raise
+        self._past.append(twists)
         state = episode.state
         cut = not episode.over and state.total >= self._max_time - 1e-9
         self.over = episode.over or cut
