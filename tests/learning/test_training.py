@@ -279,14 +279,25 @@ def test_an_imitation_does_nearly_the_same() -> None:
     assert policy.game == SHARKS
 
 
-def test_the_page_shows_commands_and_code_that_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (EXAMPLES.parents[1] / "docs" / "learning.md").read_text(encoding="utf-8")
-    commands = re.findall(r"^    python examples/learning/(\w+)\.py (.*)$", text, re.MULTILINE)
+PAGE = (EXAMPLES.parents[1] / "docs" / "learning.md").read_text(encoding="utf-8")
+SNIPPETS = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+BATCHED = [snippet for snippet in SNIPPETS if "Batch(" in snippet]
+
+
+def test_the_page_shows_commands_that_work() -> None:
+    commands = re.findall(r"^    python examples/learning/(\w+)\.py (.*)$", PAGE, re.MULTILINE)
     assert {name for name, _ in commands} == {"train", "imitate"}
     for name, words in commands:
         {"train": train, "imitate": imitate}[name].make_parser().parse_args(shlex.split(words))
+
+
+@pytest.mark.parametrize(
+    "snippets",
+    [[s for s in SNIPPETS if s not in BATCHED], pytest.param(BATCHED, marks=pytest.mark.thorough)],
+    ids=["environments", "batch"],
+)
+def test_the_page_shows_code_that_works(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, snippets: list[str]) -> None:
     monkeypatch.chdir(tmp_path)
-    snippets = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
-    assert len(snippets) == 2
+    assert snippets
     for snippet in snippets:
         exec(snippet, {})
