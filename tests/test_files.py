@@ -56,7 +56,7 @@ def test_a_match_that_notepad_has_saved_is_good_and_is_listed(tmp_path: Path, mo
         assert choices_in(tmp_path).maps == ("yard.toml",)
 
 
-class Row(msgspec.Struct):
+class Row(msgspec.Struct, forbid_unknown_fields=True):
     n: int
 
 
@@ -66,6 +66,12 @@ def test_what_is_whole_in_a_file_of_records_counts_and_what_is_not_is_named() ->
     assert [number for number, _ in found.damaged] == [2, 3, 5]
     assert (found.end, found.torn) == (28, 5)
     assert found.damage(Path("x.jsonl"), "a row")[-1] == "x.jsonl: left out a torn last line of 5 bytes"
+
+
+def test_why_a_record_is_left_out_steers_no_terminal() -> None:
+    [(number, why)] = records_of(b'{"\\u001b[2J":1}\n', msgspec.json.Decoder(Row)).damaged
+    assert number == 1
+    assert "unknown field `\\x1b[2J`" in why
 
 
 def test_a_file_that_cannot_be_written_stays_and_a_link_is_replaced(tmp_path: Path) -> None:

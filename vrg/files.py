@@ -24,6 +24,7 @@ from typing import Any, BinaryIO, Generic, Protocol, TypeVar
 import msgspec
 
 from vrg.errors import FileError
+from vrg.types import printable
 
 log = logging.getLogger(__name__)
 
@@ -156,7 +157,8 @@ def decoded(decoder: Decoder[T], data: bytes) -> T:
 def _reason(error: Exception) -> str:
     if isinstance(error, RecursionError):
         return "it is nested too deeply"
-    return f"it is not in UTF-8: {error}" if isinstance(error, UnicodeDecodeError) else str(error)
+    # It may name a field that anybody has written.
+    return f"it is not in UTF-8: {error}" if isinstance(error, UnicodeDecodeError) else printable(str(error))
 
 
 @dataclass(frozen=True)

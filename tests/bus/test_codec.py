@@ -167,6 +167,13 @@ def test_a_speed_that_is_no_speed_is_refused_by_its_field(value: object) -> None
         decode(msgpack.packb([2, 3, "x", key, 0, 0.0, body]), m.Drive, key)
 
 
+def test_what_a_stranger_calls_a_field_steers_no_terminal() -> None:
+    key, body = KEYS.drive("a").key, {"twist": {"v": 0.0, "w": 0.0}, "armed": True, "\x1b[2J": 1}
+    with pytest.raises(MessageError) as refused:
+        decode(msgpack.packb([2, 3, "x", key, 0, 0.0, body]), m.Drive, key)
+    assert "\x1b" not in str(refused.value)
+
+
 STANDING = {"twist": {"v": 0.0, "w": 0.0}}
 
 

@@ -13,6 +13,7 @@ from msgspec import Meta, Raw, Struct
 
 from vrg.bus.messages import Message
 from vrg.errors import MessageError, MisroutedError
+from vrg.types import printable
 
 WIRE: Final = 2
 """The version of the array that every message is. A receiver refuses every other one."""
@@ -116,7 +117,7 @@ def header(payload: bytes, key: str) -> Header:
     try:
         found = _header.decode(payload)
     except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
-        raise MessageError(f"{key}: expected a message {_LAYOUT} of format {WIRE}: {error}") from None
+        raise MessageError(f"{key}: expected a message {_LAYOUT} of format {WIRE}: {printable(str(error))}") from None
     if found.format != WIRE:
         raise MessageError(
             f"{key}: expected a message of format {WIRE}, got {found.format}: run the same release of vrg everywhere"
@@ -162,5 +163,5 @@ def decode_body(head: Header, message_type: type[T]) -> Received[T]:
     try:
         body = decoder.decode(head.body)
     except (msgspec.DecodeError, msgspec.ValidationError, UnicodeDecodeError, RecursionError) as error:
-        raise MessageError(f"{head.key}: expected {message_type.__name__}: {error}") from None
+        raise MessageError(f"{head.key}: expected {message_type.__name__}: {printable(str(error))}") from None
     return Received(head.key, head.stamp, head.sequence, body, head.sender)  # type: ignore[arg-type]

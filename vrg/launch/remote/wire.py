@@ -12,6 +12,7 @@ from vrg.bus.messages import ProcessStatus
 from vrg.errors import MessageError
 from vrg.launch.events import EventKind
 from vrg.launch.findings import Finding
+from vrg.types import printable
 
 BANNER = b"vrg-host\n"
 """The text that the agent writes before its first frame. Anything that a login shell has printed before is skipped."""
@@ -286,4 +287,4 @@ class Frames(Generic[M]):
         try:
             return self._decoder.decode(data)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise MessageError(f"expected a message of this release of VRG: {error}") from None
+            raise MessageError(f"expected a message of this release of VRG: {printable(str(error))}") from None
