@@ -93,6 +93,18 @@ def test_no_command_fails_on_a_run_with_a_damaged_file(run: Path, played: Path, 
         shutil.copy(played / "result.json", run / "result.json")
 
 
+@pytest.mark.parametrize("change", [(b'"bob"', b'"nobody"'), (b'"players":["bob","shark"]', b'"players":["bob"]')])
+def test_a_call_about_others_than_the_match_has_is_told_without_its_proof(
+    run: Path, played: Path, change: tuple[bytes, bytes]
+) -> None:
+    journal = run / "journal.jsonl"
+    assert change[0] in journal.read_bytes()
+    journal.write_bytes(journal.read_bytes().replace(*change))
+    told = [outcome(f"why --call {number}", run, played) for number in (1, 2, 3)]
+    assert all(f"Call {number}, " in text for number, text in enumerate(told, 1))
+    assert any("There is no more to show" in text for text in told)
+
+
 CALIBRATION = b'robot = "ann"\ntrack = 0.4\nmotion = { delay = 0.05 }\n\n[axes.0]\ndirection = 1\nratio = 50.0\n'
 CAMERA = b"""[lens]
 size = [640, 480]

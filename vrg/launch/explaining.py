@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import Any, Final
 
-from vrg.bus.messages import Stage
+from vrg.bus.messages import Call, Stage
 from vrg.config.setup import MatchSetup, read_setup
 from vrg.coordinator.cases import cases_of, seconds_before
 from vrg.coordinator.evidence import book_at, read_evidence
-from vrg.coordinator.journal import read_journal
+from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.proof import Case, with_deviation
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError
@@ -50,13 +50,21 @@ def explain(run: Path, number: int) -> Proof:
     lines = [] if text is None else [f"Rule{f' ({text.source})' if text.source else ''}: {text.words}"]
     places = [f"{name} at ({pose.x:.2f}, {pose.y:.2f})" for name, pose in zip(call.players, call.poses, strict=False)]
     lines += [f"Where it was: {', '.join(places)}."] if places else []
-    book, later = books_of(setup, folder)
     try:
-        cases = cases_of(book, read_evidence(folder.evidence), records, later)
-        case = next((c for c in cases if c.call == call), None)
-    except Exception as error:  # the rules of any game, on numbers that anybody may have changed
+        return _proof(setup, folder, records, call, heading, lines)
+    except Exception as error:  # the rules of any game, on numbers and names that anybody may have changed
         why = f"the rules cannot go on from what the evidence says: {type(error).__name__}: {error}"
         return Proof(heading, (*lines, f"There is no more to show: {why}."))
+
+
+def _proof(
+    setup: MatchSetup, folder: RunFolder, records: list[Record], call: Call, heading: str, lines: list[str]
+) -> Proof:
+    """What the evidence shows of a call; of a run that somebody has changed this may raise anything."""
+    game = game_of(setup.game)
+    book, later = books_of(setup, folder)
+    cases = cases_of(book, read_evidence(folder.evidence), records, later)
+    case = next((c for c in cases if c.call == call), None)
     if case is None:
         return Proof(heading, (*lines, f"There is no more to show: {folder.evidence.name} does not reach this call."))
     book = book_at(case.now.time, book, later)
@@ -67,7 +75,7 @@ def explain(run: Path, number: int) -> Proof:
         if name in call.uncertainty
     ]
     measures = () if prover is None else tuple(with_deviation(measure, bodies) for measure in prover(book, case))
-    lines += [f"{measure}." for measure in measures]
+    lines = [*lines, *(f"{measure}." for measure in measures)]
     if not call.poses:
         return Proof(heading, tuple(lines))
     looks = seconds_before(read_evidence(folder.evidence), case, SECONDS)
