@@ -66,7 +66,9 @@ export class Field {
       c.fill();
       grid(c, view, region, ground.box, colours.grid);
     }
-    for (const zone of ground.zones) drawZone(c, view, zone, width, ui);
+    const xs = ground.zones.flatMap(({ bounds: b }) => [point(view, b[0], b[1])[0], point(view, b[2], b[3])[0]]);
+    const sides = [Math.max(0, Math.min(...xs)), Math.min(width, Math.max(...xs))];
+    for (const zone of ground.zones) drawZone(c, view, zone, sides, ui);
     c.strokeStyle = colours.border;
     c.lineWidth = 2.5 * ui;
     c.lineJoin = "miter";
@@ -174,7 +176,8 @@ function grid(c, view, region, box, colour) {
   c.restore();
 }
 
-function drawZone(c, view, zone, right, ui) {
+/** `sides`: the left and the right end of all zones, px, between which names stay. */
+function drawZone(c, view, zone, sides, ui) {
   trace(c, view, zone.outline);
   c.fillStyle = zone.tint;
   c.fill();
@@ -197,10 +200,10 @@ function drawZone(c, view, zone, right, ui) {
   c.strokeStyle = zone.edge;
   c.lineWidth = zone.safe ? 2 : 1;
   c.stroke();
-  if (zone.words) writeZone(c, view, zone, top, height, right, ui);
+  if (zone.words) writeZone(c, view, zone, top, height, sides, ui);
 }
 
-function writeZone(c, view, zone, top, height, right, ui) {
+function writeZone(c, view, zone, top, height, [first, last], ui) {
   const along = zone.room.map((length) => length * view.scale);
   const [roomX, roomY] = view.turned ? [along[1], along[0]] : along;
   const smallest = Math.max(10, Math.round(12 * ui));
@@ -216,7 +219,7 @@ function writeZone(c, view, zone, top, height, right, ui) {
   c.textAlign = "center";
   if (zone.below) {
     c.textBaseline = "top";
-    c.fillText(zone.words, Math.max(width / 2 + 2, Math.min(right - width / 2 - 2, x)), top + height + 4 * ui);
+    c.fillText(zone.words, Math.max(first + width / 2 + 4, Math.min(last - width / 2 - 4, x)), top + height + 4 * ui);
     return;
   }
   c.textBaseline = "middle";
