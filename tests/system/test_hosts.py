@@ -212,8 +212,8 @@ def test_roboflag_over_three_hosts_and_a_bad_radio_is_played_to_its_end(
     text = text.replace(
         "[rules]",
         f'{lab.tables()}\n[place]\nworld = "h1"\nreferee = "h2"\nrecorder = "h3"\nrouter = "h1"\n'
-        "\n[radio]\nloss = 0.5\ndelay = 0.2\njitter = 0.1\n\n[rules]\n"
-        "round_time = 6.0\nsudden_death = 3.0\nlineup_limit = 15.0\n",
+        "\n[radio]\nloss = 0.8\ndelay = 0.2\njitter = 0.1\n\n[rules]\n"
+        "round_time = 12.0\nsudden_death = 3.0\nlineup_limit = 15.0\n",
     )
     for number, name in enumerate(("red1", "red2", "red3", "blue1", "blue2", "blue3"), 2):
         text = text.replace(f'name = "{name}"', f'name = "{name}"\nmachine = "h{number % 3 + 1}"')
