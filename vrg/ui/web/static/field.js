@@ -68,7 +68,8 @@ export class Field {
     }
     const xs = ground.zones.flatMap(({ bounds: b }) => [point(view, b[0], b[1])[0], point(view, b[2], b[3])[0]]);
     const sides = [Math.max(0, Math.min(...xs)), Math.min(width, Math.max(...xs))];
-    for (const zone of ground.zones) drawZone(c, view, zone, sides, ui);
+    for (const zone of ground.zones) drawZone(c, view, zone, ui);
+    for (const zone of ground.zones) if (zone.words) writeZone(c, view, zone, sides, ui);
     c.strokeStyle = colours.border;
     c.lineWidth = 2.5 * ui;
     c.lineJoin = "miter";
@@ -176,8 +177,7 @@ function grid(c, view, region, box, colour) {
   c.restore();
 }
 
-/** `sides`: the left and the right end of all zones, px, between which names stay. */
-function drawZone(c, view, zone, sides, ui) {
+function drawZone(c, view, zone, ui) {
   trace(c, view, zone.outline);
   c.fillStyle = zone.tint;
   c.fill();
@@ -200,10 +200,11 @@ function drawZone(c, view, zone, sides, ui) {
   c.strokeStyle = zone.edge;
   c.lineWidth = zone.safe ? 2 : 1;
   c.stroke();
-  if (zone.words) writeZone(c, view, zone, top, height, sides, ui);
 }
 
-function writeZone(c, view, zone, top, height, [first, last], ui) {
+/** Write the name of a zone, between the left and the right end of all zones, px. */
+function writeZone(c, view, zone, [first, last], ui) {
+  const bottom = Math.max(point(view, zone.bounds[0], zone.bounds[1])[1], point(view, zone.bounds[2], zone.bounds[3])[1]);
   const along = zone.room.map((length) => length * view.scale);
   const [roomX, roomY] = view.turned ? [along[1], along[0]] : along;
   const smallest = Math.max(10, Math.round(12 * ui));
@@ -219,7 +220,7 @@ function writeZone(c, view, zone, top, height, [first, last], ui) {
   c.textAlign = "center";
   if (zone.below) {
     c.textBaseline = "top";
-    c.fillText(zone.words, Math.max(first + width / 2 + 4, Math.min(last - width / 2 - 4, x)), top + height + 4 * ui);
+    c.fillText(zone.words, Math.max(first + width / 2 + 4, Math.min(last - width / 2 - 4, x)), bottom + 4 * ui);
     return;
   }
   c.textBaseline = "middle";
