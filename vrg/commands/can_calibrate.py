@@ -2,6 +2,7 @@
 
 import math
 import os
+from dataclasses import replace
 from typing import Annotated
 
 import typer
@@ -62,7 +63,8 @@ def calibrate(
         return
     before = load_calibration(own, wiring.nodes) if wiring.calibration and own.exists() else None
     model = robot_model(next((p.model for p in file.players if p.name == player), "P2AT"))
-    axes = wiring.wheel_axes(model.drivetrain.axes, before)
+    # Drives that were replaced since are those that the new calibration is of.
+    axes = [replace(axis, serial="") for axis in wiring.wheel_axes(model.drivetrain.axes, before)]
     unwatched = wiring.watchdog == "unsafe"
     link, spoken, own_options = settings.link(player), settings.protocol_of(player), settings.options_of(player)
     train = DriveTrain(

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -25,9 +25,6 @@ from vrg.registry import did_you_mean
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
     from vrg.launch.run_folder import RunFolder
-
-LOOK: Final = 1.0
-"""The real time in s between two looks at whether a match still runs."""
 
 
 @dataclass(frozen=True)

@@ -142,15 +142,18 @@ def _names(text: str, spread: Mapping[int, str]) -> dict[int, str]:
     """
     from vrg.games import file_of
 
-    taken = [player["name"] for number, player in enumerate(tomllib.loads(text)["players"]) if number not in spread]
+    own = [player["name"] for player in tomllib.loads(text)["players"]]
     stems = {number: Path(file).stem for number, own in spread.items() if (file := file_of(own)) is not None}
     found = dict[int, str]()
     for number, stem in stems.items():
         base = normal(re.sub(r"[^\w-]+", "_", stem))
         robots = [other for other, same in spread.items() if same == spread[number]]
         name = base if len(robots) == 1 else f"{base}{robots.index(number) + 1}"
-        if is_name(name) and name not in [*taken, *found.values()]:
+        if is_name(name) and name not in found.values():
             found[number] = name
+    while taken := [n for n, name in found.items() if name in (own[m] for m in range(len(own)) if m not in found)]:
+        for number in taken:
+            del found[number]
     return found
 
 

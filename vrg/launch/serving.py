@@ -48,9 +48,7 @@ LEASH_TIMEOUT = 10.0
 STUCK = 30.0
 """The processor time in s that a node may use while no thread of Python comes to run, as in a loop in C code, before it
 is ended. This does not need a supervisor."""
-WINDOW_KINDS = ("spectator", "developer", "hud")
-"""The kinds of nodes that are windows."""
-DISPLAY_KINDS = (*WINDOW_KINDS, "web", "foxglove", "three", "ros")
+DISPLAY_KINDS = ("spectator", "developer", "hud", "web", "foxglove", "three", "ros")
 """The kinds of nodes that show the match to people."""
 KINDS = ("world", "coordinator", "recorder", "tracker", *DISPLAY_KINDS, "player")
 """The kinds of nodes that `serve` can run."""

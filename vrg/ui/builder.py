@@ -38,7 +38,7 @@ class SceneBuilder:
     Attributes:
         only: the names of the bodies that are shown; None if all are.
         team: the team whose players' sketches are shown; None if those of all are.
-        other: another match of this name has begun where the one that is shown was played.
+        one_match: another match of this name that begins at the same place is not shown. other: one has begun there.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class SceneBuilder:
     ) -> None:
         self.only: frozenset[str] | None = None
         self.team: str | None = None
-        self.other = False
+        self.one_match = self.other = False
         self._sizes = dict(sizes or {})
         self._walls = tuple(obstacles)
         self._clock: m.Clock | None = None
@@ -71,7 +71,8 @@ class SceneBuilder:
         """Take match time in. After a restart of the world the trails begin anew."""
         before = self._clock
         # A world that is started again goes on in a later epoch.
-        self.other |= before is not None and (clock.epoch, clock.time + LATE) < (before.epoch, before.time)
+        back = before is not None and (clock.epoch, clock.time + LATE) < (before.epoch, before.time)
+        self.other |= self.one_match and back
         if self._clock is not None and clock.epoch != self._clock.epoch:
             self._trails.clear()
             self._moments.clear()

@@ -7,6 +7,7 @@ What is held counts only while a person is known to hold it: after `let_go`, and
 SILENCE s, as one whose battery is empty while its dongle is plugged in, it must be let go and be held again.
 """
 
+import contextlib
 import os
 import time
 from collections.abc import Callable
@@ -103,9 +104,10 @@ class Pads:
                 self._keys.clear()
                 self._barred.clear()
             case pygame.JOYDEVICEADDED if not controller.is_controller(event.device_index):
-                joystick = pygame.joystick.Joystick(event.device_index)
-                self._unmapped[joystick.get_instance_id()] = described(joystick)
-                return Press(Act.PAD_UNKNOWN)
+                with contextlib.suppress(pygame.error):  # it may be gone again
+                    joystick = pygame.joystick.Joystick(event.device_index)
+                    self._unmapped[joystick.get_instance_id()] = described(joystick)
+                    return Press(Act.PAD_UNKNOWN)
             case pygame.JOYDEVICEREMOVED:
                 self._unmapped.pop(event.instance_id, None)
             case pygame.CONTROLLERDEVICEADDED:

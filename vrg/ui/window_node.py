@@ -177,6 +177,7 @@ class WindowNode(Window, Node):
         Args:
             gone: the match does not run any more, as far as that is known.
         """
+        self._builder.one_match = True
         ended = gone or self._builder.other or (self.scene.stage is Stage.GAME_OVER and not self.scene.live)
         if ended and not self.over:
             self.over = True

@@ -462,7 +462,7 @@ class TestLacks:
             for _ in range(10):
                 driven.guard.command(driven.now)
                 driven.pass_time(0.05, CLOSED, CLOSED)
-            driven.now += 0.4 if late else 0.1
+            driven.now += 0.4 if late else 0.06
             driven.guard.catch_up(driven.now)
             driven.hear(CLOSED, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
             assert not driven.guard.wanted

@@ -8,8 +8,8 @@ import math
 from collections import deque
 
 DROPOUTS, DROPOUT_WINDOW = 3, 10.0
-"""Times within so many s that the wires to a drive may fail for a moment. Of the frames of a bus that loses a third of
-them, four setpoints in a row get lost about once a minute."""
+"""Times within so many s that the wires to a drive may fail for a moment. Where a bus loses a
+tenth of its frames, four setpoints in a row get lost about once in a quarter of an hour."""
 DROPOUT = 0.25
 """s without an encoder message after which the wires have failed, and the least s from one such moment to the next."""
 
@@ -25,6 +25,10 @@ class Dropouts:
         """Judge anew from here."""
         self._times.clear()
         self._missing.clear()
+
+    def excuse(self, node: int) -> None:
+        """What was not heard of a drive just now is no fault of its wires."""
+        self._missing.discard(node)
 
     def silent(self, node: int, seconds: float, now: float) -> str | None:
         """Nothing has been heard of a drive for so long, 0 while it is heard; what is wrong, in words."""

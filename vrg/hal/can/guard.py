@@ -29,6 +29,8 @@ DEAF = 3
 """Times in a row that a drive may report an expired watchdog although it was ordered to start: orders may get lost."""
 SETPOINT_TIMEOUT = 0.2
 """s between setpoints from which on it is this computer that is too busy."""
+LATE = 0.13
+"""s between setpoints from which on a drive's own watchdog may have stopped its motor, and its wires may be good."""
 LOW_SUPPLY = 0.8
 """The part of the voltage of an empty battery below which no battery of this kind can be."""
 LOW_TIMEOUT = 1.0
@@ -87,7 +89,7 @@ class Guard:
         self.lapsed: str | None = None
         self.ready = False
         self.stray: int | None = None
-        self._excused: dict[int, float] = {}
+        self._excused: dict[tuple[int, str], float] = {}
         self._on_since: dict[int, float] = {}
         self._ordered_off = -math.inf
         self._ordered = True
@@ -95,7 +97,7 @@ class Guard:
         self._since = -math.inf
         self.armed_at = -math.inf
         self._commanded = -math.inf
-        self._gap, self._late_at = 0.0, -math.inf
+        self._gap, self._late_at, self._slow_at = 0.0, -math.inf, -math.inf
         self._proofs = 0
         self._deaf = Counter[int]()
         self._dropouts = Dropouts()
@@ -138,12 +140,14 @@ class Guard:
         self._ordered = False
         self._coasting.clear()
         self.armed_at = self._commanded = now
-        self._late_at = -math.inf
+        self._late_at = self._slow_at = -math.inf
         self._obeyed.clear()
         self._proved.clear()
 
     def command(self, now: float) -> None:
         """A setpoint is sent to every motor."""
+        if now - self._commanded > LATE:
+            self._slow_at = now
         if now - self._commanded > SETPOINT_TIMEOUT:
             self._gap, self._late_at = now - self._commanded, now
         self._commanded = now
@@ -156,11 +160,13 @@ class Guard:
     def catch_up(self, heard_until: float) -> None:
         """Nothing was heard, or asked, for a while until now, as this process did not run: silence counts from here.
 
-        A drive that has sent nothing since it was last excused is not excused again.
+        A drive that has not sent a kind of message since it was last excused is not excused again for that kind.
         """
         for axis in self._axes:
-            if axis.heard > self._excused.get(axis.node, -math.inf):
-                self._excused[axis.node] = heard_until
+            for kind, at in (("heard", axis.heard), ("told", axis.told), ("measured", axis.measured)):
+                if at > self._excused.get((axis.node, kind), -math.inf):
+                    self._excused[axis.node, kind] = heard_until
+            self._dropouts.excuse(axis.node)
 
     def lapse(self, words: str) -> None:
         """No setpoint came in time: the robot is disarmed until it is armed again."""
@@ -236,7 +242,7 @@ class Guard:
         starved = self._starved(heard_until) if self.wanted else None
         if starved is not None:
             self._count_deaf(starved)
-            late = self._is_busy(heard_until) or heard_until - self._commanded > SETPOINT_TIMEOUT
+            late = heard_until - self._commanded > LATE or heard_until - self._slow_at <= START_TIMEOUT
             if starved in self._obeyed and not late and (words := self._dropouts.failed(starved, heard_until)):
                 self.latch(words)
         if self.wanted and (again or self.fault or self.estop or starved is not None):
@@ -264,9 +270,13 @@ class Guard:
     def _find_dropouts(self, heard_until: float) -> None:
         """Find drives that are heard again after a moment of silence, again and again."""
         for axis in self._axes:
-            heard = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
+            heard = max(axis.measured, self._since, self._excuse(axis, "measured"))
             if words := self._dropouts.silent(axis.node, heard_until - heard, heard_until):
                 self.latch(words)
+
+    def _excuse(self, axis: AxisReport, kind: str) -> float:
+        """Until when the silence of a drive, in messages of a kind, was that of this process."""
+        return self._excused.get((axis.node, kind), -math.inf)
 
     def _is_busy(self, heard_until: float) -> bool:
         """True if this computer was late with a setpoint a moment ago."""
@@ -347,10 +357,9 @@ class Guard:
         """The fault of a drive that has fallen silent, or makes no sense."""
         if axis.odd:
             return axis.odd
-        excused = self._excused.get(axis.node, -math.inf)
-        if heard_until - max(axis.heard, self._since, excused) > HEARTBEAT_TIMEOUT:
+        if heard_until - max(axis.heard, self._since, self._excuse(axis, "heard")) > HEARTBEAT_TIMEOUT:
             return f"no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
-        told = max(axis.told, self.armed_at, excused)
+        told = max(axis.told, self.armed_at, self._excuse(axis, "told"))
         # One that has fallen silent altogether is left to the judgement above.
         if self.wanted and heard_until - told > HEARTBEAT_TIMEOUT and axis.heard - told > HEARTBEAT_TIMEOUT / 2:
             return f"it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
@@ -358,7 +367,7 @@ class Guard:
 
     def _lack(self, axis: AxisReport, heard_until: float) -> str | None:
         """The fault of a drive that is alive: it sends no encoder messages, or its supply is too low."""
-        measured = max(axis.measured, self._since, self._excused.get(axis.node, -math.inf))
+        measured = max(axis.measured, self._since, self._excuse(axis, "measured"))
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
         # Motors that are off draw nothing, and a person may have cut their power on purpose.

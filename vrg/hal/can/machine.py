@@ -277,7 +277,8 @@ class StateMachine:
         # Without setpoints a motor stops, as it must.
         fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
         driven = guard.wanted and report.state is MotorState.CLOSED_LOOP and fresh
-        alone = any(own.turns for other, own in self._plausibility.items() if other != node)
+        others = [own.turns for other, own in self._plausibility.items() if other != node]
+        alone = bool(others) and all(others)
         problem = self._plausibility[node].judge(report.velocity, way, report.measured, driven=driven, alone=alone)
         if problem:
             guard.latch(f"node {node}: {problem}")

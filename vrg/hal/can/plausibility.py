@@ -170,7 +170,7 @@ class Plausibility:
         asked, slow = abs(self._setpoint), _SLOW * self.bounds.speed
         if 0.0 < asked < slow:
             self._missed = 0.0
-        elif beyond := self._beyond(velocity, 0.0 if asked else _CREEP * slow):
+        elif beyond := self._beyond(velocity, 0.0 if asked else max(_CREEP * slow, self._slowest)):
             self._missed += heard * min(1.0, beyond / max(asked, slow))
         else:
             self._missed = max(0.0, self._missed - heard)

@@ -49,6 +49,8 @@ class SslSource(RealSource):
         self._field = settings.field.pose
         self._cameras: dict[int, tuple[str, float]] = {}
         """The sender of each camera, and when that was heard last, monotonic, s."""
+        self._refused: dict[str, float] = {}
+        """The senders of another field, and when each had a camera that another one has, monotonic, s."""
         self._clocks: dict[str, ClockOffset] = {}
         """The clock of each sender by this process's."""
         self._heard: float | None = None
@@ -99,11 +101,17 @@ class SslSource(RealSource):
             return None
 
     def _listens_to(self, packet: Packet, seen: Seen) -> bool:
-        """Return whether a packet counts: those of all senders do, unless two of them have a camera of one number."""
+        """Return whether a packet counts: those of all senders do but of one that has a camera that another one has."""
         holder, heard = self._cameras.get(seen.camera, (packet.sender, packet.arrived))
         if holder != packet.sender and packet.arrived - heard < _OTHER:
+            self._refused = {s: at for s, at in self._refused.items() if packet.arrived - at < _OTHER}
+            self._refused[packet.sender] = packet.arrived
+            self._cameras = {n: (s, at) for n, (s, at) in self._cameras.items() if s != packet.sender}
             text = "%s has a camera %d, too, and is ignored, as %s has it. Is there another field?"
             self._refuse("other sender", text, packet.sender, seen.camera, holder)
+            return False
+        if packet.arrived - self._refused.get(packet.sender, -math.inf) < _OTHER:
+            self._counts["other sender"] += 1
             return False
         if seen.camera not in self._cameras or holder != packet.sender:
             current = {n: (s, at) for n, (s, at) in self._cameras.items() if packet.arrived - at < _OTHER}

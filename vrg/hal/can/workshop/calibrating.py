@@ -189,26 +189,33 @@ def bring_up(train: DriveTrain, patience: float, interrupted: Callable[[], bool]
             meanwhile: what was frozen starts nothing by itself.
     """
     clock = train.clock
-    deadline = looked = clock.now()
-    deadline += patience
-    while not (state := train.state()).armed and not interrupted():
-        now, gap = clock.now(), clock.now() - looked
+    looked = clock.now()
+    deadline = looked + patience
+    refused: RobotError | None = None
+    while not interrupted():
+        state, before, looked = train.state(), looked, clock.now()
         if state.fault:
             raise RobotError(f"{train.name}: {state.fault}")
-        if gap > FROZEN:
-            raise RobotError(f"{train.name}: this program did not run for {gap:.1f} s, so its motors stay off")
-        if now > deadline:
+        if looked - before > FROZEN:  # also where they were armed meanwhile
+            train.disarm()
+            raise RobotError(f"{train.name}: this program did not run for {looked - before:.1f} s: its motors stay off")
+        if state.armed:
+            return True
+        if looked > deadline:
+            if refused is not None:
+                raise refused
             return False
-        looked = now
         try:
             train.arm()  # a start may take several commands
             train.stand()
-        except RobotError:
+            refused = None
+        except RobotError as error:
             # On a busy computer the newest report of a drive may be old for a moment.
             if state.estop:
                 raise
+            refused = error
         clock.sleep(_PERIOD)
-    return not interrupted()
+    return False
 
 
 class _Runner:
@@ -219,6 +226,8 @@ class _Runner:
         self._clock = train.clock
         self._model = model
         self._person = person
+        self._sent: float = 0.0
+        """When the last command was sent, or the motors were armed, s."""
 
     def spin(self, axis: WheelAxis, velocity: float, seconds: float) -> None:
         """Turn one motor at `velocity` turn/s for a while, or for _SHOWN turns of its wheel."""
@@ -229,7 +238,7 @@ class _Runner:
         share = 1 / sum(other.axis == axis.axis for other in self._train.wheel_axes)
         limit = 2 * math.pi * _SHOWN * share
         while self._clock.now() < end and max(map(abs, self._state().angles)) < limit:
-            self._command(lambda: self._train.spin(axis.node, velocity))
+            end += self._command(lambda: self._train.spin(axis.node, velocity))
             self._clock.sleep(_PERIOD)
         turned = max(map(abs, self._rest().angles))
         asked = min(limit, 2 * math.pi * abs(velocity / axis.ratio) * seconds * share)
@@ -257,18 +266,27 @@ class _Runner:
                     f"{self._train.name}: its wheels have turned farther than the way takes, and its odometry is not "
                     "there: were the questions of direction answered as they should be?"
                 )
-            self._command(lambda: self._train.drive(twist))
+            deadline += self._command(lambda: self._train.drive(twist))
             self._clock.sleep(_PERIOD)
         return self._rest()
 
-    def _command(self, send: Callable[[], None]) -> None:
-        """Send a command. Where one was late, so that the motors are off, they are armed again if the person agrees."""
+    def _command(self, send: Callable[[], None]) -> float:
+        """Send a command. Where one was late, so that the motors are off, they are armed again if the person agrees.
+
+        Returns:
+            the time in s for which the robot stood because of that.
+        """
+        began = self._sent
         try:
             send()
         except RobotError as error:
             self._state()
             self._person.ready(f"{error}. Keep clear, it goes on from here.")
             self._arm()
+            self._sent = self._clock.now()
+            return self._sent - began
+        self._sent = self._clock.now()
+        return 0.0
 
     def _arm(self) -> None:
         """Arm the motors.
@@ -278,6 +296,7 @@ class _Runner:
         """
         if not bring_up(self._train, _ARMING):
             raise RobotError(f"{self._train.name}: the motors were not armed within {_ARMING:g} s")
+        self._sent = self._clock.now()
 
     def _rest(self) -> TrainState:
         end = self._clock.now() + _SETTLE
