@@ -258,7 +258,7 @@ def drive(s: Record, t: Record, m: Record, r: Record, n: int, v: float, w: float
     command(m, r, n, v, w, r.v_max[n])
 
 
-def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, own: Floats, out: Singles) -> None:
+def observe(s: Record, t: Record, model: Record, seen: Floats, velocities: Floats, own: Floats, out: Singles) -> None:
     """Write what each player of a match sees.
 
     Args:
@@ -279,7 +279,7 @@ def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, o
         row, team = out[me], s.sides[me]
         x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
         cos, sin = math.cos(theta), math.sin(theta)
-        at = write_own(row, x, y, cos, sin, v / r.v_max[me], w / r.w_max[me], s.bounds, scale)
+        at = write_own(row, x, y, cos, sin, v / model.v_max[me], w / model.w_max[me], s.bounds, scale)
         for state in range(3):
             row[at + state] = t.states[me] == state
         row[at + 3], row[at + 4] = t.carriers[team] != NO_ONE, t.carriers[1 - team] != NO_ONE
@@ -294,7 +294,9 @@ def observe(s: Record, t: Record, r: Record, seen: Floats, velocities: Floats, o
         at = write_place(row, at, s.midline - x, 0.0, cos, sin, scale)
         for n in range(count):
             flags[n, 0] = s.sides[n] == team
-        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], scale, order, gaps)
+        write_others(
+            row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, order, gaps
+        )
 
 
 def in_zone(s: Record, team: int, x: float, y: float) -> bool:

@@ -264,7 +264,7 @@ def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
 def observe(
     s: Record,
     t: Record,
-    r: Record,
+    model: Record,
     seen: Floats,
     velocities: Floats,
     own: Floats,
@@ -293,7 +293,7 @@ def observe(
         row = out[me]
         x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
         cos, sin = math.cos(theta), math.sin(theta)
-        at = write_own(row, x, y, cos, sin, v / r.v_max[me], w / r.w_max[me], s.bounds, scale)
+        at = write_own(row, x, y, cos, sin, v / model.v_max[me], w / model.w_max[me], s.bounds, scale)
         row[at] = t.roles[me] == SHARK
         row[at + 1] = t.active[me]
         row[at + 2] = zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3]
@@ -306,7 +306,9 @@ def observe(
         at = write_place(row, at, (zone[0] + zone[2]) / 2 - x, (zone[1] + zone[3]) / 2 - y, cos, sin, scale)
         for n in range(count):
             flags[n, 0], flags[n, 1] = t.roles[n] == t.roles[me], s.sides[n] == s.sides[me]
-        write_others(row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, r.v_max[me], scale, order, gaps)
+        write_others(
+            row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, order, gaps
+        )
 
 
 def able(t: Record, n: int) -> bool:

@@ -200,9 +200,9 @@ def advise(s: Record, t: Record, r: Record, model: Record, k: Record, p: Record)
             p.advice[n, 1] = min(1.0, max(-1.0, w / model.w_max[n]))
 
 
-def show(s: Record, t: Record, r: Record, k: Record, o: Outputs, b: int) -> None:
+def show(s: Record, t: Record, model: Record, k: Record, o: Outputs, b: int) -> None:
     """Write what each player of match `b` sees, and whether it is able to act."""
-    observe(s, t, r, k.poses, k.velocities, k.own, o.observations[b])
+    observe(s, t, model, k.poses, k.velocities, k.own, o.observations[b])
     for n in range(len(k.poses)):
         o.able[b, n] = able(t, n)
 
@@ -210,11 +210,11 @@ def show(s: Record, t: Record, r: Record, k: Record, o: Outputs, b: int) -> None
 def begin_all(low: int, high: int, a: Matches, vary: Variation, o: Outputs) -> None:
     """Begin the matches of these numbers anew."""
     for b in range(low, high):
-        s, t, m, r, k = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b]
-        begin(s, t, m, r, a.model[b], k, a.chance[b], vary)
+        s, t, m, r, k, model = a.setting, a.standing[b], a.motions[b], a.robots[b], a.minds[b], a.model[b]
+        begin(s, t, m, r, model, k, a.chance[b], vary)
         forget(a.plans[b])
         measure(m, k, a.chance[b], vary)
-        show(s, t, r, k, o, b)
+        show(s, t, model, k, o, b)
 
 
 def step_all(
@@ -243,7 +243,7 @@ def step_all(
         o.truncated[b] = t.winner < 0 and 0 < most <= k.steps
         if o.terminated[b] or o.truncated[b]:
             measure(m, k, chance, vary)
-            observe(s, t, r, k.poses, k.velocities, k.own, o.last[b])
+            observe(s, t, model, k.poses, k.velocities, k.own, o.last[b])
             begin(s, t, m, r, model, k, chance, vary)
             forget(p)
         elif not over:
@@ -254,4 +254,4 @@ def step_all(
             for _ in range(TICKS):
                 advance(m, r, walls, PERIOD / TICKS)
         measure(m, k, chance, vary)
-        show(s, t, r, k, o, b)
+        show(s, t, model, k, o, b)
