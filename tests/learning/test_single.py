@@ -20,6 +20,27 @@ def test_it_keeps_the_contract_of_gymnasium(name: str) -> None:
         env.close()
 
 
+def played(env: PlayerEnvironment, seed: int) -> list[tuple[object, ...]]:
+    """All that an environment returns in one match of random actions."""
+    seen, info = env.reset(seed=seed)
+    env.action_space.seed(0)
+    found: list[tuple[object, ...]] = [(seen.tolist(), info)]
+    while not any(found[-1][2:4]):
+        seen, reward, terminated, truncated, info = env.step(env.action_space.sample())
+        found.append((seen.tolist(), reward, terminated, truncated, info))
+    return found
+
+
+@pytest.mark.parametrize("game", IDS.values())
+def test_one_seed_gives_one_match_also_after_another_one(game: str) -> None:
+    """From its beginning to its end, where the check of Gymnasium compares one step."""
+    one, other = (PlayerEnvironment(game, max_time=3.0, lasers=False, shaping=True) for _ in range(2))
+    first = played(one, 4)
+    assert len(first) > 20
+    assert first != played(other, 5)
+    assert first == played(other, 4)
+
+
 def test_the_others_play_by_their_strategies_until_the_match_is_over() -> None:
     env = PlayerEnvironment("sharks-and-minnows", "player2", lasers=False, shaping=True)
     observation, info = env.reset(seed=1)
