@@ -16,7 +16,7 @@ from msgspec import structs
 
 sys.path.insert(0, str(Path(__file__).parent.parent))
 from tests.learning.batch import test_roboflag, test_sharks_and_minnows
-from tests.learning.batch.refereeing import compare
+from tests.learning.batch.refereeing import Wild, compare
 from vrg.config.setup import MatchSetup
 from vrg.learning import compiled
 from vrg.learning.batch import matches, roboflag, sharks_and_minnows
@@ -28,6 +28,11 @@ PLANTED: Sequence[tuple[str, str, str]] = (
     (SHARKS, "s.tag_distance, refuge)", "s.tag_distance * 1.02, refuge)"),
     (SHARKS, "zone, best = s.zones[t.goal], math.inf", "zone, best = s.zones[1 - t.goal], math.inf"),
     (SHARKS, "if at <= min(1.0, t.exits[n], t.exits[minnow]):", "if at <= 1.0:"),
+    (
+        SHARKS,
+        "        if not t.active[n]:\n            continue\n        x, y",
+        "        if not t.active[n] or t.roles[n] == SHARK:\n            continue\n        x, y",
+    ),
     (SHARKS, "if t.active[n] and t.roles[n] == SHARK and may_meet", "if t.roles[n] == SHARK and may_meet"),
     (SHARKS, "if t.number >= s.rounds:", "if t.number > s.rounds:"),
     (SHARKS, "t.roles[n], t.active[n] = SHARK, True\n    minnows_end", "t.active[n] = True\n    minnows_end"),
@@ -59,7 +64,7 @@ def run(game: str, total: int, seed: int) -> tuple[int, Counter[str], list[str]]
     while played < total:
         setups = setups_of(game)
         ended = min(ROUNDS, total - played)
-        found = compare(setups[seed % len(setups)], min(AT_A_TIME, ended), drives, ended=ended, seed=seed)
+        found = compare(setups[seed % len(setups)], min(AT_A_TIME, ended), Wild(drives), ended=ended, seed=seed)
         played, seed = played + found.matches, seed + 1
         calls.update(found.calls)
         if found.differences:

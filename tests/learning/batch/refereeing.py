@@ -22,6 +22,32 @@ Drives = Callable[[Singles, np.random.Generator], Singles]
 """Returns actions for observations: both of shape (matches, players, values)."""
 Made = tuple[str, tuple[str, ...]]
 """A call: its rule, and the players that it names."""
+TURNS, ASTRAY, ARC = 0.02, 0.3, 0.1
+"""How often a player changes its mind at a decision, how often it then goes astray, and how much it turns there."""
+
+
+class Wild:
+    """Drives players as another driver does, and each now and then for seconds along a wide arc, wherever it leads.
+
+    So players of each role also leave the field, come late, and meet whom they would avoid.
+
+    Args:
+        drives: the other driver.
+    """
+
+    def __init__(self, drives: Drives) -> None:
+        self._drives = drives
+        self._arcs: Any = np.nan
+
+    def __call__(self, seen: Singles, rng: np.random.Generator) -> Singles:
+        """The actions; of those that go astray full speed ahead and a slight turn."""
+        actions = self._drives(seen, rng)
+        shape = actions.shape[:2]
+        arcs = np.where(rng.random(shape) < ASTRAY, rng.normal(0.0, ARC, shape), np.nan)
+        self._arcs = np.where(rng.random(shape) < TURNS, arcs, self._arcs)
+        astray = ~np.isnan(self._arcs)
+        actions[astray, 0], actions[astray, 1] = 1.0, np.clip(self._arcs[astray], -1.0, 1.0)
+        return actions
 
 
 @dataclass
@@ -81,7 +107,7 @@ class Judged:
 def compare(
     setup: MatchSetup, matches: int, drives: Drives, *, ended: int, seed: int = 0, batch: Any = None
 ) -> Compared:
-    """Play until so many matches have ended, and compare every call with the referee's.
+    """Play until so many matches have ended, and compare every call and score with the referee's.
 
     Args:
         matches: how many are played at a time. batch: what plays them; None makes one.
@@ -122,6 +148,9 @@ def _differences(judge: Judged, expected: list[Call], batch: Any, b: int) -> Ite
     names = [judge.match.winner] if judge.match.over else []
     if (winner >= 0) != bool(names) or (winner >= 0 and batch.teams[winner] != names[0]):
         yield f"expected the winner {names}, got {winner}"
+    points, score = batch.records.standing.points[b].tolist(), judge.match.game.points
+    if not judge.match.over and points != [score[team] for team in batch.teams[:2]]:
+        yield f"expected the score {score}, got {points}"
 
 
 def _made(batch: Any, b: int) -> list[Made]:

@@ -9,6 +9,10 @@ from vrg.learning.batch.observing import OWN
 
 SETUP = load_match(match_path("sharks-and-minnows"))
 SMALL = smaller(SETUP, [f"player{n}" for n in range(1, 7)], y=[-32.0, -14.4], pass_limit=25.0)
+FEW = smaller(
+    SETUP, ["player1", "player3", "player4", "player6"], x=[18.5, 23.5], y=[-32.0, -14.4], passes=1, pass_limit=9.0
+)
+"""A shark and three minnows, which soon leave the field."""
 OTHERS, SLOT = OWN + 8 + 2 * 4, 12
 """Where the slots of other players begin in an observation, and their length."""
 
@@ -32,6 +36,23 @@ def test_the_calls_of_a_small_match_are_those_of_the_referee(in_python: None) ->
     found = compare(SMALL, 1, drives, ended=1, seed=26)
     assert not found.differences
     assert {"tag", "pass_limit", "pass_over", "new_shark"} <= found.calls.keys()
+
+
+def aside(seen: Singles, rng: np.random.Generator) -> Singles:
+    """Players drive out of the field to its sides by turns, but for every third one, which stands."""
+    number = np.arange(seen.shape[1])
+    bearing = np.where(number % 2 == 1, 0.0, np.pi) - np.arctan2(seen[..., 1], seen[..., 0])
+    turn = np.clip(np.arctan2(np.sin(bearing), np.cos(bearing)), -1.0, 1.0)
+    stands = np.broadcast_to(number % 3 == 2, turn.shape)
+    return np.stack((np.where(stands, 0.0, 1.0 - np.abs(turn)), np.where(stands, 0.0, turn)), axis=-1).astype(
+        np.float32
+    )
+
+
+def test_the_calls_are_those_of_the_referee_where_a_shark_and_a_minnow_leave_the_field(in_python: None) -> None:
+    found = compare(FEW, 1, aside, ended=1)
+    assert not found.differences
+    assert found.calls["out_of_bounds"] == 2
 
 
 @pytest.mark.thorough
