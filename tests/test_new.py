@@ -143,6 +143,8 @@ def test_a_player_whose_file_has_no_name_for_a_player_keeps_its_own(vrg: Vrg, tm
     good(vrg, "new", "player", "ann")
     for name in ("Anna Maria", "shark", "__", "été"):
         shutil.copy(tmp_path / "ann.py", tmp_path / f"{name}.py")
+    good(vrg, "new", "match", "mixed", "sharks-and-minnows", "__.py:Ann", "shark.py:Ann")
+    assert "good" in good(vrg, "check", "mixed.toml")
     good(vrg, "new", "match", "final", "shark.py:Ann", "Anna Maria.py:Ann", "été.py:Ann", "__.py:Ann")
     players = tomllib.loads((tmp_path / "final.toml").read_text(encoding="utf-8"))["players"]
     assert [player["name"] for player in players] == ["Anna_Maria", "shark", "été", "minnow3"]

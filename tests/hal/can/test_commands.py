@@ -75,16 +75,17 @@ def test_a_motor_that_hardly_turns_is_told() -> None:
 
 
 @pytest.mark.parametrize("seconds", [0.5, 2.5])
-@pytest.mark.parametrize("under_way", [True, False], ids=["under way", "while it is armed"])
+@pytest.mark.parametrize("at", [0, 1, 3], ids=["under way", "at the first order to arm", "at the third"])
 def test_a_jog_that_was_frozen_moves_nothing_when_it_goes_on(
-    lab: Simulation, monkeypatch: pytest.MonkeyPatch, seconds: float, under_way: bool
+    lab: Simulation, monkeypatch: pytest.MonkeyPatch, seconds: float, at: int
 ) -> None:
     """Ctrl-Z or a closed lid, and then nobody may stand clear of the motor any more."""
-    method = "spin" if under_way else "arm"
-    act, turned = getattr(DriveTrain, method), list[float]()
+    method = "arm" if at else "spin"
+    act, turned, calls = getattr(DriveTrain, method), list[float](), [0]
 
     def freeze_once(train: DriveTrain, *arguments: Any) -> None:
-        if not turned and (train.state().speeds[0] or not under_way):
+        calls[0] += 1
+        if not turned and (calls[0] == at if at else train.state().speeds[0]):
             turned.append(0.0)
             port = adapter(train)
             port.freeze()

@@ -107,7 +107,7 @@ TABLE: tuple[tuple[Callable[[], None], tuple[Planted, ...]], ...] = (
     (partial(varied.test_each_command_is_lost_by_itself_and_the_one_before_it_holds, None), LOST),
     (partial(varied.test_a_command_that_is_late_moves_the_robot_so_many_decisions_later, None), LATE),
 )
-"""Tests, as they are in Python, and the mistakes that each finds: the first one also in `make test`, if that is soon."""
+"""Tests, as they are in Python, and the mistakes that each finds: the first one also in `make test`, if it is soon."""
 
 
 @pytest.mark.parametrize(

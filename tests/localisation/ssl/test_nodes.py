@@ -164,7 +164,10 @@ def test_malformed_packets_and_those_of_another_field_are_told_once(
             bench.send(b"\x0a\xff not a packet")
             bench.tick_until("malformed", number + 1)
             bench.send(vision_packet(number, seen(SeenRobot("yellow", 3, -1.0, 0.5, 0.25))), other)
-            bench.tick_until("other sender", number + 1)
+            bench.tick_until("other sender", 2 * number + 1)
+            theirs = replace(seen(SeenRobot("yellow", 3, -2.0, 0.5, 0.25)), camera=1)
+            bench.send(vision_packet(number, theirs), other)  # also what only that field has
+            bench.tick_until("other sender", 2 * number + 2)
     assert {fix.pose.x for _, fixes in bench.fixes for fix in fixes} == {1.0}
     assert caplog.text.count("is ignored: ") == 1
     assert caplog.text.count("Is there another field?") == 1
