@@ -454,6 +454,21 @@ class TestLacks:
             driven.pass_time(0.0 if driven.fault else pause, CLOSED, CLOSED)
         assert ("node 1: its frames or its setpoints were lost 3 times" in driven.fault) == latches
 
+    def test_an_encoder_that_is_silent_is_missed_also_on_a_computer_that_hiccups(self, driven: Pair) -> None:
+        """What this process did not hear is excused once, and only for what is heard again."""
+        began = driven.now
+        while not driven.fault and driven.now - began < 3.0:
+            for _ in range(3):
+                driven.now += 0.05
+                driven.wires[0].beat(CLOSED, 0, driven.now)
+                Wire.beat(driven.wires[1], CLOSED, 0, driven.now)  # its heartbeats alone
+                driven.guard.command(driven.now)
+                driven.guard.look(driven.now)
+            driven.now += 0.12
+            driven.guard.catch_up(driven.now)
+        assert "node 1: no encoder message for 0.5 s" in driven.fault
+        assert driven.now - began < 1.5
+
     @pytest.mark.parametrize("late", [False, True])
     def test_a_watchdog_that_expires_again_and_again(self, driven: Pair, late: bool) -> None:
         """Setpoints get lost, unless it is this computer that was late with them."""
