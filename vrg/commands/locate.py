@@ -9,7 +9,7 @@ from vrg.commands.options import GameArgument, write_text
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
-    from vrg.localisation.camera.detection import Picture, Tag, TagDetector
+    from vrg.localisation.camera.detection import Picture, Tag
 
 _FIRST: Final = 20
 """The pictures of a camera that are not looked at."""
@@ -109,7 +109,7 @@ def show(
 ) -> None:
     """Find the tags in a picture, tell where they are, and draw them."""
     from vrg.localisation.camera.calibration import load_camera
-    from vrg.localisation.camera.detection import TagDetector, grey_of
+    from vrg.localisation.camera.detection import grey_of
     from vrg.localisation.camera.drawing import drawn, encoded, words_of
     from vrg.localisation.camera.settings import NOISE
 
@@ -119,7 +119,7 @@ def show(
         size, floor = camera.lens.size, {tag.number for tag in camera.tags}
         view = camera.view(calibration) if camera.place is not None else None
     taken = picture_of(picture, size)
-    found = detected(TagDetector(), grey_of(taken))
+    found = detected(grey_of(taken))
     located = [view.locate(t.corners, 0.0 if t.number in floor else height, NOISE) for t in found] if view else []
     for index, tag in enumerate(found):
         typer.echo(words_of(tag, located[index]) if located else f"tag {tag.number}: {tag.side:.0f} pixels wide")
@@ -129,12 +129,15 @@ def show(
     typer.echo(f"Written to {output}.")
 
 
-def detected(detector: "TagDetector", grey: "Picture") -> "list[Tag]":
+def detected(grey: "Picture") -> "list[Tag]":
     """The tags in a grey picture.
 
     Raises:
         ConfigError: only its mirror image has tags.
     """
+    from vrg.localisation.camera.detection import TagDetector
+
+    detector = TagDetector()
     found = detector.detect(grey)
     if not found and (mirrored := detector.detect(grey[:, ::-1].copy())):
         numbers = ", ".join(str(tag.number) for tag in mirrored)

@@ -101,14 +101,14 @@ def field(
     import numpy as np  # the other commands need none
 
     from vrg.localisation.camera.calibration import FloorTag, PlaceTable, camera_text, load_camera
-    from vrg.localisation.camera.detection import TagDetector, grey_of
+    from vrg.localisation.camera.detection import grey_of
     from vrg.localisation.camera.field import fitted
 
     camera = load_camera(calibration)
     points = [(f"{x:g},{y:g}", (x, y), (u, v)) for x, y, u, v in map(_corner, corner or ())]
     placed = [_tag(one) for one in tag or ()]
     taken = grey_of(picture_of(picture, camera.lens.size))
-    seen = detected(TagDetector(), taken)
+    seen = detected(taken)
     for number, x, y in placed:
         own = [one for one in seen if one.number == number]
         if len(own) != 1:

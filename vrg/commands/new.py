@@ -143,7 +143,7 @@ def _names(text: str, spread: Mapping[int, str]) -> dict[int, str]:
     from vrg.games import file_of
 
     own = [player["name"] for player in tomllib.loads(text)["players"]]
-    stems = {number: Path(file).stem for number, own in spread.items() if (file := file_of(own)) is not None}
+    stems = {number: Path(file).stem for number, target in spread.items() if (file := file_of(target)) is not None}
     found = dict[int, str]()
     for number, stem in stems.items():
         base = normal(re.sub(r"[^\w-]+", "_", stem))
@@ -151,7 +151,7 @@ def _names(text: str, spread: Mapping[int, str]) -> dict[int, str]:
         name = base if len(robots) == 1 else f"{base}{robots.index(number) + 1}"
         if is_name(name) and name not in found.values():
             found[number] = name
-    while taken := [n for n, name in found.items() if name in (own[m] for m in range(len(own)) if m not in found)]:
+    while taken := [n for n, name in found.items() if name in {o for m, o in enumerate(own) if m not in found}]:
         for number in taken:
             del found[number]
     return found

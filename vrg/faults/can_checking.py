@@ -31,12 +31,12 @@ class CanChecker:
 
     Args:
         match: which. can: its drives. note: called with what does not hold, in words.
+        slow: the time in s by which messages are late.
     """
 
-    def __init__(self, match: "SimulatedMatch", can: "CanRobots", note: Callable[[str], None]) -> None:
+    def __init__(self, match: "SimulatedMatch", can: "CanRobots", note: Callable[[str], None], slow: float) -> None:
         self._match, self._can, self._note = match, can, note
         self._spans = Spans()
-        slow = sum(fault.size for fault in match.faults if fault.kind is FaultKind.SLOW)
         late = sum(fault.size for fault in match.faults if fault.kind is FaultKind.BUS_LATE)
         lossy = any(fault.kind is FaultKind.BUS_LOSSY for fault in match.faults)
         self._slow, self._late = slow, late + (1.0 if lossy else 0.0)

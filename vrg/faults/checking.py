@@ -70,7 +70,7 @@ class Checker:
         if match.can is not None:
             from vrg.faults.can_checking import CanChecker  # noqa: PLC0415 - most matches have no CAN buses
 
-            CanChecker(match, match.can, self._note)
+            CanChecker(match, match.can, self._note, self._slow)
 
     def look(self) -> None:
         """Look at what the observer has heard."""

@@ -33,9 +33,9 @@ SET_BACK: Final = 10.0
 """By how much a stamp is smaller than the last one, s, if the clock was set back, and the message is not just late."""
 LONGEST: Final = 1.0
 """The longest time in s for which a robot is taken to have driven between two messages. Without any it is stopped."""
-WAY_SLACK: Final = 0.2
 FULL: Final = 1.5
 """The greatest charge that is a share: a fresh battery may have a little more than it is taken to hold."""
+WAY_SLACK: Final = 0.2
 TURN_SLACK: Final = 0.5
 """The way in m, and the turn in rad, by which odometry may be ahead of what the robot can drive."""
 OFTEN: Final = (3, 5.0)

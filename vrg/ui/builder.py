@@ -69,11 +69,10 @@ class SceneBuilder:
 
     def clock(self, clock: m.Clock) -> None:
         """Take match time in. After a restart of the world the trails begin anew."""
-        before = self._clock
+        before = self._clock or clock
         # A world that is started again goes on in a later epoch.
-        back = before is not None and (clock.epoch, clock.time + LATE) < (before.epoch, before.time)
-        self.other |= self.one_match and back
-        if self._clock is not None and clock.epoch != self._clock.epoch:
+        self.other |= self.one_match and (clock.epoch, clock.time + LATE) < (before.epoch, before.time)
+        if clock.epoch != before.epoch:
             self._trails.clear()
             self._moments.clear()
             self._sketches.clear()

@@ -24,8 +24,7 @@ class Laser(SensorMessage, frozen=True, kw_only=True):
 
     Args:
         angle_min: the angle of the first beam in the robot's frame, rad. angle_step: the angle between beams, rad.
-        range_max: the longest range, m. A beam that met nothing reads range_max, and one that has
-            measured nothing 0.
+        range_max: the longest range, m. A beam that met nothing reads range_max, and one that has measured nothing 0.
         data: the ranges in m, as little-endian float32.
     """
 

@@ -226,7 +226,7 @@ class _Runner:
         self._clock = train.clock
         self._model = model
         self._person = person
-        self._sent: float = 0.0
+        self._sent = 0.0
         """When the last command was sent, or the motors were armed, s."""
 
     def spin(self, axis: WheelAxis, velocity: float, seconds: float) -> None:
@@ -283,7 +283,6 @@ class _Runner:
             self._state()
             self._person.ready(f"{error}. Keep clear, it goes on from here.")
             self._arm()
-            self._sent = self._clock.now()
             return self._sent - began
         self._sent = self._clock.now()
         return 0.0
