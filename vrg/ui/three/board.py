@@ -69,7 +69,20 @@ STYLE: Final = f"""<style>
   animation: fade 9s ease-in forwards; }}
 @keyframes fade {{ 0%, 80% {{ opacity: 1; }} 100% {{ opacity: 0; }} }}
 .vrg-call.marked {{ border-left: 5px solid var(--caution); }}
-@media (max-width: 600px) {{ .vrg-call {{ bottom: auto; top: 92px; }} }}
+@media (max-width: 600px), (max-height: 600px) {{
+  .vrg-top {{ top: 6px; gap: 4px; }}
+  .banner + .about, .board + .about, .team i {{ display: none; }}
+  .team {{ gap: 8px; padding: 4px 10px; }}
+  .team b, .clock b {{ font-size: 20px; }}
+  .clock {{ padding: 4px 12px; text-align: center; }}
+  .clock span {{ font-size: 10px; letter-spacing: .04em; }}
+  .vrg-call {{ font-size: 15px; padding: 6px 14px; }}
+}}
+@media (max-width: 600px) {{ .vrg-call {{ bottom: auto; top: 84px; }} }}
+@media (max-height: 600px) {{
+  .vrg-top {{ left: 8px; align-items: flex-start; }}
+  .vrg-call {{ left: 8px; transform: none; bottom: 8px; }}
+}}
 [data-floating-window] div:has(> p > label) {{ width: 4.2em !important; }}
 [data-floating-window] div:has(> p > label:empty) {{ display: none; }}
 #webgl-software-rendering, [data-testid="floating-panel-handle"] button {{ display: none; }}

@@ -61,11 +61,14 @@ class ThreeReplay:
     def _controls(self) -> None:
         gui = self._theatre.gui
         self._moved = -_HELD
-        buttons = gui.add_button_group("", list(_MOVES))
         begin, end = self._timeline.begin, self._timeline.end
-        # viser publishes its values as if they could only be read.
-        self._bar: Any = gui.add_slider("Time", round(begin, 1), max(round(end, 1), begin + 0.1), 0.1, round(begin, 1))
-        speed = gui.add_dropdown("Speed", [f"{value:g}x" for value in SPEEDS], initial_value="1x")
+        with gui.add_folder("Replay"):
+            buttons = gui.add_button_group("", list(_MOVES))
+            # viser publishes its values as if they could only be read.
+            self._bar: Any = gui.add_slider(
+                "Time", round(begin, 1), max(round(end, 1), begin + 0.1), 0.1, round(begin, 1)
+            )
+            speed = gui.add_dropdown("Speed", [f"{value:g}x" for value in SPEEDS], initial_value="1x")
 
         # These run on threads of viser; each assigns a new value, which is one step.
         @buttons.on_click

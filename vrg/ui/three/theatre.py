@@ -312,9 +312,11 @@ class Theatre:
 
     def _enter(self, client: viser.ClientHandle) -> None:
         number = client.client_id
-        views = client.gui.add_button_group("", [view.value for view in CameraMode])
-        robots = client.gui.add_dropdown("Robot", sorted(self._bodies) or ["-"])
-        shadows = client.gui.add_checkbox("Shadows", initial_value=True)
+        # Open, it would hide a part of the field. The panel itself must stay open, as the board is a part of it.
+        with client.gui.add_folder("View", expand_by_default=False):
+            views = client.gui.add_button_group("", [view.value for view in CameraMode])
+            robots = client.gui.add_dropdown("Robot", sorted(self._bodies) or ["-"])
+            shadows = client.gui.add_checkbox("Shadows", initial_value=True)
         self._viewers[number] = viewer = Viewer(client, robots)
 
         @views.on_click
