@@ -143,6 +143,10 @@ def test_the_sheet_has_a_link_for_each_player_that_the_page_admits(folder: Path,
     assert all(link in text for _, link in links)
     assert keys(*command).exit_code == 0
     assert file.read_text() == text, "links that were printed stay good"
+    assert keys(*command, "--tls").exit_code == 0
+    served = open_page("127.0.0.1", None, players, keys=folder)
+    assert all(link in file.read_text() for _, link in served.links("10.0.0.5"))
+    assert served.links("10.0.0.5")[0][1].startswith("https://")
     for everywhere in ("0.0.0.0", "[::]:9001"):
         assert keys("sheet", GAME, "--keys", str(folder), "--listen", everywhere).exit_code == 0
         text = (folder / "sheet.html").read_text()

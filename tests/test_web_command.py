@@ -9,10 +9,11 @@ import pytest
 import typer
 from rich.console import Console
 
+from tests.command_line import invoke
 from tests.system.harness import wait_until
 from tests.test_machines import load
 from vrg.commands.options import web_address
-from vrg.commands.page import open_page, print_links
+from vrg.commands.page import encrypted, open_page, print_links, reached_at
 from vrg.config.files import WEB
 from vrg.errors import LaunchError
 from vrg.launch import child, managed
@@ -21,6 +22,7 @@ from vrg.launch.endpoints import free_port
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.managed import ManagedProcess, ProcessSpec
 from vrg.launch.specs import placed, specs
+from vrg.seats.authority import fingerprint, validity
 from vrg.ui.web.admission import admission, read_admission
 
 
@@ -70,6 +72,25 @@ def test_each_link_is_printed_whole_in_one_line_and_who_serves_it_to_others_is_t
     print_links(admission("0.0.0.0", 8080, []), Console(file=out, width=200))
     assert "everybody who reaches this machine can watch" in out.getvalue()
     assert "0.0.0.0" not in out.getvalue()
+
+
+def test_a_page_of_https_is_told_by_its_fingerprint_and_keeps_its_certificate_while_it_is_valid(monkeypatch):
+    page = encrypted(admission("0.0.0.0", 8080, []))
+    found = validity(page.certificate.encode())
+    assert {"localhost", "127.0.0.1", socket.gethostname(), *reached_at("0.0.0.0")} <= set(found.hosts)
+    out = io.StringIO()
+    print_links(page, Console(file=out, width=40, emoji=False))
+    assert f"fingerprint is {fingerprint(page.certificate)}" in out.getvalue()
+    assert "unencrypted" not in out.getvalue()
+    assert encrypted(page) == page
+    monkeypatch.setattr("vrg.commands.page.datetime", SimpleNamespace(now=lambda zone: found.ends))
+    assert encrypted(page).certificate != page.certificate
+
+
+def test_encryption_needs_a_page():
+    done = invoke("play", "roboflag", "--tls", "--headless", "--dry-run")
+    assert done.exit_code == 2
+    assert "add --web or --listen" in done.output
 
 
 def test_the_page_runs_where_the_match_is_launched_and_its_tokens_are_in_no_argument(tmp_path):

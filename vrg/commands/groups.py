@@ -19,6 +19,7 @@ from vrg.commands.options import (
     RunsOption,
     SandboxOption,
     ThreeOption,
+    TlsOption,
     web_address,
 )
 
@@ -134,6 +135,7 @@ class PlayOptions(PracticeOptions):
         bool, typer.Option("--web", help="Show it in browsers too; --listen does so for other machines.")
     ] = False
     listen: ListenOption = None
+    tls: TlsOption = False
     developer: Annotated[
         bool, typer.Option("--developer", help="Open the developers' view in place of the spectator's window.")
     ] = False
@@ -148,6 +150,8 @@ class PlayOptions(PracticeOptions):
     def check(self) -> None:
         """See PracticeOptions.check."""
         super().check()
+        if self.tls and not self.address:
+            raise typer.BadParameter("--tls encrypts the page, and none is served: add --web or --listen")
         needing = {
             "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--ros": self.ros,
             "--web": self.address,

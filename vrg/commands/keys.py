@@ -3,7 +3,7 @@
 import json
 import socket
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,6 +23,7 @@ from vrg.commands.options import (
     ListenOption,
     OutputOption,
     RouterOption,
+    TlsOption,
     web_address,
     write_text,
 )
@@ -143,13 +144,14 @@ def sheet(
     match: GameArgument,
     keys: FolderOption = KEYS,
     listen: ListenOption = None,
+    tls: TlsOption = False,
     output: OutputOption = None,
 ) -> None:
     """Write a sheet for the printer: a strip with a link and its QR code for each player, the official and the public.
 
     The links are good whenever `vrg play` serves the page with these keys.
     """
-    from vrg.commands.page import EVERYWHERE, known_page, reached_at
+    from vrg.commands.page import EVERYWHERE, encrypted, known_page, reached_at
     from vrg.seats.folder import KeysFolder
     from vrg.ui import sheet as paper
     from vrg.ui.web.admission import DEFAULT_PORT, VisitorKind, admission
@@ -162,6 +164,7 @@ def sheet(
     address, known = reached_at(host)[0], known_page(keys)
     players = [player.name for player in setup.players]
     page = admission(host, port or DEFAULT_PORT, players, known=known)
+    page = encrypted(page) if tls else replace(page, certificate="", private_key="")
     purposes = {
         VisitorKind.VIEWER: "watch",
         VisitorKind.OFFICIAL: "halt, continue and end the match: keep this one",

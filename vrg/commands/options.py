@@ -137,6 +137,9 @@ ListenOption = Annotated[
         "--listen", metavar="HOST[:PORT]", help="The address it is served at; 0.0.0.0 is for all, this machine if none."
     ),
 ]
+TlsOption = Annotated[
+    bool, typer.Option("--tls", help="Serve the page by https, with a certificate that browsers warn of once.")
+]
 OutputOption = Annotated[Path | None, typer.Option("--output", "-o", help="File or folder to write.")]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON, for programs.")]
 LeashOption = Annotated[bool, typer.Option("--leash", hidden=True)]

@@ -6,6 +6,8 @@
 import os
 import socket
 from collections.abc import Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import psutil
@@ -15,14 +17,15 @@ from rich.console import Console
 from vrg.bus.credentials import is_official
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
-from vrg.bus.seats import seats_of_node
+from vrg.bus.seats import Seat, SeatKind, seats_of_node
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
-from vrg.commands.options import ListenOption, listening_address, make_console, port_at, web_address
+from vrg.commands.options import ListenOption, TlsOption, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
 from vrg.errors import ConfigError
 from vrg.files import read_text
-from vrg.seats.folder import KeysFolder
+from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
+from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission
 
 EVERYWHERE = "0.0.0.0"
@@ -31,7 +34,7 @@ _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
 
-def web(on: MatchOptions, listen: ListenOption = None) -> None:
+def web(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -> None:
     """Show a running match in browsers. Without the official's keys everybody may only watch."""
     from vrg.launch.serving import WINDOW_PERIOD
     from vrg.ui.web.node import WebNode
@@ -44,7 +47,7 @@ def web(on: MatchOptions, listen: ListenOption = None) -> None:
     with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
         if state is not None:
-            page = open_page(host, port, [player.name for player in state.players], deciding=official)
+            page = open_page(host, port, [player.name for player in state.players], deciding=official, tls=tls)
             print_links(page, make_console())
             node = WebNode(
                 f"web-{os.getpid()}",
@@ -82,7 +85,13 @@ def foxglove_link(address: str) -> str:
 
 
 def open_page(
-    host: str, port: int | None, players: Sequence[str], *, deciding: bool = True, keys: Path | None = None
+    host: str,
+    port: int | None,
+    players: Sequence[str],
+    *,
+    deciding: bool = True,
+    keys: Path | None = None,
+    tls: bool = False,
 ) -> Admission:
     """Choose a port for the page, and make its tokens. The process that serves it opens the port.
 
@@ -90,6 +99,7 @@ def open_page(
         host: the address to listen on. port: the port that was asked for; None takes the usual one, or the next free.
         players: those that may be driven. deciding: False lets everybody only watch.
         keys: the folder of the keys of the match. Where `vrg keys sheet` has printed links, these are good.
+        tls: True serves it by https. Links of `vrg keys sheet` that begin so are served so in any case.
 
     Raises:
         ConfigError: the tokens in the folder cannot be read.
@@ -99,7 +109,20 @@ def open_page(
     if known is not None:
         port = port or known.port
     found = port_at(host, port, DEFAULT_PORT, "the page")
-    return admission(host, found, players, deciding=deciding, known=known)
+    page = admission(host, found, players, deciding=deciding, known=known)
+    return encrypted(page) if tls or page.certificate else page
+
+
+def encrypted(page: Admission) -> Admission:
+    """The page with a certificate, which it keeps if it has one that is valid."""
+    now = datetime.now(UTC)
+    if page.certificate and not validity(page.certificate.encode()).is_over(now):
+        return page
+    machine = socket.gethostname()
+    hosts = [*reached_at(page.host), *LOCAL_HOSTS, machine, f"{machine}.local"]
+    # A seat of the match may not have it: whatever serves by a certificate of its authority could pose as the router.
+    own = make_seat(make_authority("page", now), Seat(SeatKind.ROUTER), now, LASTS, hosts)
+    return replace(page, certificate=own.certificate.decode(), private_key=own.private_key.decode())
 
 
 def known_page(keys: Path) -> Admission | None:
@@ -128,9 +151,16 @@ def print_links(page: Admission, console: Console) -> None:
     if page.host in _LOOPBACK:
         console.print("the page is for browsers on this machine; --listen 0.0.0.0 serves it to others")
     else:
+        unencrypted = "" if page.certificate else ", and all of it goes over the network unencrypted"
         console.print(
             "[yellow]everybody who reaches this machine can watch; a link with a token lets its holder decide "
-            "or drive, and all of it goes over the network unencrypted[/yellow]",
+            f"or drive{unencrypted}[/yellow]",
+            soft_wrap=True,
+        )
+    if page.certificate:
+        console.print(
+            "browsers warn that they do not know the certificate of the page: go on if its SHA-256 fingerprint is "
+            f"{fingerprint(page.certificate)}",
             soft_wrap=True,
         )
 

@@ -75,7 +75,7 @@ def play_match(
         return None
     keys = None if options.seats is False else options.keys
     names = [player.name for player in setup.players]
-    page = None if address is None else open_page(*address, names, keys=keys)
+    page = None if address is None else open_page(*address, names, keys=keys, tls=options.tls)
     secured = not options.steps and (keys is not None or (setup.has_seats if options.seats is None else options.seats))
     served = {LIVE: live_address(None)} if options.foxglove else {}
     served |= {THREE: three_address(None)} if options.three else {}

@@ -151,6 +151,11 @@ def validity(certificate: bytes) -> Validity:
     return Validity(str(name.value), str(issuer.value), read.not_valid_before_utc, read.not_valid_after_utc, hosts)
 
 
+def fingerprint(certificate: str) -> str:
+    """The SHA-256 fingerprint of a certificate in PEM, in pairs of hexadecimal digits with colons."""
+    return x509.load_pem_x509_certificate(certificate.encode()).fingerprint(hashes.SHA256()).hex(":").upper()
+
+
 def is_of(certificate: bytes, authority: bytes) -> bool:
     """True if a certificate was signed by an authority. Both are in PEM.
 

@@ -1,5 +1,7 @@
 """Who may do what on the page, by the token of the link."""
 
+from dataclasses import replace
+
 import pytest
 
 from vrg.ui.web.admission import OFFICIAL, VIEWER, VisitorKind, VisitorRole, admission, read_admission
@@ -29,6 +31,14 @@ def test_links_carry_the_token_in_the_fragment_which_is_sent_to_no_server():
     links = dict(PAGE.links("::1"))
     assert links[VIEWER] == "http://[::1]:8080/"
     assert links[ANN] == f"http://[::1]:8080/#{PAGE.seats['ann']}"
+
+
+def test_a_page_with_a_certificate_has_links_of_https_and_keeps_it_with_its_tokens():
+    page = replace(PAGE, certificate="C", private_key="K")
+    assert all(link.startswith("https://") for _, link in page.links("10.0.0.1"))
+    assert admission("0.0.0.0", 9000, ["ann", "bob"], known=page) == replace(page, host="0.0.0.0", port=9000)
+    assert admission("0.0.0.0", 9000, [], deciding=False, known=page).certificate == "C"
+    assert "K" not in repr(page).replace("VisitorKind", "")
 
 
 def test_what_is_printed_of_it_by_accident_has_no_token():

@@ -321,6 +321,22 @@ class TestDriving:
         driver.page.click("#give-back")
         driver.wait_text("#seat-state", "plays by itself")
 
+    def test_a_telephones_screen_stays_on_while_its_person_drives(self, driver):
+        driver.page.evaluate(
+            """() => {
+                window.locks = 0;
+                const request = async () => ((window.locks += 1), { release: async () => (window.locks -= 1) });
+                Object.defineProperty(navigator, "wakeLock", { value: { request } });
+            }"""
+        )
+        driver.page.keyboard.down("ArrowUp")
+        driver.page.wait_for_function("() => window.locks === 1")
+        driver.page.keyboard.up("ArrowUp")
+        driver.wait_text("#seat-state", "stands while you hold nothing")
+        assert driver.page.evaluate("() => window.locks") == 1
+        driver.page.click("#give-back")
+        driver.page.wait_for_function("() => window.locks === 0")
+
     def test_after_all_was_let_go_a_new_key_counts_at_once_and_a_switch_only_after_it_was_free(self, driver, server):
         found = driver.page.evaluate(
             """() => {

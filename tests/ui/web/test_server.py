@@ -12,7 +12,9 @@ from unittest.mock import ANY
 import aiohttp
 import pytest
 
+from vrg.commands.page import encrypted
 from vrg.errors import LaunchError
+from vrg.seats.authority import fingerprint
 from vrg.ui.web.admission import admission
 from vrg.ui.web.headers import foreign
 from vrg.ui.web.requests import REQUEST_LIMIT, Command, PageButton, Wishes
@@ -127,6 +129,27 @@ async def test_the_page_is_static_and_loads_nothing_from_elsewhere(server):
             assert answer.status == 404
     assert "https://" not in text
     assert "http://" not in text.replace("http://www.w3.org/2000/svg", "")
+
+
+@in_loop
+async def test_a_page_with_a_certificate_is_served_by_https_alone(port):
+    page = encrypted(admission("127.0.0.1", port, ["ann"]))
+    server = WebServer(page, "final")
+    server.start()
+    try:
+        async with aiohttp.ClientSession() as session:
+            address = f"{page.links('127.0.0.1')[0][1]}socket"
+            known = aiohttp.Fingerprint(bytes.fromhex(fingerprint(page.certificate).replace(":", "")))
+            async with session.ws_connect(address, ssl=known) as socket:
+                found = Browser(socket)
+                await found.say(t="hello", token=page.seats["ann"])
+                assert (await found.hear("welcome"))["player"] == "ann"
+            with pytest.raises(aiohttp.ClientConnectorCertificateError):
+                await session.get(address)
+            with pytest.raises(aiohttp.ClientError):
+                await session.get(address.replace("https", "http"))
+    finally:
+        server.stop()
 
 
 @in_loop

@@ -7,7 +7,7 @@ import enum
 import hmac
 import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import msgspec
 
@@ -53,12 +53,15 @@ class Admission:
     Args:
         host: the address that is listened on. port: its port.
         official: the token of the officials; empty if there is none. seats: the token of each player's seat.
+        certificate, private_key: of the page, in PEM; empty if it is served without encryption.
     """
 
     host: str
     port: int
     official: str = field(default="", repr=False)
     seats: dict[str, str] = field(default_factory=dict, repr=False)
+    certificate: str = field(default="", repr=False)
+    private_key: str = field(default="", repr=False)
 
     def role_of(self, token: str) -> VisitorRole | None:
         """The role that a token admits to; None for a wrong one. An empty token is a viewer's."""
@@ -81,7 +84,8 @@ class Admission:
         Args:
             address: of this machine, as browsers reach it.
         """
-        base = f"http://{f'[{address}]' if ':' in address else address}:{self.port}/"
+        scheme = "https" if self.certificate else "http"
+        base = f"{scheme}://{f'[{address}]' if ':' in address else address}:{self.port}/"
         official = [(OFFICIAL, f"{base}#{self.official}")] if self.official else []
         seats = [(VisitorRole(VisitorKind.SEAT, name), f"{base}#{token}") for name, token in self.seats.items()]
         return [(VIEWER, base), *official, *seats]
@@ -98,16 +102,16 @@ def admission(
 
     Args:
         players: those that may be driven. deciding: False makes a page on which everybody may only watch.
-        known: what was made for this match before; its tokens are kept.
+        known: what was made for this match before; its tokens and its certificate are kept.
     """
+    known = known or Admission(host, port)
+    page = replace(known, host=host, port=port, official="", seats={})
     if not deciding:
-        return Admission(host, port)
-    official, seats = ("", {}) if known is None else (known.official, known.seats)
-    return Admission(
-        host,
-        port,
-        official or secrets.token_urlsafe(TOKEN_BYTES),
-        {player: seats.get(player) or secrets.token_urlsafe(TOKEN_BYTES) for player in players},
+        return page
+    return replace(
+        page,
+        official=known.official or secrets.token_urlsafe(TOKEN_BYTES),
+        seats={player: known.seats.get(player) or secrets.token_urlsafe(TOKEN_BYTES) for player in players},
     )
 
 

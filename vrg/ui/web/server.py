@@ -80,7 +80,7 @@ class WebServer(Site):
     """
 
     def __init__(self, admission: Admission, match: str) -> None:
-        super().__init__(admission.host, admission.port, "index.html")
+        super().__init__(admission.host, admission.port, "index.html", admission.certificate, admission.private_key)
         self._admission, self._match = admission, match
         self._lobby = Lobby(admission)
         self._gallery = Gallery()

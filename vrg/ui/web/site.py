@@ -3,9 +3,11 @@
 import asyncio
 import logging
 import socket
+import ssl
 import threading
 from collections.abc import Awaitable, Callable
 from importlib.resources import files
+from tempfile import NamedTemporaryFile
 from typing import Final
 
 from aiohttp import web
@@ -39,10 +41,12 @@ class Site:
 
     Args:
         host: the address that is listened on. port: its port. page: the file that is served at the top.
+        certificate, private_key: of the page, in PEM; empty serves it without encryption.
     """
 
-    def __init__(self, host: str, port: int, page: str) -> None:
+    def __init__(self, host: str, port: int, page: str, certificate: str = "", private_key: str = "") -> None:
         self._host, self._port, self._page = host, port, page
+        self._certificate, self._private_key = certificate, private_key
         self._waiting = WaitingRoom(WAITING, VISIT)
         self._foreign = 0
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -127,8 +131,14 @@ class Site:
             handlers = runner.server
             assert handlers is not None
             try:
+                tls = _context(self._certificate, self._private_key) if self._certificate else None
                 site = await self._loop.create_server(
-                    lambda: _Connection(self._waiting, handlers), self._host, self._port, backlog=2 * WAITING
+                    lambda: _Connection(self._waiting, handlers),
+                    self._host,
+                    self._port,
+                    backlog=2 * WAITING,
+                    ssl=tls,
+                    ssl_handshake_timeout=PAGE_TIMEOUT if tls else None,
                 )
             except OSError as error:
                 self._failure = error
@@ -161,6 +171,20 @@ class _Connection(web.RequestHandler):
         if self.transport is not None:
             self._room.leave(self.transport)
         super().connection_lost(exc)
+
+
+def _context(certificate: str, private_key: str) -> ssl.SSLContext:
+    """How the page is encrypted.
+
+    Raises:
+        OSError: the certificate, or its private key, is none.
+    """
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    with NamedTemporaryFile("w", suffix=".pem") as file:  # OpenSSL reads files only; this one is its owner's
+        file.write(certificate + private_key)
+        file.flush()
+        context.load_cert_chain(file.name)
+    return context
 
 
 def _file(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Response]]:

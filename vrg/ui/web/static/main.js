@@ -122,9 +122,17 @@ function stopDriving(words = "") {
   if (words) tell(words);
 }
 
+/** The lock that keeps a telephone's screen on; browsers give it to pages of https and of localhost alone. */
+let awake = null;
+function keepAwake() {
+  if (driving) awake ??= navigator.wakeLock?.request("screen").catch(() => null);
+  else awake = awake?.then((lock) => lock?.release()) && null;
+}
+
 setInterval(() => {
   showLink();
   showStop();
+  keepAwake();
   if (match.role !== "seat" || !link.open) {
     driving = false;
     return;
