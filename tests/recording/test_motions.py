@@ -34,6 +34,7 @@ class World:
         self._physical = physical
         self.x = 0.0
         self.rest: float | None = 0.0
+        self.epoch = 0
         self.number = 0
 
     def play(
@@ -55,7 +56,7 @@ class World:
             if tick % 5 == 0 and not deaf[0] <= time < deaf[1]:
                 body = m.Body("ann", Pose(self.x, 0.0, 0.0), Twist(v, 0.0), self._physical, age, self.rest)
                 self.say(KEYS.poses, m.Poses(bodies=(body,)), time)
-                self.say(KEYS.clock, m.Clock(time=time, tick=tick, epoch=0, rate=1.0, estop=False), time)
+                self.say(KEYS.clock, m.Clock(time=time, tick=tick, epoch=self.epoch, rate=1.0, estop=False), time)
                 self.recorder.mailbox.handover(time)
                 self.recorder.tick(Tick(time))
         return self
@@ -108,6 +109,13 @@ def test_a_world_that_was_started_again_during_a_halt_and_counts_rests_anew_has_
     world.rest = 3.0
     world.play(3.0, 4.0)
     assert [(rest.begin, rest.end) for rest in motion_of(world).rests] == [(1.0, math.inf)]
+
+
+def test_a_world_that_was_started_again_does_not_know_when_a_robot_came_to_rest_before(tmp_path: Path) -> None:
+    world = World(tmp_path / "r.mcap", until(1.3)).play(0.0, 3.0, deaf=(1.2, 3.0))
+    world.epoch, world.rest = 1, None
+    [rest] = motion_of(world.play(3.0, 4.0)).rests
+    assert (rest.begin, rest.resolution) == (3.0, pytest.approx(3.0 - 1.1)), "since 1.1 s, when it was last heard of"
 
 
 def test_a_recorder_that_is_started_again_goes_on_with_the_same_rest(tmp_path: Path) -> None:

@@ -142,8 +142,8 @@ class Recorder(Node):
         """The newest reading of each sensor of which only changes are written, by topic."""
         self._charge: dict[str, float] = {}
         self._rest: dict[str, float | None] = {}
-        self._known: dict[str, float] = {}
-        """The match time at which each robot was last known to move, or to be at rest as is written, s."""
+        self._known: dict[str, tuple[float, int]] = {}
+        """When each robot was last known to move, or to be at rest as is written: match time in s, and the epoch."""
         self._where: dict[str, Pose] = {}
         self._game_name, self._game = "", UNKNOWN_GAME
         self._roles: dict[str, tuple[str, str]] = {}
@@ -348,18 +348,22 @@ class Recorder(Node):
     def _write_rest(self, body: m.Body, received: Received[m.Poses]) -> None:
         """Write whether a robot is at rest if that has changed. Not all poses are heard, but each tells since when."""
         name, measured = body.name, received.stamp - body.age
+        clock = self._clock.latest
+        epoch = 0 if clock is None else clock.body.epoch
         moves, same = not m.at_rest(body.twist), name in self._rest and self._rest[name] == body.rest
         if moves or same:
-            self._known[name] = measured
+            self._known[name] = measured, epoch
         # Of a physical robot that is not measured any more its next place tells whether it has moved.
         if same or (body.physical and body.rest is None and not moves):
             return
         self._rest[name] = body.rest
         since = measured if body.rest is None else body.rest
-        clock = self._clock.latest
         resolution = clock.body.time / clock.body.tick if clock is not None and clock.body.tick else 0.0
-        if body.physical:  # it is measured less often than the world ticks
-            resolution = max(resolution, since - self._known.get(name, since))
+        known, its_epoch = self._known.get(name, (since, epoch))
+        # A physical robot is measured less often than the world ticks. A world that goes on from a snapshot knows
+        # nothing of the time before, of which perhaps nothing was heard.
+        if body.physical or its_epoch != epoch:
+            resolution = max(resolution, since - known)
         record = RestRecord(fg.time_of(received.stamp), body.rest is not None, since, round(resolution, 6))
         self._write(f"/robot/{name}/rest", record, received)
 
