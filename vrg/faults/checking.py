@@ -14,7 +14,7 @@ from vrg.coordinator.coordinator import PERIOD, STALL_TICKS
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
 from vrg.faults.machine import Machine
-from vrg.faults.observer import Spans
+from vrg.faults.observer import LEASE, Spans
 from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.driver import COMMAND_TIMEOUT
@@ -41,6 +41,10 @@ OWED: Final = 1.0
 """The simulated real time in s within which play is halted after the referee or the world was started again."""
 ANNOUNCED: Final = 0.5
 """The match time in s within which a call is announced that is in the journal."""
+BACKWARDS: Final = 0.2
+"""The speed in m/s above which a robot drives backwards: strategies turn instead, and a push is over soon."""
+GIVEN_BACK: Final = LEASE + COMMAND_TIMEOUT + 0.5
+"""The match time in s after the last command of a hand within which a robot does not drive backwards any more."""
 _ENDING = (FaultKind.KILL, FaultKind.TORN)
 
 
@@ -78,6 +82,7 @@ class Checker:
         self._look_at_calls()
         self._look_at_robots()
         self._look_at_held()
+        self._look_at_hands()
         self._look_at_halts()
 
     def conclude(self) -> None:
@@ -208,6 +213,17 @@ class Checker:
             passed = self._spans.passed(("held", body.name), body.name in held, poses.stamp)
             if passed > STOPPED + self._slow and body.stands is None and not body.physical and not at_rest(body.twist):
                 self._note(f"{body.name} is driven, though it may not move for {passed:.2f} s")
+
+    def _look_at_hands(self) -> None:
+        """A robot that a person has driven backwards does not go on so when he sends nothing more."""
+        poses, driven = self._match.observer.poses, self._match.observer.driven
+        if poses is None:
+            return
+        for body in poses.body.bodies:
+            since = poses.stamp - driven.get(body.name, poses.stamp)
+            lasts = since > GIVEN_BACK + self._slow and body.twist.v < -BACKWARDS
+            if self._spans.passed(("hand", body.name), lasts, poses.stamp) > 2 * MARGIN:
+                self._note(f"{body.name} drives backwards, though its person has sent nothing for {since:.2f} s")
 
     def _look_at_halts(self) -> None:
         """Play is halted when the world's clock has stopped, and after the world or the referee was started again."""

@@ -10,6 +10,7 @@ from vrg.bus.messages import (
     Clock,
     Estop,
     EstopRelease,
+    Manual,
     Official,
     OfficialAction,
     Poses,
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
 PATIENCE: Final = 2.0
 """The simulated real time in s of a halt after which the official recovers robots and resumes play."""
+COMMANDS: Final = 0.1
+"""The simulated real time in s between two commands of a hand."""
+LEASE: Final = 0.5
+"""The match time in s for which each of them holds."""
 OBSERVER: Final = "observer"
 """The name of the observer's line."""
 
@@ -40,6 +45,7 @@ class Observer:
         poses, clock: what it has just heard of these.
         pressed: since when the emergency stop is engaged, match time in s; None if it is not.
         resumed: how often it has resumed play.
+        driven: when it has last commanded a player by hand, match time in s, by its name.
     """
 
     def __init__(self, match: "SimulatedMatch") -> None:
@@ -50,6 +56,8 @@ class Observer:
         self.clock: Clock | None = None
         self.pressed: float | None = None
         self.resumed = 0
+        self.driven: dict[str, float] = {}
+        self._hands: set[str] = set()
         self._match = match
         self._halted: float | None = None
         self._recovered = False
@@ -64,6 +72,7 @@ class Observer:
         self._session.attach(self._watch)
         self._session.delivered = self._hear
         match.network.after(0.5, self._decide)
+        match.network.after(COMMANDS, self._drive)
 
     @property
     def over(self) -> bool:
@@ -85,6 +94,22 @@ class Observer:
     def halt(self) -> None:
         """Call a HALT."""
         self._order(OfficialAction.HALT)
+
+    def take(self, player: str) -> None:
+        """Drive a player by hand from now on, backwards, which no strategy of a tiny match does."""
+        self._hands.add(player)
+
+    def let_go(self, player: str) -> None:
+        """Send no more commands to a player."""
+        self._hands.discard(player)
+
+    def _drive(self) -> None:
+        for player in sorted(self._hands):
+            self.driven[player] = self._match.time
+            by_hand = Manual(forward=-1.0, turn=0.0, lease=LEASE)
+            self._official.publish(self._match.setup.keys.manual(player), by_hand, stamp=self._match.time)
+        self._session.send(self._official.collect())
+        self._match.network.after(COMMANDS, self._drive)
 
     def _order(self, action: OfficialAction) -> None:
         self._official.publish(self._match.setup.keys.official, Official(action=action, by="ann"))

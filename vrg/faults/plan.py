@@ -22,7 +22,8 @@ class FaultKind(enum.StrEnum):
     LOSSY loses and DOUBLE doubles what comes over its line, and WRONG lets it come under other keys. CLOCK sets the
     wall clock of its machine. FULL and STALLED are the disk of the referee's journal, which takes nothing, or is not
     done. TORN ends the referee's process in the middle of a line. ROUTER ends the router, which is started again, and
-    ESTOP is an emergency stop, which is released after the fault. HALT is one that an official calls.
+    ESTOP is an emergency stop, which is released after the fault. HALT is one that an official calls. HAND is a person
+    who drives a player backwards, and then sends nothing more.
 
     Where robots have emulated drives: a CAN bus is silent (all frames are lost), lossy, late, or off, which its adapter
     notices; and a drive is silent, frozen (it hears nothing either, and its motor is off), or starts again.
@@ -43,6 +44,7 @@ class FaultKind(enum.StrEnum):
     ROUTER = "router"
     ESTOP = "estop"
     HALT = "halt"
+    HAND = "hand"
     BUS_SILENT = "bus-silent"
     BUS_LOSSY = "bus-lossy"
     BUS_LATE = "bus-late"
@@ -120,6 +122,8 @@ def drawn(
         # Those that stop all robots are as often the ones that fail as all players.
         process = random.choice([WORLD, REFEREE, random.choice(players)])
         process = REFEREE if kind in OF_DISK else EVERYONE if kind in OF_ALL else process
+        if kind is FaultKind.HAND:
+            process = random.choice(players)
         if kind in OF_CAN:
             process = random.choice(list(emulated))
         length = random.choice((random.uniform(0.02, 0.4), random.uniform(0.4, 3.0)))

@@ -162,6 +162,7 @@ class SimulatedMatch:
             FaultKind.ROUTER: (partial(self._route, False), partial(self._route, True)),
             FaultKind.ESTOP: (observer.press, observer.release),
             FaultKind.HALT: (observer.halt, lambda: None),
+            FaultKind.HAND: (partial(observer.take, fault.process), partial(observer.let_go, fault.process)),
             FaultKind.FULL: (partial(setattr, disk, "full", True), partial(setattr, disk, "full", False)),
             FaultKind.STALLED: (partial(disk.hold, True), partial(disk.hold, False)),
         }
