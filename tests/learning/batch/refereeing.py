@@ -14,16 +14,45 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Call, Observation
 from vrg.learning.batch.matches import Batch
+from vrg.learning.batch.roboflag_players import NO_ONE
 from vrg.learning.batch.stepping import PERIOD
 from vrg.types import Pose
 
 Singles = npt.NDArray[np.float32]
 Drives = Callable[[Singles, np.random.Generator], Singles]
 """Returns actions for observations: both of shape (matches, players, values)."""
+Leaps = Callable[[npt.NDArray[np.float64], np.random.Generator], None]
+"""Puts robots somewhere else: changes poses, of shape (matches, players, 3)."""
 Made = tuple[str, tuple[str, ...]]
 """A call: its rule, and the players that it names."""
 TURNS, ASTRAY, ARC = 0.02, 0.3, 0.1
 """How often a player changes its mind at a decision, how often it then goes astray, and how much it turns there."""
+
+
+class Spirits:
+    """Moves players through one another and through walls, to one place after another, and no driver moves them.
+
+    So what is decided where rules meet happens often: also the inactive are where they may not be.
+
+    Args:
+        places: those to go to, (x, y) in m, and `near` how near each is gone to, m. step: how far at a look, m.
+    """
+
+    def __init__(self, places: Collection[tuple[float, float]], near: float = 1.0, step: float = 0.4) -> None:
+        self._places, self._near, self._step = np.array(list(places)), near, step
+        self._goals: Any = None
+
+    def __call__(self, poses: npt.NDArray[np.float64], rng: np.random.Generator) -> None:
+        """Move all of them by a step, in place."""
+        shape = poses.shape[:2]
+        drawn = self._places[rng.integers(len(self._places), size=shape)] + rng.normal(0.0, self._near, (*shape, 2))
+        if self._goals is None:
+            self._goals = drawn
+        self._goals = np.where(rng.random((*shape, 1)) < 0.05, drawn, self._goals)
+        way = self._goals - poses[..., :2]
+        far = np.hypot(way[..., :1], way[..., 1:])
+        poses[..., :2] += way * np.minimum(1.0, self._step / np.maximum(far, 1e-9))
+        poses[..., 2] += rng.normal(0.0, 0.3, shape)
 
 
 class Wild:
@@ -105,12 +134,20 @@ class Judged:
 
 
 def compare(
-    setup: MatchSetup, matches: int, drives: Drives, *, ended: int, seed: int = 0, batch: Any = None
+    setup: MatchSetup,
+    matches: int,
+    drives: Drives,
+    *,
+    ended: int,
+    seed: int = 0,
+    batch: Any = None,
+    leaps: Leaps | None = None,
 ) -> Compared:
     """Play until so many matches have ended, and compare every call and score with the referee's.
 
     Args:
         matches: how many are played at a time. batch: what plays them; None makes one.
+        leaps: where robots are put before each look.
     """
     found = Compared()
     batch = batch or Batch(setup, matches, seed=seed)
@@ -121,6 +158,8 @@ def compare(
     for judge, own in zip(judges, poses, strict=True):
         found.differences += filter(None, [judge.begin(own)])
     while found.matches < ended and not found.differences:
+        if leaps is not None:
+            leaps(poses, rng)
         before = poses.copy()
         out = batch.step(drives(seen, rng))
         seen = out.observations
@@ -148,9 +187,16 @@ def _differences(judge: Judged, expected: list[Call], batch: Any, b: int) -> Ite
     names = [judge.match.winner] if judge.match.over else []
     if (winner >= 0) != bool(names) or (winner >= 0 and batch.teams[winner] != names[0]):
         yield f"expected the winner {names}, got {winner}"
-    points, score = batch.records.standing.points[b].tolist(), judge.match.game.points
-    if not judge.match.over and points != [score[team] for team in batch.teams[:2]]:
-        yield f"expected the score {score}, got {points}"
+    if judge.match.over:
+        return
+    standing, game = batch.records.standing, judge.match.game
+    expected: dict[str, Any] = {"points": [game.points[team] for team in batch.teams[:2]], "number": game.round}
+    if hasattr(standing, "carriers"):
+        names = [flag.carrier for flag in game.objects]
+        expected["carriers"] = [batch.players.index(name) if name else NO_ONE for name in names]
+    for what, right in expected.items():
+        if (got := getattr(standing, what)[b].tolist()) != right:
+            yield f"at {judge.match.clock:.1f} s expected the {what} {right}, got {got}"
 
 
 def _made(batch: Any, b: int) -> list[Made]:

@@ -62,6 +62,13 @@ FLAGS = (
     Planted(roboflag.judge_homes, "s.home_reach) == NEVER", "s.flag_reach) == NEVER"),
     Planted(roboflag.begin_round, "t.carriers[:] = NO_ONE", "pass"),
 )
+ANYWHERE = (
+    Planted(roboflag.judge_tags, "t.carriers[1 - team] = NO_ONE", "pass"),
+    Planted(roboflag.judge_flags, "t.states[n] != NORMAL", "t.states[n] == FLAGGED"),
+    Planted(roboflag.next_round, "t.number = SUDDEN_DEATH if last", "t.number = SUDDEN_DEATH + 1 if last"),
+)
+SHARKS_ANYWHERE = (Planted(sharks_and_minnows.next_round, "if t.roles[n] == MINNOW:", "if True:"),)
+ZONES = (Planted(roboflag.observe, " or in_zone(s, 1, x, y)", ""),)
 MOTION = (
     Planted(motion.walls_of, "b.width)", "b.width + 0.04)"),
     Planted(motion.walls_of, "c.radius)", "c.radius + 0.02)"),
@@ -95,10 +102,15 @@ LATE = (
     Planted(stepping.step_all, "k.wanted[n, k.late, 0]", "k.wanted[n, 0, 0]"),
     Planted(stepping.begin, "k.wanted[:] = 0.0", "pass"),
 )
+SLOW = (SHARKS, LONG, ANYWHERE, SHARKS_ANYWHERE, ZONES)
+"""Those whose tests take long."""
 TABLE: tuple[tuple[Callable[[], None], tuple[Planted, ...]], ...] = (
     (partial(sharks.test_the_calls_of_a_small_match_are_those_of_the_referee, None), SHARKS),
     (partial(sharks.test_the_calls_are_those_of_the_referee_where_a_shark_and_a_minnow_leave_the_field, None), OUT),
     (partial(test_roboflag.test_the_calls_of_a_small_match_are_those_of_the_referee, None), FLAGS),
+    (partial(test_roboflag.test_the_calls_are_those_of_the_referee_wherever_players_are, None), ANYWHERE),
+    (partial(sharks.test_the_calls_are_those_of_the_referee_wherever_players_are, None), SHARKS_ANYWHERE),
+    (partial(test_twin.test_the_same_actions_are_the_same_match, test_roboflag, True, True), ZONES),
     (partial(crowd, 4, True), MOTION),
     (partial(crowd, 4, False), LONG),
     (partial(test_twin.test_the_same_actions_are_the_same_match, sharks, False, True), NODES),
@@ -107,13 +119,17 @@ TABLE: tuple[tuple[Callable[[], None], tuple[Planted, ...]], ...] = (
     (partial(varied.test_each_command_is_lost_by_itself_and_the_one_before_it_holds, None), LOST),
     (partial(varied.test_a_command_that_is_late_moves_the_robot_so_many_decisions_later, None), LATE),
 )
-"""Tests, as they are in Python, and the mistakes that each finds: the first one also in `make test`, if it is soon."""
+"""Tests, as they are in Python, and the mistakes that each finds: the first also in `make test`, if it is not SLOW."""
 
 
 @pytest.mark.parametrize(
     ("check", "mistake"),
     [
-        pytest.param(check, mistake, marks=[pytest.mark.thorough] if number or mistakes in (SHARKS, LONG) else [])
+        pytest.param(
+            check,
+            mistake,
+            marks=[pytest.mark.thorough] if number or mistakes in SLOW else [],
+        )
         for check, mistakes in TABLE
         for number, mistake in enumerate(mistakes)
     ],

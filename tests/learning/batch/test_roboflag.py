@@ -2,15 +2,22 @@
 
 import numpy as np
 import pytest
+from msgspec import structs
 
-from tests.learning.batch.refereeing import Singles, compare, smaller
+from tests.learning.batch.refereeing import Singles, Spirits, compare, smaller
 from vrg.config.loading import load_match, match_path
+from vrg.config.rules import rulebook_of
+from vrg.games.roboflag import TEAMS
 from vrg.learning.batch.observing import OWN
 
 SETUP = load_match(match_path("roboflag"))
 SMALL = smaller(
     SETUP, ("red1", "red2", "red3", "blue2", "blue3"), scale=1.7, round_time=25.0, sudden_death=5.0, captures=1
 )
+LAYOUT = rulebook_of(SMALL).layout
+KEEPERS = {f"{team}3": {"x": LAYOUT.flag(team)[0], "y": LAYOUT.flag(team)[1] + 0.3} for team in TEAMS}
+SMALL = structs.replace(SMALL, players=[structs.replace(p, **KEEPERS.get(p.name, {})) for p in SMALL.players])
+"""One player of each team begins in its flag zone."""
 PLACES, SLOTS = OWN + 9, OWN + 9 + 4 * 4
 SLOT = 12
 
@@ -32,9 +39,17 @@ def drives(seen: Singles, rng: np.random.Generator) -> Singles:
 
 
 def test_the_calls_of_a_small_match_are_those_of_the_referee(in_python: None) -> None:
-    found = compare(SMALL, 1, drives, ended=1, seed=21)
+    found = compare(SMALL, 1, drives, ended=1, seed=52)
     assert not found.differences
     assert {"tag", "flag", "home", "capture", "time"} <= found.calls.keys()
+
+
+@pytest.mark.thorough
+def test_the_calls_are_those_of_the_referee_wherever_players_are(in_python: None) -> None:
+    places = [(LAYOUT.home(team).x, LAYOUT.home(team).y) for team in TEAMS] + [LAYOUT.flag(team) for team in TEAMS]
+    found = compare(SMALL, 1, drives, ended=3, seed=3, leaps=Spirits([*places, (LAYOUT.midline, 0.0)]))
+    assert not found.differences
+    assert min(found.calls[rule] for rule in ("tag", "flag", "home", "capture", "sudden_death")) > 0
 
 
 @pytest.mark.thorough

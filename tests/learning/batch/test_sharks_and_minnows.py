@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.learning.batch.refereeing import Singles, compare, smaller
+from tests.learning.batch.refereeing import Singles, Spirits, compare, smaller
 from vrg.config.loading import load_match, match_path
 from vrg.learning.batch.observing import OWN
 
@@ -53,6 +53,14 @@ def test_the_calls_are_those_of_the_referee_where_a_shark_and_a_minnow_leave_the
     found = compare(FEW, 1, aside, ended=1)
     assert not found.differences
     assert found.calls["out_of_bounds"] == 2
+
+
+@pytest.mark.thorough
+def test_the_calls_are_those_of_the_referee_wherever_players_are(in_python: None) -> None:
+    places = [(21.0, -31.0), (21.0, -15.4), (12.0, -31.0), (21.0, -12.4)]
+    found = compare(SMALL, 1, drives, ended=1, seed=11, leaps=Spirits(places, near=2.0))
+    assert not found.differences
+    assert min(found.calls[rule] for rule in ("tag", "out_of_bounds", "pass_over", "new_shark")) > 0
 
 
 @pytest.mark.thorough
