@@ -76,6 +76,7 @@ def found(errors: dict = GOOD, after: float | None = 0.01) -> Findings:
     ("one", "fixes", "words"),
     [
         (found(), {"used": 1300, "far": 100}, "100 of 1400 fixes were refused"),
+        (found(), {"used": 1300, "turned": 100}, 'prints = "apriltag"'),
         (found(after=None), FIXES, "it has hardly moved"),
         (found(after=0.2), FIXES, "still 20.0 cm away"),
         (found(GOOD | {"way": (-0.9, 0.01)}), FIXES, "ways longer by, % -90 +- 1, expected at most 20 +- 2"),

@@ -101,6 +101,26 @@ def test_fixes_that_are_of_nobody_or_wrong_change_nothing_and_are_counted() -> N
     assert pose.twist != STILL
 
 
+def test_a_tag_that_is_turned_is_named_once_until_an_official_places_the_robot(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    bench = Bench()
+    for number in range(60):
+        x = 0.025 * max(0, number - 20)
+        bench.moves("ann", Pose(x, 0.0, 0.0))
+        bench.sees(bench.time, ann=Pose(x, 0.0, math.pi))
+        pose = bench.tick()["ann"][1]
+    assert pose.lost
+    told = [record.getMessage() for record in caplog.records if "turned by 180 degrees" in record.getMessage()]
+    assert len(told) == 1
+    bench.say(KEYS.placed("ann"), Placed(pose=Pose(x, 0.0, 0.0), by="official"), bench.time)
+    for _ in range(3):
+        bench.moves("ann", Pose(x, 0.0, 0.0))
+        bench.sees(bench.time, ann=Pose(x, 0.0, 0.0))
+        pose = bench.tick()["ann"][1]
+    assert not pose.lost
+
+
 def test_what_a_robot_measures_of_its_own_place_counts_as_much_as_it_is_worth() -> None:
     """An inertial navigation system corrects it. GPS, whose error stays for minutes, only pulls a little."""
     origin = (math.radians(35.0), math.radians(-106.0))

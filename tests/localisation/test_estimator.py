@@ -193,3 +193,31 @@ def test_without_fixes_the_error_grows_and_the_covariance_with_it() -> None:
     assert all(one is not None and one.age == math.inf for one in found)
     assert 0.05 < np.hypot(drive.errors[:, -1, 0], drive.errors[:, -1, 1]).mean() < 2.0
     assert 0.5 < drive.nees[:, -1].mean() < 12.0
+
+
+@pytest.mark.parametrize(("ahead", "angle"), [(0.5, math.pi), (-0.5, math.pi), (0.5, math.pi / 2), (0.4, -2.0)])
+def test_a_tag_that_is_turned_is_noticed_by_the_way_that_the_robot_drives(ahead: float, angle: float) -> None:
+    """It is located no more, as it would drive another way than its player wants."""
+    found, verdicts = estimator(), []
+    for number in range(60):
+        time = number / 15.0
+        truth = along_arc(ORIGIN, Twist(ahead, 0.2), max(0.0, time - 1.0))
+        found.move(time, truth)
+        tag = Pose(truth.x, truth.y, wrap(truth.theta + angle))
+        verdicts.append(found.correct(*fix(time, tag)))
+    assert verdicts[AGREEING - 1] is Verdict.MOVED, "a robot that stands may be so"
+    assert Verdict.TURNED in verdicts[15:25]
+    assert set(verdicts[25:]) == {Verdict.TURNED}
+    assert found.turned is not None
+    assert wrap(found.turned - angle) == pytest.approx(0.0, abs=0.1)
+    assert known(found).age > LOST
+
+
+def test_a_robot_that_is_pulled_back_while_its_wheels_spin_is_elsewhere_and_not_turned() -> None:
+    found = estimator()
+    for number in range(40):
+        time = number / 15.0
+        found.move(time, Pose(0.03 * number, 0.0, 0.0))
+        found.correct(*fix(time, Pose(0.03 * number if number < 10 else 0.3 - 0.05 * (number - 10), 0.0, 0.0)))
+    assert found.turned is None
+    assert known(found).age > LOST

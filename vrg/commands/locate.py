@@ -1,7 +1,7 @@
 """`vrg locate ...`: what is printed for a camera above the field, and what a camera sees."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
 import typer
 
@@ -9,7 +9,7 @@ from vrg.commands.options import GameArgument, write_text
 from vrg.errors import ConfigError
 
 if TYPE_CHECKING:
-    from vrg.localisation.camera.detection import Picture, Tag
+    from vrg.localisation.camera.detection import Picture, Prints, Tag
 
 _FIRST: Final = 20
 """The pictures of a camera that are not looked at."""
@@ -105,6 +105,9 @@ def show(
     height: Annotated[
         float, typer.Option(min=0.0, max=10.0, help="The height of robots' tags above the floor, m.")
     ] = 0.0,
+    prints: Annotated[
+        Literal["opencv", "apriltag"], typer.Option(help="Whose prints the tags are: opencv or apriltag.")
+    ] = "opencv",
     output: Annotated[Path, typer.Option("--output", "-o", help="The PNG file to write.")] = Path("found.png"),
 ) -> None:
     """Find the tags in a picture, tell where they are, and draw them."""
@@ -119,7 +122,7 @@ def show(
         size, floor = camera.lens.size, {tag.number for tag in camera.tags}
         view = camera.view(calibration) if camera.place is not None else None
     taken = picture_of(picture, size)
-    found = detected(grey_of(taken))
+    found = detected(grey_of(taken), prints)
     located = [view.locate(t.corners, 0.0 if t.number in floor else height, NOISE) for t in found] if view else []
     for index, tag in enumerate(found):
         typer.echo(words_of(tag, located[index]) if located else f"tag {tag.number}: {tag.side:.0f} pixels wide")
@@ -129,15 +132,15 @@ def show(
     typer.echo(f"Written to {output}.")
 
 
-def detected(grey: "Picture") -> "list[Tag]":
-    """The tags in a grey picture.
+def detected(grey: "Picture", prints: "Prints" = "opencv") -> "list[Tag]":
+    """The tags in a grey picture, which are of these prints.
 
     Raises:
         ConfigError: only its mirror image has tags.
     """
     from vrg.localisation.camera.detection import TagDetector
 
-    detector = TagDetector()
+    detector = TagDetector(prints)
     found = detector.detect(grey)
     if not found and (mirrored := detector.detect(grey[:, ::-1].copy())):
         numbers = ", ".join(str(tag.number) for tag in mirrored)

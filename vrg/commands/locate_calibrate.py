@@ -135,5 +135,10 @@ def field(
     typer.echo(f"The points are off by {found.rms:.2f} pixels.")
     typer.echo(
         f"Written to {calibration}."
-        + (" Leave the tags there: they tell whether the camera is moved." if floor else "")
+        + (
+            " Leave the tags there: they tell whether the camera is moved."
+            if len(floor) >= 2
+            else " Nothing will tell whether the camera is moved: lay at least two tags on the floor, and name them by "
+            "--tag, or its fixes count for less and less."
+        )
     )

@@ -168,14 +168,17 @@ def doubt_of(found: "Findings", fates: dict[str, int]) -> str | None:
     Args:
         fates: what became of its fixes.
     """
-    if isinstance(found.fitted, str):
-        return found.fitted
     used, whole = _used(fates), sum(fates.values())
     if used < GOOD_FIXES * whole:
-        return (
-            f"{whole - used} of {whole} fixes were refused: does the source see this robot, is nothing in its way, and "
-            "are the directions of its motors right?"
-        )
+        why = "does the source see this robot, is nothing in its way, and are the directions of its motors right?"
+        if fates.get("turned"):
+            why = (
+                "it drives another way than it heads by them: is its tag or its body turned (write `heading`, "
+                'or `prints = "apriltag"` for tags of other programs), or are the directions of its motors wrong?'
+            )
+        return f"{whole - used} of {whole} fixes were refused: {why}"
+    if isinstance(found.fitted, str):
+        return found.fitted
     if found.likeness is None:
         return "it has hardly moved"
     for name, (most, least) in _PLAUSIBLE.items():

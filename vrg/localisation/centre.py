@@ -106,6 +106,14 @@ class FusionCentre(Node):
         self._counts[name][verdict] += 1
         if verdict is Verdict.MOVED:
             log.warning("%s is elsewhere than its odometry has it: it was pushed or carried", name)
+        elif verdict is Verdict.TURNED and self._counts[name][verdict] == 1:
+            angle = self._estimators[name].turned or 0.0
+            log.error(
+                "%s drives another way than it heads by its fixes, which are turned by %.0f degrees: it is located no "
+                "more; is its tag or its body turned (see docs/localisation.md), or a motor's direction wrong?",
+                name,
+                math.degrees(angle),
+            )
 
     def counted(self) -> dict[str, Any]:
         """The fates of the fixes of each robot, the fixes of robots that are not located here, and what was learned.

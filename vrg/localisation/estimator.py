@@ -13,11 +13,13 @@ import enum
 import math
 from bisect import bisect_right, insort
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import itemgetter
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import structs
 
 from vrg.bus.messages import LOST, Fix
 from vrg.geometry import compose, interpolate, inverse, wrap
@@ -38,6 +40,11 @@ RESTART = 0.2
 """The standard deviation of a robot's pose, m and rad, where its odometry has begun anew: it may have rolled on."""
 JUMP = 0.3
 """The way in m by which an estimate may jump to such a place, as after a push; a robot that jumps further is lost."""
+TURNED = math.pi / 4
+"""The angle in rad by which fixes are turned against the way that a robot drives, from which on its tag is: no robot
+slips so, and one that is pushed does not follow its wheels."""
+_LEAST_WAY = 0.1
+"""The way in m over which such an angle is measured."""
 _GATES = {2: 13.82, 3: 16.27}
 """The squared Mahalanobis distance above which a fix is of something else, by the number of coordinates that are
 measured: the 0.999 quantile of the chi-squared distribution."""
@@ -47,7 +54,8 @@ class Verdict(enum.StrEnum):
     """The fate of a fix.
 
     USED and MOVED were used; with MOVED the robot is elsewhere than its odometry has it. FAR is too far from where the
-    robot is taken to be, LATE was captured too long ago, and EARLY in the future, as the clocks differ.
+    robot is taken to be, LATE was captured too long ago, and EARLY in the future, as the clocks differ. TURNED has a
+    heading that does not fit to how the robot drives.
     """
 
     USED = "used"
@@ -55,6 +63,7 @@ class Verdict(enum.StrEnum):
     FAR = "far"
     LATE = "late"
     EARLY = "early"
+    TURNED = "turned"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +114,9 @@ class Estimator:
         self._waiting: list[tuple[float, Fix, bool]] = []
         self._refused: deque[tuple[Fix, Pose]] = deque(maxlen=AGREEING)
         """The last fixes in a row that were refused, with the odometry of their times."""
+        self.turned: float | None = None
+        """The angle in rad by which the headings of fixes are turned against the way that the robot drives; None while
+        they are not known to be. The robot is located no more then: it would drive the wrong way."""
         self._seen = -math.inf
         self._lost_until = -math.inf
 
@@ -174,6 +186,8 @@ class Estimator:
         after = self._states[index] if index < len(self._states) else None
         if after is not None and self._driven(before, after.time, after.odometry) is not None:
             odometry = interpolate(odometry, after.odometry, (time - before.time) / (after.time - before.time))
+        if self.turned is not None and not own:
+            return Verdict.TURNED
         state = self._moved(before, time, odometry)
         found, distance = _updated(state, fix)
         if not distance <= _gate(fix):
@@ -201,8 +215,11 @@ class Estimator:
         if fix.heading is None:
             return Verdict.FAR
         self._refused.append((fix, state.odometry))
-        if len(self._refused) < AGREEING or not all(_agree(*other, fix, state.odometry) for other in self._refused):
+        if len(self._refused) < AGREEING:
             return Verdict.FAR
+        if not all(_agree(*other, fix, state.odometry) for other in self._refused):
+            self.turned = _turn(self._refused)
+            return Verdict.FAR if self.turned is None else Verdict.TURNED
         self._refused.clear()
         if math.dist((fix.pose.x, fix.pose.y), state.mean[:2]) > JUMP:
             self._lost_until = state.time + LOST
@@ -281,3 +298,18 @@ def _agree(one: Fix, its_odometry: Pose, other: Fix, odometry: Pose) -> bool:
     far = math.hypot(there.x - other.pose.x, there.y - other.pose.y) / math.hypot(one.position, other.position)
     turned = wrap(there.theta - other.pose.theta) / math.hypot(one.heading or 0.0, other.heading or 0.0)
     return far**2 + turned**2 < _GATES[3]
+
+
+def _turn(seen: Sequence[tuple[Fix, Pose]]) -> float | None:
+    """The angle by which fixes in a row are turned against the way by the odometry of their times, rad.
+
+    None if they do not fit to that way even then, or it is short, or the angle is less than TURNED.
+    """
+    (first, start), (last, end) = seen[0], seen[-1]
+    way, went = compose(inverse(first.pose), last.pose), compose(inverse(start), end)
+    angle = wrap(math.atan2(went.y, went.x) - math.atan2(way.y, way.x))
+    if math.hypot(went.x, went.y) < _LEAST_WAY or abs(angle) < TURNED:
+        return None
+    back = Pose(0.0, 0.0, -angle)
+    righted = [(structs.replace(fix, pose=compose(fix.pose, back)), odometry) for fix, odometry in seen]
+    return angle if all(_agree(*other, *righted[-1]) for other in righted) else None

@@ -84,6 +84,9 @@ def test_a_lens_and_a_place_are_measured_and_then_tags_are_located(
     assert result.exit_code == 0, result.output
     told = {int(n): (float(x), float(y)) for n, x, y in re.findall(r"tag (\d+): x (\S+) m, y (\S+) m", result.output)}
     assert told == {n: pytest.approx(place, abs=0.005) for n, place in {**FLOOR, 3: (0.2, 0.1)}.items()}
+    turned = locate("show", str(taken / "field.png"), "--calibration", "new.toml", "--prints", "apriltag")
+    headings = [re.findall(r"heading (\S+) degrees", one.output) for one in (result, turned)]
+    assert [abs(float(a) - float(b)) for a, b in zip(*headings, strict=True)] == pytest.approx([180.0] * 5, abs=1.0)
     drawn = read_picture(tmp_path / "found.png")
     assert drawn.shape == (720, 1280, 3)
     assert (np.ptp(drawn, axis=2) > 100).sum() > 500, "something is drawn in colours"
@@ -94,6 +97,7 @@ def test_points_may_be_typed_in_place_of_tags(locate: Callable[..., Result], tak
     words = [w for (x, y), (u, v) in zip(FLOOR.values(), pixels, strict=True) for w in ("--corner", f"{x},{y}={u},{v}")]
     result = locate("calibrate", "field", str(taken / "empty.png"), "--calibration", "cam.toml", *words)
     assert result.exit_code == 0, result.output
+    assert "Nothing will tell whether the camera is moved" in " ".join(result.output.split())
     place = load_camera(tmp_path / "cam.toml").place
     assert place is not None
     assert place.position == pytest.approx(VIEW.place.position, abs=1e-3)

@@ -114,6 +114,35 @@ def test_tags_on_the_floor_tell_whether_the_camera_has_been_moved(
     assert bench.node.counted()["unknown"] == {}
 
 
+def test_a_camera_that_nothing_checks_claims_less_and_less_and_that_is_said_once(
+    bench: Bench, caplog: pytest.LogCaptureFixture
+) -> None:
+    robot, floor = seen(4, Pose(0.0, 0.0, 0.0), 0.2), [seen(t.number, Pose(t.x, t.y, 0.5), 0.0) for t in FLOOR]
+
+    def claimed(*tags: Tag, after: float) -> tuple[float, float]:
+        bench.now += after
+        bench.shows(robot, *tags)
+        ((_, (fix,)),) = bench.tick()
+        assert fix.heading is not None
+        return fix.position, fix.heading
+
+    first = claimed(*floor, after=0.0)
+    assert first[0] == pytest.approx(0.005, abs=0.003)
+    assert claimed(*floor[:2], after=1000.0) == pytest.approx(first), "two are enough"
+    assert claimed(floor[0], after=4.0)[0] < 0.03, "robots drive over them"
+    assert not caplog.records
+    for number in range(1, 6):
+        position, heading = claimed(floor[0], after=120.0)
+        assert position == pytest.approx(0.5 * math.sqrt((4.0 + 120.0 * number) / 3600.0), rel=0.02)
+        assert heading > 4 * first[1]
+    assert [record.getMessage() for record in caplog.records if "fewer than two tags" in record.getMessage()] == [
+        caplog.records[-1].getMessage()
+    ]
+    # One of two is elsewhere: that shows nothing of the camera.
+    assert claimed(floor[0], seen(22, Pose(0.2, 0.2, 0.0), 0.0), after=0.0)[0] > 0.1
+    assert claimed(*floor, after=0.0) == pytest.approx(first)
+
+
 def test_pictures_that_are_old_or_of_another_size_or_from_before_the_match_or_of_a_faster_one_give_no_fix(
     bench: Bench, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -164,6 +193,7 @@ def test_names_that_do_not_fit_together_are_told(
         ({"tags": {}}, "at least 1"),
         ({"tags": {"ann": {"number": 600, "height": 0.1}}}, "less than 587"),
         ({"tags": {"ann": {"number": 3, "height": 0.1}, "bob": {"number": 3, "height": 0.1}}}, "got number 3 for ann"),
+        ({"prints": "paper"}, "'opencv' or 'apriltag'"),
         ({"rate": 0.0}, "greater than 0"),
         ({"kamera": 1}, "kamera"),
     ],
@@ -173,16 +203,19 @@ def test_wrong_settings_are_refused(wrong: dict, words: str) -> None:
         read_source(TABLE | wrong)
 
 
-def test_pictures_of_a_folder_become_fixes(tmp_path: Path) -> None:
-    """All of it, with threads and the real detector."""
+@pytest.mark.parametrize("prints", ["opencv", "apriltag"])
+def test_pictures_of_a_folder_become_fixes(tmp_path: Path, prints: str) -> None:
+    """All of it, with threads and the real detector; the tags of AprilTag's own prints are turned by half a turn."""
     rng = np.random.default_rng(2)
     (tmp_path / "pictures").mkdir()
     truths = [Pose(0.1 * number, 0.2, 0.5) for number in range(3)]
+    turn = Pose(0.0, 0.0, math.pi if prints == "apriltag" else 0.0)
     for number, truth in enumerate(truths):
-        tags = [(3, compose(truth, OFFSET), 0.25)] + [(t.number, Pose(t.x, t.y, 0.0), 0.0) for t in FLOOR]
+        tags = [(3, compose(compose(truth, OFFSET), turn), 0.25)]
+        tags += [(t.number, Pose(t.x, t.y, 0.0), 0.0) for t in FLOOR]
         cv2.imwrite(str(tmp_path / "pictures" / f"{number}.png"), tags_on_field(VIEW, tags, 0.15, rng))
 
-    bench = Bench(tmp_path)
+    bench = Bench(tmp_path, TABLE | {"prints": prints})
     began = time.monotonic()
     bench.now = began + 1000.0
     bench.node._monotonic = time.monotonic

@@ -3,7 +3,7 @@
 A pixel's coordinates (u, v) count columns to the right and rows down; (0, 0) is the middle of the upper left pixel.
 """
 
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -19,6 +19,9 @@ NUMBERS: Final = 587
 """The number of tags in the family; they are counted from 0."""
 CELLS: Final = 8
 """The cells along a side of a tag, its black border included. A white one must be around them."""
+Prints = Literal["opencv", "apriltag"]
+"""The origin of printed tags: `vrg locate tags`, as OpenCV has them, or AprilTag's own pictures and what follows them,
+such as moms-apriltag, in which each tag is turned by half a turn."""
 _WINDOWS: Final = (7, 25)
 """The pixels of which the mean is the threshold between black and white."""
 _FAMILY: Final = cv2.aruco.DICT_APRILTAG_36h11
@@ -53,9 +56,14 @@ class Tag(Struct, frozen=True):
 
 
 class TagDetector:
-    """Finds tags in pictures."""
+    """Finds tags in pictures.
 
-    def __init__(self) -> None:
+    Args:
+        prints: whose prints they are.
+    """
+
+    def __init__(self, prints: Prints = "opencv") -> None:
+        self._half_turn = 2 if prints == "apriltag" else 0
         settings = cv2.aruco.DetectorParameters()
         settings.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
         # Two thresholds find what three do, for two thirds of the time; one alone misses small tags.
@@ -80,7 +88,9 @@ class TagDetector:
             for n, c in zip(np.ravel(numbers), corners, strict=True)
         ]
         better = refined(grey, np.array([tag.corners for tag in tags]), np.array([tag.side / CELLS for tag in tags]))
-        found = [Tag(tag.number, four) for tag, four in zip(tags, better, strict=True)]
+        found = [
+            Tag(tag.number, np.roll(four, self._half_turn, axis=0)) for tag, four in zip(tags, better, strict=True)
+        ]
         return sorted(found, key=lambda tag: (tag.number, *tag.corners[0].tolist()))
 
 

@@ -5,7 +5,7 @@ from typing import Annotated, Final
 
 from pydantic import Field, model_validator
 
-from vrg.localisation.camera.detection import NUMBERS
+from vrg.localisation.camera.detection import NUMBERS, Prints
 from vrg.tables import Table
 from vrg.types import Pose
 
@@ -43,7 +43,7 @@ class CameraSettings(Table):
         camera: the index of a USB camera, its device such as /dev/video2, or a video file or a folder of pictures.
         calibration: the file that the commands `vrg locate calibrate` have written, relative to the match file.
         tags: those of the robots, by the robots' names.
-        size: the length of the sides of the tags' black squares, m.
+        size: the length of the sides of the tags' black squares, m. prints: whose prints the tags are.
         rate: the most pictures in a second that are looked at.
         noise: the standard deviation of each coordinate of a corner of a tag, pixels; see benchmarks/camera.py.
     """
@@ -52,6 +52,7 @@ class CameraSettings(Table):
     calibration: str
     tags: Annotated[dict[str, RobotTag], Field(min_length=1)]
     size: Annotated[float, Field(gt=0.0, le=10.0)] = 0.15
+    prints: Prints = "opencv"
     rate: Annotated[float, Field(gt=0.0, le=200.0)] = 15.0
     noise: Annotated[float, Field(gt=0.0, le=10.0)] = NOISE
 

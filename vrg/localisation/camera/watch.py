@@ -10,7 +10,7 @@ from typing import Final
 from msgspec import Struct
 
 from vrg.localisation.camera.capture import Capture
-from vrg.localisation.camera.detection import Tag, TagDetector, grey_of
+from vrg.localisation.camera.detection import Prints, Tag, TagDetector, grey_of
 from vrg.localisation.camera.readers import Frame, Reader
 
 log = logging.getLogger(__name__)
@@ -38,14 +38,20 @@ class Watch:
 
     Args:
         open_: opens where pictures come from; it may raise a ConfigError.
-        rate: the most pictures in a second that are looked at. monotonic: the clock of the pictures' times, s.
+        rate: the most pictures in a second that are looked at. prints: whose prints the tags are.
+        monotonic: the clock of the pictures' times, s.
     """
 
     def __init__(
-        self, open_: Callable[[], Reader], rate: float, monotonic: Callable[[], float] = time.monotonic
+        self,
+        open_: Callable[[], Reader],
+        rate: float,
+        prints: Prints = "opencv",
+        monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
         self._capture = Capture(open_, monotonic)
         self._period = 1.0 / rate
+        self._detector = TagDetector(prints)
         self._found: deque[Sighting] = deque(maxlen=_KEPT)
         self._stop = threading.Event()
         self._trouble: str | None = None
@@ -76,14 +82,13 @@ class Watch:
         return self._trouble or self._capture.problem()
 
     def _run(self) -> None:
-        detector = TagDetector()
         while not self._stop.is_set():
             frame = self._capture.newest(_PATIENCE)
             if frame is not None and self._is_due(frame):
                 try:
                     picture = grey_of(frame.picture)
                     size = (picture.shape[1], picture.shape[0])
-                    self._found.append(Sighting(frame.time, detector.detect(picture), size))
+                    self._found.append(Sighting(frame.time, self._detector.detect(picture), size))
                     self._trouble = None
                 except Exception as error:  # one picture must not end the search in all others
                     log.exception("a picture cannot be looked at")
