@@ -31,12 +31,20 @@ def test_a_clock_that_stops_is_a_warning_and_one_that_has_not_begun_is_none(capl
     ]
 
 
-def test_a_process_that_was_frozen_hears_that_time_had_stopped_before_it_goes_on() -> None:
+def test_a_process_that_was_frozen_hears_that_time_had_stopped_before_it_goes_on(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
     """Ctrl-Z, or a closed lid: a referee halts a match with physical robots, and no player drives on unasked."""
     pacer = Pacer(0.1, 0.0)
     pacer.hear([clock(5.0)], 1.0, cut=False)
     assert pacer.tick() == Tick(5.0)
     pacer.hear([clock(5.1)], 1.0 + FROZEN + 0.1, cut=False)
-    assert pacer.tick() == Tick(5.1, live=False)
+    assert pacer.tick() == Tick(5.1, live=False, frozen=pytest.approx(FROZEN + 0.1))
+    assert [record.message for record in caplog.records] == ["this process did not run for 1.1 s at 5.10 s"]
     pacer.hear([clock(5.2)], 2.2, cut=False)
     assert pacer.tick() == Tick(5.2)
+    assert pacer.tick() is None
+    pacer.hear([], 5.0, cut=False)
+    assert pacer.tick() == Tick(5.2, live=False, frozen=pytest.approx(2.8)), "nor did the world meanwhile"
+    pacer.hear([], 5.1, cut=False)
+    assert pacer.tick() == Tick(5.2, live=False), "now it is the world alone that does not"

@@ -67,7 +67,7 @@ class Table:
             if inlet.topic.type is type(body):
                 inlet.offer(Received(topic.key, self.time, sequence, body))
 
-    def tick(self, *, live: bool = True, estop: bool = False) -> m.RefereeState:
+    def tick(self, *, live: bool = True, estop: bool = False, frozen: float = 0.0) -> m.RefereeState:
         if live:
             self.time = round(self.time + 0.1, 6)
             bodies = [
@@ -83,7 +83,7 @@ class Table:
                     report = m.Report(mode="-", armed=True, estop=name in self.stopped, fault=self.faults.get(name))
                     self.hear(KEYS.report(name), report)
         self.mailbox.handover(self.time)
-        self.node.tick(Tick(self.time, live))
+        self.node.tick(Tick(self.time, live, frozen))
         for out in self.mailbox.collect():
             body = out.message.body
             arrives = decode(encode(out.message), out.topic.type, out.message.key)
@@ -201,6 +201,13 @@ def test_a_stopped_clock_halts_physical_robots_at_once(early: Table) -> None:
     early.ages["m1"] = 0.0
     early.ticks(2)
     assert early.tick(live=False).halted == "the world's clock has stopped"
+
+
+def test_a_referee_that_did_not_run_halts_physical_robots_and_names_itself(early: Table) -> None:
+    early.ages["m1"] = 0.0
+    early.ticks(2)
+    assert early.tick(live=False, frozen=1.23).halted == "the referee did not run for 1.2 s"
+    assert early.tick().halted == "the referee did not run for 1.2 s", "and only an official ends it"
 
 
 def test_an_emergency_stop_halts_and_holds_until_released_and_resumed(table: Table) -> None:

@@ -50,7 +50,8 @@ class Pacer:
     def __init__(self, period: float, now: float) -> None:
         self._period = period
         self._epoch = self._number = 0
-        self._heard_at = now
+        self._heard_at = self._looked_at = now
+        self._frozen = 0.0
         self._last = -1
         self.tracker = ClockTracker()
         self.time = 0.0
@@ -65,7 +66,8 @@ class Pacer:
         """
         restarted = False
         # A process that was frozen finds a message that was sent while it was, and must not take it for the next one.
-        frozen = self.heard and not self.stalled and now - self._heard_at > FROZEN
+        # It looks often: had the clock stopped while it ran, it would be stalled by now.
+        self._frozen, frozen = 0.0, self.heard and not self.stalled and now - self._heard_at > FROZEN
         for message in messages:
             self.time, self._heard_at = message.stamp, now
             self.tracker.heard(message.stamp, message.body.rate, now)
@@ -74,10 +76,14 @@ class Pacer:
             self._epoch, self._number = message.body.epoch, message.body.tick
         if not self.stalled and (cut or frozen or now - self._heard_at > STALL):
             self.stalled = True
-            if cut or self.heard:
+            if frozen:
+                self._frozen = now - self._looked_at
+                log.warning("this process did not run for %.1f s at %.2f s", self._frozen, self.time)
+            elif cut or self.heard:
                 log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.time)
             else:
                 log.info("waiting for the world's clock")
+        self._looked_at = now
         if restarted:
             self._last = -1
         return restarted
@@ -85,7 +91,7 @@ class Pacer:
     def tick(self) -> Tick | None:
         """The tick that is due now; None if there is none."""
         if self.stalled:
-            return Tick(self.time, live=False)
+            return Tick(self.time, live=False, frozen=self._frozen)
         index = due_index(self.time, self._period)
         if not self.heard or index <= self._last:
             return None

@@ -269,7 +269,7 @@ class Coordinator(Node):
         return [*outcomes, *(self._enact(Decided(o, list(absent), silent)) for o in others)]
 
     def _absent(self, tick: Tick) -> list[str]:
-        reasons = [] if tick.live else ["the world's clock has stopped"]
+        reasons = [] if tick.live else [_stopped(tick)]
         if tick.live and (stale := self._stale(tick)):
             reasons.append(stale)
         if self._estop:
@@ -300,7 +300,7 @@ class Coordinator(Node):
             # In a world that stalls for a moment time stands still for everybody; only physical robots go on.
             self._stalled += 1
             halts = self._stalled > STALL_TICKS or bool(self._field.physical)
-            return [], [self._enact(Halted("the world's clock has stopped"))] if halts else []
+            return [], [self._enact(Halted(_stopped(tick)))] if halts else []
         match = self.match
         may_return = [name for name, d in match.disqualified.items() if not (d.by_official or d.returns)]
         changes = [self._enact(Reinstated(name)) for name in self._attendance.back(tick, may_return)]
@@ -407,3 +407,8 @@ def _held(state: RefereeState, halted: str) -> RefereeState:
 def _limits(book: RuleBook[Any]) -> dict[str, tuple[float, float]]:
     """The top speed of each player's robot that the rules slow down, and the one that they allow, m/s."""
     return {name: (book.contestants[name].v_max, limit) for name, limit in book.speed_limits().items()}
+
+
+def _stopped(tick: Tick) -> str:
+    """The reason why a tick is not live, in words."""
+    return f"the referee did not run for {tick.frozen:.1f} s" if tick.frozen else "the world's clock has stopped"
