@@ -163,14 +163,14 @@ class TestRos(DriverContract):
 
 
 def test_a_scan_and_a_charge_are_what_the_robot_measures(bench: RosBench) -> None:
-    """A beam without an echo, or that cannot be trusted, reads the longest range; one that is too near the shortest."""
+    """A beam without an echo reads the longest range, one that is too near the shortest, and what is discarded 0."""
     bench.driver.connect()
     bench.advance(0.2)
     readings = bench.driver.read()
     scan, battery = readings.latest(Laser), readings.latest(Battery)
     assert scan is not None
     assert battery is not None
-    np.testing.assert_allclose(scan.value.ranges, [1.0, 8.0, 2.0, 0.0, 8.0, 0.1, 0.1])
+    np.testing.assert_allclose(scan.value.ranges, [1.0, 8.0, 2.0, 0.0, 0.0, 0.0, 0.1])
     assert (scan.value.angle_min, scan.value.angle_step, battery.value.charge) == (-1.5, 0.5, 0.75)
 
 

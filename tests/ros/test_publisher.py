@@ -137,7 +137,7 @@ def test_readings_become_messages_in_frames_that_are_there() -> None:
     bench.say(KEYS.referee_state, state())
     bench.tick(0.9)
     names = {spec.kind: spec.name for spec in MODEL.sensors}
-    ranges = np.array([1.0, 8.0, 2.5], dtype=np.float32)
+    ranges = np.array([1.0, 8.0, 0.0], dtype=np.float32)
     laser = Laser(angle_min=-0.5, angle_step=0.5, range_max=8.0, data=ranges.tobytes())
     bench.say(KEYS.sensor(Laser, "ann", names["laser"]), laser)
     bench.say(KEYS.sensor(Battery, "ann", names["battery"]), Battery(charge=0.75))
@@ -147,7 +147,7 @@ def test_readings_become_messages_in_frames_that_are_there() -> None:
     bench.tick(1.0)
     static = {frame["child_frame_id"] for frame in bench.found["/tf_static"][1]["transforms"]}
     scan = bench.found["/m/ann/scan"][1]
-    assert scan["ranges"] == pytest.approx([1.0, math.inf, 2.5])
+    assert scan["ranges"] == pytest.approx([1.0, math.inf, math.nan], nan_ok=True), "0 is no measurement"
     assert (scan["angle_min"], scan["angle_max"], scan["range_max"]) == pytest.approx((-0.5, 0.5, 8.0))
     reach = bench.found["/m/ann/range"][1]
     assert bench.counts["/m/ann/range"] == 16

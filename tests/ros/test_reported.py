@@ -183,8 +183,8 @@ def test_a_beam_that_has_measured_nothing_or_something_too_near_has_found_no_fre
     message = ros.scan(1.0, "laser", 0.0, 0.1, 3.5, ranges) | {"ranges": ranges, "range_min": 0.125}
     reported.scan(message, 0.0)
     (scan,) = [s.value for s in reported.samples(0.0, 0.0) if isinstance(s.value, Laser)]
-    assert scan.ranges.tolist() == [1.0, 3.5, 3.5, 0.0, 0.0, 0.0, 0.125, 0.125]
-    assert scan.words == "8 beams, 3 met something; nearest 0.12 m at +34°"
+    assert scan.ranges.tolist() == [1.0, 3.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.125]
+    assert scan.words == "8 beams, 2 met something; nearest 0.12 m at +40°"
 
 
 def test_a_charge_is_a_share_or_in_per_cent_but_never_both() -> None:

@@ -90,7 +90,11 @@ def scan(
     ranges: Sequence[float],
     scan_time: float = 0.0,
 ) -> Fields:
-    """sensor_msgs/LaserScan. A beam that met nothing reads infinity (REP 117). `scan_time` is between two scans, s."""
+    """sensor_msgs/LaserScan, by REP 117: a beam that met nothing reads infinity, one that has measured nothing NaN.
+
+    Args:
+        scan_time: between two scans, s.
+    """
     return {
         "header": header(seconds, frame),
         "angle_min": angle_min,
@@ -98,7 +102,7 @@ def scan(
         "angle_increment": step,
         "scan_time": scan_time,
         "range_max": longest,
-        "ranges": [value if value < longest else math.inf for value in ranges],
+        "ranges": [math.nan if value == 0.0 else value if value < longest else math.inf for value in ranges],
     }
 
 

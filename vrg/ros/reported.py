@@ -125,7 +125,7 @@ class Reported:
         """Take in sensor_msgs/LaserScan.
 
         A beam that met nothing reads the longest range, one that met something too near to be measured the shortest,
-        and one that has measured nothing 0.
+        and one that has measured nothing, or what is to be discarded, 0.
 
         Args:
             now: the monotonic time, s.
@@ -142,11 +142,10 @@ class Reported:
                 f"in steps of {step}, and ranges from {shortest} to {longest}"
             )
         # REP 117: -inf is nearer than the sensor can measure, inf is nothing within its range, NaN is no measurement;
-        # nor are 0, which drivers report for it, and other ranges that cannot be.
-        near = max(0.0, shortest)
+        # nor are ranges beyond its bounds, which are discarded. Zero is, too, as drivers report it for no measurement.
+        read = {math.inf: longest, -math.inf: max(0.0, shortest)}
         ranges = array(
-            "f",
-            (min(max(r, near), longest) if r > 0.0 else near if r == -math.inf else 0.0 for r in message["ranges"]),
+            "f", (read.get(r, r if shortest <= r <= longest and r > 0.0 else 0.0) for r in message["ranges"])
         )
         scan = checked(Laser(angle_min=wrap(first), angle_step=step, range_max=longest, data=ranges.tobytes()))
         self._newest[LaserSpec] = seconds(message["header"]["stamp"]), now, scan
