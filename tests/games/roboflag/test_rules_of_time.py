@@ -214,8 +214,9 @@ def test_a_match_whose_players_are_all_disqualified_is_a_draw() -> None:
     [
         ({"red": 3, "blue": 1}, 1, "3 flags are captured"),
         ({"red": 1, "blue": 2}, 2, "the time is up"),
-        ({"red": 2, "blue": 1}, 3, "the first capture in sudden death"),
-        ({"red": 1, "blue": 1}, 3, "nobody has captured a flag in sudden death"),
+        ({"red": 2, "blue": 1}, 3, "the lead in sudden death, 2 to 1"),
+        ({"red": 3, "blue": 4}, 3, "the lead in sudden death, 4 to 3"),
+        ({"red": 1, "blue": 1}, 3, "still a tie after sudden death, 1 to 1"),
     ],
 )
 def test_the_call_at_the_end_tells_why_the_game_is_over(points: dict[str, int], number: int, why: str) -> None:

@@ -88,7 +88,7 @@ class RoboFlag(RuleBook[State]):
         if last and first != second:
             return Verdict(state, winner=leader, why=self._why(state, leader))
         if state.round >= SUDDEN_DEATH:
-            return Verdict(state, winner=DRAW, why="nobody has captured a flag in sudden death")
+            return Verdict(state, winner=DRAW, why=f"still a tie after sudden death, {first} to {second}")
         marks: dict[str, Pose] = {}
         for team in TEAMS:
             starts = {name: start for name, start in self.initial().marks.items() if self.teams[name] == team}
@@ -168,9 +168,10 @@ class RoboFlag(RuleBook[State]):
 
     def _why(self, state: State, winner: str) -> str:
         """Why the game is over, in words."""
-        if self._decided(state):
-            return f"{state.points[winner]} flags are captured"
-        return "the first capture in sudden death" if state.round >= SUDDEN_DEATH else "the time is up"
+        if state.round >= SUDDEN_DEATH:
+            # By a capture, or by the score that an official has set.
+            return f"the lead in sudden death, {state.points[winner]} to {min(state.points.values())}"
+        return f"{state.points[winner]} flags are captured" if self._decided(state) else "the time is up"
 
     def time_limit(self, state: State) -> float:
         """The time of play in s at which this round ends at the latest."""
