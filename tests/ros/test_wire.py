@@ -1,5 +1,6 @@
 """Keys, tokens and attachments: as rmw_zenoh's own documents have them, and as another implementation reads them."""
 
+import itertools
 import json
 import subprocess
 import sys
@@ -186,15 +187,25 @@ def test_a_message_of_another_type_is_refused(session: Session) -> None:
         node.publish("/say", "std_msgs/String", {"word": "x"})
 
 
-@pytest.mark.parametrize(("waiting", "named"), [(KEPT, 1), (KEPT - 1, 0)], ids=["a flood", "fast commands"])
+@pytest.mark.parametrize(
+    ("waiting", "named"),
+    [
+        ([KEPT], 1),
+        ([KEPT - 1], 0),
+        ([KEPT] * FLOODED + [KEPT - 1], 1),
+        ([KEPT] * FLOODED + [KEPT - 1] * FLOODED, 4),
+    ],
+    ids=["a flood", "fast commands", "commands at the limit", "floods again and again"],
+)
 def test_of_a_flood_of_commands_the_newest_counts_and_it_is_named_once(
-    waiting: int, named: int, caplog: pytest.LogCaptureFixture
+    waiting: list[int], named: int, caplog: pytest.LogCaptureFixture
 ) -> None:
     class Flooded:
-        """A session on which so many commands wait whenever somebody looks."""
+        """A session on which so many commands wait at each look in turn."""
 
         def __init__(self) -> None:
             self.v = 0.0
+            self.waiting = itertools.cycle(waiting)
 
         def declare_alive(self, key: object) -> None:
             """Nobody looks."""
@@ -204,14 +215,14 @@ def test_of_a_flood_of_commands_the_newest_counts_and_it_is_named_once(
 
         def take(self) -> list[tuple[str, bytes]]:
             of, found = "geometry_msgs/Twist", []
-            for _ in range(waiting):
+            for _ in range(next(self.waiting)):
                 self.v += 0.001
                 found.append((data_key(0, "/cmd_vel", of), encode(of, messages.twist(Twist(self.v, 0.0)))))
             return found
 
     session = Flooded()
     newest = RosNode(session, 0, "vrg").commands("/cmd_vel")  # type: ignore[arg-type]
-    for _ in range(3 * FLOODED):
+    for _ in range(8 * FLOODED):
         command = newest()
         assert command is not None
         assert command["linear"]["x"] == pytest.approx(session.v)

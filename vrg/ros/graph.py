@@ -18,7 +18,8 @@ log = logging.getLogger(__name__)
 KEPT: Final = 4
 """The messages of a topic that are kept until they are taken. The newest counts; others may be of another type."""
 FLOODED: Final = 30
-"""The calls in a row at which KEPT messages wait, after which it is logged that they come too fast."""
+"""The calls at which KEPT messages wait, beyond those at which fewer do, from which on it is logged that they come too
+fast; that is over when as many are made up for."""
 LONGEST: Final = 4096
 """The bytes of the longest message that is decoded, of most types."""
 SHOWN: Final = 300
@@ -123,13 +124,14 @@ class RosNode:
         # Those of a distribution without hashes, or with another definition, have another last chunk.
         take = self._session.collect_raw(f"{own.rpartition('/')[0]}/*", KEPT)
 
-        full = 0
+        full, flooded = 0, False
 
         def newest() -> dict[str, Any] | None:
-            nonlocal full
+            nonlocal full, flooded
             found = take()
-            full = full + 1 if len(found) == KEPT else 0
-            if floods and full == FLOODED:
+            full = min(full + 1, FLOODED) if len(found) == KEPT else max(full - 1, 0)
+            before, flooded = flooded, full == FLOODED or (flooded and full > 0)
+            if floods and flooded and not before:
                 log.warning("%s: %s comes much faster than it can count: only the newest of a tick does", topic, of)
             for key, data in reversed(found):
                 try:
