@@ -62,6 +62,8 @@ class Manual(Message, frozen=True, kw_only=True):
         lease: the match time for which the command holds, s, 0 to 1. 0 gives the robot back to its strategy.
     """
 
+    version = 2
+
     forward: Signed
     turn: Signed
     side: Signed = 0.0
