@@ -544,6 +544,16 @@ class TestIdentity:
         met.pass_time(0.1)
         assert "node 1: its drive has serial number A0, expected A1: were ids or plugs swapped" in met.fault
 
+    def test_one_that_says_late_who_it_is_is_expected_from_then_on(self) -> None:
+        met = Pair()
+        met.pass_time(2.0)
+        for who in (0xA1, 0xB0):
+            assert met.fault == ""
+            met.wires[1].hear(messages.Address(1, who), met.now)
+            met.pass_time(0.1)
+            met.wires[1].axis.forget_serials()
+        assert "node 1: its drive has serial number B0, expected A1" in met.fault
+
     def test_a_second_drive_of_an_id_is_named_whatever_has_latched_before(self, met: Pair) -> None:
         met.guard.latch("node 1: its position jumped")
         met.wires[1].hear(messages.Address(1, 0xB0), met.now)

@@ -9,7 +9,18 @@ from vrg.errors import RobotError
 from vrg.hal.can.axis import AxisReport, MotorState
 from vrg.hal.can.base import DriveBase, WheelAxis
 from vrg.hal.can.guard import PROOF_TIMEOUT
-from vrg.hal.can.machine import BLIND, OLD, OLD_TIMEOUT, POLL_PERIOD, TIMES, AxisMethod, Order, Phase, StateMachine
+from vrg.hal.can.machine import (
+    BLIND,
+    OLD,
+    OLD_TIMEOUT,
+    POLL_PERIOD,
+    TIMES,
+    WHO_PERIOD,
+    AxisMethod,
+    Order,
+    Phase,
+    StateMachine,
+)
 from vrg.hal.can.meeting import ANSWERS_SETTLE, HEAR_TIMEOUT, LISTEN, Meeting, MeetingStep, MissingError
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import robot_model
@@ -223,6 +234,20 @@ class TestWhatIsHeard:
             met.now += POLL_PERIOD
             asked += [o.node for o in met.report(MotorState.IDLE, on=False) if o.act is AxisMethod.ASK_SERIAL]
         assert asked[:4] in ([1, 2, 1, 2], [2, 1, 2, 1])
+
+    def test_one_that_could_not_be_asked_who_it_is_is_asked_again(self, met: Bench) -> None:
+        asked, failures = [], 3
+        for _ in range(50):
+            met.now += POLL_PERIOD
+            for order in met.report(MotorState.IDLE, on=False):
+                if order.act is AxisMethod.ASK_SERIAL:
+                    asked.append((order.node, met.now))
+                    if len(asked) <= failures:
+                        met.machine.failed(order.act, "the transmit queue is full")
+        assert met.machine.guard.fault is None
+        nodes, times = zip(*asked, strict=True)
+        assert nodes[: failures + 2] in ((1, 1, 1, 1, 2), (2, 2, 2, 2, 1))
+        assert times[failures] - times[0] < WHO_PERIOD, "at once, and not when it would be its turn"
 
     def test_estimates_alone_are_judged_now_and_then(self, armed: Bench) -> None:
         armed.reports[0].odd = "rubbish"

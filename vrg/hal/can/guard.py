@@ -231,7 +231,7 @@ class Guard:
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
-        if self.stray is None and (wrong := self._identity.problem):
+        if self.stray is None and (wrong := self._identity.judge()):
             self.fault = wrong  # it explains what else has latched
         self._find_dropouts(heard_until)
         again = False

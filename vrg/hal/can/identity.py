@@ -24,11 +24,10 @@ class Identity:
 
     def begin(self) -> None:
         """The drives have been met, or are to say anew who they are, as the robot is recovered."""
-        for axis in self._axes:
-            if self._met:
+        self.judge()
+        if self._met:
+            for axis in self._axes:
                 axis.forget_serials()
-            elif axis.serial:
-                self._expected.setdefault(axis.node, axis.serial)
         self._met = True
 
     @property
@@ -36,14 +35,15 @@ class Identity:
         """The node of a drive that has not said yet who it is, though it once could; None if there is none."""
         return next((axis.node for axis in self._axes if axis.node in self._expected and not axis.serials), None)
 
-    @property
-    def problem(self) -> str | None:
-        """That a drive is not the one that it was, or shares its id, in words; None where neither is known."""
+    def judge(self) -> str | None:
+        """That a drive is not the one that it was, or shares its id, in words; None where neither is known.
+
+        The first one that answers, however late, is the one that is expected from then on.
+        """
         for axis in self._axes:
-            expected = self._expected.get(axis.node)
             if axis.shared:
                 return f"node {axis.node}: {axis.shared}"
-            if expected and axis.serials and axis.serial != expected:
+            if axis.serials and axis.serial != (expected := self._expected.setdefault(axis.node, axis.serial)):
                 return (
                     f"node {axis.node}: its drive has serial number {axis.serial}, expected {expected}: were ids or "
                     "plugs swapped? Swap them back. Where another drive is meant, calibrate and connect the robot anew"

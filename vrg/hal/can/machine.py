@@ -337,8 +337,12 @@ class StateMachine:
 
     def failed(self, act: AxisMethod, words: str) -> None:
         """An order could not be carried out."""
+        if act is AxisMethod.ASK_SERIAL:
+            # Nothing waits for the answer but a robot that is not armed yet: the same drive is asked again.
+            self._asked, self._turn = NEVER, self._turn - 1
+            return
         text = f"{act.value.replace('_', ' ')}: {words}"
-        if act not in (AxisMethod.COMMAND, AxisMethod.POLL, AxisMethod.ASK_SERIAL) and text != self._complained:
+        if act not in (AxisMethod.COMMAND, AxisMethod.POLL) and text != self._complained:
             self._complained = text  # a player that is stopped asks again at every tick
             log.warning("%s: %s", self.name, text)
         self.guard.latch(words)
