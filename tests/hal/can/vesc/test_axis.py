@@ -1,5 +1,7 @@
 """One VESC axis and its emulated drive, where they differ from the contract."""
 
+import random
+
 import pytest
 
 from vrg.hal.can.axis import MotorState
@@ -64,6 +66,21 @@ def test_one_that_answers_nothing_does_not_hear_its_setpoints(wire: ProtocolWire
     wire.drive._hear = hear  # type: ignore[method-assign]
     wire.axis.forget_oddities()
     wire.advance(1.0)
+    assert wire.axis.odd is None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_one_on_a_bus_that_loses_frames_is_not_taken_for_deaf(wire: ProtocolWire, seed: int) -> None:
+    wire.running()
+    wire.axis.idle()
+    rng, hear, cyclic = random.Random(seed), wire.drive._hear, wire.drive._cyclic
+
+    def rest(frames: list[Frame]) -> list[Frame]:
+        return [frame for frame in frames if rng.random() >= 0.3]
+
+    wire.drive._hear = lambda frame, now: rest(hear(frame, now)) if rest([frame]) else []  # type: ignore[method-assign]
+    wire.drive._cyclic = lambda now: rest(cyclic(now))  # type: ignore[method-assign]
+    wire.advance(120.0)
     assert wire.axis.odd is None
 
 
