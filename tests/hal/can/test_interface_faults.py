@@ -2,7 +2,7 @@
 
 import math
 import random
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 
 import pytest
@@ -185,6 +185,22 @@ class TestBusyPlayers:
             assert going.device.read().fault is None, seconds
             assert seconds < 1.0 or not going.device.read().armed, "the drives' watchdogs have stopped the motors"
             gets_going(going)
+
+    @pytest.mark.parametrize("orders", [1, 2, 5])
+    def test_nothing_is_wrong_after_it_came_at_an_order_to_arm(self, bench: DeviceBench, orders: int) -> None:
+        bench.device.start()
+        for seconds in (1.0, 1.2, 2.0):
+            for _ in range(orders - 1):
+                drive_on(bench)
+            with suppress(RobotError):
+                bench.device.arm()
+            bench.port.freeze()
+            bench.clock.sleep(seconds)
+            bench.port.thaw()
+            gets_going(bench)
+            assert not bench.trouble
+            bench.device.disarm()
+            bench.advance(0.5)
 
     def test_a_drive_that_died_meanwhile_is_missed(self, going: DeviceBench) -> None:
         """Heartbeats of before that wait to be read are not taken for new ones."""

@@ -346,7 +346,9 @@ class Guard:
         for axis in self._axes:
             problem = self._silence(axis, heard_until) or (axis.fault if not forgiven else None)
             problem = problem or self._lack(axis, heard_until)
-            due = axis.node in self._obeyed or heard_until - self.armed_at > START_TIMEOUT
+            # What a drive has reported before this process did not run says nothing of how it has started since.
+            began = max(self.armed_at, self._excuse(axis, "told"))
+            due = axis.node in self._obeyed or heard_until - began > START_TIMEOUT
             if self.wanted and due and not axis.starved and axis.state in (MotorState.IDLE, MotorState.STARTING):
                 problem = problem or f"expected closed-loop control, but it is idle{self._reason(axis, heard_until)}"
             if problem:
