@@ -265,6 +265,13 @@ def test_a_gamepad_that_sdl_cannot_map_is_named(bench: Bench) -> None:
     assert not bench.node.pads.unknown
 
 
+def test_a_gamepad_whose_plug_bounces_is_no_trouble(bench: Bench) -> None:
+    """It is gone again before the window has seen it come."""
+    VirtualPad(UNKNOWN).unplug()
+    bench.tick()
+    assert not bench.node.pads.unknown
+
+
 def test_an_emergency_stop_gives_the_robot_back_so_that_it_does_not_drive_on(bench: Bench) -> None:
     bench.down(pygame.K_m)
     bench.down(pygame.K_UP)

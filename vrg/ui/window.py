@@ -32,6 +32,8 @@ _DECORATIONS: Final = 80
 """Pixels of a screen's height that title bars and task bars take."""
 _REPEAT: Final = (400, 50)
 """ms of real time until a key that is held counts again, and between the times after that."""
+_EVENTS: Final = 1000
+"""The most events that are answered to before the next frame."""
 
 
 class Window:
@@ -117,7 +119,13 @@ class Window:
     def handle_events(self) -> bool:
         """Answer to what the user did since this was last called; return whether it should be seen at once."""
         seen = False
-        for event in pygame.event.get():
+        for _ in range(_EVENTS):
+            try:
+                event = pygame.event.poll()
+            except SystemError:
+                continue  # pygame 2.6 raises it for a gamepad that is gone before it was opened, as by a loose plug
+            if event.type == pygame.NOEVENT:
+                break
             seen |= self.handle(event)
             if self.closed:
                 return False
