@@ -96,27 +96,28 @@ def test_a_wheel_that_turns_the_other_way(train: DriveTrain) -> None:
     assert [found.axes[node].direction for node in (0, 1)] == [1, -1]
 
 
-def test_one_that_was_frozen_goes_on_when_the_person_agrees(train: DriveTrain, drives: Drives) -> None:
-    """Ctrl-Z while the robot drives straight ahead: it stands, and nothing moves before Enter is pressed."""
-    drive, stood = train.drive, list[float]()
+@pytest.mark.parametrize("method", ["drive", "spin"])
+def test_one_that_was_frozen_goes_on_when_the_person_agrees(train: DriveTrain, drives: Drives, method: str) -> None:
+    """Ctrl-Z while it drives: it stands, nothing moves before Enter is pressed, and that may take a while."""
+    act, stood = getattr(train, method), list[float]()
 
-    def freeze_once(twist: Twist) -> None:
-        if not stood and train.state().odometry.x > 0.1:
+    def freeze_once(*arguments: object) -> None:
+        if not stood and max(map(abs, train.state().angles)) > 0.1:
             assert isinstance(train._bus, Port)
             train._bus.freeze()
             Lab.simulation.clock.sleep(2.5)
             stood.append(drives.drives[0].motor.position)
             train._bus.thaw()
-        drive(twist)
+        act(*arguments)
 
     class Waits(Clerk):
         def ready(self, words: str) -> None:
             super().ready(words)
             if "it goes on from here" in words:
-                train.clock.sleep(1.0)
+                train.clock.sleep(150.0)
                 stood.append(drives.drives[0].motor.position)
 
-    train.drive = freeze_once  # type: ignore[method-assign]
+    setattr(train, method, freeze_once)
     clerk = Waits([True] * 4, [None, None])
     assert run(train, clerk).axes[0].ratio == pytest.approx(RATIO)
     assert stood[1] == pytest.approx(stood[0], abs=0.5)

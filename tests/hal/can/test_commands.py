@@ -9,10 +9,12 @@ from click.testing import Result
 from typer.testing import CliRunner
 
 from tests.hal.can.bench import PATIENCE, CanBench, Drives
+from tests.tiny import TINY_CAN
 from vrg.commands import can_control
 from vrg.commands.can import app
 from vrg.commands.can_listening import BusState, listening
 from vrg.errors import ConfigError, RobotError
+from vrg.hal.can.calibration import AxisCalibration, Calibration, calibration_text, load_calibration
 from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
@@ -102,6 +104,21 @@ def test_a_jog_that_was_frozen_moves_nothing_when_it_goes_on(
     assert isinstance(done.exception, RobotError), done.output
     words = str(done.exception)
     assert any(why in words for why in ("did not run for", "nothing has been heard", "was this program stopped")), words
+
+
+def test_a_robot_whose_drive_was_replaced_is_calibrated_to_the_new_one(tmp_path: Path) -> None:
+    match, own = tmp_path / "match.toml", tmp_path / "ann.cal.toml"
+    match.write_text(TINY_CAN.replace("ratio = 50.0", 'ratio = 50.0\ncalibration = "ann.cal.toml"'), encoding="utf-8")
+    axis = AxisCalibration(direction=1, ratio=50.0, serial="DEAD")
+    own.write_text(calibration_text(Calibration(robot="ann", track=0.6, axes={0: axis, 1: axis})), encoding="utf-8")
+    with Drives("odrive", link=Link(interface="virtual", channel="tiny")):
+        quick = ("--way", "0.4", "--turns", "0.25", "--speed", "0.3")
+        answers = "\ny\ny\n\n\ny\n\n\ny\n"
+        done = CliRunner().invoke(app, ["calibrate", "ann", str(match), *quick], input=answers)
+    assert done.exit_code == 0, f"{done.output} {done.exception}"
+    serials = {axis.serial for axis in load_calibration(own, [0, 1]).axes.values()}
+    assert len(serials) == 2
+    assert "DEAD" not in serials
 
 
 @pytest.mark.parametrize(("protocol", "args"), [("odrive", ()), ("moteus", ("--protocol", "moteus"))])

@@ -1,7 +1,7 @@
 """The states of a drive train, by events and orders: no axis, no bus, no clock and no thread."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import pytest
 
@@ -22,6 +22,7 @@ from vrg.hal.can.machine import (
     StateMachine,
 )
 from vrg.hal.can.meeting import ANSWERS_SETTLE, HEAR_TIMEOUT, LISTEN, Meeting, MeetingStep, MissingError
+from vrg.hal.can.plausibility import FOLLOWING_TIMEOUT, STALL_TIMEOUT
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.models import robot_model
 
@@ -32,10 +33,11 @@ AXES = [WheelAxis(1, 0, ratio=50.0), WheelAxis(2, 1, ratio=50.0)]
 class Bench:
     """A machine, the reports of two drives, and what somebody who carries out its orders would tell of time."""
 
-    def __init__(self) -> None:
+    def __init__(self, axes: Iterable[WheelAxis] = AXES) -> None:
         self.now = 100.0
-        self.reports = [AxisReport(node) for node in NODES]
-        self.machine = StateMachine("r", DriveBase(AXES, robot_model("P2AT")))
+        wired = list(axes)
+        self.reports = [AxisReport(axis.node) for axis in wired]
+        self.machine = StateMachine("r", DriveBase(wired, robot_model("P2AT")))
         self.machine.begin(self.reports)
         self.meeting = Meeting("toy", self.reports, self.now)
 
@@ -44,7 +46,7 @@ class Bench:
         for report in self.reports:
             report.state, report.on = state, on
             report.heard = report.told = report.measured = self.now - age
-        return self.machine.hear(NODES, self.now - age, self.now)
+        return self.machine.hear([*self.machine.reports], self.now - age, self.now)
 
     def pass_time(
         self, seconds: float, state: MotorState = MotorState.IDLE, *, on: bool = False, age: float = 0.0
@@ -258,6 +260,30 @@ class TestWhatIsHeard:
         armed.reports[0].velocity, armed.reports[0].measured = 1e6, armed.now + 0.001
         assert acts(armed.machine.hear([1], armed.now + 0.001, armed.now + 0.001, news=False)) == [AxisMethod.IDLE] * 2
         assert "its encoder says 1e+06 turn/s" in (armed.machine.guard.fault or "")
+
+
+class TestFourWheels:
+    """A robot that turns where one of its wheels stands, and one that pushes where all do but one that slips."""
+
+    @pytest.mark.parametrize(("turning", "stand"), [((1,), STALL_TIMEOUT), ((1, 2, 3), FOLLOWING_TIMEOUT)])
+    def test_a_wheel_that_stands_has_less_time_only_if_all_others_turn(
+        self, turning: tuple[int, ...], stand: float
+    ) -> None:
+        bench = Bench(WheelAxis(n, (n - 1) // 2, ratio=50.0) for n in (1, 2, 3, 4))
+        bench.armed()
+        asked, began, latched = 20.0, math.inf, 0.0
+        while not latched and bench.now < began + 3.0:
+            bench.machine.drive([(report.node, asked) for report in bench.reports], bench.now)
+            began = min(began, bench.now)
+            bench.now += 0.01
+            for report in bench.reports:
+                report.velocity = asked if report.node in turning else 0.0
+                report.position += 0.01 * report.velocity
+            bench.report(MotorState.CLOSED_LOOP, on=True)
+            if bench.machine.guard.fault:
+                latched = bench.now
+        assert "it stands, though it was asked for 20 turn/s" in (bench.machine.guard.fault or "")
+        assert stand < latched - began < stand + 0.5
 
 
 class TestRecovery:

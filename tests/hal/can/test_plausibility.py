@@ -92,6 +92,15 @@ def test_a_reversed_encoder(setpoint: float) -> None:
     assert after < FOLLOWING_TIMEOUT + 0.3
 
 
+@pytest.mark.parametrize(("slowest", "words"), [(2.5, ""), (0.0, "it runs away")])
+def test_below_the_least_speed_that_its_drive_regulates_a_motor_at_rest_may_creep(slowest: float, words: str) -> None:
+    """A VESC that is asked for nothing brakes below it, so that a robot on a slope rolls slowly."""
+    rig = Rig(lambda p, v: (2.0 * rig.now, 2.0))
+    rig.check = Plausibility(BOUNDS, slowest)
+    assert words in (said := rig.run(0.0, 3.0))
+    assert bool(said) == bool(words)
+
+
 def test_a_motor_that_runs_away() -> None:
     rig = Rig()
     assert not rig.run(10.0, 1.0)

@@ -76,6 +76,15 @@ def test_it_shows_25_frames_a_second_and_each_call_once(node, match, audience):
     assert audience.frames[-1]["frame"]["clock"] == "0:14.0"
 
 
+def test_a_page_that_lives_on_shows_the_next_match(node, match, audience):
+    for number in range(351):
+        match.step(node, number * node.period, number)
+    node.mailbox.forget()  # as the executor does where the clock goes back
+    for number in range(51):
+        match.step(node, number * node.period, number)
+    assert audience.frames[-1]["frame"]["clock"] == "0:02.0"
+
+
 def test_a_fast_match_is_not_shown_at_every_tick(keys, node, match, audience):
     for number in range(400):
         time = number * node.period
