@@ -221,3 +221,15 @@ def test_a_robot_that_is_pulled_back_while_its_wheels_spin_is_elsewhere_and_not_
         found.correct(*fix(time, Pose(0.03 * number if number < 10 else 0.3 - 0.05 * (number - 10), 0.0, 0.0)))
     assert found.turned is None
     assert known(found).age > LOST
+
+
+def test_an_error_that_all_fixes_share_does_not_average_out() -> None:
+    found = estimator()
+    for number in range(60):
+        time = number / 15.0
+        found.move(time, ORIGIN)
+        found.correct(time, Fix("ann", ORIGIN, 0.005, 0.01, (0.06, 0.03)))
+    deviations = np.sqrt(np.diag(known(found).covariance))
+    assert deviations == pytest.approx([0.06, 0.06, 0.03], rel=0.02)
+    found.correct(time, Fix("ann", ORIGIN, 0.005, 0.01))
+    assert np.sqrt(np.diag(known(found).covariance)).max() < 0.005, "and is none where a source has none"

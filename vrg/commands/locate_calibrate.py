@@ -139,6 +139,6 @@ def field(
             " Leave the tags there: they tell whether the camera is moved."
             if len(floor) >= 2
             else " Nothing will tell whether the camera is moved: lay at least two tags on the floor, and name them by "
-            "--tag, or its fixes count for less and less."
+            "--tag, or poses are known worse and worse."
         )
     )

@@ -117,6 +117,8 @@ class Estimator:
         self.turned: float | None = None
         """The angle in rad by which the headings of fixes are turned against the way that the robot drives; None while
         they are not known to be. The robot is located no more then: it would drive the wrong way."""
+        self._common = 0.0, 0.0
+        """That of the last fix that was used; the filter, whose errors average out, knows nothing of it."""
         self._seen = -math.inf
         self._lost_until = -math.inf
 
@@ -128,7 +130,9 @@ class Estimator:
         last = self._states[-1]
         x, y, theta = last.mean[:3].tolist()
         age = math.inf if last.time < self._lost_until else max(0.0, last.time - self._seen)
-        return Estimate(last.time, Pose(x, y, wrap(theta)), last.covariance[:3, :3].copy(), age)
+        position, heading = self._common
+        covariance = last.covariance[:3, :3] + np.diag(np.square([position, position, heading]))
+        return Estimate(last.time, Pose(x, y, wrap(theta)), covariance, age)
 
     @property
     def errors(self) -> tuple[Floats, Floats]:
@@ -199,8 +203,8 @@ class Estimator:
 
     def _take(self, state: _State, index: int, *, own: bool = False) -> None:
         """Put in the state of a fix, and come forward again over all that was heard since."""
-        if not own:
-            self._seen = max(self._seen, state.time)
+        if not own and state.fix is not None:
+            self._seen, self._common = max(self._seen, state.time), state.fix.common
         self._states.insert(index, state)
         for i in range(index + 1, len(self._states)):
             old = self._states[i]
@@ -228,7 +232,7 @@ class Estimator:
         covariance[:3, :3] = _covariance(fix)
         covariance[3:, 3:] = state.covariance[3:, 3:]
         del self._states[:index]
-        self._take(_State(state.time, state.odometry, mean, covariance), 0)
+        self._take(_State(state.time, state.odometry, mean, covariance, fix), 0)
         return Verdict.MOVED
 
     def _driven(self, state: _State, time: float, odometry: Pose) -> Pose | None:

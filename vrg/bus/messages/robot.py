@@ -106,16 +106,20 @@ class Fix(Struct, frozen=True, forbid_unknown_fields=True, gc=False):
     Args:
         robot: its name. pose: in the map's frame.
         position: the standard deviation of x and of y, m. heading: that of the heading, rad; None if there is none.
+        common: those of an error that all fixes of its source share now, so that it does not average out, m and rad.
     """
 
     robot: Name
     pose: Pose
     position: Annotated[float, Meta(gt=0.0, le=1e3)]
     heading: Annotated[float, Meta(gt=0.0, le=10.0)] | None = None
+    common: tuple[Annotated[float, Meta(ge=0.0, le=1e3)], Annotated[float, Meta(ge=0.0, le=10.0)]] = (0.0, 0.0)
 
 
 class Fixes(Message, frozen=True, kw_only=True):
     """The robots that a source has seen at one instant, at most one fix of each. The stamp is the time of capture."""
+
+    version = 2
 
     fixes: Annotated[tuple[Fix, ...], Meta(max_length=FIXES_LIMIT)]
 

@@ -172,7 +172,7 @@ class CameraSource(RealSource):
             self.warn(
                 "unchecked",
                 "fewer than two tags on the floor are seen: if the camera is moved, nothing shows it, and robots are "
-                "taken to be elsewhere; its fixes count for less and less: lay tags, or look what hides them",
+                "taken to be elsewhere; so their poses are known worse and worse: lay tags, or look what hides them",
             )
         counts = Counter(tag.number for tag in sighting.tags)
         fixes = []
@@ -199,14 +199,9 @@ class CameraSource(RealSource):
             self._refuse("size", text, tag.number, name, located.side, size)
             return None
         robot = robot_at(located, own.offset)
-        share = math.sqrt(unchecked / _HOUR)
-        position, heading = (share * bumped for bumped in _BUMPED)
-        return Fix(
-            name,
-            robot.pose,
-            max(math.hypot(robot.position, position), _LEAST[0]),
-            max(math.hypot(robot.heading, heading), _LEAST[1]),
-        )
+        position, heading = (math.sqrt(unchecked / _HOUR) * bumped for bumped in _BUMPED)
+        least = max(robot.position, _LEAST[0]), max(robot.heading, _LEAST[1])
+        return Fix(name, robot.pose, *least, common=(position, heading))
 
     def _floor_tags(self, tags: list[Tag]) -> tuple[int, int]:
         """The numbers of tags on the floor that are seen at their places, and elsewhere."""
