@@ -27,7 +27,11 @@ from vrg.hal.sim.map import load_map
 from vrg.launch.nodes import strategy_of
 from vrg.launch.run_folder import RunFolder
 
-GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
+GOOD = (
+    match_path("sharks-and-minnows")
+    .read_text(encoding="utf-8")
+    .replace('map = "courtyard"\n', 'map = "courtyard"\nengine = "pybullet"\n')
+)
 
 
 @pytest.fixture

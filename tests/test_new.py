@@ -70,7 +70,7 @@ def test_the_player_plays_both_roles_and_every_round(vrg: Vrg, tmp_path: Path) -
     good(vrg, "new", "player", "ann")
     text = with_line(GAME.read_text(encoding="utf-8"), "[[players]]", 'strategy = "ann.py:Ann"')
     match_file = tmp_path / "all.toml"
-    match_file.write_text(text.replace('engine = "pybullet"', 'engine = "planar"'), encoding="utf-8")
+    match_file.write_text(with_line(text, 'map = "courtyard"', 'engine = "planar"'), encoding="utf-8")
     ending = played(match_file, tmp_path / "run")
     assert ending.state.winner is not None
     said = calls(tmp_path / "run")

@@ -59,7 +59,7 @@ def test_an_arena_that_is_not_convex_is_refused_with_its_line(installed: dict[st
     (tmp_path / "match.toml").write_text(text.replace("radius = 6.0", corners))
     done = vrg(installed, tmp_path, "check", "match.toml")
     assert done.returncode == 1
-    assert "match.toml:8" in done.stderr + done.stdout
+    assert "match.toml:7" in done.stderr + done.stdout
     assert "convex" in done.stderr + done.stdout
 
 

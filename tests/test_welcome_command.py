@@ -100,7 +100,7 @@ def test_a_match_file_is_changed_and_keeps_its_comments(answer: Answer, tmp_path
     file.write_text(text, encoding="utf-8")
     answer("", "planar", "", "", "", "", "n", file=file)
     changed = file.read_text(encoding="utf-8")
-    assert changed == text.replace("pybullet", "planar")
+    assert changed == text.replace('map = "marhes_lab"\n', 'map = "marhes_lab"\nengine = "planar"\n')
 
 
 def test_answers_are_not_lost_where_the_file_has_become_unreadable_meanwhile(
@@ -117,7 +117,9 @@ def test_answers_are_not_lost_where_the_file_has_become_unreadable_meanwhile(
     monkeypatch.setattr(prompt, "choices_in", spoiling)
     _, told, _ = answer("", "planar", "", "", "", "", "y", "n", file=file)
     assert "mine.toml is already there. Replace it?" in told
-    assert file.read_text(encoding="utf-8") == text.replace("pybullet", "planar")
+    assert file.read_text(encoding="utf-8") == text.replace(
+        'map = "marhes_lab"\n', 'map = "marhes_lab"\nengine = "planar"\n'
+    )
 
 
 def test_a_file_that_is_no_toml_is_told(answer: Answer, tmp_path: Path) -> None:

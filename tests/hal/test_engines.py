@@ -10,11 +10,12 @@ from msgspec.structs import astuple
 
 from tests.hal.engine_bench import carry, deepest_overlap, drive, footprint, forward, run
 from tests.hal.omni import OMNI
-from vrg.errors import WorldError
+from vrg.errors import ConfigError, WorldError
 from vrg.geometry import along_arc
 from vrg.hal.models import MODELS, robot_model
 from vrg.hal.models.drivetrain import Wheel
-from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim import engines
+from vrg.hal.sim.engines import ENGINES, check_installed, default_engine
 from vrg.hal.sim.engines.engine import Engine
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.shapes import box_gap
@@ -39,6 +40,15 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
     yield build
     for engine in made:
         engine.close()
+
+
+def test_without_the_package_of_an_engine_a_match_has_another_one_or_names_what_is_missing(monkeypatch) -> None:
+    assert default_engine() == "pybullet"
+    monkeypatch.setattr(engines, "find_spec", lambda package: None)
+    assert default_engine() == "planar"
+    check_installed("planar")
+    with pytest.raises(ConfigError, match=r"engine pybullet: the package pybullet is not installed.*--engine planar"):
+        check_installed("pybullet")
 
 
 def test_robots_are_known_by_name(make: Make) -> None:

@@ -3,7 +3,6 @@
 import importlib
 import os
 import platform
-import re
 import sys
 import time
 from collections.abc import Callable
@@ -13,6 +12,7 @@ from typing import Annotated
 
 import msgspec
 import typer
+from packaging.requirements import Requirement
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import PULSE_PERIOD
@@ -22,6 +22,7 @@ from vrg.bus.topics import Keys
 from vrg.commands.matches import credentials_for
 from vrg.commands.options import JsonOption
 from vrg.errors import VrgError
+from vrg.hal.sim.engines import BULLET, check_installed
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
 from vrg.launch.running import running
@@ -29,15 +30,14 @@ from vrg.modules import silent_errors
 
 
 def _python() -> Finding:
-    good = sys.version_info[:2] == (3, 11)
-    advice = "" if good else "; PyBullet has wheels for 3.11 and no later: make the environment with python3.11"
-    return Finding("python", good, platform.python_version() + advice)
+    good = sys.version_info >= (3, 11)
+    return Finding("python", good, platform.python_version() + ("" if good else ": expected 3.11 or later"))
 
 
 def _packages() -> list[str]:
     """The names of the packages that VRG always needs, as its own package declares them."""
-    always = [line for line in requires("vrg") or () if "extra ==" not in line]
-    return [re.split(r"[^\w.-]", line, maxsplit=1)[0] for line in always]
+    asked = [Requirement(line) for line in requires("vrg") or ()]
+    return [one.name for one in asked if one.marker is None or one.marker.evaluate({"extra": ""})]
 
 
 def _package(name: str) -> Finding:
@@ -59,6 +59,10 @@ def _bus() -> Finding:
 
 
 def _physics() -> Finding:
+    try:
+        check_installed(BULLET)
+    except VrgError as error:
+        return Finding("physics", None, f"{error}")
     try:
         with silent_errors():
             bullet = importlib.import_module("pybullet")

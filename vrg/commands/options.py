@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -214,6 +215,8 @@ def has_display() -> bool:
     """True if a window can be opened."""
     if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
         return False
+    if find_spec("pygame") is None:
+        return False
     from vrg.ui.window import display_available  # without a display the window library is not loaded
 
     return display_available()
@@ -223,8 +226,13 @@ def need_display() -> None:
     """Make sure that a window can be opened.
 
     Raises:
-        LaunchError: no screen answers.
+        LaunchError: no screen answers, or pygame is not installed.
     """
+    if find_spec("pygame") is None:
+        raise LaunchError(
+            "pygame, which draws windows, is not installed (it has no wheels for Python 3.14): "
+            "watch in a browser, with --web or `vrg show web`"
+        )
     if not has_display():
         raise LaunchError("expected a display to open a window on, found none: set DISPLAY or WAYLAND_DISPLAY")
 

@@ -27,6 +27,7 @@ from vrg.config.files import LIVE, ROS, THREE, WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.hal.sim.engines import BULLET, check_installed, default_engine, installed
 from vrg.launch import in_process, nodes
 from vrg.launch.change import Change, amended, changes_in
 from vrg.launch.fork_server import ForkServer, fork_server
@@ -65,6 +66,7 @@ def play_match(
     )  # fmt: skip
     if options.here or options.in_process:
         setup = setup.all_here()
+    _check_packages(setup)
     if options.developer:
         setup = _for_developers(setup)
     console = Console(highlight=False, emoji=False)
@@ -103,12 +105,25 @@ def play_match(
             keep_layout(setup, folder)
     except OSError as error:
         show.announce(f"the layout for Foxglove cannot be written: {error}")
-    about = f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}; run in {folder.path}"
+    lacking = " (PyBullet is not installed)" if setup.engine == default_engine() != BULLET else ""
+    about = f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}{lacking}; run in {folder.path}"
     console.print(about, soft_wrap=True)
     if setup.rate != setup.wanted_rate:
         console.print(f"rate {setup.rate:g}, not {setup.wanted_rate:g}: {', '.join(setup.physical)} cannot be hurried")
     _play(Launch(setup, folder, show, server, secured, keys), options)
     return folder, setup
+
+
+def _check_packages(setup: MatchSetup) -> None:
+    """Check that what simulates the match is installed, if that is done on this machine.
+
+    Raises:
+        ConfigError: it is not.
+    """
+    if "world" not in setup.place:
+        check_installed(setup.engine)
+        if not installed(BULLET) and any(player.camera for player in setup.players):
+            raise ConfigError(["camera = true: PyBullet, which draws the pictures, is not installed: leave it out"])
 
 
 def wants_again(folder: RunFolder) -> bool:

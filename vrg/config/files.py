@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal, get_type_hints
 
-from msgspec import Struct, structs
+from msgspec import Struct, field, structs
 
 from vrg.bus.hosts import check_host
 from vrg.bus.names import NAME_RULE, is_name, normal
@@ -90,6 +90,12 @@ def _engine(value: str) -> str:
     from vrg.hal.sim.engines import ENGINES  # noqa: PLC0415 - they load numpy, and players need none
 
     return ENGINES.known(value)
+
+
+def _default_engine() -> str:
+    from vrg.hal.sim.engines import default_engine  # noqa: PLC0415 - as above
+
+    return default_engine()
 
 
 def _word(pattern: str, expected: str) -> Constraint:
@@ -283,7 +289,7 @@ class MatchFile(FileTable, frozen=True, kw_only=True):
     name: _Name
     game: Annotated[str, Constraint(GAMES.known)]
     map: str
-    engine: Annotated[str, Constraint(_engine)] = "pybullet"
+    engine: Annotated[str, Constraint(_engine)] = field(default_factory=_default_engine)
     seed: Annotated[int, Constraint(ge=0)] = 0
     secret: Annotated[str, Constraint(max_length=64, pattern="^[!-~]*$")] = ""
     rate: Annotated[float, Constraint(ge=0.1, le=100)] = 1.0

@@ -29,5 +29,5 @@ class TestPlayer(StrategyContract):
     def match_file(self, tmp_path: Path) -> Path:
         file = tmp_path / "match.toml"
         text = match_path("sharks-and-minnows").read_text()
-        file.write_text(text.replace('"pybullet"', '"planar"\nlasers = false'))
+        file.write_text(text.replace("[rules]", 'engine = "planar"\nlasers = false\n[rules]'))
         return file

@@ -60,7 +60,7 @@ class WorldConfig:
     """
 
     map: str = "courtyard"
-    engine: str = "pybullet"
+    engine: str = "planar"
     tick: float = 0.02
     seed: int = 0
     rate: float = 1.0

@@ -10,6 +10,7 @@ from vrg.bus.topics import Keys, Topic, name_in
 from vrg.errors import WorldError
 from vrg.hal.estop import EstopOrders
 from vrg.hal.sim.config import WorldConfig
+from vrg.hal.sim.engines import BULLET, installed
 from vrg.hal.sim.requests import grant
 from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
 from vrg.hal.sim.world import World
@@ -46,6 +47,8 @@ class WorldNode(Node):
         self._drives = mailbox.subscribe(keys.drive())
         self._limits = mailbox.subscribe(keys.speed_limit())
         self._camera_requests = mailbox.subscribe(keys.camera_request())
+        self._blind = False
+        """True if pictures were asked for that nothing can draw; what a program asks for must not end the world."""
         self._requests = mailbox.subscribe(keys.world_request)
         self._answers = keys.world_answer
         self._referee = mailbox.subscribe(keys.referee_state)
@@ -109,7 +112,11 @@ class WorldNode(Node):
         for request in self._requests.take():
             self._request(request.body)
         for asked in self._camera_requests.take():
-            world.ask_camera(name_in(asked.key), asked.body.lease)
+            if installed(BULLET):
+                world.ask_camera(name_in(asked.key), asked.body.lease)
+            elif not self._blind:
+                self._blind = True
+                log.warning("%s: no pictures: PyBullet, which draws them, is not installed", name_in(asked.key))
         for limit in self._limits.take():
             world.limit(name_in(limit.key), limit.body.v_max)
         for measured in self._measured.take():

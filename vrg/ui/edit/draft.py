@@ -15,6 +15,7 @@ from typing import Any, Final
 from vrg.errors import Path
 from vrg.files import toml_of
 from vrg.games import default_strategy, game_of
+from vrg.hal.sim.engines import default_engine
 from vrg.toml_text import TomlValue, quoted, with_item, with_value, without
 from vrg.types import Pose
 
@@ -22,7 +23,7 @@ SETTINGS: Final[Mapping[str, str]] = {
     "name": "",
     "game": "",
     "map": "",
-    "engine": "pybullet",
+    "engine": default_engine(),
     "rate": "1",
     "seed": "0",
     "noise": "true",

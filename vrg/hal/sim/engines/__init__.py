@@ -3,6 +3,11 @@
 The object of such an entry point is a subclass of `Engine` that is constructed from a map.
 """
 
+import platform
+from importlib.util import find_spec
+from typing import Final
+
+from vrg.errors import ConfigError
 from vrg.hal.sim.engines.engine import Engine
 from vrg.registry import Registry
 
@@ -22,3 +27,35 @@ ENGINES: Registry[type[Engine]] = Registry(
     _check,
 )
 """The class of every engine by name. PyBullet is imported only if it is asked for: it takes long and needs 30 MB."""
+
+PLANAR: Final = "planar"
+"""The engine that needs no package and can always be used."""
+BULLET: Final = "pybullet"
+"""The engine of a match that names none, where it can be had."""
+_PACKAGES: Final = {BULLET: "pybullet"}
+"""The packages of engines that some Pythons have no wheels of, in the order in which their engines are preferred."""
+
+
+def installed(engine: str) -> bool:
+    """True if the package that an engine needs is installed; it is not loaded."""
+    package = _PACKAGES.get(engine)
+    return package is None or find_spec(package) is not None
+
+
+def default_engine() -> str:
+    """The engine of a match file that names none: the first one whose package is installed."""
+    return next(filter(installed, _PACKAGES), PLANAR)
+
+
+def check_installed(engine: str) -> None:
+    """Check that the package of an engine is installed.
+
+    Raises:
+        ConfigError: it is not.
+    """
+    if not installed(engine):
+        raise ConfigError(
+            f"engine {engine}: the package {_PACKAGES[engine]} is not installed (PyBullet has wheels for Python 3.11 "
+            f"and none for later ones, and this is {platform.python_version()}): choose another engine by --engine "
+            f"{default_engine()}, or make the environment with Python 3.11"
+        )

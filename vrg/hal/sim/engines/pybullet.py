@@ -30,11 +30,13 @@ import numpy as np
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.battery import GRAVITY
+from vrg.hal.sim.engines import check_installed
 from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.modules import silent_errors
 
+check_installed("pybullet")
 with silent_errors():
     import pybullet
 
