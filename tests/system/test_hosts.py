@@ -210,7 +210,8 @@ def test_roboflag_over_three_hosts_and_a_bad_radio_is_played_to_its_end(
     text = GAMES.get("roboflag").default_match().read_text(encoding="utf-8")
     text = text.replace(
         "[rules]",
-        f'engine = "planar"\nrate = 3.0\n{lab.tables()}\n[place]\nworld = "h1"\nreferee = "h2"\nrecorder = "h3"\nrouter = "h1"\n'
+        f'engine = "planar"\nrate = 3.0\n{lab.tables()}\n'
+        '[place]\nworld = "h1"\nreferee = "h2"\nrecorder = "h3"\nrouter = "h1"\n'
         "\n[radio]\nloss = 0.8\ndelay = 0.2\njitter = 0.1\n\n[rules]\n"
         "round_time = 12.0\nsudden_death = 3.0\nlineup_limit = 15.0\n",
     )
