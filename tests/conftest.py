@@ -10,6 +10,7 @@ from hypothesis import settings
 
 from tests.vcan import require_vcan
 from tests.warm import WarmServers
+from vrg.hal.sim.engines import BULLET, installed
 
 # No test asserts a time: on a busy machine any example may take long. Continuous integration judges a change by the
 # same examples as the one before; on a desk new ones are tried. `make test-all` takes the second profile.
@@ -28,6 +29,14 @@ def pytest_collection_finish() -> None:
     """Keep the garbage collector from what lives as long as the tests: it takes an eighth of their time otherwise."""
     gc.collect()
     gc.freeze()
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Skip what is parametrised with an engine whose package this Python has no wheels of."""
+    for item in items:
+        found = getattr(item, "callspec", None)
+        if found is not None and BULLET in found.params.values() and not installed(BULLET):
+            item.add_marker(pytest.mark.skip(reason="PyBullet is not installed"))
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -64,7 +64,7 @@ def test_every_problem_of_a_match_file_is_told_with_its_line_and_nothing_is_star
     done = vrg(command, "bad.toml")
     assert done.status == 1
     told = done.err.removeprefix("vrg: ").splitlines()
-    assert [line.partition(" ")[0] for line in told] == ["bad.toml:1:", "bad.toml:6:", "bad.toml:27:"]
+    assert [line.partition(" ")[0] for line in told] == ["bad.toml:1:", "bad.toml:6:", "bad.toml:26:"]
     for field in ("map: missing", "colour: unknown field", "players.2.x: "):
         assert field in done.err
     assert not Path("runs").exists()
@@ -122,6 +122,24 @@ def test_wrong_usage_is_status_2(vrg: Vrg, arguments: list[str], said: str) -> N
     assert done.status == 2
     assert said in " ".join(done.err.replace("│", "").split())
     assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize(
+    ("package", "arguments"),
+    [
+        ("pyarrow", ["compare", "none", "none", "--match", "roboflag"]),
+        ("segno", ["keys", "sheet", "roboflag"]),
+        ("aiohttp", ["show", "web"]),
+    ],
+)
+def test_a_package_that_is_missing_is_told_with_what_installs_it(package: str, arguments: list[str]) -> None:
+    code = f"import sys; sys.modules[{package!r}] = None; sys.argv = {['vrg', *arguments]!r}\n"
+    code += "from vrg.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert f"the package {package} is not installed" in done.stderr
+    assert "pip install 'vrg[" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_the_help_page_fits_on_a_screen(vrg: Vrg) -> None:

@@ -15,6 +15,7 @@ from typer.core import TyperGroup
 
 from vrg import __version__
 from vrg.errors import ConfigError, VrgError
+from vrg.modules import EXTRAS, missing
 from vrg.registry import close_to, load_object
 from vrg.types import printable
 
@@ -230,6 +231,11 @@ def main() -> None:
     except VrgError as error:
         text = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
         print(printable(text, lines=True), file=sys.stderr)
+        sys.exit(1)
+    except ModuleNotFoundError as error:
+        if error.name not in EXTRAS:
+            raise
+        print(f"vrg: {missing(error.name)}", file=sys.stderr)
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)

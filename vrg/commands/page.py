@@ -8,6 +8,7 @@ import socket
 from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
+from importlib.util import find_spec
 from pathlib import Path
 
 import psutil
@@ -22,8 +23,9 @@ from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import ListenOption, TlsOption, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
+from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission
@@ -103,8 +105,10 @@ def open_page(
 
     Raises:
         ConfigError: the tokens in the folder cannot be read.
-        LaunchError: the port is not free, or this machine has no such address.
+        LaunchError: the port is not free, this machine has no such address, or what serves pages is not installed.
     """
+    if find_spec("aiohttp") is None:
+        raise LaunchError(missing("aiohttp"))
     known = None if keys is None else known_page(keys)
     if known is not None:
         port = port or known.port
