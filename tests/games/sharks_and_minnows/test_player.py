@@ -13,7 +13,7 @@ from vrg.agents import Pose, View
 from vrg.agents.interception import intercept
 from vrg.bus.messages import PlayerStatus, RefereeState, Stage, Zone
 from vrg.games.sharks_and_minnows.player import SharksAndMinnowsPlayer
-from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, UNMET, scene
+from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, UNMET, URGENCY, scene
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
@@ -53,19 +53,20 @@ def view_of(here: Vector, players: list[PlayerStatus], velocities: dict[str, Vec
     return View(0.0, me, readings, state, velocities, P2AT, Pose(*here, 0.0))
 
 
-def time_to_meet(shark: Vector, minnow: Vector, velocity: Vector) -> float:
+def cost(shark: Vector, minnow: Vector, velocity: Vector) -> float:
     met = intercept(shark, ASSUMED_SPEED, minnow, velocity, reach=0.8)
-    return UNMET + math.dist(shark, minnow) if met is None else met.time
+    unmet = met is None or SAFE.contains(*met.point)
+    return (UNMET + math.dist(shark, minnow) if unmet or met is None else met.time) + URGENCY * SAFE.distance(*minnow)
 
 
 @given(places, st.lists(st.tuples(places, speeds), min_size=1, max_size=12))
-def test_a_shark_alone_chases_the_minnow_that_it_can_meet_first(here: Vector, minnows: Minnows) -> None:
+def test_a_shark_alone_chases_the_minnow_that_costs_it_least(here: Vector, minnows: Minnows) -> None:
     players = [status(f"m{i}", "minnow", place) for i, (place, _) in enumerate(minnows)]
     view = view_of(here, players, {f"m{i}": velocity for i, (_, velocity) in enumerate(minnows)})
     seen = scene(view.referee, view.velocities)
-    times = {m.name: time_to_meet(here, m.position, m.velocity) for m in seen.prey}
-    if times:
-        assert times[seen.prey_of["shark"].name] == min(times.values())
+    costs = {m.name: cost(here, m.position, m.velocity) for m in seen.prey}
+    if costs:
+        assert costs[seen.prey_of["shark"].name] == min(costs.values())
     else:
         assert not seen.prey_of
 
@@ -83,13 +84,25 @@ def test_sharks_share_out_the_minnows_and_chase_one_together_only_if_too_few_are
     assert seen.prey_of.keys() == {"shark", *(f"s{i}" for i in range(len(sharks)))}
     chased = {minnow.name for minnow in seen.prey_of.values()}
     assert len(chased) == min(len(seen.sharks), len(seen.prey))
-    times = {
-        (shark.name, m.name): time_to_meet(shark.position, m.position, m.velocity)
-        for shark in seen.sharks
-        for m in seen.prey
+    costs = {
+        (shark.name, m.name): cost(shark.position, m.position, m.velocity) for shark in seen.sharks for m in seen.prey
     }
-    first = min(times.values())
-    assert any(times[shark, m.name] == first for shark, m in seen.prey_of.items()), "the soonest of all is not left out"
+    least = min(costs.values())
+    assert any(costs[shark, m.name] == least for shark, m in seen.prey_of.items()), "the best pair is not left out"
+
+
+def test_a_shark_leaves_a_minnow_that_it_has_chased_back_for_one_that_passes_beside_it() -> None:
+    players = [status("chased", "minnow", (3.8, 11.0)), status("passing", "minnow", (7.5, 10.0))]
+    velocities = {"chased": (0.0, 0.3), "passing": (0.0, -0.5)}
+    seen = scene(view_of((5.0, 10.0), players, velocities).referee, velocities)
+    assert seen.prey_of["shark"].name == "passing"
+
+
+def test_a_shark_goes_for_a_minnow_that_it_meets_before_the_safe_zone_and_not_in_it() -> None:
+    players = [status("almost safe", "minnow", (8.0, 4.5)), status("coming", "minnow", (3.0, 18.5))]
+    velocities = {"almost safe": (0.0, -0.5), "coming": (0.0, -0.5)}
+    seen = scene(view_of((5.0, 6.0), players, velocities).referee, velocities)
+    assert seen.prey_of["shark"].name == "coming"
 
 
 def test_a_shark_keeps_its_speed_up_to_the_tag_but_not_before_a_minnow_that_stands() -> None:

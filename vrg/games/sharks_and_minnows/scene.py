@@ -18,6 +18,8 @@ BORDER_CLEARANCE: Final = 0.7
 """The distance in m that a body's centre keeps from the border: a little more than it needs to stop."""
 ASSUMED_SPEED: Final = 0.7
 """The speed in m/s that every shark is taken to have when the minnows are shared out, as no player knows another's."""
+URGENCY: Final = 2.0
+"""The seconds by which each metre that a minnow is nearer to the safe zone makes up for a later meeting, s/m."""
 UNMET: Final = 1e3
 """The time in s, and more by the distance, at which a minnow that cannot be met counts as met."""
 _STILL: Final = (0.0, 0.0)
@@ -70,12 +72,12 @@ def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Surroundings
                 prey.append(body)
     bounds = field.shrunk(BORDER_CLEARANCE) if field else _EVERYWHERE
     berths = _berths(minnows, field, safe, 2 * max((body.radius for body in bodies), default=0.0))
-    return Surroundings(field, safe, start, bounds, sharks, prey, _prey_of(sharks, prey), berths, Crowd(bodies))
+    return Surroundings(field, safe, start, bounds, sharks, prey, _prey_of(sharks, prey, safe), berths, Crowd(bodies))
 
 
-def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody]) -> dict[str, CrowdBody]:
-    """The minnow of each shark: the pairs that can meet first come first. Two share one only if too few are left."""
-    pairs = sorted((_time(shark, minnow), shark.name, i) for shark in sharks for i, minnow in enumerate(prey))
+def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody], safe: Region | None) -> dict[str, CrowdBody]:
+    """The minnow of each shark: the pairs that cost least come first. Two share one only if too few are left."""
+    pairs = sorted((_cost(shark, minnow, safe), shark.name, i) for shark in sharks for i, minnow in enumerate(prey))
     chased: dict[str, int] = {}
     taken: set[int] = set()
     for _, shark, i in pairs:
@@ -87,11 +89,17 @@ def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody]) -> dict[str
     return {shark: prey[i] for shark, i in chased.items()}
 
 
-def _time(shark: CrowdBody, minnow: CrowdBody) -> float:
-    """The time in s at which a shark can meet a minnow; later than any other, the farther it is, if the minnow drives
-    away."""
+def _cost(shark: CrowdBody, minnow: CrowdBody, safe: Region | None) -> float:
+    """The time in s at which a shark can meet a minnow, and more the farther the minnow is from the safe zone.
+
+    So a shark leaves a minnow that it has chased back for one that is about to pass. The cost is greater than any other
+    where they cannot meet before the minnow is safe.
+    """
     met = intercept(shark.position, ASSUMED_SPEED, minnow.position, minnow.velocity, reach=shark.radius + minnow.radius)
-    return UNMET + math.dist(shark.position, minnow.position) if met is None else met.time
+    left = 0.0 if safe is None else math.dist(minnow.position, safe.nearest(*minnow.position))
+    if met is None or (safe is not None and safe.contains(*met.point)):
+        return UNMET + math.dist(shark.position, minnow.position) + URGENCY * left
+    return met.time + URGENCY * left
 
 
 def _berths(minnows: Mapping[str, Pose], field: Region | None, safe: Region | None, width: float) -> dict[str, Vector]:

@@ -19,7 +19,7 @@ from vrg.games.sharks_and_minnows.player import (
     OFFSET,
     SHARK_OFFSET,
 )
-from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, BORDER_CLEARANCE, UNMET
+from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, BORDER_CLEARANCE, UNMET, URGENCY
 from vrg.learning.batch.driving import Box, meeting_time, nearest_in, outside, scaled, steer, within
 from vrg.learning.batch.records import Record
 from vrg.navigation.control import linearise
@@ -80,9 +80,9 @@ def nearest_shark(t: Record, k: Record, n: int) -> tuple[int, float]:
 
 
 def chase(s: Record, t: Record, r: Record, k: Record, p: Record) -> None:
-    """Share the minnows out: the pairs that can meet first come first, and two share one only if too few are left."""
+    """Share the minnows out: the pairs that cost least come first, and two share one only if too few are left."""
     count = len(s.sides)
-    times = np.full((count, count), math.inf)
+    costs = np.full((count, count), math.inf)
     free = np.ones(count, dtype=np.bool_)
     for n in range(count):
         if not (t.active[n] and t.roles[n] == SHARK):
@@ -90,15 +90,15 @@ def chase(s: Record, t: Record, r: Record, k: Record, p: Record) -> None:
         p.target[n] = NO_ONE
         for o in range(count):
             if is_prey(s, t, k, o):
-                times[n, o] = time_to(r, k, n, o)
+                costs[n, o] = cost(s, t, r, k, n, o)
     for sharing in range(2):
         while True:
-            shark, prey, first = NO_ONE, NO_ONE, math.inf
+            shark, prey, least = NO_ONE, NO_ONE, math.inf
             for n in s.order:
                 if t.active[n] and t.roles[n] == SHARK and p.target[n] == NO_ONE:
                     for o in range(count):
-                        if times[n, o] < first and (sharing or free[o]):
-                            shark, prey, first = n, o, times[n, o]
+                        if costs[n, o] < least and (sharing or free[o]):
+                            shark, prey, least = n, o, costs[n, o]
             if shark == NO_ONE:
                 break
             p.target[shark], free[prey] = prey, False
@@ -111,12 +111,17 @@ def is_prey(s: Record, t: Record, k: Record, n: int) -> bool:
     return bool(t.active[n] and t.roles[n] == MINNOW and not inside)
 
 
-def time_to(r: Record, k: Record, shark: int, minnow: int) -> float:
-    """The time in s at which a shark can meet a minnow; later than any other if that drives away."""
-    dx, dy = k.poses[minnow, 0] - k.poses[shark, 0], k.poses[minnow, 1] - k.poses[shark, 1]
-    reach = r.reach[shark] + r.reach[minnow]
-    time = meeting_time(dx, dy, ASSUMED_SPEED, k.velocities[minnow, 0], k.velocities[minnow, 1], reach)
-    return time if time < math.inf else UNMET + math.hypot(dx, dy)
+def cost(s: Record, t: Record, r: Record, k: Record, shark: int, minnow: int) -> float:
+    """The cost of a chase, s: the time to meet the minnow, and more the farther that is from the safe zone."""
+    x, y, vx, vy = k.poses[minnow, 0], k.poses[minnow, 1], k.velocities[minnow, 0], k.velocities[minnow, 1]
+    dx, dy = x - k.poses[shark, 0], y - k.poses[shark, 1]
+    zone = s.zones[t.goal]
+    safe = (zone[0], zone[1], zone[2], zone[3])
+    urgency = URGENCY * outside(x, y, safe)
+    time = meeting_time(dx, dy, ASSUMED_SPEED, vx, vy, r.reach[shark] + r.reach[minnow])
+    if time == math.inf or outside(x + vx * time, y + vy * time, safe) == 0.0:
+        return UNMET + math.hypot(dx, dy) + urgency
+    return time + urgency
 
 
 def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: float) -> tuple[float, float]:
