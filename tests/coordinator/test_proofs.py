@@ -87,7 +87,7 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Runs:
     flags.write_text(match_text(four_each("aggressive", "balanced"), rules="round_time = 32.0"))
     setups = {
         "sharks-and-minnows": (courtyard(base, seed=3), 300.0),
-        "pursuit-evasion": (load_match(match_path("pursuit-evasion"), engine="planar").at_rate(0), 20.0),
+        "pursuit-evasion": (load_match(match_path("pursuit-evasion-table-4-1"), engine="planar").at_rate(0), 20.0),
         "roboflag": (load_match(flags), 36.0),
     }
     return {
