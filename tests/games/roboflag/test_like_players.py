@@ -14,8 +14,8 @@ from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED
 SPEED = 0.7
 STANDS = 0.2
 """Whoever has not moved by this distance stands, m."""
-LONGEST = {"Normal/Attack": 13.0, "Normal/Escort": 8.0, "Normal/Tag": 8.0, "Flagged/Evade": 10.0, "Referee": 6.0}
-"""How long somebody may stand that has something else to do than to guard, s. Attackers wait for one another."""
+LONGEST = {"Normal/Attack": 6.0, "Normal/Escort": 8.0, "Normal/Tag": 8.0, "Flagged/Evade": 10.0, "Referee": 6.0}
+"""How long somebody may stand that has something else to do than to guard, s."""
 BODIES = 0.45
 """The distance of the centres of two Pioneers below which they have pushed each other, m."""
 

@@ -13,7 +13,7 @@ from tests.games.roboflag.making import FLAGS, HOMES
 from vrg.bus.messages import Auction
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, attack_of
 from vrg.games.roboflag.evasion import LEVEL, BestDirection, Flags, Floats, best_course
-from vrg.games.roboflag.formation import ATTACKER_SPACING, FORM_UP_DISTANCE, formed_up, groups, places
+from vrg.games.roboflag.formation import ATTACKER_SPACING, FEINT_TIME, FORM_UP_DISTANCE, formed_up, groups, lane, places
 from vrg.games.roboflag.posts import MAX_CHASERS, POST_DISTANCE, known_in, posts, shields, targets
 from vrg.games.roboflag.situation import BORDER_CLEARANCE, Known, Situation, TeamField
 from vrg.games.roboflag.tactics import ByNumbers, Everybody, GuardFlag, OneAttacker, Pair, Purge, ShieldCarrier, Tactic
@@ -305,6 +305,15 @@ class TestFormation:
         assert formed_up(there, formation)
         assert not formed_up([there[0], known("red2", -5.0, 0.0)], formation)
         assert formed_up([*there, known("red3", -5.0, 0.0)], formation), "who does not attack is not waited for"
+
+    def test_attackers_that_find_no_way_drive_to_both_sides_behind_the_midline_and_both_teams_alike(self) -> None:
+        sides = []
+        for now in (0.0, FEINT_TIME):
+            red, blue = (lane(g.inner.bounds, g.midline, g.ahead, now) for g in (ground("red"), ground("blue")))
+            assert red == pytest.approx((-blue[0], -blue[1])), "turned by half a turn about the centre"
+            assert red[0] == -FORM_UP_DISTANCE
+            sides.append(red[1])
+        assert sides[0] == -sides[1] != 0.0
 
 
 def everywhere(points: Floats) -> Flags:

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from vrg.games.roboflag.situation import Known, TeamField
+from vrg.regions import Bounds
 from vrg.types import Vector
 
 FORM_UP_DISTANCE = 0.8
@@ -14,6 +15,11 @@ IN_PLACE = 0.5
 """The distance in m from its place within which an attacker is in formation."""
 FLANK = 1.0
 """The distance in m from the border of the field at which the outer attackers of two groups are."""
+
+FEINT = 0.35
+"""The distance in m along the midline by which an attacker in formation drives to either side of its place."""
+FEINT_TIME = 4.0
+"""The match time in s for which attackers that wait drive to one side, and then to the other."""
 
 
 def groups(attackers: Sequence[str], flanks: int) -> list[list[str]]:
@@ -43,3 +49,19 @@ def places(ground: TeamField, attackers: Sequence[str], flanks: int) -> dict[str
 def formed_up(team: Sequence[Known], formation: Mapping[str, Vector]) -> bool:
     """True if all attackers are in their places."""
     return all(math.dist(known.place, formation[known.name]) <= IN_PLACE for known in team if known.name in formation)
+
+
+def feint(now: float) -> float:
+    """The side to which attackers that wait drive at a match time, s: 1 is their left, -1 their right."""
+    return 1.0 if now % (2.0 * FEINT_TIME) < FEINT_TIME else -1.0
+
+
+def lane(bounds: Bounds, midline: float, ahead: float, now: float) -> Vector:
+    """The place behind the midline, m, to which an attacker drives that finds no safe way to the flag.
+
+    So it moves along the line until it is where no defender is.
+
+    Args:
+        bounds: where the centre of its body may be, m. midline, ahead: as in `TeamField`. now: the match time, s.
+    """
+    return midline - ahead * FORM_UP_DISTANCE, bounds[3] - FLANK if ahead * feint(now) > 0.0 else bounds[1] + FLANK

@@ -14,7 +14,7 @@ from vrg.agents.mover import Mover
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED
 from vrg.games.roboflag.evasion import BestDirection, Flags, Floats, Safe, best_course, in_bounds, points_in_disc
-from vrg.games.roboflag.formation import formed_up, places
+from vrg.games.roboflag.formation import FEINT, feint, formed_up, lane, places
 from vrg.games.roboflag.posts import known_in, posts, shields, targets
 from vrg.games.roboflag.situation import Known, Memory, Situation, TeamField, situation_of
 from vrg.games.roboflag.tactics import Tactic
@@ -33,7 +33,7 @@ BOLDNESS = 0.12
 RISK = -1.5
 """The safety in s below which no player goes of its own will."""
 MIN_PROGRESS = 0.1
-"""The progress in m below which an attacker or a carrier waits where it is."""
+"""The progress in m below which a carrier waits where it is, and an attacker drives to and fro behind the midline."""
 NEARLY = 1.5
 """The distance in m from its place from which on an attacker waits for the others."""
 FORM_UP_TIMEOUT = 10.0
@@ -186,13 +186,19 @@ class RoboFlagPlayer(Strategy):
             late = self._waiting_since is not None and view.time - self._waiting_since > FORM_UP_TIMEOUT
             self._charging = late or formed_up(s.team, formation)
             if not self._charging:
-                return self._to_place(view, place, ground.their_flag)
+                aside = (place[0], place[1] + ground.ahead * FEINT * feint(view.time))
+                return self._to_place(view, self._bounds().nearest(*aside), ground.their_flag)
 
         def harmless(points: Floats) -> Flags:
             own = (points[..., 0] - ground.midline) * ground.ahead < 0.0
             return own | points_in_disc(points, ground.their_zone)
 
-        return self._drive_safely(view, ground.their_flag, harmless, bold=self._charging and self._chosen.bold)
+        wait = None
+        if ground.beyond(view.position[0]) < 0.0:
+            wait = lane(self._bounds().bounds, ground.midline, ground.ahead, view.time)
+        return self._drive_safely(
+            view, ground.their_flag, harmless, bold=self._charging and self._chosen.bold, wait=wait
+        )
 
     def _evade(self, view: View) -> Twist:
         """Bring the flag home, on the way on which no opponent can tag this player."""
@@ -208,7 +214,10 @@ class RoboFlagPlayer(Strategy):
 
         return self._drive_safely(view, s.ground.haven.nearest(*view.position), harmless, bold=False)
 
-    def _drive_safely(self, view: View, goal: Vector, harmless: Safe, *, bold: bool) -> Twist:
+    def _drive_safely(
+        self, view: View, goal: Vector, harmless: Safe, *, bold: bool, wait: Vector | None = None
+    ) -> Twist:
+        """Drive towards a goal, or to the place `wait` while no way is safe; None stands for the own place."""
         s = self._situation
         bounds = self._bounds().bounds
         course: BestDirection = best_course(
@@ -227,7 +236,7 @@ class RoboFlagPlayer(Strategy):
             and course.margin > 0.0
             and math.dist(view.position, goal) > MIN_PROGRESS
         ):
-            return self._mover.stay(view, goal)
+            return self._mover.stay(view, goal) if wait is None else self._mover.go(view, wait, self._bounds())
         return self._mover.head(view, scaled(course.heading, self.robot.v_max), self._bounds())
 
     def _escort(self, view: View) -> Twist:

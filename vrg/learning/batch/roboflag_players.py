@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from vrg.games.roboflag.formation import ATTACKER_SPACING, FLANK, FORM_UP_DISTANCE, IN_PLACE
+from vrg.games.roboflag.formation import ATTACKER_SPACING, FEINT, FLANK, FORM_UP_DISTANCE, IN_PLACE, feint, lane
 from vrg.games.roboflag.player import (
     APPROACH,
     AT_POST,
@@ -144,6 +144,7 @@ def form(s: Record, k: Record, p: Record, team: int, attackers: Numbers, now: fl
         p.place[n, 0] = s.midline - ahead * FORM_UP_DISTANCE
         p.place[n, 1] = middle + ahead * (apart * place - width / 2)
         away = math.hypot(p.place[n, 0] - k.poses[n, 0], p.place[n, 1] - k.poses[n, 1])
+        p.place[n, 1] += ahead * FEINT * feint(now)
         formed = formed and away <= IN_PLACE
         if p.waiting[n] < 0.0 and away <= NEARLY:
             p.waiting[n] = now
@@ -370,5 +371,8 @@ def drive_safely(
     )
     far = math.hypot(goal[0] - here[0], goal[1] - here[1])
     if 0.0 <= progress < MIN_PROGRESS and spare > 0.0 and far > MIN_PROGRESS:
-        return stay(k, n, goal)
+        if p.job[n] != ATTACK or (here[0] - s.midline) * s.ahead[team] >= 0.0:
+            return stay(k, n, goal)
+        x, y = lane(box, s.midline, s.ahead[team], now)
+        return go(r, k, p, n, NO_ONE, (x - here[0], y - here[1]), r.v_max[n], box)
     return go(r, k, p, n, NO_ONE, (cos, sin), r.v_max[n], box)
