@@ -211,6 +211,20 @@ def test_a_player_loads_no_world_and_no_rules(setup_file: Path) -> None:
     assert _loaded(code + "nodes.player_node(setup, setup.players[0].name)", unwanted) == []
 
 
+def test_a_player_on_a_laptop_needs_three_packages(setup_file: Path) -> None:
+    code = A_MATCH.format(file=str(setup_file), folder="")
+    code += "import vrg.bus.session, vrg.bus.process\nfrom msgspec.structs import replace\n"
+    code += "setup = replace(setup, players=[replace(p, strategy='sharks-and-minnows') for p in setup.players])\n"
+    code += "nodes.player_node(setup, setup.players[0].name)\n"
+    code += "print(*{name.partition('.')[0] for name in sys.modules} - sys.stdlib_module_names)"
+    code = f"import sys\n{code}"
+    found = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=600, check=True)
+    packages = {name for name in found.stdout.split() if not name.startswith(("_", "vrg", "cython"))}
+    assert packages - {"typing_extensions"} <= {"zenoh", "msgspec", "numpy"}, (
+        "msgspec looks whether the former is there"
+    )
+
+
 @pytest.mark.parametrize(
     "make",
     [
