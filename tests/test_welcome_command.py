@@ -15,12 +15,15 @@ from tests.command_line import command_line
 from vrg.commands import prompt, welcome
 from vrg.commands.drafts import choices_in
 from vrg.config.loading import load_match
+from vrg.hal.sim.engines import ENGINES, PLANAR, default_engine, installed
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import Draft
 from vrg.ui.edit.editor import NextStep
 from vrg.ui.edit.server import EditServer
 
 Answer = Callable[..., tuple[int, str, list[list[str]]]]
+OTHER = next((name for name in ENGINES.names() if installed(name) and name != default_engine()), PLANAR)
+"""An engine that is not the default one."""
 
 
 @pytest.fixture
@@ -98,9 +101,9 @@ def test_a_match_file_is_changed_and_keeps_its_comments(answer: Answer, tmp_path
     file = tmp_path / "mine.toml"
     text = Draft.of_game("hud", tmp_path).text.replace("[rules]", "# about the rules\n[rules]")
     file.write_text(text, encoding="utf-8")
-    answer("", "planar", "", "", "", "", "n", file=file)
+    answer("", OTHER, "", "", "", "", "n", file=file)
     changed = file.read_text(encoding="utf-8")
-    assert changed == text.replace('map = "marhes_lab"\n', 'map = "marhes_lab"\nengine = "planar"\n')
+    assert changed == text.replace('map = "marhes_lab"\n', f'map = "marhes_lab"\nengine = "{OTHER}"\n')
 
 
 def test_answers_are_not_lost_where_the_file_has_become_unreadable_meanwhile(
@@ -115,7 +118,7 @@ def test_answers_are_not_lost_where_the_file_has_become_unreadable_meanwhile(
         return choices_in(folder)
 
     monkeypatch.setattr(prompt, "choices_in", spoiling)
-    _, told, _ = answer("", "planar", "", "", "", "", "y", "n", file=file)
+    _, told, _ = answer("", OTHER, "", "", "", "", "y", "n", file=file)
     assert "mine.toml is already there. Replace it?" in told
     assert file.read_text(encoding="utf-8") == text.replace(
         'map = "marhes_lab"\n', 'map = "marhes_lab"\nengine = "planar"\n'
