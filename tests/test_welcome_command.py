@@ -121,7 +121,7 @@ def test_answers_are_not_lost_where_the_file_has_become_unreadable_meanwhile(
     _, told, _ = answer("", OTHER, "", "", "", "", "y", "n", file=file)
     assert "mine.toml is already there. Replace it?" in told
     assert file.read_text(encoding="utf-8") == text.replace(
-        'map = "marhes_lab"\n', 'map = "marhes_lab"\nengine = "planar"\n'
+        'map = "marhes_lab"\n', f'map = "marhes_lab"\nengine = "{OTHER}"\n'
     )
 
 
