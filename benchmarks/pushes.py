@@ -1,4 +1,4 @@
-"""How far one robot pushes another in 5 s, in both engines: 40 pushes (tests/hal/pushes.py).
+"""How far one robot pushes another in 5 s, in each engine: 40 pushes (tests/hal/pushes.py).
 
 A robot of one model drives with its top speed at a robot of the same or the other model: at its front, its side, its
 rear, and obliquely. The pushed robot has locked wheels, stands with powered wheels, or drives ahead at 0.2 m/s. What
@@ -12,6 +12,7 @@ from common import arguments, show
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
+from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.pushes import PUSHES, SECONDS
 
 
@@ -23,8 +24,7 @@ def main() -> None:
             "pushed": f"{push.pushed} {push.state}",
             "by": push.pusher,
             "at its": push.side,
-            "planar, m": round(push.off_way("planar"), 3),
-            "pybullet, m": round(push.off_way("pybullet"), 3),
+            **{f"{engine}, m": round(push.off_way(engine), 3) for engine in ENGINE_NAMES},
         }
         for push in (PUSHES[:4] if options.quick else PUSHES)
     ]

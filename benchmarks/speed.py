@@ -28,6 +28,7 @@ from vrg.launch.nodes import open_journal
 from vrg.launch.run_folder import RunFolder
 
 ROBOTS = (8, 16, 32, 64)
+ENGINE_NAMES = ("pybullet", "mujoco", "planar")
 WARM_UP = 1.0
 """s of match time that are not counted: everybody arms, caches fill."""
 AIMS = {("pybullet", 8, True): 15.0, ("planar", 8, False): 100.0}
@@ -130,13 +131,13 @@ def main() -> None:
     """See the module."""
     parser = arguments(__doc__)
     parser.add_argument("--robots", type=int, nargs="+", default=ROBOTS)
-    parser.add_argument("--engine", choices=("pybullet", "planar"), help="only this one")
+    parser.add_argument("--engine", choices=ENGINE_NAMES, help="only this one")
     parser.add_argument("--lasers", choices=("yes", "no"), help="only with, or only without")
     parser.add_argument("--rounds", type=int, default=None)
     parser.add_argument("--profile", metavar="FILE", type=Path, help="write the profile of the first case and end")
     options = parser.parse_args()
     logging.disable(logging.WARNING)
-    engines = (options.engine,) if options.engine else ("pybullet", "planar")
+    engines = (options.engine,) if options.engine else ENGINE_NAMES
     lasers = (options.lasers == "yes",) if options.lasers else (True, False)
     cases = [Case(e, n, with_) for n in options.robots for e in engines for with_ in lasers]
     seconds = 2.0 if options.quick else 30.0

@@ -95,7 +95,7 @@ WRONG = {
     "1: players: missing": GOOD[: GOOD.index("[[players]]")],
     "66: not TOML": GOOD + "\n[[players]\n",
     "6: map: expected one of courtyard, marhes_lab, open, got": but(('"courtyard"\nengine', '"atlantis"\nengine')),
-    "7: engine: expected one of planar, pybullet, got 'warp'": but(('"pybullet"', '"warp"')),
+    "7: engine: expected one of mujoco, planar, pybullet, got 'warp'": but(('"pybullet"', '"warp"')),
     "5: game: expected one of hud, practice, pursuit-evasion, ": but(('"sharks-and-minnows"', '"chess"')),
     "8: rate: expected at least 0.1, got 0.0": but(("seed = 0", "rate = 0.0")),
     "10: rules: x: expected the low border first": but(("x = [16.0, 26.0]", "x = [26.0, 16.0]")),

@@ -13,6 +13,7 @@ import vrg
 ROOT = Path(vrg.__file__).parent
 ONLY_IN = {
     "pybullet": ("hal/sim/engines", "hal/sim/sensors/renderer.py"),
+    "mujoco": ("hal/sim/engines",),
     "can": ("hal/can",),
     "canopen": ("hal/can",),
     "zenoh": ("bus",),
@@ -150,7 +151,7 @@ def _loaded(code: str, names: tuple[str, ...]) -> list[str]:
     return out.stdout.split()
 
 
-HEAVY = ("numpy", "pydantic", "pygame", "matplotlib", "pybullet")
+HEAVY = ("numpy", "pydantic", "pygame", "matplotlib", "pybullet", "mujoco")
 LATE: dict[str, tuple[str, tuple[str, ...]]] = {
     "the command line: whoever plays over ssh waits for no graphics": (
         "import vrg.cli", (*HEAVY, "can", "canopen", "cryptography", "ssl", "aiohttp"),

@@ -64,7 +64,7 @@ def test_questions_change_the_match_and_refuse_nonsense(answer: Answer, tmp_path
     for words in (
         "expected one of hud, practice, pursuit-evasion, roboflag, sharks-and-minnows, got 'chess'",
         "map: expected one of courtyard, marhes_lab, open, got 'mars'",
-        "engine: expected one of planar, pybullet, got 'warp'",
+        "engine: expected one of mujoco, planar, pybullet, got 'warp'",
         "seed: expected at least 0, got -1",
         "expected a whole number from 1 to 64, got 'many'",
         "expected a number from 1 to 2, got '7'",

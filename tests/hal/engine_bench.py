@@ -8,6 +8,7 @@ from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.types import STILL, Pose, Twist
 
 DT = 0.02
+ENGINE_NAMES = ("planar", "pybullet", "mujoco")
 
 
 def run(engine: Engine, seconds: float) -> None:

@@ -3,14 +3,12 @@
 import subprocess
 import sys
 from collections.abc import Iterator
-from dataclasses import replace
 
 import pybullet
 import pytest
 
 from tests.hal.engine_bench import drive, forward, run
 from vrg.hal.models import MODELS, robot_model
-from vrg.hal.models.drivetrain import skid_steer
 from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose
@@ -22,19 +20,6 @@ def engine() -> Iterator[BulletEngine]:
     engine = BulletEngine(load_map("open"))
     yield engine
     engine.close()
-
-
-@pytest.mark.parametrize("name", MODELS.names())
-def test_the_stored_effective_track_is_what_the_engine_measures(engine: BulletEngine, name: str) -> None:
-    model = robot_model(name)
-    drivetrain = model.drivetrain
-    engine.add("a", model, Pose(0, 0, 0))
-    engine.command("a", drivetrain.twist((-3.0, 3.0)))
-    run(engine, 3.0)
-    measured = 6.0 * drivetrain.wheel_radius / engine.state("a").twist.w
-    assert drivetrain.effective_track == pytest.approx(measured, rel=0.01)
-    wheel = drivetrain.wheels[0]
-    assert drivetrain.effective_track == pytest.approx(2 * (wheel.y + wheel.x**2 / wheel.y), rel=0.01)
 
 
 @pytest.mark.parametrize("name", MODELS.names())
@@ -67,35 +52,11 @@ def test_a_collision_does_not_tip_it() -> None:
     engine.close()
 
 
-def test_one_with_its_wheels_at_its_corners_comes_to_rest(engine: BulletEngine) -> None:
-    drivetrain = skid_steer(wheel_radius=0.11, wheel_width=0.08, wheelbase=0.49, track=0.48, effective_track=0.98)
-    model = replace(robot_model("P2AT"), drivetrain=drivetrain)
-    engine.add("a", model, Pose(0, 0, 0.3))
-    drive(engine, "a", 0.5, 0.4, seconds=2.0)
-    engine.command("a", None)
-    run(engine, 0.5)
-    for _ in range(20):
-        run(engine, 0.02)
-        assert abs(engine.state("a").twist.w) < 1e-3
-
-
 def test_closing_twice_is_fine_and_lets_go_of_the_client(engine: BulletEngine) -> None:
     client = engine._client
     engine.close()
     engine.close()
     assert not pybullet.isConnected(client)
-
-
-def test_two_engines_do_not_meet() -> None:
-    a, b = BulletEngine(load_map("open")), BulletEngine(load_map("open"))
-    a.add("r", robot_model("P2AT"), Pose(0, 0, 0))
-    b.add("r", robot_model("P2AT"), Pose(0.4, 0, 0))
-    drive(a, "r", 0.5, seconds=2.0)
-    run(b, 0.1)
-    assert a.state("r").pose.x > 0.7
-    assert b.state("r").pose.x == pytest.approx(0.4, abs=1e-3)
-    a.close()
-    b.close()
 
 
 @pytest.mark.parametrize("module", ["vrg.hal.sim.engines.pybullet", "vrg.hal.sim.sensors.renderer"])

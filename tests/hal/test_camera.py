@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.world_bench import KEYS, SimBench, Wire, config
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.messages import CameraRequest
@@ -218,8 +219,8 @@ def test_not_all_robots_take_their_pictures_in_one_tick(begin: Begin) -> None:
     assert len({tick for tick, _, _ in found}) > 3
 
 
-@pytest.mark.parametrize("engine", ["planar", "pybullet"])
-def test_both_engines_give_pictures_and_a_picture_changes_nothing_else(begin: Begin, engine: str) -> None:
+@pytest.mark.parametrize("engine", ENGINE_NAMES)
+def test_every_engine_gives_pictures_and_a_picture_changes_nothing_else(begin: Begin, engine: str) -> None:
     """The renderer is a client of its own, so that not even the order of bodies in the engine changes."""
 
     def course(camera: bool) -> list[object]:

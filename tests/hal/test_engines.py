@@ -1,4 +1,4 @@
-"""What both engines promise."""
+"""What all engines promise."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from msgspec.structs import astuple
 
-from tests.hal.engine_bench import carry, deepest_overlap, drive, footprint, forward, run
+from tests.hal.engine_bench import ENGINE_NAMES, carry, deepest_overlap, drive, footprint, forward, run
 from tests.hal.omni import OMNI
 from vrg.errors import ConfigError, WorldError
 from vrg.geometry import along_arc
 from vrg.hal.models import MODELS, robot_model
-from vrg.hal.models.drivetrain import Wheel
+from vrg.hal.models.drivetrain import Wheel, skid_steer
 from vrg.hal.sim import engines
-from vrg.hal.sim.engines import ENGINES, check_installed, default_engine
-from vrg.hal.sim.engines.engine import Engine
+from vrg.hal.sim.engines import BULLET, ENGINES, MUJOCO, PLANAR, check_installed, default_engine, installed
+from vrg.hal.sim.engines.engine import Engine, Floats
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.shapes import box_gap
 from vrg.types import STILL, Pose, Twist
@@ -25,7 +25,7 @@ P2AT = robot_model("P2AT")
 Make = Callable[..., Engine]
 
 
-@pytest.fixture(params=["planar", "pybullet"])
+@pytest.fixture(params=ENGINE_NAMES)
 def make(request: pytest.FixtureRequest) -> Iterator[Make]:
     """A builder of engines with P2ATs by their names and poses: g and h are kinematic, all others drive."""
     made: list[Engine] = []
@@ -43,12 +43,14 @@ def make(request: pytest.FixtureRequest) -> Iterator[Make]:
 
 
 def test_without_the_package_of_an_engine_a_match_has_another_one_or_names_what_is_missing(monkeypatch) -> None:
-    assert default_engine() == "pybullet"
+    assert default_engine() == (BULLET if installed(BULLET) else MUJOCO)
+    monkeypatch.setattr(engines, "find_spec", lambda package: None if package == "pybullet" else package)
+    assert default_engine() == MUJOCO
     monkeypatch.setattr(engines, "find_spec", lambda package: None)
-    assert default_engine() == "planar"
-    check_installed("planar")
+    assert default_engine() == PLANAR
+    check_installed(PLANAR)
     with pytest.raises(ConfigError, match=r"engine pybullet: the package pybullet is not installed.*--engine planar"):
-        check_installed("pybullet")
+        check_installed(BULLET)
 
 
 def test_robots_are_known_by_name(make: Make) -> None:
@@ -99,6 +101,35 @@ def test_the_turn_rate_is_what_the_effective_track_predicts(make: Make, name: st
     assert np.mean(speeds) == pytest.approx(v, abs=0.02)
 
 
+@pytest.mark.parametrize("name", MODELS.names())
+def test_the_stored_effective_track_is_what_the_engine_measures(make: Make, name: str) -> None:
+    engine, model = make(), robot_model(name)
+    drivetrain = model.drivetrain
+    engine.add("a", model, Pose(0, 0, 0))
+    engine.command("a", drivetrain.twist((-3.0, 3.0)))
+    run(engine, 3.0)
+    measured = 6.0 * drivetrain.wheel_radius / engine.state("a").twist.w
+    assert drivetrain.effective_track == pytest.approx(measured, rel=0.01)
+    wheel = drivetrain.wheels[0]
+    assert drivetrain.effective_track == pytest.approx(2 * (wheel.y + wheel.x**2 / wheel.y), rel=0.01)
+
+
+def test_one_that_comes_and_goes_far_away_changes_nothing_for_the_others(make: Make) -> None:
+    def driven(*guests: str) -> Floats:
+        engine = make(a=(0, 0, 0), b=(0.51, 0.1, 0.2))
+        forward(engine, "b", -0.1, 0.2)
+        drive(engine, "a", 0.5, 0.2, seconds=1.0)
+        for guest in guests:
+            engine.add(guest, OMNI, Pose(9, 9, 0))
+        run(engine, 0.5)
+        for guest in guests:
+            engine.remove(guest)
+        run(engine, 0.5)
+        return engine.poses
+
+    assert driven("c", "d") == pytest.approx(driven(), abs=1e-6)
+
+
 def test_locked_wheels_stop_it_within_the_models_brake(make: Make) -> None:
     engine = make(a=(0, 0, 0))
     drive(engine, "a", P2AT.v_max, seconds=2.0)
@@ -116,6 +147,27 @@ def test_at_rest_it_stays(make: Make) -> None:
     before = engine.poses[0].copy()
     run(engine, 10.0)
     assert np.abs(engine.poses[0] - before).max() < 1e-3
+
+
+def test_one_with_its_wheels_at_its_corners_comes_to_rest(make: Make) -> None:
+    engine = make()
+    drivetrain = skid_steer(wheel_radius=0.11, wheel_width=0.08, wheelbase=0.49, track=0.48, effective_track=0.98)
+    model = replace(robot_model("P2AT"), drivetrain=drivetrain)
+    engine.add("a", model, Pose(0, 0, 0.3))
+    drive(engine, "a", 0.5, 0.4, seconds=2.0)
+    engine.command("a", None)
+    run(engine, 0.5)
+    for _ in range(20):
+        run(engine, 0.02)
+        assert abs(engine.state("a").twist.w) < 1e-3
+
+
+def test_two_engines_do_not_meet(make: Make) -> None:
+    a, b = make(a=(0, 0, 0)), make(b=(0.4, 0, 0))
+    drive(a, "a", 0.5, seconds=2.0)
+    run(b, 0.1)
+    assert a.state("a").pose.x > 0.7
+    assert b.state("b").pose.x == pytest.approx(0.4, abs=1e-3)
 
 
 def test_the_heading_stays_within_half_a_turn(make: Make) -> None:

@@ -1,11 +1,11 @@
-"""What becomes of a robot that another one pushes, in both engines."""
+"""What becomes of a robot that another one pushes, in every engine."""
 
 import math
 from functools import cache
 
 import pytest
 
-from tests.hal.engine_bench import deepest_overlap, forward, run
+from tests.hal.engine_bench import ENGINE_NAMES, deepest_overlap, forward, run
 from tests.hal.pushes import PUSHES, SECONDS, STATES, Push
 from vrg.hal.models import robot_model
 from vrg.hal.sim.engines import ENGINES
@@ -14,12 +14,11 @@ from vrg.hal.sim.map import load_map
 from vrg.types import Pose
 
 HOLDS = 0.25
-"""How far off its place or its way a robot may be pushed that holds, m. The engines agree within this: in PyBullet the
-pushed robot slides until the blow is spent, in the planar engine a blow moves nobody."""
+"""How far off its place or its way a robot may be pushed that holds, m. The engines agree within this: with rigid
+bodies the pushed robot slides until the blow is spent, in the planar engine a blow moves nobody."""
 OBLIQUELY = 0.4
 """The same for one that drives and is hit obliquely, m: it is turned a little and drives on that way."""
 P2AT, ATRV_JR = robot_model("P2AT"), robot_model("ATRV-Jr")
-ENGINE_NAMES = ("planar", "pybullet")
 SIDES = ("front", "oblique", *(pytest.param(side, marks=pytest.mark.thorough) for side in ("side", "rear")))
 
 
@@ -56,18 +55,19 @@ def test_a_heavier_one_pushes_it_along_at_its_own_speed(engine: str, side: str) 
             assert off_way(engine, push) == pytest.approx(4.0, abs=0.15), push
 
 
+@pytest.mark.parametrize("engine", ["pybullet", "mujoco"])
 @pytest.mark.parametrize("side", [side for side in SIDES if side != "oblique"])
 @pytest.mark.parametrize("state", ["braked", "at rest"])
 @pytest.mark.parametrize("pair", [("P2AT", "P2AT"), ("ATRV-Jr", "ATRV-Jr"), ("P2AT", "ATRV-Jr")])
 def test_a_blow_is_spent_by_the_friction_that_the_motors_do_not_overcome(
-    pair: tuple[str, str], state: str, side: str
+    engine: str, pair: tuple[str, str], state: str, side: str
 ) -> None:
     """Both go on together after the blow; the friction of the one, less the drive of the other, brakes both."""
     pusher, pushed = (robot_model(name) for name in pair)
     speed = pusher.mass * pusher.v_max / (pusher.mass + pushed.mass)
     force = pushed.brake * pushed.mass - DRIVE * pusher.brake * pusher.mass
     way = speed**2 * (pusher.mass + pushed.mass) / 2 / force
-    assert off_way("pybullet", Push(*pair, side, state)) == pytest.approx(way, abs=0.01)
+    assert off_way(engine, Push(*pair, side, state)) == pytest.approx(way, abs=0.01)
 
 
 @pytest.mark.parametrize("engine", ENGINE_NAMES)

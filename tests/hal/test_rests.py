@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.world_bench import KEYS, Wire, config
 from vrg.bus.messages import AT_REST, Body, Drive, MeasuredPose, Poses, at_rest
 from vrg.hal.sim.ghost import EXTRAPOLATE
@@ -20,7 +21,7 @@ def bodies(wire: Wire, name: str) -> list[tuple[float, Body]]:
     ]
 
 
-@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+@pytest.mark.parametrize("engine", ENGINE_NAMES)
 def test_a_robot_that_brakes_is_at_rest_since_the_first_tick_at_which_it_is(engine: str) -> None:
     world = Wire(config(("a", 0.0, 0.0, 0.0), engine=engine))
     world.tick()

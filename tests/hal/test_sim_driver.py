@@ -1,9 +1,10 @@
-"""The driver of a robot in the world keeps the contract, on both engines."""
+"""The driver of a robot in the world keeps the contract, on every engine."""
 
 from collections.abc import Iterator
 
 import pytest
 
+from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.world_bench import KEYS, SimBench
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -17,7 +18,7 @@ from vrg.testing.driver import FORWARD, DriverContract, armed
 
 
 class TestContract(DriverContract):
-    @pytest.fixture(params=["planar", "pybullet"])
+    @pytest.fixture(params=ENGINE_NAMES)
     def bench(self, request: pytest.FixtureRequest) -> Iterator[SimBench]:
         bench = SimBench(request.param)
         yield bench

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.hal.device_bench import referee_state, status
+from tests.hal.engine_bench import ENGINE_NAMES
 from tests.hal.world_bench import KEYS, Wire, config
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
@@ -388,7 +389,7 @@ class TestBattery:
 
 
 class TestSnapshot:
-    @pytest.mark.parametrize("engine", ["planar", "pybullet"])
+    @pytest.mark.parametrize("engine", ENGINE_NAMES)
     def test_a_restored_world_goes_on_where_the_snapshot_was_taken(self, engine: str) -> None:
         old = wire(engine=engine, noise=False)
         old.tick(1)
@@ -572,7 +573,7 @@ class TestPhysicalRobots:
 
         assert readings(("a", 0, 0, 0)) == readings(("g", 9, 9, 0), ("a", 0, 0, 0))
 
-    @pytest.mark.parametrize("engine", ["planar", "pybullet"])
+    @pytest.mark.parametrize("engine", ENGINE_NAMES)
     def test_a_virtual_robot_bumps_into_it_and_is_pushed(self, engine: str) -> None:
         world = mixed(engine=engine)
         measure(world, 0.8)

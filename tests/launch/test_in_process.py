@@ -15,6 +15,7 @@ from mcap.reader import make_reader
 from msgspec import structs
 
 from tests.command_line import invoke
+from tests.hal.engine_bench import ENGINE_NAMES
 from tests.launch import matches
 from tests.launch.matches import calls_of
 from tests.tiny import TINY
@@ -90,7 +91,7 @@ def setup_for(engine: str, seed: int) -> MatchSetup:
 
 
 Played = tuple[Ending, RunFolder, Witness]
-WITH_PYBULLET = pytest.param("pybullet", marks=pytest.mark.thorough)
+EVERY = ("planar", *(pytest.param(engine, marks=pytest.mark.thorough) for engine in ("pybullet", "mujoco")))
 
 
 @pytest.fixture(scope="module")
@@ -107,7 +108,7 @@ def played(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, int], Pla
     return whole
 
 
-@pytest.mark.parametrize("engine", ["planar", WITH_PYBULLET])
+@pytest.mark.parametrize("engine", EVERY)
 def test_the_match_of_the_thesis_is_played_to_its_end(played: Callable[[str, int], Played], engine: str) -> None:
     ending, _, witness = played(engine, 0)
     state = ending.state
@@ -127,9 +128,9 @@ SHORT = TINY.replace("passes = 1", "passes = 1\npass_limit = 8.0")
     ("engine", "field"),
     [
         ("planar", SHORT),
-        *(pytest.param(engine, "of the thesis", marks=pytest.mark.thorough) for engine in ("planar", "pybullet")),
+        *(pytest.param(engine, "of the thesis", marks=pytest.mark.thorough) for engine in ENGINE_NAMES),
     ],
-    ids=["tiny", "thesis planar", "thesis pybullet"],
+    ids=["tiny", *(f"thesis {engine}" for engine in ENGINE_NAMES)],
 )
 def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Path, engine: str, field: str) -> None:
     journals = []
@@ -152,7 +153,7 @@ def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Pat
     assert journals[0] != journals[2], "another seed gives another match"
 
 
-@pytest.mark.parametrize("engine", ["planar", WITH_PYBULLET])
+@pytest.mark.parametrize("engine", EVERY)
 def test_a_match_goes_the_same_way_with_cameras_and_without(tmp_path: Path, engine: str) -> None:
     found = []
     for camera in (False, True):

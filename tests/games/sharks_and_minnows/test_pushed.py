@@ -1,10 +1,11 @@
-"""A safe minnow that a heavier shark pushes out of the field is not called out, in both engines."""
+"""A safe minnow that a heavier shark pushes out of the field is not called out, in every engine."""
 
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from tests.hal.engine_bench import ENGINE_NAMES
 from vrg.bus.messages import Call
 from vrg.config.loading import load_match
 from vrg.config.rules import rulebook_of
@@ -89,7 +90,7 @@ def blind(exhibit: Exhibit) -> Exhibit:
     )
 
 
-@pytest.mark.parametrize("engine", ["planar", "pybullet"])
+@pytest.mark.parametrize("engine", ENGINE_NAMES)
 def test_who_is_pushed_out_is_not_called_out(tmp_path: Path, engine: str) -> None:
     setup = load_match(match_file(tmp_path, engine)).at_rate(0.0)
     run = RunFolder(tmp_path)

@@ -22,17 +22,20 @@ ENGINES: Registry[type[Engine]] = Registry(
     "vrg.engines",
     {
         "pybullet": "vrg.hal.sim.engines.pybullet:BulletEngine",
+        "mujoco": "vrg.hal.sim.engines.mujoco:MujocoEngine",
         "planar": "vrg.hal.sim.engines.planar:PlanarEngine",
     },
     _check,
 )
-"""The class of every engine by name. PyBullet is imported only if it is asked for: it takes long and needs 30 MB."""
+"""The class of every engine by name. Only that which is asked for is imported: PyBullet takes long and needs 30 MB."""
 
 PLANAR: Final = "planar"
 """The engine that needs no package and can always be used."""
 BULLET: Final = "pybullet"
 """The engine of a match that names none, where it can be had."""
-_PACKAGES: Final = {BULLET: "pybullet"}
+MUJOCO: Final = "mujoco"
+"""That of such a match elsewhere."""
+_PACKAGES: Final = {BULLET: "pybullet", MUJOCO: "mujoco"}
 """The packages of engines that some Pythons have no wheels of, in the order in which their engines are preferred."""
 
 

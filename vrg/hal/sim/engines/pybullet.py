@@ -1,22 +1,10 @@
 """The PyBullet engine: rigid bodies that stand on wheels, and wheels that slip and scrub.
 
-PyBullet computes the bodies: their weight, inertia, and contacts with walls and each other. This module computes the
-traction itself: PyBullet's friction at a wheel is a pyramid along the map's axes (or, as a cone, far too weak), which
-made the turn rate vary by 15 to 40 % with the heading at any affordable number of iterations. So the wheels stand on
-the ground without friction, and each gets an isotropic Coulomb force. Its tyre gives way to the slip like a spring with
-a damper, up to the full friction, where it slides:
-
-    force = -friction * load * (slip / damped + stretch / GIVE), at most friction * load
-
-The spring is what holds a robot that is pushed: a force that only grew with the slip would let locked wheels creep. A
-motor presses its wheel ahead with at most DRIVE of the friction, and holds it with all of it. So a robot that stands or
-brakes holds against an equal one that drives at it.
-
-Turning in place balances the moments of lengthwise and sideways slip at
-
-    effective track = track + wheelbase^2 / track
-
-whatever the friction is. `skid_steer` is given the track measured here (tests/hal/test_bullet.py).
+PyBullet computes the bodies: their weight, inertia, and contacts with walls and each other. The wheels stand on the
+ground without friction, and get the forces of vrg.hal.sim.engines.traction. PyBullet's own friction at a wheel is a
+pyramid along the map's axes (or, as a cone, far too weak), which made the turn rate vary by 15 to 40 % with the heading
+at any affordable number of iterations. The forces are computed for one robot after the other: between two calls of
+PyBullet that takes less time for 8 robots than arrays do.
 
 A kinematic body has no mass. Before each physics step it is set to its place, with its speed, so that the solver pushes
 the other bodies at that speed. It is far taller than they are, so that no body is ever pushed on top of it.
@@ -32,6 +20,7 @@ from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engines import check_installed
 from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.traction import GIVE, MAX_PHYSICS_STEP, damped_slip
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.modules import silent_errors
@@ -40,15 +29,8 @@ check_installed("pybullet")
 with silent_errors():
     import pybullet
 
-MAX_PHYSICS_STEP = 0.01
-"""The longest physics step, s."""
 ITERATIONS = 10
 """The number of iterations of the constraint solver."""
-DAMPING = 1.25
-"""The part of a wheel's slip that the damping of the tyres undoes in one physics step. From nearly 2 on it swings
-up."""
-GIVE = 0.005
-"""The stretch in m at which the spring of a tyre alone is its full friction."""
 BODY_FRICTION = 0.2
 """The coefficient of friction between bodies, and between a body and a wall."""
 CONTACT = 0.005
@@ -149,7 +131,7 @@ class BulletEngine(Engine):
         self._radii = np.array([m.drivetrain.wheel_radius for m in self.models]).reshape(-1, 1)
         self._tyres.append([Tyre.of(w, w.axis) for w in model.drivetrain.wheels if w.axis is not None])
         self._stretches.append([])
-        self._damped.append(_damped(model))
+        self._damped.append(damped_slip(model))
         self._motions.append(self._motion(self._bodies[row]))
         self._placed(row)
 
@@ -408,17 +390,6 @@ class BulletEngine(Engine):
         pybullet.changeDynamics(body, -1, lateralFriction=BODY_FRICTION, physicsClientId=client)
         pybullet.setCollisionFilterGroupMask(body, -1, _KINEMATIC, _BODY | _RAY, physicsClientId=client)
         return body
-
-
-def _damped(model: RobotModel) -> float:
-    """The slip in m/s at which the damping of a tyre alone is its full friction.
-
-    The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
-    """
-    inertia = (model.length**2 + model.width**2) / 12
-    wheels = [wheel for wheel in model.drivetrain.wheels if wheel.axis is not None]
-    turning = sum(wheel.x**2 + wheel.y**2 for wheel in wheels) / len(wheels) / inertia
-    return model.brake * MAX_PHYSICS_STEP * max(1.0, turning) / DAMPING
 
 
 def _yaw(quaternion: tuple[float, float, float, float]) -> float:

@@ -1,0 +1,186 @@
+"""The MuJoCo engine: rigid bodies in the plane, on wheels that slip and scrub.
+
+Each body has three joints: it slides along both axes of the map, and it turns. So poses and velocities are rows of
+MuJoCo's own arrays, and this module reads and presses all robots at once. The traction of the wheels is that of
+vrg.hal.sim.engines.traction; MuJoCo finds the contacts and solves for their forces, without friction.
+
+For the contacts this module sets the accelerations that the solver aims for (`efc_aref`). MuJoCo's own are those of a
+stiff spring, which throws bodies far apart that begin deep inside one another. These let two bodies come as near in a
+physics step as they are apart, so that nothing is tunnelled, and part at EASE if they overlap.
+
+A kinematic body is set to its place, with its speed, before each physics step. During the step it has its mass, so that
+what it presses with is bounded: a body that is caught between it and a wall overlaps with it rather than with the wall.
+
+The state is in the arrays of `Engine`, and in the stretch of the tyres. The solver starts anew in each step.
+"""
+
+import math
+
+import mujoco
+import numpy as np
+
+from vrg.hal.sim.engines.engine import Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
+from vrg.hal.sim.map import Map
+
+CONTACT = 0.005
+"""The distance in m below which a bumper is pressed."""
+EASE = 0.5
+"""The speed in m/s at which bodies that overlap part at most."""
+_PARTING = 0.2
+"""The part of an overlap that is undone in one physics step, unless that takes a speed above EASE."""
+_NEAR = 0.05
+"""The distance in m below which a contact is solved for: two bodies come nearer by it in a physics step at 5 m/s."""
+_HARDNESS = 0.99
+"""The part of the aimed acceleration that a contact reaches against what presses on it."""
+_WALL, _BODY, _KINEMATIC = 1, 2, 4
+"""The kinds of shapes. Bodies meet all of them; neither walls nor kinematic bodies meet kinematic bodies."""
+_JOINTS = (
+    (mujoco.mjtJoint.mjJNT_SLIDE, (1, 0, 0)),
+    (mujoco.mjtJoint.mjJNT_SLIDE, (0, 1, 0)),
+    (mujoco.mjtJoint.mjJNT_HINGE, (0, 0, 1)),
+)
+
+
+class MujocoEngine(Engine):
+    """An engine that moves rigid bodies with MuJoCo."""
+
+    def __init__(self, map_: Map) -> None:
+        super().__init__(map_)
+        self._traction = Traction()
+        self._walls = len(map_.boxes) + len(map_.circles)
+        self._stale = True
+        """Whether the list of robots has changed since the model was built."""
+
+    def step(self, dt: float) -> None:
+        """Advance by dt seconds, in physics steps of at most MAX_PHYSICS_STEP."""
+        if not self.names:
+            return
+        if self._stale:
+            self._build()
+        aims = self._accelerate(dt)
+        aims[self._braking] = 0.0  # the wheels lock at once; friction decides how fast that stops the body
+        self.speeds = aims
+        self.angles += aims * dt
+        steps = max(1, math.ceil(dt / MAX_PHYSICS_STEP - 1e-9))
+        self._model.opt.timestep = dt / steps
+        places, speeds = self._places, self._speeds
+        places[:] = self.poses
+        heading, v, w, side = self.poses[:, 2], *self.velocities.T
+        cos, sin = np.cos(heading), np.sin(heading)
+        speeds[:] = np.array((v * cos - side * sin, v * sin + side * cos, w)).T
+        self._move(dt / steps, steps, self._traction.rims(aims))
+        heading, (vx, vy, w), drives = places[:, 2], speeds.T, ~self.kinematic[:, None]
+        heading -= np.round(heading / (2 * math.pi)) * (2 * math.pi)
+        cos, sin = np.cos(heading), np.sin(heading)
+        np.copyto(self.poses, places, where=drives)
+        np.copyto(self.velocities, np.array((vx * cos + vy * sin, w, vy * cos - vx * sin)).T, where=drives)
+        self._feel()
+
+    def close(self) -> None:
+        """Do nothing: this engine holds nothing that must be released."""
+
+    def _added(self, row: int) -> None:
+        self._traction.add(self.models[row], kinematic=bool(self.kinematic[row]))
+        self._stale = True
+
+    def _removed(self, row: int) -> None:
+        self._traction.remove(row)
+        self._stale = True
+
+    def _placed(self, row: int) -> None:
+        self._traction.release(row)
+
+    def _moved(self, row: int, way: float, turn: float) -> None:
+        """Do nothing: the next step moves the body there."""
+
+    def _move(self, dt: float, steps: int, rims: Floats) -> None:
+        """Make the physics steps, of dt seconds each.
+
+        Args:
+            rims: the speeds of the rims of all wheels, m/s.
+        """
+        model, data, places, speeds = self._model, self._data, self._places, self._speeds
+        carried = self.kinematic.nonzero()[0]
+        ends = places[carried]
+        # A measured speed may be wrong by any amount; a body must not be pushed faster than a robot drives.
+        rates = np.clip(speeds[carried], -self._fastest[carried], self._fastest[carried])
+        for left_over in range(steps, 0, -1):
+            places[carried] = ends - rates * (left_over * dt)
+            speeds[carried] = rates
+            self._forces[:] = self._traction.press(dt, places[:, 2], speeds.T, rims).T
+            mujoco.mj_step1(model, data)
+            if data.nefc:  # one row for each contact
+                gaps = data.efc_pos
+                wanted = np.minimum(np.where(gaps > 0.0, -1.0, -_PARTING) * gaps / dt, EASE)
+                data.efc_aref[:] = (wanted - data.efc_vel) / dt
+            mujoco.mj_step2(model, data)
+            # What is pressed from several sides at once must not be thrown out of there.
+            np.clip(speeds, -self._bound, self._bound, out=speeds)
+
+    def _feel(self) -> None:
+        """Find the bumpers in contact. A side against something touches it at both ends, so the middle counts."""
+        self.touch = [0] * len(self.names)
+        contacts = self._data.contact
+        near = contacts.dist < CONTACT
+        if not near.any():
+            return
+        pairs = contacts.geom[near] - self._walls  # the contacts of a pair follow one another
+        firsts = np.flatnonzero(np.append(True, (pairs[1:] != pairs[:-1]).any(axis=1)))
+        middles = np.add.reduceat(contacts.pos[near, :2], firsts) / np.diff(firsts, append=len(pairs))[:, None]
+        for pair, (x, y) in zip(pairs[firsts].tolist(), middles.tolist(), strict=True):
+            for row in pair:
+                if row >= 0:
+                    at_x, at_y, theta = self.poses[row].tolist()
+                    self.touch[row] |= bumper_bit(self.models[row], math.atan2(y - at_y, x - at_x) - theta)
+
+    def _build(self) -> None:
+        """Build the model of the map and of all robots, in the plane of the joints.
+
+        Boxes are as tall as they are wide, so that the shortest way out of one is sideways. A column is a sphere: what
+        is upright meets it there as it meets a circle, and at one point.
+        """
+        off = mujoco.mjtDisableBit
+        spec, shape = mujoco.MjSpec(), mujoco.mjtGeom
+        spec.option.disableflags = off.mjDSBL_GRAVITY | off.mjDSBL_WARMSTART
+        contact = {"margin": _NEAR, "condim": 1, "solimp": (_HARDNESS, _HARDNESS, 1.0, 0.5, 1.0)}
+        for box in self.map.boxes:
+            spec.worldbody.add_geom(
+                type=shape.mjGEOM_BOX,
+                size=_half(box.length, box.width),
+                pos=(box.x, box.y, 0.0),
+                quat=(math.cos(box.heading / 2), 0.0, 0.0, math.sin(box.heading / 2)),
+                contype=_WALL,
+                conaffinity=0,
+                **contact,
+            )
+        for circle in self.map.circles:
+            at, size = (circle.x, circle.y, 0.0), (circle.radius, 0.0, 0.0)
+            spec.worldbody.add_geom(
+                type=shape.mjGEOM_SPHERE, size=size, pos=at, contype=_WALL, conaffinity=0, **contact
+            )
+        for model, kinematic in zip(self.models, self.kinematic.tolist(), strict=True):
+            body = spec.worldbody.add_body()
+            for kind, axis in _JOINTS:
+                body.add_joint(type=kind, axis=axis)
+            body.add_geom(
+                type=shape.mjGEOM_BOX,
+                size=_half(model.length, model.width),
+                mass=model.mass,
+                contype=_KINEMATIC if kinematic else _BODY,
+                conaffinity=0 if kinematic else _WALL | _BODY | _KINEMATIC,
+                **contact,
+            )
+        self._model = spec.compile()
+        self._data = mujoco.MjData(self._model)
+        self._places, self._speeds, self._forces = (
+            array.reshape(-1, 3) for array in (self._data.qpos, self._data.qvel, self._data.qfrc_applied)
+        )
+        self._fastest = np.array([(model.v_max, model.v_max, model.w_max) for model in self.models])
+        self._bound = 2.0 * self._fastest.max(axis=0)
+        self._stale = False
+
+
+def _half(length: float, width: float) -> tuple[float, float, float]:
+    """The half sizes of a box that is as tall as its diagonal, m."""
+    return length / 2, width / 2, math.hypot(length, width) / 2

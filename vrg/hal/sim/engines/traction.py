@@ -1,0 +1,133 @@
+"""The traction of wheels that slip and scrub, for engines of rigid bodies.
+
+Each wheel gets an isotropic Coulomb force. Its tyre gives way to the slip like a spring with a damper, up to the full
+friction, where it slides:
+
+    force = -friction * load * (slip / damped + stretch / GIVE), at most friction * load
+
+The spring is what holds a robot that is pushed: a force that only grew with the slip would let locked wheels creep. A
+motor presses its wheel ahead with at most DRIVE of the friction, and holds it with all of it. So a robot that stands or
+brakes holds against an equal one that drives at it.
+
+Turning in place balances the moments of lengthwise and sideways slip at
+
+    effective track = track + wheelbase^2 / track
+
+whatever the friction is. `skid_steer` is given the track measured with it (tests/hal/test_engines.py).
+"""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from vrg.hal.models import RobotModel
+from vrg.hal.models.drivetrain import Wheel
+from vrg.hal.sim.engines.engine import DRIVE, Floats
+
+MAX_PHYSICS_STEP = 0.01
+"""The longest physics step, s."""
+DAMPING = 1.25
+"""The part of a wheel's slip that the damping of the tyres undoes in one physics step. From nearly 2 on it swings
+up."""
+GIVE = 0.005
+"""The stretch in m at which the spring of a tyre alone is its full friction."""
+
+
+class Traction:
+    """The traction of all robots at once.
+
+    Its arrays have a column for each robot, and before it a row for each wheel, and before that one for the slip along
+    the way of a wheel and one for that across it. A robot with fewer wheels than another one has wheels that press
+    nothing in the last rows.
+    """
+
+    def __init__(self) -> None:
+        self._ways: Floats = np.zeros((3, 2, 0, 0))
+        """The slip for each unit of a body's speed ahead, speed to the left and turn rate; so also the force ahead, the
+        force to the left and the moment for each unit of a push."""
+        self._stretches: Floats = np.zeros((2, 0, 0))
+        """The stretch of the tyres, as a fraction of GIVE."""
+        self._axes: npt.NDArray[np.intp] = np.zeros((0, 0), dtype=np.intp)
+        self._radii: Floats = np.zeros(0)
+        self._damped: Floats = np.zeros(0)
+        """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
+        self._grips: Floats = np.zeros(0)
+        """The full friction of a wheel of each robot, N."""
+
+    def add(self, model: RobotModel, *, kinematic: bool) -> None:
+        """Append the wheels of a robot. Those of a kinematic body press nothing."""
+        wheels = _driven(model)
+        more = max(0, len(wheels) - len(self._axes))
+        for field in ("_ways", "_stretches", "_axes"):
+            old = getattr(self, field)
+            setattr(self, field, np.pad(old, (*[(0, 0)] * (old.ndim - 2), (0, more), (0, 1))))
+        for n, (wheel, axis) in enumerate(wheels):
+            c, s, held = math.cos(wheel.heading), math.sin(wheel.heading), float(not wheel.rollers)
+            ahead, aside = (c, s, wheel.x * s - wheel.y * c), (-s, c, wheel.x * c + wheel.y * s)
+            self._ways[:, 0, n, -1] = ahead
+            self._ways[:, 1, n, -1] = [held * way for way in aside]
+            self._axes[n, -1] = axis
+        self._radii = np.append(self._radii, model.drivetrain.wheel_radius)
+        self._damped = np.append(self._damped, damped_slip(model))
+        # The friction that gives the model's brake, times the load of a wheel that a motor can hold.
+        self._grips = np.append(self._grips, 0.0 if kinematic else model.brake * model.mass / len(wheels))
+
+    def remove(self, row: int) -> None:
+        """Take the wheels of a robot away."""
+        for field in ("_ways", "_stretches", "_axes", "_radii", "_damped", "_grips"):
+            setattr(self, field, np.delete(getattr(self, field), row, axis=-1))
+
+    def release(self, row: int) -> None:
+        """Undo the stretch of a robot's tyres, as it is put somewhere at rest."""
+        self._stretches[..., row] = 0.0
+
+    def rims(self, speeds: Floats) -> Floats:
+        """The speeds of the rims of all wheels, m/s, for the speeds of the axes: shape (robots, axes), rad/s."""
+        rims: Floats = speeds[np.arange(len(speeds)), self._axes] * self._radii
+        return rims
+
+    def press(self, dt: float, headings: Floats, velocities: Floats, rims: Floats) -> Floats:
+        """Stretch the tyres for the next physics step, and compute what the wheels press with.
+
+        Args:
+            dt: the length of the physics step, s. headings: those of the bodies, rad.
+            velocities: shape (3, robots): the speeds of the bodies along x and y in m/s, and their turn rates in rad/s.
+            rims: the speeds of the rims of all wheels, m/s.
+
+        Returns:
+            shape (3, robots): the forces on the bodies along x and y in N, and the moments in N m.
+        """
+        ways, c, s, (vx, vy, w) = self._ways, np.cos(headings), np.sin(headings), velocities
+        slips = ways[0] * (vx * c + vy * s) + ways[1] * (vy * c - vx * s) + ways[2] * w
+        turning = np.sign(rims)
+        rolling = slips[0] * turning > 0.0
+        slips[0] -= rims
+        self._stretches += slips * (dt / GIVE)
+        slips /= -self._damped
+        pushes = slips - self._stretches  # as fractions of a wheel's friction
+        sizes = np.hypot(pushes[0], pushes[1])
+        pushes /= np.maximum(sizes, 1.0)
+        driven = rolling & (pushes[0] * turning > DRIVE)
+        np.copyto(pushes[0], turning * DRIVE, where=driven)
+        # The spring of a tyre that slides gives what the damper leaves of the force.
+        left_over = np.minimum(0.0, np.hypot(slips[0], slips[1]) - 1.0)
+        np.copyto(self._stretches, pushes * left_over, where=driven | (sizes > 1.0))
+        ahead, aside, moments = (ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]).sum(axis=1) * self._grips
+        return np.array((ahead * c - aside * s, ahead * s + aside * c, moments))
+
+
+def _driven(model: RobotModel) -> list[tuple[Wheel, int]]:
+    """The wheels that motors turn, with their axes."""
+    return [(wheel, wheel.axis) for wheel in model.drivetrain.wheels if wheel.axis is not None]
+
+
+def damped_slip(model: RobotModel) -> float:
+    """The slip in m/s at which the damping of a tyre alone is its full friction.
+
+    The less inertia a body has, the more a physics step of friction changes the slip, when it turns above all.
+    """
+    inertia = (model.length**2 + model.width**2) / 12
+    wheels = _driven(model)
+    turning = sum(wheel.x**2 + wheel.y**2 for wheel, _ in wheels) / len(wheels) / inertia
+    return model.brake * MAX_PHYSICS_STEP * max(1.0, turning) / DAMPING
