@@ -4,6 +4,7 @@ import json
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import datetime
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from vrg.commands.run import listed
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import write_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.launch.run_folder import RunFolder
 from vrg.launch.running import RunningMatch, registered
 
 GAME = match_path("sharks-and-minnows")
@@ -47,6 +49,29 @@ def running(run: Path, name: str = "courtyard", port: int = 1) -> Iterator[None]
         yield
 
 
+@pytest.mark.parametrize("played", [1e400, -1.0, True, "long", 1e308])
+def test_a_result_that_somebody_has_edited_takes_no_other_run_from_the_list(played: object) -> None:
+    made("edited", 1e9, ended="game over", winner="sharks", play_time=played)
+    made("good", 1.1e9, ended="game over", winner="sharks", play_time=75.4)
+    found = invoke("run", "list").output
+    assert "1:15" in found
+    assert "result.json is damaged" in found
+
+
+def test_a_link_to_nothing_in_the_place_of_the_runs_is_told(tmp_path: Path) -> None:
+    Path("runs").symlink_to(tmp_path / "nothing")
+    with pytest.raises(LaunchError, match="runs: the run folder cannot be made"):
+        RunFolder.create(Path("runs"), "m", datetime(2026, 1, 1), "")
+
+
+def test_a_file_that_nobody_has_named_is_written_in_the_place_of_a_link(tmp_path: Path) -> None:
+    victim = tmp_path / "victim"
+    victim.write_text("mine")
+    Path("tags.pdf").symlink_to(victim)
+    write_text(Path("tags.pdf"), "tags", named=False)
+    assert (victim.read_text(), Path("tags.pdf").read_text()) == ("mine", "tags")
+
+
 def test_runs_are_listed_with_how_each_ended_the_newest_first() -> None:
     made("old", 1e9, ended="game over", winner="sharks", play_time=75.4)
     made("broken", 1.1e9, ended="interrupted", winner=None, play_time=3.0)
@@ -73,7 +98,7 @@ def test_a_torn_result_is_told_as_far_as_it_goes(torn: str) -> None:
     Path("runs", "file").touch()
     Path("runs", "empty").mkdir()
     [only] = listed(Path("runs"))
-    assert (only.run, only.ended.partition(":")[0]) == ("torn", "never ended")
+    assert (only.run, only.ended.partition(":")[0]) == ("torn", "result.json is damaged")
     assert list(listed(Path("nowhere"))) == []
 
 

@@ -16,12 +16,11 @@ from msgspec import Struct
 from vrg.commands.options import whole_target
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
-from vrg.files import read_json
 from vrg.games import strategies_of
 from vrg.games.game import capitalised
 from vrg.launch.branch import last_instant
 from vrg.launch.change import Change, branch_of
-from vrg.launch.result import headline, summary
+from vrg.launch.result import headline, read_result, summary
 from vrg.launch.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -41,7 +40,7 @@ def compared(recorded: RunFolder, folder: RunFolder) -> str:
 def ending_of(folder: RunFolder) -> str:
     """The end of a match, in words."""
     try:
-        result: dict[str, Any] = read_json(folder.result)
+        result = read_result(folder)
         return f"{headline(result)}{summary(result)}"
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return "how it ended is not known"

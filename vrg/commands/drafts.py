@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from vrg.errors import ConfigError, FileError
-from vrg.files import read_json, read_text, toml_of, write_whole
+from vrg.files import read_text, toml_of, write_whole
 from vrg.games import is_strategy_file
-from vrg.launch.result import headline, summary
+from vrg.launch.result import headline, read_result, summary
 from vrg.launch.run_folder import RunFolder
 from vrg.modules import classes_in
 from vrg.ui.edit.choices import Choices
@@ -88,7 +88,7 @@ def _run(path: Path, when: float) -> Recent | None:
         return None
     name, game, end = path.name, "", "broken off"
     try:
-        result: dict[str, Any] = read_json(folder.result)
+        result = read_result(folder)
         name, game = str(result["match"]), str(result["game"])
         end = f"{headline(result)}{summary(result)}"
     except (OSError, ValueError, KeyError, TypeError, AttributeError):

@@ -18,6 +18,10 @@ CalibrationOption = Annotated[
 ]
 
 
+TAGS, BOARD, FOUND = Path("tags.pdf"), Path("board.pdf"), Path("found.png")
+"""The names of files that are written unless another one is named."""
+
+
 def tags(
     match: GameArgument,
     size: Annotated[
@@ -28,7 +32,7 @@ def tags(
         list[int] | None,
         typer.Option("--floor", help="A tag for the floor, by its number; may be given several times."),
     ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The PDF file to write.")] = Path("tags.pdf"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="The PDF file to write.")] = TAGS,
 ) -> None:
     """Print the tags of a match's robots, and some for the floor: a PDF of A4 pages, one for each.
 
@@ -70,7 +74,7 @@ def tags(
             printed.append(PrintedTag(name, number, wanted, tag_cells(number)))
         except ValueError as error:
             raise ConfigError(f"--floor: {error}") from None
-    write_text(output, tag_sheets(printed))
+    write_text(output, tag_sheets(printed), named=output != TAGS)
     for tag in printed:
         typer.echo(f"{tag.name}: tag {tag.number}, {tag.size:g} m")
     typer.echo(f"Written to {output}. Print it at 100 %, and measure a black square.")
@@ -81,7 +85,7 @@ def tags(
 
 
 def board(
-    output: Annotated[Path, typer.Option("--output", "-o", help="The PDF file to write.")] = Path("board.pdf"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="The PDF file to write.")] = BOARD,
 ) -> None:
     """Print the board that a lens is calibrated with: a PDF of one A4 page. Glue it onto something flat."""
     from vrg.localisation.camera.board import Board, board_picture
@@ -93,7 +97,7 @@ def board(
         "Glue it onto a flat board. Take 20 sharp pictures of it: tilted to all sides, near and far, and in every "
         "corner of the picture."
     )
-    write_text(output, board_sheet(board_picture(wanted, 120), size, words))
+    write_text(output, board_sheet(board_picture(wanted, 120), size, words), named=output != BOARD)
     typer.echo(f"Written to {output}.")
 
 
@@ -108,7 +112,7 @@ def show(
     prints: Annotated[
         Literal["opencv", "apriltag"], typer.Option(help="Whose prints the tags are: opencv or apriltag.")
     ] = "opencv",
-    output: Annotated[Path, typer.Option("--output", "-o", help="The PNG file to write.")] = Path("found.png"),
+    output: Annotated[Path, typer.Option("--output", "-o", help="The PNG file to write.")] = FOUND,
 ) -> None:
     """Find the tags in a picture, tell where they are, and draw them."""
     from vrg.localisation.camera.calibration import load_camera
@@ -128,7 +132,7 @@ def show(
         typer.echo(words_of(tag, located[index]) if located else f"tag {tag.number}: {tag.side:.0f} pixels wide")
     if not found:
         typer.echo("No tag was found: it must be flat, lit, in focus, and wider than 20 pixels, with its white border.")
-    write_text(output, encoded(drawn(taken, found, view, located)))
+    write_text(output, encoded(drawn(taken, found, view, located)), named=output != FOUND)
     typer.echo(f"Written to {output}.")
 
 

@@ -8,6 +8,7 @@ import shlex
 import sys
 import tomllib
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
@@ -270,6 +271,8 @@ def _write(files: Mapping[Path, str]) -> None:
         except FileExistsError:
             raise ConfigError(_already_there(file)) from None
         except OSError as error:
+            with suppress(OSError):
+                file.unlink()  # what a full disk has taken of it would be in the way
             raise ConfigError(f"{file}: cannot be written: {error.strerror}") from None
         typer.echo(f"wrote {file}")
 

@@ -86,7 +86,7 @@ MatchArgument = Annotated[
     str | None,
     typer.Argument(
         metavar="[MATCH]",
-        help="The running match: its name, match file, game or run folder. Without it, the only one that runs here.",
+        help="The running match: its name, match file, game or run folder. Without it, what runs here.",
     ),
 ]
 RouterOption = Annotated[
@@ -324,17 +324,21 @@ def listening_address(typed: str | None, usual: int, what: str) -> str:
     return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
 
 
-def write_text(file: Path, text: str | bytes) -> None:
-    """Write a file that a person has named. One that was there is replaced in one step.
+def write_text(file: Path, text: str | bytes, *, named: bool = True) -> None:
+    """Write a file. One that was there is replaced in one step.
+
+    Args:
+        named: whether a person has named it. A link of that name then stays, and leads to the new file; in the place of
+            any other name, who has put it there is not known.
 
     Raises:
         ConfigError: it cannot be written; what was there still is.
     """
     data = text.encode() if isinstance(text, str) else text
     try:
-        if file.exists() and not file.is_file():
+        if named and file.exists() and not file.is_file():
             file.write_bytes(data)  # such as /dev/stdout
         else:
-            write_whole(file.resolve(), data)
+            write_whole(file.resolve() if named else file, data)
     except OSError as error:
         raise ConfigError(f"{file}: cannot be written: {error.strerror}: choose another place") from None

@@ -17,7 +17,7 @@ from vrg.config.rules import rulebook_of
 from vrg.coordinator.journal import read_standing
 from vrg.coordinator.match import state_after
 from vrg.errors import LaunchError, MessageError
-from vrg.files import read_json, read_text, toml_of
+from vrg.files import read_text, toml_of, write_json
 from vrg.launch import result as results
 from vrg.launch.run_folder import RunFolder
 
@@ -79,11 +79,12 @@ def _listed(folder: RunFolder) -> Listed:
         table = toml_of(read_text(folder.match_file))
     game = str(table.get("game", ""))
     with suppress(OSError, ValueError, KeyError, TypeError, AttributeError, OverflowError):
-        result = read_json(folder.result)
+        result = results.read_result(folder)
         played = result["play_time"]
         seconds = float(played) if played is not None else None
         return Listed(folder.path.name, str(result["game"]), began, results.headline(result), seconds)
-    ended = "still running" if is_running(folder.path) else "never ended: `vrg run result` makes its result"
+    ended = "result.json is damaged" if folder.result.exists() else "never ended"
+    ended = "still running" if is_running(folder.path) else f"{ended}: `vrg run result` makes its result"
     return Listed(folder.path.name, game, began, ended, None)
 
 
@@ -96,7 +97,17 @@ def result(run: RunArgument = None) -> None:
     state = state_after(rulebook_of(setup), standing)
     over = state.stage is Stage.GAME_OVER
     ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
-    found = results.write_result(setup, folder, state, ended)
+    with suppress(OSError, ValueError, KeyError):
+        if not over and results.read_result(folder)["ended"] == "game over":
+            raise LaunchError(
+                f"{folder.result} tells the end of the match, which {folder.journal.name} has lost: it is kept. To "
+                "make a result of what is left, remove it first"
+            )
+    found = results.result_of(setup, folder, state, ended)
+    try:
+        write_json(folder.result, found)
+    except OSError as error:
+        raise LaunchError(f"{folder.result}: cannot be written: {error.strerror}") from None
     echo(f"{results.conclusion(found)}{results.summary(found)}")
     if found["stops"]["sentence"]:
         echo(found["stops"]["sentence"])

@@ -3,7 +3,7 @@
 import logging
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from vrg import __version__
 from vrg.bus.messages import RefereeState
@@ -11,7 +11,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.match import won
 from vrg.coordinator.rulebook import DRAW, NOBODY
-from vrg.errors import JournalError
+from vrg.errors import FileError, JournalError
 from vrg.files import read_json, write_json
 from vrg.games import game_of
 from vrg.games.game import capitalised
@@ -19,6 +19,8 @@ from vrg.launch.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
+_LONGEST_PLAY = 1e7
+"""The time of play in s above which a result is not believed."""
 _LONGEST_STATISTICS = 1_000_000
 """The size in bytes above which the statistics of a process are not believed."""
 
@@ -30,10 +32,20 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         state: the last state of the referee; None if there is none.
         ended: how the match ended, in words, such as `game over` or `interrupted`.
     """
+    result = result_of(setup, folder, state, ended)
+    try:
+        write_json(folder.result, result)
+    except OSError as error:
+        log.error("the result cannot be kept: %s", error)
+    return result
+
+
+def result_of(setup: MatchSetup, folder: RunFolder, state: RefereeState | None, ended: str) -> dict[str, Any]:
+    """The result of a match; see `write_result`."""
     from vrg.launch.certificate import certificate_of, data_of  # noqa: PLC0415 - it is not needed before the end
 
     records, processes = _records(folder), _statistics(folder)
-    result: dict[str, Any] = {
+    return {
         "match": setup.name,
         "game": setup.game,
         "map": setup.map,
@@ -55,11 +67,19 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
         "processes": processes,
         "vrg": __version__,
     }
-    try:
-        write_json(folder.result, result)
-    except OSError as error:
-        log.error("the result cannot be kept: %s", error)
-    return result
+
+
+def read_result(folder: RunFolder) -> dict[str, Any]:
+    """The result that a folder keeps, which anybody may have edited.
+
+    Raises:
+        OSError: it cannot be read. FileError: it is no result.
+    """
+    found = read_json(folder.result)
+    played: Any = found.get("play_time") if isinstance(found, dict) else -1.0
+    if played is not None and not (type(played) in (int, float) and 0.0 <= played <= _LONGEST_PLAY):
+        raise FileError(f"expected a result, with a play_time from 0 to {_LONGEST_PLAY:g} s")
+    return cast("dict[str, Any]", found)
 
 
 def ended_of(state: RefereeState) -> str:

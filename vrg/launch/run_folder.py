@@ -68,7 +68,9 @@ class RunFolder:
                 folder.path.mkdir(parents=True)
                 folder.prepare()
                 folder.match_file.write_text(text, encoding="utf-8")
-            except FileExistsError:
+            except FileExistsError as error:
+                if not parent.is_dir():  # such as a link to nothing
+                    raise _unusable(parent, error) from error
                 continue
             except OSError as error:
                 raise _unusable(folder.path, error) from error
