@@ -193,6 +193,22 @@ def test_a_chunk_that_unpacks_to_far_more_than_it_is_is_left_out(run: Path, play
     assert read_recorded(run / "recording.mcap").torn == [run / "recording.mcap"]
 
 
+def test_files_that_do_not_belong_together_are_told(run: Path, played: Path) -> None:
+    journal = (run / "journal.jsonl").read_text()
+    (run / "journal.jsonl").write_text(journal.replace('"seed":3', '"seed":99', 1))
+    assert "the journal is of tiny (sharks-and-minnows, seed 99), its set-up of tiny" in outcome("judge", run, played)
+
+
+def test_a_result_that_tells_more_than_the_journal_is_kept(run: Path, played: Path) -> None:
+    journal = (run / "journal.jsonl").read_text()
+    (run / "journal.jsonl").write_text(journal[: len(journal) // 2])
+    result = (run / "result.json").read_text()
+    assert "it is kept" in outcome("result", run, played)
+    assert (run / "result.json").read_text() == result
+    (run / "result.json").unlink()
+    assert "Written to" in outcome("result", run, played)
+
+
 @pytest.mark.parametrize(
     ("command", "written"), [("plot", "trajectories.png"), ("result", "result.json"), ("why --call 2", "why-2.png")]
 )

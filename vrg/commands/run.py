@@ -14,7 +14,8 @@ from vrg.bus.messages import Stage
 from vrg.commands.matches import ended_run, is_running, need_recording, played_at, run_folders
 from vrg.commands.options import JsonOption, RunArgument, echo, make_console, print_table
 from vrg.config.rules import rulebook_of
-from vrg.coordinator.journal import read_standing
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.journal import read_journal, read_standing
 from vrg.coordinator.match import state_after
 from vrg.errors import LaunchError, MessageError
 from vrg.files import read_text, toml_of, write_json
@@ -142,7 +143,7 @@ def judge(run: RunArgument = None) -> None:
     damage: list[str] = []
     judgement, wrong = judge_run(setup, folder, damage=damage)
     seen, compared = _recorded(folder)
-    found = sorted([*wrong, *seen], key=lambda d: d.time)
+    found = sorted([*_foreign(setup, folder), *wrong, *seen], key=lambda d: d.time)
     gaps = [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
     for line in (*damage, *gaps, *map(str, found)):
         echo(line)
@@ -168,7 +169,20 @@ def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
         return [], 0
     for part in torn:
         echo(f"{part.name} ends in the middle: what it lacks was not compared.")
+    if not found[1]:
+        echo("No recorded pose could be compared with the evidence: is the recording of this match?")
     return found
+
+
+def _foreign(setup: MatchSetup, folder: RunFolder) -> "list[Disagreement]":
+    """That the journal is of another match than the set-up beside it, if it is."""
+    from vrg.coordinator.judging import Disagreement
+
+    header, _ = read_journal(folder.journal, [])
+    if (header.match, header.game, header.seed) == (setup.name, setup.game, setup.seed):
+        return []
+    of = f"the journal is of {header.match} ({header.game}, seed {header.seed})"
+    return [Disagreement(0.0, f"{of}, its set-up of {setup.name} ({setup.game}, seed {setup.seed})")]
 
 
 def _sentence(judgement: "Judgement", wrong: int, compared: int) -> str:
