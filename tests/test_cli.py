@@ -124,6 +124,13 @@ def test_wrong_usage_is_status_2(vrg: Vrg, arguments: list[str], said: str) -> N
     assert not Path("runs").exists()
 
 
+def test_a_folder_in_the_place_of_a_match_file_is_told(vrg: Vrg) -> None:
+    Path("mine.toml").mkdir()
+    done = vrg("check", "mine.toml")
+    assert done.status == 1
+    assert "mine.toml: expected a regular file of a match, found none" in done.err
+
+
 @pytest.mark.parametrize(
     ("package", "arguments"),
     [

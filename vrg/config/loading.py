@@ -49,6 +49,8 @@ def match_path(game_or_path: str) -> Path:
     if path.suffix == ".toml" or path.is_file():
         if not path.is_file():
             there = [str(file) for file in path.parent.glob("*.toml") if _is_match(file)]
+            if path.exists() or path.is_symlink():
+                raise ConfigError(f"{path}: expected a regular file of a match, found none")
             raise ConfigError(f"{path}: no such file{did_you_mean(str(path), there)}")
         return path
     if game_or_path in GAMES:
