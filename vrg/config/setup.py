@@ -315,6 +315,6 @@ def read_setup(path: Path) -> MatchSetup:
         raise LaunchError(f"{path}: cannot be read: {error.strerror}") from error
     except FileError as error:
         raise LaunchError(
-            f"{path}: expected the set-up of a match of this release: {error}: use the VRG that played the match, or, if "
-            "the file is damaged, a copy of it (its match.toml has the same match for `vrg play`)"
+            f"{path}: expected the set-up of a match of this release: {error}: use the VRG that played the match, or, "
+            "if the file is damaged, a copy of it (match.toml beside it has the same match for `vrg play`)"
         ) from None
