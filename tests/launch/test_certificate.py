@@ -160,6 +160,12 @@ def test_a_match_in_which_nothing_happened_has_nothing_to_tell_unless_its_launch
     assert "vrg play" in summary_line(certificate)
 
 
+def test_a_stop_that_is_known_roughly_is_told_so() -> None:
+    drives = Incident(IncidentKind.DEATH, "the drives died", 5.0, 12.0, process="drives", resolution=5.6)
+    stops = [RobotStop(0, "ann", StopOutcome.STOPPED, 5.56, 0.2, 0.6, 5.62)]
+    assert summary_line(Certificate([drives], stops, 1.0)).startswith("worst stop: ann 5.56 s (± 5.62 s), 0.20 m after")
+
+
 def test_a_robot_that_moved_again_is_in_the_table_and_in_the_last_line() -> None:
     estop = Incident(IncidentKind.ESTOP, "emergency stop by eve", 5.0, 12.0)
     stops = [

@@ -27,6 +27,8 @@ from vrg.recording.stops import (
 )
 from vrg.types import Twist
 
+ROUGH = 0.25
+"""The time in s above which the line about the worst stop tells how exact it is, as of a death noticed late."""
 JUST_BEFORE = 0.001
 """The match time in s by which an instant is put back so that it is before what happens at it."""
 
@@ -203,7 +205,10 @@ def _worst(certificate: Certificate) -> str:
         how = f"moved again {stop.again:.2f} s{clock} after {after}"
         return f"worst stop: {stop.robot} {how}: {least}{stop.distance:.2f} m in {stop.seconds:.2f} s"
     if stop.outcome is StopOutcome.STOPPED:
-        return f"worst stop: {stop.robot} {stop.seconds:.2f} s{clock}, {least}{stop.distance:.2f} m after {after}"
+        rough = f" (± {stop.resolution:.2f} s)" if stop.resolution > ROUGH else ""
+        return (
+            f"worst stop: {stop.robot} {stop.seconds:.2f} s{clock}{rough}, {least}{stop.distance:.2f} m after {after}"
+        )
     how = (
         "did not stand before play went on" if stop.outcome is StopOutcome.PLAYED_ON else "moved to the recording's end"
     )
