@@ -10,7 +10,7 @@ from typing import Final
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Manual
-from vrg.bus.pacing import lease
+from vrg.bus.pacing import LEASE, lease, match_speed
 from vrg.bus.topics import Keys
 
 TAKEN: Final = "Another person drives {}."
@@ -70,6 +70,7 @@ class Driving:
     mailbox: Mailbox
     keys: Keys
     player: str | None = None
+    _commanded: float = field(default=-math.inf, repr=False)
     _given_back: dict[str, float] = field(default_factory=dict, repr=False)
 
     def taken(self, player: str, *, manual: bool) -> bool:
@@ -93,6 +94,11 @@ class Driving:
         if self.player is not None:
             manual = Manual(forward=forward, turn=turn, lease=lease(rate))
             self.mailbox.publish(self.keys.manual(self.player), manual)
+            self._commanded = self.mailbox.now
+
+    def lapsed(self, rate: float) -> bool:
+        """True if the driven player has had no command for LEASE seconds of real time, so that it plays by itself."""
+        return self.player is not None and self.mailbox.now - self._commanded > LEASE * match_speed(rate)
 
     def give_back(self) -> None:
         """Let the player play by itself again, at once."""

@@ -23,6 +23,7 @@ class Audience:
         self.frames: list[dict[str, object]] = []
         self.calls: list[dict[str, object]] = []
         self.told: list[tuple[int, str]] = []
+        self.released: list[int] = []
         self.events: list[str] = []
         self.wish = Wishes()
         self.failure: LaunchError | None = None
@@ -41,8 +42,9 @@ class Audience:
         self.frames.append({name: json.loads(text) for name, text in parts.items()})
         self.calls += map(json.loads, calls)
 
-    def tell(self, guest: int, text: str) -> None:
+    def tell(self, guest: int, text: str, *, released: bool = False) -> None:
         self.told.append((guest, text))
+        self.released += [guest] * released
 
     def wishes(self) -> Wishes:
         wish, self.wish = self.wish, Wishes()
@@ -146,6 +148,38 @@ def test_an_emergency_stop_gives_back_and_drops_what_comes_meanwhile(keys, node,
     assert [manual.forward for manual in said(node)] == [0.0, 1.0], "what is still held must be let go once"
 
 
+@pytest.mark.parametrize("silence", [0.35, 1.8])
+def test_after_a_silence_what_is_still_held_does_not_drive_on(node, match, audience, silence):
+    """The page, its connection, or the process of this node was frozen: the newest command waits when it goes on."""
+    match.step(node, 5.0, 0)
+    back = 5.25 + silence
+    wanted = [(5.05, 1.0), (5.25, 1.0), (back, 1.0), (back + 0.05, 1.0), (back + 0.1, 0.0), (back + 0.15, 1.0)]
+    for number, (time, forward) in enumerate(wanted, 1):
+        audience.wish = Wishes(commands=(Command(7, "nemo", forward, 0.0),))
+        match.step(node, time, number)
+    driven = [(manual.forward, manual.lease > 0) for manual in said(node)]
+    assert driven == [(1.0, True), (1.0, True), (0.0, False), (0.0, True), (1.0, True)]
+    assert audience.released == [7, 7], "the page lets go, too, and then gives back"
+
+
+@pytest.mark.parametrize("held", [True, False], ids=["commands go on", "no command comes meanwhile"])
+def test_after_a_clock_that_had_stopped_what_is_still_held_does_not_drive_on(node, match, audience, held):
+    drive = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+    match.step(node, 5.0, 0)
+    audience.wish = drive
+    match.step(node, 5.05, 1)
+    audience.wish = drive if held else Wishes()
+    node.tick(Tick(5.05, live=False))
+    audience.wish = drive
+    match.step(node, 5.1, 2)
+    assert [(manual.forward, manual.lease > 0) for manual in said(node)] == [(1.0, True), (0.0, False)]
+    audience.wish = Wishes(given_back=("nemo",))  # as the page does when it lets go
+    match.step(node, 5.15, 3)
+    audience.wish = drive
+    match.step(node, 5.2, 4)
+    assert [manual.forward for manual in said(node)] == [1.0]
+
+
 def test_a_player_that_another_person_drives_is_refused_and_the_page_reads_why(keys, node, match, audience):
     taken = m.Report(mode="Cross/Go", armed=True, manual=True)
     match.step(node, 5.0, 0)
@@ -156,6 +190,7 @@ def test_a_player_that_another_person_drives_is_refused_and_the_page_reads_why(k
     node.tick(Tick(5.2))
     assert said(node) == []
     assert audience.told == [(7, "Another person drives nemo.")]
+    assert audience.released == [7]
 
 
 def test_the_lease_holds_in_real_time_in_a_match_that_is_fast(keys, node, match, audience):

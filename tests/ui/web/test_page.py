@@ -387,6 +387,48 @@ class TestDriving:
         )
         assert found == [False, True, False, False, False, True]
 
+    def test_a_switch_that_is_held_when_its_gamepad_appears_must_be_free_once(self, driver):
+        """After a reload, and where a gamepad was lost for a moment, the browser shows none at first."""
+        found = driver.page.evaluate(
+            """() => {
+                const controls = window.vrg.controls, hands = [], look = () => hands.push(controls.hands !== null);
+                const pad = { id: "pad", index: 0, connected: true, axes: [0, -1] }, free = { pressed: false };
+                const buttons = (pressed) => Array(17).fill(free).with(controls.rules.deadman, { pressed });
+                const press = (pressed) => (pad.buttons = buttons(pressed));
+                controls.letGo();
+                navigator.getGamepads = () => [];
+                look();
+                navigator.getGamepads = () => [pad];
+                press(true), look();
+                press(false), look();
+                press(true), look();
+                controls.letGo();
+                return hands;
+            }"""
+        )
+        assert found == [False, False, False, True]
+
+    def test_a_page_that_the_server_has_released_lets_go_and_what_is_still_held_does_not_drive_on(self, driver, server):
+        guests: list[int] = []
+
+        def steers(wishes: Wishes) -> bool:
+            guests.extend(command.guest for command in wishes.commands if command.turn)
+            return bool(guests)
+
+        driver.page.keyboard.down("ArrowLeft")
+        self.wait(driver, server, steers, "a command")
+        server.tell(guests[0], "You do not drive player2 now.", released=True)
+        self.wait_given_back(driver, server)
+        driver.wait_text("#notice", "You do not drive player2 now.")
+        driver.wait_text("#seat-state", "plays by itself")
+        server.wishes()
+        driver.page.keyboard.down("ArrowLeft")  # as a key that is held repeats
+        driver.page.wait_for_timeout(150)
+        assert server.wishes().commands == ()
+        driver.page.keyboard.up("ArrowLeft")
+        driver.page.keyboard.down("ArrowLeft")
+        self.wait_command(driver, server, lambda forward, turn: turn == 0.5)
+
     def test_the_stick_drives_as_long_as_it_is_held(self, driver, server):
         box = driver.page.locator("#stick").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2

@@ -22,6 +22,7 @@ log = logging.getLogger(__name__)
 
 FRAME: Final = 1 / 25
 """The real time in s between two frames. The page draws what lies between them. It is a whole number of world ticks."""
+LET_GO: Final = "You do not drive {} now: let go of the controls once, and then drive again."
 ANSWERS_AWAITED: Final = 200
 """The limit of decisions that are remembered until the referee answers them."""
 _OFFICIAL: Final = {
@@ -51,8 +52,8 @@ class Audience(Protocol):
     def show(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
         """Show these parts and calls, texts of JSON, from now on."""
 
-    def tell(self, guest: int, text: str) -> None:
-        """Answer one of them."""
+    def tell(self, guest: int, text: str, *, released: bool = False) -> None:
+        """Answer one of them; `released` is True if it does not drive its player, and must let go before it can."""
 
     def wishes(self) -> Wishes:
         """Return the requests since this was last called."""
@@ -147,16 +148,21 @@ class WebNode(Node):
         for player in wishes.given_back:
             self._give_back(player)
             self._held.discard(player)
-        if self._scene.estop:
-            for player in list(self._driven):
-                self._give_back(player)
-            # No robot drives on by itself when the stop is released: its driver must let go once.
-            self._held |= {command.player for command in wishes.commands}
-            return
-        for command in wishes.commands if live else ():
-            if not (command.forward or command.turn):
+        # No robot drives on by itself after a stop or a silence, be it of the page, the clock or this process: its
+        # driver must let go once.
+        stopped = self._scene.estop or not live
+        for player, driving in self._driven.items():
+            if driving.player is not None and (stopped or driving.lapsed(self._scene.rate)):
+                driving.give_back()
+                self._held.add(player)
+        for command in wishes.commands:
+            if stopped:
+                self._held.add(command.player)
+            elif not (command.forward or command.turn):
                 self._held.discard(command.player)
-            if command.player not in self._held:
+            if command.player in self._held:
+                self._audience.tell(command.guest, LET_GO.format(command.player), released=True)
+            else:
                 self._drive(command)
 
     def _drive(self, command: Command) -> None:
@@ -165,7 +171,7 @@ class WebNode(Node):
         status = self._scene.player(player)
         if driving.taken(player, manual=status is not None and status.manual):
             self._held.add(player)
-            self._audience.tell(command.guest, TAKEN.format(player))
+            self._audience.tell(command.guest, TAKEN.format(player), released=True)
         else:
             driving.take(player)
             driving.command(command.forward, command.turn, self._scene.rate)

@@ -102,10 +102,10 @@ class WebServer(Site):
         if self._loop is not None and self._thread.is_alive():
             self._loop.call_soon_threadsafe(self._put, parts, calls)
 
-    def tell(self, guest: int, text: str) -> None:
-        """Answer one connection."""
+    def tell(self, guest: int, text: str, *, released: bool = False) -> None:
+        """Answer one connection; `released` is True if it does not drive its player, and must let go before it can."""
         if self._loop is not None and self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._tell, guest, text)
+            self._loop.call_soon_threadsafe(self._tell, guest, {"t": "notice", "text": text, "released": released})
 
     def wishes(self) -> Wishes:
         """Return the requests since this was last called."""
@@ -119,10 +119,10 @@ class WebServer(Site):
         for guest in self._guests.values():
             guest.news.set()
 
-    def _tell(self, number: int, text: str) -> None:
+    def _tell(self, number: int, notice: Mapping[str, object]) -> None:
         guest = self._guests.get(number)
         if guest is not None:
-            guest.tell({"t": "notice", "text": text})
+            guest.tell(notice)
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what pages talk to."""

@@ -123,7 +123,8 @@ export class Controls {
     let found = null, turbo = this.fast;
     // One whose battery is empty is held for ever, if only its dongle is plugged in.
     if (pad?.timestamp && performance.now() - pad.timestamp > 1000 * this.rules.silence) this.mustFree = true;
-    this.mustFree &&= switched;
+    // One that is not there, as after a reload, may come back with its switch held.
+    this.mustFree &&= switched || !pad;
     if (this.touch) found = this.touch;
     else if (keys.length) {
       found = keysSum(keys);

@@ -74,7 +74,8 @@ function hear(message) {
       if (message.estop && driving) stopDriving(WORDS.stopped(match.player));
       break;
     case "notice":
-      tell(message.text);
+      if (!message.released) tell(message.text);
+      else if (driving) stopDriving(message.text);
       break;
   }
 }
