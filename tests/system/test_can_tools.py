@@ -26,7 +26,7 @@ pytestmark = [pytest.mark.vcan, pytest.mark.thorough]
 
 PATIENCE = 180.0
 ON = ("--channel", INTERFACE)
-LATE = "no heartbeat|nothing has been heard of the bus|no setpoint came|but it is idle"
+LATE = "no heartbeat|nothing has been heard of the bus|no setpoint came|did not run for|but it is idle"
 """What a tool says of drives where it, or the process that emulates them, did not get to run in time."""
 MATCH = match_text("cal", length=13.0, width=9.0, zone=2.5, wiring={"ann": (0, 1)}, link=VCAN, can="")
 CALIBRATED = MATCH.replace("ratio = 50.0", 'calibration = "ann.cal.toml"')

@@ -31,8 +31,8 @@ _REPEAT = 0.1
 """s from one order to stop to the next."""
 _JOG_PERIOD = 0.05
 """s between setpoints."""
-_JOG_REST = 6
-"""Setpoints of zero at the end, until the motor stands."""
+_JOG_REST = 0.3
+"""s for which a motor is asked for zero at the end, until it stands."""
 _JOG_START = 10.0
 """s within which a motor must be ready to turn."""
 _JOG_JUDGED = 0.5
@@ -228,9 +228,6 @@ def jog(
                 _turn(train, id_, speed, interrupted, seconds)
             elif not interrupted.is_set():
                 raise RobotError(f"the motor was not ready within {_JOG_START:g} s: is this computer too busy?")
-            for _ in range(_JOG_REST):
-                train.stand()
-                train.clock.sleep(_JOG_PERIOD)
         except RobotError as error:
             failure = error
         train.disarm()
@@ -255,11 +252,27 @@ def jog(
 
 
 def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, seconds: float) -> None:
-    """Turn a motor. It is never armed again: where this program was frozen, nobody may stand clear of it any more."""
-    end = train.clock.now() + seconds
-    while train.clock.now() < end and not interrupted.is_set():
-        train.spin(node, speed)
-        train.clock.wait(interrupted.is_set, _JOG_PERIOD)
+    """Turn a motor, and let it come to rest. It is never armed again.
+
+    Raises:
+        RobotError: its motor was switched off before its time, as where this program was frozen.
+    """
+    from vrg.hal.can.workshop.calibrating import look_again
+
+    looked = train.clock.now()
+    end = looked + seconds
+    while looked < end + _JOG_REST:
+        if interrupted.is_set():
+            end = min(end, looked)
+        try:
+            if looked < end:
+                train.spin(node, speed)
+                train.clock.wait(interrupted.is_set, _JOG_PERIOD)
+            else:
+                train.spin(node, 0.0)
+                train.clock.sleep(_JOG_PERIOD)
+        finally:  # that it was frozen explains what else is wrong
+            looked = look_again(train, looked)
 
 
 def _wanted(heard: BusState, ids: Iterable[int] | None, link: str) -> list[Found]:

@@ -1,6 +1,7 @@
 """`vrg can` and what its commands look at, on a bus within this process."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -103,7 +104,39 @@ def test_a_jog_that_was_frozen_moves_nothing_when_it_goes_on(
         assert abs(drives.drives[0].motor.position - turned[-1]) < 0.5
     assert isinstance(done.exception, RobotError), done.output
     words = str(done.exception)
-    assert any(why in words for why in ("did not run for", "nothing has been heard", "was this program stopped")), words
+    assert re.search(r"this program did not run for \d\.\d s: its motors stay off", words), words
+
+
+@pytest.mark.parametrize(
+    ("seconds", "words"), [(0.4, "was this program stopped"), (1.0, "did not run for 1.0 s"), (6.0, "for 6.0 s")]
+)
+def test_a_jog_that_was_frozen_past_its_end_has_not_turned_as_it_was_asked(
+    lab: Simulation, monkeypatch: pytest.MonkeyPatch, seconds: float, words: str
+) -> None:
+    wait, began, frozen = type(lab.clock).wait, list[float](), list[float]()
+
+    def freeze_once(clock: Any, condition: Any, patience: float) -> bool:
+        if began and not frozen and clock.now() > began[0] + 0.8:
+            frozen.append(clock.now())
+            ports[0].freeze()
+            clock.sleep(seconds - 0.05)
+            ports[0].thaw()
+        return wait(clock, condition, patience)
+
+    spin, ports = DriveTrain.spin, list[Port]()
+
+    def note(train: DriveTrain, *arguments: Any) -> None:
+        ports.append(adapter(train))
+        began.append(lab.clock.now())
+        spin(train, *arguments)
+
+    monkeypatch.setattr(DriveTrain, "spin", note)
+    monkeypatch.setattr(type(lab.clock), "wait", freeze_once)
+    with Drives("odrive", [3], link=LINK):
+        done = run("jog", "--id", "3", "--for", "1", "--speed", "2")
+    assert frozen, "it was never frozen"
+    assert isinstance(done.exception, RobotError), done.output
+    assert words in str(done.exception)
 
 
 def test_a_robot_whose_drive_was_replaced_is_calibrated_to_the_new_one(tmp_path: Path) -> None:

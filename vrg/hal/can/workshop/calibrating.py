@@ -18,7 +18,7 @@ _PERIOD = 0.05
 _ARMING = 2.0
 """s that the motors may take to be armed."""
 FROZEN = 0.5
-"""s between two looks of a program from which on it did not run: motors that it was about to start stay off."""
+"""s between two looks of a program from which on it did not run: motors that it started or drove stay off."""
 _SETTLE = 0.5
 """s that the robot is given to come to rest before the odometry is read."""
 _LONGEST = 120.0
@@ -175,6 +175,19 @@ def _measured(person: Person, question: str, expected: float, outcome: Callable[
             return answer
 
 
+def look_again(train: DriveTrain, before: float) -> float:
+    """Return the time of this look, s, after the one before.
+
+    Raises:
+        RobotError: this program has not run in between. The motors are switched off: nobody may stand clear any more.
+    """
+    now = train.clock.now()
+    if now - before > FROZEN:
+        train.disarm()
+        raise RobotError(f"{train.name}: this program did not run for {now - before:.1f} s: its motors stay off")
+    return now
+
+
 def bring_up(train: DriveTrain, patience: float, interrupted: Callable[[], bool] = lambda: False) -> bool:
     """Arm the motors of a robot that no referee holds, at rest.
 
@@ -193,12 +206,10 @@ def bring_up(train: DriveTrain, patience: float, interrupted: Callable[[], bool]
     deadline = looked + patience
     refused: RobotError | None = None
     while not interrupted():
-        state, before, looked = train.state(), looked, clock.now()
+        state = train.state()
         if state.fault:
             raise RobotError(f"{train.name}: {state.fault}")
-        if looked - before > FROZEN:  # also where they were armed meanwhile
-            train.disarm()
-            raise RobotError(f"{train.name}: this program did not run for {looked - before:.1f} s: its motors stay off")
+        looked = look_again(train, looked)  # also where they were armed meanwhile
         if state.armed:
             return True
         if looked > deadline:
