@@ -11,6 +11,7 @@ from msgspec import structs
 
 from tests.coordinator.test_coordinator import KEYS, Table, wait_until
 from vrg.bus import messages as m
+from vrg.coordinator.coordinator import STALL_TICKS
 from vrg.coordinator.evidence import Exhibit, Looked, TickEvidence, read_evidence
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Judgement, judge_again
@@ -186,20 +187,25 @@ def test_what_a_power_cut_leaves_behind_the_last_tick_is_named_and_a_coordinator
     assert (judgement.disagreements, judgement.unjudged) == ([], 0)
 
 
+def fill(monkeypatch: pytest.MonkeyPatch, *names: str) -> None:
+    """Let files of these names have no space left until `monkeypatch.undo()`."""
+    write = os.pwrite
+
+    def refuse(file: int, data: bytes, at: int) -> int:
+        if os.readlink(f"/proc/self/fd/{file}").endswith(names):
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return write(file, data, at)
+
+    monkeypatch.setattr(os, "pwrite", refuse)
+
+
 @pytest.mark.parametrize("aside", [False, True])
 def test_after_a_disk_was_full_the_evidence_goes_on_and_the_gap_is_no_fault_of_the_referee(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, aside: bool
 ) -> None:
     table, halt = Table(tmp_path, aside=aside), m.Official(action=m.OfficialAction.HALT, by="ann", id="7")
     wait_until(lambda: table.tick().stage is m.Stage.PLAY_ROUND)
-    write = os.pwrite
-
-    def refuse(file: int, data: bytes, at: int) -> int:
-        if os.readlink(f"/proc/self/fd/{file}").endswith("evidence.bin"):
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        return write(file, data, at)
-
-    monkeypatch.setattr(os, "pwrite", refuse)
+    fill(monkeypatch, "evidence.bin")
     began = table.time
     wait_until(lambda: table.tick().unproved)
     table.tag()
@@ -220,6 +226,70 @@ def test_after_a_disk_was_full_the_evidence_goes_on_and_the_gap_is_no_fault_of_t
     ((since, until),) = judgement.gaps
     assert since <= began + 1.0
     assert until >= ended - 0.2
+
+
+def test_what_a_full_disk_keeps_out_of_the_journal_too_is_unjudged_and_no_fault_of_the_referee(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table.ticks(5)
+    fill(monkeypatch, "evidence.bin", "journal.jsonl")
+    table.tag()
+    table.ticks(3)
+    table.hear(KEYS.official, m.Official(action=m.OfficialAction.RESUME, by="ann", id="7"))
+    table.ticks(3)
+    assert table.rules() == ["begin"], "nothing is announced that is not in the journal"
+    monkeypatch.undo()
+    table.ticks(4)
+    assert table.rules() == ["begin", "tag", "halt", "resume", "halt"]
+    table.decide(m.OfficialAction.RESUME)
+    table.ticks(3)
+    table.decide(m.OfficialAction.HALT)
+    judgement = judged(table, *told(table))
+    assert (judgement.disagreements, judgement.unjudged, judgement.calls) == ([], 4, 3)
+    assert len(judgement.gaps) == 1
+
+
+def test_a_halt_that_a_full_disk_keeps_out_while_match_time_stands_is_unjudged(
+    table: Table, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    table.ticks(5)
+    fill(monkeypatch, "evidence.bin")
+    for _ in range(STALL_TICKS + 1):
+        table.tick(live=False)
+    monkeypatch.undo()
+    table.ticks(3)
+    assert table.rules() == ["begin", "halt"]
+    judgement = judged(table, *told(table))
+    assert (judgement.disagreements, judgement.unjudged, judgement.calls) == ([], 1, 1)
+
+
+@pytest.mark.parametrize(
+    ("full", "next_full", "unjudged"),
+    [("evidence.bin", None, 1), ("evidence.bin", "evidence.bin", 1), ("journal.jsonl", "evidence.bin", 0)],
+    ids=["first alone", "both", "journal, then evidence"],
+)
+def test_a_coordinator_that_ends_while_the_disk_is_full_leaves_a_gap(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full: str, next_full: str | None, unjudged: int
+) -> None:
+    first = Table(tmp_path)
+    first.ticks(5)
+    fill(monkeypatch, full)
+    first.tag()
+    first.ticks(3)
+    first.journal.close()
+    monkeypatch.undo()
+    second = Table(tmp_path)
+    second.time = first.time
+    if next_full is not None:
+        fill(monkeypatch, next_full)
+    second.ticks(3)
+    monkeypatch.undo()
+    second.ticks(3)
+    second.decide(m.OfficialAction.RESUME)
+    judgement = judged(second, *told(second))
+    assert judgement.disagreements == []
+    assert (judgement.unjudged, len(judgement.gaps)) == (unjudged, 1)
+    assert judgement.calls == len(first.calls) + len(second.calls) - unjudged
 
 
 def test_ticks_side_by_side_that_were_edited_are_found_and_all_others_are_judged(

@@ -105,6 +105,21 @@ def test_whatever_fails_what_must_hold_holds(setup: MatchSetup, seed: int) -> No
     assert problems_of(setup, seed, faults_of(setup, seed), SECONDS) == []
 
 
+@pytest.mark.parametrize(
+    ("seed", "others", "begins"),
+    [
+        (14, [Fault(FaultKind.KILL, REFEREE, 12.0, 0.3)], [1.9, 6.5, 11.0]),
+        (332, [Fault(FaultKind.RESET, REFEREE, 8.48, 2.44)], [10.43]),
+    ],
+    ids=["at the begin, while a pass ends, and while the referee ends", "while match time stands"],
+)
+def test_after_a_full_disk_no_honest_call_is_held_to_be_false(
+    setup: MatchSetup, seed: int, others: list[Fault], begins: list[float]
+) -> None:
+    full = [Fault(FaultKind.FULL, REFEREE, begin, 2.83) for begin in begins]
+    assert problems_of(setup, seed, [*full, *others], SECONDS) == []
+
+
 def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
     one, other = Streams(1), Streams(1)
     one("link of ann").random()
@@ -112,9 +127,8 @@ def test_one_more_draw_in_one_place_does_not_disturb_others() -> None:
     assert one("link of bob").random() != one("link of ann").random()
 
 
-def _ignoring_full(self: SimulatedJournal, at: int, data: bytes) -> None:
-    if not self._disk.full:
-        Journal._write(self, at, data)
+def _ignoring_full(self: SimulatedJournal, file: int, data: bytes, at: int) -> int:
+    return len(data) if self._disk.full else Journal._put(self, file, data, at)
 
 
 def _with_torn(load: Callable[..., tuple[int, object]]) -> Callable[..., object]:
@@ -189,7 +203,7 @@ GATE, REASON, DRIVE = RefereeGate.hear, Player._reason_to_stand, Player.drive
 HEAR, INITIALISE = Pacer.hear, EmulatedDrive.__init__
 TIMEOUT = "REFEREE_TIMEOUT"
 PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
-    "journal: a full disk goes unnoticed": (4, [(SimulatedJournal, "_write", _ignoring_full)]),
+    "journal: a full disk goes unnoticed": (4, [(SimulatedJournal, "_put", _ignoring_full)]),
     "journal: a torn line stays": (1, [(Journal, "_load", _with_torn(Journal._load))]),
     "journal: calls are numbered anew after a restart": (1, [(Journal, "standing", _standing(calls=0))]),
     "journal: the clock is forgotten in a restart": (16, [(Journal, "standing", _standing(total=0.0))]),

@@ -141,8 +141,9 @@ class Coordinator(Node):
     def tick(self, tick: Tick) -> None:
         """Look at the field, hear everybody, judge, write the journal, and publish the state."""
         idle = self.match.halted is not None or self.match.over
-        if self._journal.resume():
-            self._entries.append(resumed(self.match))
+        # What waits for the journal was decided in the gap; all that is decided from here on can be judged again.
+        if not self._unsaved and self._journal.resume():
+            self._entries = [resumed(self.match)]
         self._look(tick.time)
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
         present, halts = self._call_the_roll(tick)

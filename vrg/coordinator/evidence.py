@@ -149,6 +149,11 @@ class TickEvidence(Struct, frozen=True, array_like=True):
         first = self.entries[0] if self.entries else None
         return first if isinstance(first, Resumed) else None
 
+    @property
+    def anew(self) -> bool:
+        """Whether it goes on from a standing of its own: what was decided since the tick before may be missing."""
+        return self.began is not None or self.resumed is not None
+
 
 def enact(match: Match, entry: Entry, field: Observation) -> Effects:
     """Apply an entry to a match, and return the effects. The result depends on the arguments alone.
@@ -189,35 +194,44 @@ class EvidenceFile:
     has been called the file goes on, too, if there is room again.
 
     Args:
-        path: the path of the file. Nothing is written before `open`.
+        path: the path of the file. Nothing is written before `open`. put: writes as `os.pwrite` does.
 
     Attributes:
         gap: True while what the referee decides by is not written.
         broken: True once a tick could not be written, until `resume`.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    def __init__(self, path: Path, put: Callable[[int, bytes, int], int]) -> None:
+        self._path, self._put = path, put
         self._file = -1
         self._digest = self._written = _START
         self._end = 0
         self._chain = 0
         self.gap = self.broken = False
 
-    def open(self) -> None:
+    def open(self, last: int) -> None:
         """Open the file, or make it, and go on after the last whole tick in it. What follows that is cut off.
+
+        What a coordinator decided before it crashed, and could not write into the journal, has not happened: ticks
+        that follow it are cut off, too.
+
+        Args:
+            last: the number of the last record of the journal; 0 if it has none.
 
         Raises:
             OSError: it cannot be opened or read.
+            JournalError: it is of another version.
         """
         self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
         with opened(self._path) as written:
-            for piece in _pieces(written):
+            for number, piece in enumerate(_pieces(written)):
+                if (tick := _decoded(self._path, number, piece)) is not None and tick.after > last:
+                    break
                 if piece.genuine:
                     self._digest, self._end = piece.digest, piece.end
         self._written = self._digest
         if (further := os.fstat(self._file).st_size - self._end) > 0:
-            log.warning("%s: dropped %d bytes behind the last whole tick", self._path, further)
+            log.warning("%s: dropped %d bytes behind the last whole tick of the journal", self._path, further)
         os.ftruncate(self._file, self._end)
 
     @property
@@ -243,7 +257,7 @@ class EvidenceFile:
             return  # one before it is missing
         piece = _HEAD.pack(len(data), digest) + data
         try:
-            problem = "" if os.pwrite(self._file, piece, self._end) == len(piece) else "no space left"
+            problem = "" if self._put(self._file, piece, self._end) == len(piece) else "no space left"
         except OSError as error:
             problem = error.strerror or str(error)
         if not problem:
@@ -282,9 +296,6 @@ class Exhibit:
 def read_evidence(path: Path, damage: list[str] | None = None) -> Iterator[Exhibit]:
     """Read the whole ticks, one after the other; a missing file has none.
 
-    What a coordinator decided before it crashed, and could not write into the journal, has not happened: these ticks
-    are left out.
-
     Args:
         damage: where to note, in words, that the file does not end with a whole tick.
 
@@ -293,19 +304,12 @@ def read_evidence(path: Path, damage: list[str] | None = None) -> Iterator[Exhib
     """
     try:
         with opened(path) as file:
-            begun = [
-                (number, tick.after)
-                for number, piece in enumerate(_pieces(file))
-                if b"Began" in piece.data and (tick := _decoded(path, number, piece)) is not None and tick.began
-            ]
-            file.seek(0)
             end = 0
             for number, piece in enumerate(_pieces(file)):
                 if (tick := _decoded(path, number, piece)) is None:
                     continue
                 end = piece.end
-                if all(tick.after <= after for later, after in begun if later > number):
-                    yield Exhibit(tick, piece.digest.hex(), piece.genuine)
+                yield Exhibit(tick, piece.digest.hex(), piece.genuine)
             if damage is not None and (further := os.fstat(file.fileno()).st_size - end) > 0:
                 damage.append(f"{path}: its last {further} bytes are torn or damaged, and were left out")
     except FileNotFoundError:

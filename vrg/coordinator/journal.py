@@ -102,7 +102,7 @@ class Journal:
         self.path = path
         self._thread = ThreadPoolExecutor(1, "journal") if aside else None
         self._under_way: tuple[bytes, Future[None]] | None = None
-        self._evidence = EvidenceFile(path.with_name(EVIDENCE_FILE))
+        self._evidence = EvidenceFile(path.with_name(EVIDENCE_FILE), self._put)
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
             self._clock = os.open(_clock_file(path), os.O_RDWR | os.O_CREAT, 0o644)
@@ -115,7 +115,7 @@ class Journal:
             raise JournalError(f"{path}: another coordinator is writing it: stop that one first") from None
         try:
             self._end, self.last = self._load(header)
-            self._evidence.open()
+            self._evidence.open(self.last.n if self.last else 0)
         except JournalError:
             self.close()
             raise
@@ -216,12 +216,16 @@ class Journal:
             written = 0
             while written < len(data):
                 # If only a part fits on the disk, writing the rest raises the error with the reason.
-                written += os.pwrite(self._file, data[written:], at + written)
+                written += self._put(self._file, data[written:], at + written)
             self._sync()
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, at)
             raise JournalError(f"{self.path}: cannot be written: {error.strerror}: free some space") from error
+
+    def _put(self, file: int, data: bytes, at: int) -> int:
+        """Write into the file of the journal or of the evidence, as `os.pwrite` does."""
+        return os.pwrite(file, data, at)
 
     def _sync(self) -> None:
         """Wait until what was written is on disk.

@@ -96,13 +96,14 @@ class _Judge:
         """Take in a tick, the one that follows it, the match after it, and what followed from it by the rules."""
         tick, after = exhibit.tick, exhibit.tick.after
         self.ticks += 1
-        if tick.resumed is not None:
+        lost = _up_to(self.left, after) if tick.anew else []
+        if lost or tick.resumed is not None:
             self.gaps.append((self.since, tick.time))
-            self.unjudged += sum(len(record.calls) for record in _up_to(self.left, after))
+            self.unjudged += sum(len(record.calls) for record in lost)
         self.since = tick.time
         if not exhibit.genuine:
             self._find(tick.time, "the evidence of this tick was changed after it was written, or one before it")
-        self._outcomes = made if tick.began or tick.resumed else [*self._outcomes, *made]
+        self._outcomes = made if tick.anew else [*self._outcomes, *made]
         if following is not None and following.tick.after == after:
             return
         decided, self._outcomes = self._outcomes, []
@@ -139,8 +140,11 @@ class _Judge:
 
 def ends_before(exhibit: Exhibit, following: Exhibit | None, record: Record) -> bool:
     """Whether the evidence ends, or has a gap, behind a tick and before the one in which a record was decided."""
-    cut = following is None or following.tick.resumed is not None
-    return cut and exhibit.tick.time < record.time and record.evidence != exhibit.digest
+    if record.evidence == exhibit.digest:
+        return False
+    if following is not None:
+        return following.tick.anew
+    return not record.evidence or exhibit.tick.time < record.time
 
 
 def _up_to(left: deque[Record], number: int) -> list[Record]:

@@ -121,7 +121,7 @@ class Checker:
             self.problems.append(f"the journal or its evidence cannot be read: {error}")
             return
         self.problems += [f"judged again: {disagreement}" for disagreement in wrong]
-        if judgement.unjudged:
+        if judgement.unjudged and all(fault.kind is not FaultKind.FULL for fault in match.faults):
             self.problems.append(f"{judgement.unjudged} calls have no evidence")
         written = {call.number: call.text for record in records for call in record.calls}
         if sorted(written) != list(range(1, len(written) + 1)):

@@ -1,5 +1,7 @@
-"""The simulated disk of the referee's journal: each write takes simulated time, and the disk can be full or stalled."""
+"""The simulated disk of the referee's journal and evidence: it takes simulated time, and can be full or stalled."""
 
+import errno
+import os
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -98,10 +100,10 @@ class SimulatedJournal(Journal):
     def _do(self, job: Callable[[], None]) -> "Future[None]":
         return self._disk.do(job)
 
-    def _write(self, at: int, data: bytes) -> None:
+    def _put(self, file: int, data: bytes, at: int) -> int:
         if self._disk.full:
-            raise JournalError(f"{self.path}: cannot be written: no space left: free some space")
-        super()._write(at, data)
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        return super()._put(file, data, at)
 
     def _sync(self) -> None:
         """Do nothing: the computer of a simulated match does not fail, and real disks are slow."""
