@@ -49,7 +49,9 @@ def test_without_the_package_of_an_engine_a_match_has_another_one_or_names_what_
     monkeypatch.setattr(engines, "find_spec", lambda package: None)
     assert default_engine() == PLANAR
     check_installed(PLANAR)
-    with pytest.raises(ConfigError, match=r"engine pybullet: the package pybullet is not installed.*--engine planar"):
+    with pytest.raises(
+        ConfigError, match=r"engine pybullet: the package of that name is not installed.*--engine planar"
+    ):
         check_installed(BULLET)
 
 

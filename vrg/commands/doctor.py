@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -78,6 +79,8 @@ def _display() -> Finding:
     table = "matches are shown as a table in the terminal"
     if not shown:
         return Finding("display", None, f"none: {table}")
+    if find_spec("pygame") is None:
+        return Finding("display", None, f"{shown}; pygame, which draws windows, is not installed: {table}")
     from vrg.ui.window import display_available  # without a display the window library is not loaded
 
     dead = "" if display_available() else f" is set, but no screen answers there: {table}"
@@ -85,6 +88,8 @@ def _display() -> Finding:
 
 
 def _gamepads() -> Finding:
+    if find_spec("pygame") is None:
+        return Finding("gamepads", None, "pygame, which sees them, is not installed")
     from vrg.ui.pads import connected  # without it the window library is not loaded
 
     return Finding("gamepads", None, "; ".join(connected()) or "none")

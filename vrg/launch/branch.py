@@ -101,8 +101,7 @@ def play_branch(
         BrokenPipeError: `progress` has raised it.
     """
     earlier = check_instant(of, changes[0].time)
-    # The clock tells the rate, at which nothing is paced here.
-    setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
+    setup = _as_played(of)
     make = nodes.strategy_of if apart is None else apart.tried
     check_strategies(reduce(amended, changes, setup), make)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
@@ -123,6 +122,13 @@ def play_branch(
     return folder
 
 
+def _as_played(of: RunFolder) -> MatchSetup:
+    """The match of a run, in the engine that it had: what its file leaves out may be another one on this machine."""
+    recorded = read_setup(of.setup)
+    # The clock tells the rate, at which nothing is paced here.
+    return load_match(of.match_file, engine=recorded.engine).at_rate(recorded.rate)
+
+
 def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None", stop: StopSignal) -> RunFolder:
     """Play a recorded match again up to where it ended.
 
@@ -139,7 +145,7 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
     """
     last_instant(of)
     before = branch_of(of)
-    setup = load_match(of.match_file).at_rate(read_setup(of.setup).rate)
+    setup = _as_played(of)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
     with _written(folder):
         keep(setup, folder)

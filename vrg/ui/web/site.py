@@ -29,6 +29,8 @@ _http_log.addFilter(
 
 PAGE_TIMEOUT: Final = 10.0
 """The real time in s that a browser has to say who it is, or to take what it is sent."""
+HANDSHAKE: Final = 3.0
+"""The real time in s that a browser has to agree on how a connection is encrypted; nothing else bounds those."""
 _TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 WAITING: Final = 512
 """The limit of connections that have not introduced themselves. A browser opens some for the page itself."""
@@ -138,7 +140,7 @@ class Site:
                     self._port,
                     backlog=2 * WAITING,
                     ssl=tls,
-                    ssl_handshake_timeout=PAGE_TIMEOUT if tls else None,
+                    ssl_handshake_timeout=HANDSHAKE if tls else None,
                 )
             except OSError as error:
                 self._failure = error

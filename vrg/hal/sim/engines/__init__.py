@@ -57,8 +57,11 @@ def check_installed(engine: str) -> None:
         ConfigError: it is not.
     """
     if not installed(engine):
+        why, how = "", "install VRG anew"
+        if engine == BULLET:
+            why = f" (it has wheels for Python 3.11 and none for later ones, and this is {platform.python_version()})"
+            how = "make the environment with Python 3.11"
         raise ConfigError(
-            f"engine {engine}: the package {_PACKAGES[engine]} is not installed (PyBullet has wheels for Python 3.11 "
-            f"and none for later ones, and this is {platform.python_version()}): choose another engine by --engine "
-            f"{default_engine()}, or make the environment with Python 3.11"
+            f"engine {engine}: the package of that name is not installed{why}: choose another engine by "
+            f"--engine {default_engine()}, or {how}"
         )
