@@ -15,7 +15,7 @@ from vrg.commands.matches import ended_run, is_running, need_recording, played_a
 from vrg.commands.options import JsonOption, RunArgument, echo, make_console, print_table
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.journal import read_journal, read_standing
+from vrg.coordinator.journal import JournalHeader, read_journal, read_standing
 from vrg.coordinator.match import state_after
 from vrg.errors import LaunchError, MessageError
 from vrg.files import read_text, toml_of, write_json
@@ -141,9 +141,10 @@ def judge(run: RunArgument = None) -> None:
             f"{folder.path}: expected {folder.evidence.name}, found none: an earlier VRG has played this match"
         )
     damage: list[str] = []
-    judgement, wrong = judge_run(setup, folder, damage=damage)
+    header, records = read_journal(folder.journal, damage)
+    judgement, wrong = judge_run(setup, folder, records, damage)
     seen, compared = _recorded(folder)
-    found = sorted([*_foreign(setup, folder), *wrong, *seen], key=lambda d: d.time)
+    found = sorted([*_foreign(setup, header), *wrong, *seen], key=lambda d: d.time)
     gaps = [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
     for line in (*damage, *gaps, *map(str, found)):
         echo(line)
@@ -174,11 +175,10 @@ def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
     return found
 
 
-def _foreign(setup: MatchSetup, folder: RunFolder) -> "list[Disagreement]":
+def _foreign(setup: MatchSetup, header: JournalHeader) -> "list[Disagreement]":
     """That the journal is of another match than the set-up beside it, if it is."""
     from vrg.coordinator.judging import Disagreement
 
-    header, _ = read_journal(folder.journal, [])
     if (header.match, header.game, header.seed) == (setup.name, setup.game, setup.seed):
         return []
     of = f"the journal is of {header.match} ({header.game}, seed {header.seed})"

@@ -35,14 +35,13 @@ BULLET: Final = "pybullet"
 """The engine of a match that names none, where it can be had."""
 MUJOCO: Final = "mujoco"
 """That of such a match elsewhere."""
-_PACKAGES: Final = {BULLET: "pybullet", MUJOCO: "mujoco"}
-"""The packages of engines that some Pythons have no wheels of, in the order in which their engines are preferred."""
+_PACKAGES: Final = (BULLET, MUJOCO)
+"""The engines that need the package of their name, in the order in which they are preferred."""
 
 
 def installed(engine: str) -> bool:
     """True if the package that an engine needs is installed; it is not loaded."""
-    package = _PACKAGES.get(engine)
-    return package is None or find_spec(package) is not None
+    return engine not in _PACKAGES or find_spec(engine) is not None
 
 
 def default_engine() -> str:
