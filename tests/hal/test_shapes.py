@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.hal.sim.shapes import Box, Circle, box_edges, box_gap, boxes_touch, circle_gap, circle_touches
+from vrg.hal.sim.shapes import Box, Circle, apart, box_edges, box_gap, boxes_touch, circle_gap, circle_touches, outline
 
 place = st.floats(-2, 2)
 size = st.floats(0.1, 2)
@@ -48,6 +48,13 @@ def test_moving_out_along_the_normal_frees_a_box(a: Box, b: Box) -> None:
 @given(box, box)
 def test_touching_is_mutual(a: Box, b: Box) -> None:
     assert box_gap(a, b).distance == pytest.approx(box_gap(b, a).distance, abs=1e-9)
+
+
+@given(box, box, st.one_of(st.just(0.0), st.floats(-0.5, 0.5)))
+def test_boxes_are_apart_exactly_where_their_gap_is_so_large(a: Box, b: Box, distance: float) -> None:
+    gap = box_gap(a, b).distance
+    assert apart(outline(a), outline(b), distance) == (gap >= distance)
+    assert apart(outline(a), outline(b), gap)
 
 
 @given(box, circle)

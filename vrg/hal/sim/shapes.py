@@ -41,6 +41,29 @@ class Gap:
     y: float
 
 
+Outline = tuple[float, float, float, float, float, float]
+"""A box: its centre x, y in m, the cosine and the sine of its heading, and half its length and width in m."""
+
+
+def outline(box: Box) -> Outline:
+    """The outline of a box."""
+    return box.x, box.y, math.cos(box.heading), math.sin(box.heading), box.length / 2, box.width / 2
+
+
+def apart(first: Outline, second: Outline, distance: float) -> bool:
+    """True if the distance of `box_gap` is so large (m) or larger: much faster, mostly where it is."""
+    ax, ay, ca, sa, la, wa = first
+    bx, by, cb, sb, lb, wb = second
+    dx, dy = ax - bx, ay - by
+    cos, sin = abs(ca * cb + sa * sb), abs(sa * cb - ca * sb)
+    return (
+        abs(dx * ca + dy * sa) - (la + lb * cos + wb * sin) >= distance
+        or abs(dx * -sa + dy * ca) - (wa + lb * sin + wb * cos) >= distance
+        or abs(dx * cb + dy * sb) - (lb + la * cos + wa * sin) >= distance
+        or abs(dx * -sb + dy * cb) - (wb + la * sin + wa * cos) >= distance
+    )
+
+
 def box_edges(boxes: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """The outlines of boxes.
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import Map
-from vrg.hal.sim.shapes import Box, Gap, box_gap, circle_gap
+from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
 from vrg.regions import Circle
 from vrg.types import Twist
 
@@ -31,6 +31,11 @@ _SHOVE = _PUSH / (2 * PUSH_ROUNDS)
 """The longest push of a robot in one attempt, m, in a world with kinematic bodies: one may appear inside another."""
 
 
+Pairs = list[tuple[int, int]]
+"""Rows of robots, each with that of another robot, or with the index of a wall or obstacle."""
+Rows = npt.NDArray[np.intp]
+
+
 class PlanarEngine(Engine):
     """An engine that moves bodies in the plane as their axes turn, and keeps their footprints apart.
 
@@ -42,6 +47,8 @@ class PlanarEngine(Engine):
     def __init__(self, map_: Map) -> None:
         super().__init__(map_)
         self._statics: list[Box | Circle] = [*map_.boxes, *map_.circles]
+        self._outlines = [outline(box) for box in map_.boxes]
+        """Of the walls and obstacles that are boxes, which come first in `_statics`."""
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
         self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
         self._box_cos, self._box_sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
@@ -125,22 +132,27 @@ class PlanarEngine(Engine):
         walls, pairs, at_walls, at_robots = self._candidates()
         if not (walls or pairs or self._contacts):
             return
-        if self._overlapping(walls, pairs):
-            free = {pair for pair in pairs if not self.kinematic[list(pair)].any()}
-            moved = self._push_apart(walls, pairs)
+        at_wall, touching = self._nearer(CONTACT, walls, pairs)
+        if at_wall or touching:
+            free = [pair for pair in pairs if not self.kinematic[list(pair)].any()] if self._any_kinematic else pairs
+            moved, clear = self._push_apart(walls, pairs)
             if len(free) < len(pairs):
                 # Walls and neighbours are resolved last, so a body that is caught overlaps with the kinematic body.
-                moved |= self._push_apart(walls, free)
-            moved |= self._put_back(walls, free, before)
+                also, clear = self._push_apart(walls, free)
+                moved |= also
+            if not clear:
+                moved |= self._put_back(walls, free, before)
             for row in moved:
                 self._slide(row, before, dt)
                 self._budgets[:, row] = 0.0
+            if moved:
+                at_wall, touching = self._nearer(CONTACT, walls, pairs)
         self._contacts = {
             c for c in self._contacts if not (c[0] in at_walls if c[1] < 0 else c[0] in at_robots or c[1] in at_robots)
         }
-        for row, shape in walls:
-            self._note(self._gap(row, shape), row, -1)
-        for row, other in pairs:
+        for row, static in at_wall:
+            self._note(self._gap(row, static), row, -1)
+        for row, other in touching:
             gap = box_gap(self._body(row), self._body(other))
             self._note(gap, row, other)
             self._note(gap, other, row)
@@ -150,88 +162,105 @@ class PlanarEngine(Engine):
         for row, _, bit in self._contacts:
             self.touch[row] |= bit
 
-    def _candidates(self) -> tuple[list[tuple[int, Box | Circle]], set[tuple[int, int]], set[int], set[int]]:
+    def _candidates(self) -> tuple[Pairs, Pairs, set[int], set[int]]:
         """The (robot, wall) and (robot, robot) pairs near enough to touch, and the robots that were checked for them.
 
         A robot near one whose budget is used up is checked too, because it may be pushed.
         """
-        due = (self._budgets[1] < 0.0).nonzero()[0].tolist()
-        at_walls = set((self._budgets[0] < 0.0).nonzero()[0].tolist())
-        at_robots: set[int] = set()
+        at_walls, checked = self._budgets < 0.0
+        due = checked
         pairs: set[tuple[int, int]] = set()
-        while due:
-            row = due.pop()
-            if row not in at_robots:
-                at_robots.add(row)
-                for other in self._near_robots(row):
-                    pairs.add((min(row, other), max(row, other)))
-                    due.append(other)
-                    at_walls |= {n for n in (row, other) if self._budgets[0, n] < _PUSH}
-        walls = [(row, self._statics[n]) for row in sorted(at_walls) for n in self._near_statics(row)]
-        return walls, pairs, at_walls, at_robots
+        while len(rows := due.nonzero()[0]):
+            near = self._near_robots(rows)
+            firsts, others = near.nonzero()
+            pairs.update(zip(rows[firsts].tolist(), others.tolist(), strict=True))
+            due = near.any(axis=0) & ~checked
+            checked = checked | due
+        if pairs:
+            at_walls = at_walls.copy()
+            paired = np.array(list(pairs))[:, 0]
+            at_walls[paired] |= self._budgets[0, paired] < _PUSH
+        rows = at_walls.nonzero()[0]
+        firsts, statics = self._near_statics(rows).nonzero()
+        walls = list(zip(rows[firsts].tolist(), statics.tolist(), strict=True))
+        ordered = sorted(pair for pair in pairs if pair[0] < pair[1])
+        return walls, ordered, set(rows.tolist()), set(checked.nonzero()[0].tolist())
 
-    def _near_statics(self, row: int) -> list[int]:
-        """The walls and obstacles in reach of a robot, by index. It also sets the robot's new budget."""
-        x, y, _ = self.poses[row].tolist()
-        gaps = self._static_distances(x, y) - self._reach[row]
-        self._budgets[0, row] = max(0.0, gaps.min()) if len(gaps) else math.inf
-        near: list[int] = (gaps < self._margin).nonzero()[0].tolist()
-        return near
+    def _near_statics(self, rows: Rows) -> npt.NDArray[np.bool_]:
+        """Whether each wall and obstacle is in reach of these robots, and their new budgets: shape (rows, statics)."""
+        gaps = self._static_distances(self.poses[rows, :1], self.poses[rows, 1:2]) - self._reach[rows, np.newaxis]
+        self._budgets[0, rows] = np.maximum(gaps.min(axis=1, initial=math.inf), 0.0)
+        return gaps < self._margin
 
-    def _near_robots(self, row: int) -> list[int]:
-        """The robots in reach of a robot, by row. It also sets the robot's new budget.
+    def _near_robots(self, rows: Rows) -> npt.NDArray[np.bool_]:
+        """Whether each robot is in reach of these, and their new budgets: shape (rows, robots).
 
-        The budgets of the others are lowered where they exceed half the gap to this robot.
+        The budgets of the others are lowered where they exceed half the gap to one of these.
         """
-        poses, budgets = self.poses, self._budgets[1]
-        gaps = np.hypot(poses[:, 0] - poses[row, 0], poses[:, 1] - poses[row, 1])
-        gaps -= self._reach + self._reach[row]
-        gaps[row] = math.inf
-        if self.kinematic[row]:
-            gaps[self.kinematic] = math.inf
+        x, y, reach = self.poses[:, 0], self.poses[:, 1], self._reach
+        gaps = np.hypot(x - x[rows, np.newaxis], y - y[rows, np.newaxis])
+        gaps -= reach + reach[rows, np.newaxis]
+        gaps[np.arange(len(rows)), rows] = math.inf
+        if self._any_kinematic:
+            gaps[np.ix_(self.kinematic[rows], self.kinematic)] = math.inf
         half = np.maximum(gaps, 0.0) / 2
-        np.minimum(budgets, half, out=budgets)
-        budgets[row] = half.min()
-        near: list[int] = (gaps < self._margin).nonzero()[0].tolist()
-        return near
+        budgets = self._budgets[1]
+        np.minimum(budgets, half.min(axis=0), out=budgets)
+        budgets[rows] = half.min(axis=1)
+        return gaps < self._margin
 
-    def _overlapping(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]]) -> set[int]:
-        """The robots whose footprints overlap with a wall or with another footprint."""
-        rows = {row for row, shape in walls if self._gap(row, shape).distance < 0.0}
-        for pair in pairs:
-            if box_gap(self._body(pair[0]), self._body(pair[1])).distance < 0.0:
-                rows |= set(pair)
-        return rows
+    def _nearer(self, distance: float, walls: Pairs, pairs: Pairs) -> tuple[Pairs, Pairs]:
+        """Those of the (robot, wall) and (robot, robot) pairs whose outlines are less than `distance` apart, m."""
+        if not (walls or pairs):
+            return [], []
+        rows = list({row for row, _ in walls}.union(*pairs))
+        lines: dict[int, Outline] = {}
+        for row, (x, y, heading) in zip(rows, self.poses[rows].tolist(), strict=True):
+            model = self.models[row]
+            lines[row] = x, y, math.cos(heading), math.sin(heading), model.length / 2, model.width / 2
+        boxes = len(self._outlines)
+        return [
+            (row, static)
+            for row, static in walls
+            if not (
+                apart(lines[row], self._outlines[static], distance)
+                if static < boxes
+                else self._gap(row, static).distance >= distance
+            )
+        ], [(row, other) for row, other in pairs if not apart(lines[row], lines[other], distance)]
 
-    def _static_distances(self, x: float, y: float) -> Floats:
-        """The distance from a point to each wall and obstacle, m."""
+    def _static_distances(self, x: Floats, y: Floats) -> Floats:
+        """The distance from points, shape (points, 1), to each wall and obstacle, m: shape (points, statics)."""
         dx, dy = x - self._box_at[:, 0], y - self._box_at[:, 1]
         u = np.abs(dx * self._box_cos + dy * self._box_sin) - self._box_half[:, 0]
         v = np.abs(dy * self._box_cos - dx * self._box_sin) - self._box_half[:, 1]
         boxes = np.hypot(np.maximum(u, 0.0), np.maximum(v, 0.0))
         discs = self.map.discs
-        return np.concatenate((boxes, np.hypot(x - discs[:, 0], y - discs[:, 1]) - discs[:, 2]))
+        return np.concatenate((boxes, np.hypot(x - discs[:, 0], y - discs[:, 1]) - discs[:, 2]), axis=1)
 
-    def _push_apart(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]]) -> set[int]:
-        """Move overlapping bodies out of each other along the shortest way, and return those that moved.
+    def _push_apart(self, walls: Pairs, pairs: Pairs) -> tuple[set[int], bool]:
+        """Move overlapping bodies out of each other along the shortest way.
 
         All pushes of an attempt are computed before any is applied, so that the order of the robots does not matter.
+
+        Returns:
+            the robots that moved, and whether none of them overlaps any more, as far as that was seen.
         """
         moved: set[int] = set()
         blocked: set[int] = set()  # by a wall, or by a body that a wall blocks
         for _ in range(PUSH_ROUNDS):
             shifts: dict[int, list[float]] = {}
-            for row, shape in walls:
-                self._shift(shifts, row, self._gap(row, shape), 1.0)
+            in_walls, in_robots = self._nearer(0.0, walls, pairs)
+            for row, static in in_walls:
+                self._shift(shifts, row, self._gap(row, static), 1.0)
             blocked |= shifts.keys()
-            for row, other in sorted(pairs):
+            for row, other in in_robots:
                 gap = box_gap(self._body(row), self._body(other))
-                if gap.distance < 0.0:
-                    share = self._share(row, other, gap, blocked)
-                    self._shift(shifts, row, gap, share)
-                    self._shift(shifts, other, gap, share - 1.0)
+                share = self._share(row, other, gap, blocked)
+                self._shift(shifts, row, gap, share)
+                self._shift(shifts, other, gap, share - 1.0)
             if not shifts:
-                break
+                return moved, True
             for row, (x, y) in shifts.items():
                 length = math.hypot(x, y)
                 shorter = min(1.0, self._shove / length) if length else 1.0
@@ -239,11 +268,11 @@ class PlanarEngine(Engine):
                 self.poses[row, 0] += dx
                 self.poses[row, 1] += dy
                 moved.add(row)
-        return moved
+        return moved, False
 
     @staticmethod
     def _shift(shifts: dict[int, list[float]], row: int, gap: Gap, share: float) -> None:
-        if gap.distance < 0.0 and share:
+        if share:
             push = (SLACK - gap.distance) * share
             shift = shifts.setdefault(row, [0.0, 0.0])
             shift[0] += push * gap.nx
@@ -278,7 +307,12 @@ class PlanarEngine(Engine):
         vx, vy = v * cos - aside * sin - w * (gap.y - y), v * sin + aside * cos + w * (gap.x - x)
         return grip * DRIVE if side * (vx * gap.nx + vy * gap.ny) < -SLACK else grip
 
-    def _put_back(self, walls: list[tuple[int, Box | Circle]], pairs: set[tuple[int, int]], before: Floats) -> set[int]:
+    def _overlapping(self, walls: Pairs, pairs: Pairs) -> set[int]:
+        """The robots whose footprints overlap with a wall or with another footprint."""
+        in_walls, in_robots = self._nearer(0.0, walls, pairs)
+        return {row for row, _ in in_walls}.union(*in_robots)
+
+    def _put_back(self, walls: Pairs, pairs: Pairs, before: Floats) -> set[int]:
         """Put bodies that still overlap back where they came from, where none of them overlapped."""
         back: set[int] = set()
         while stuck := self._overlapping(walls, pairs) - back:
@@ -304,8 +338,8 @@ class PlanarEngine(Engine):
             bearing = math.atan2(gap.y - y, gap.x - x) - theta
             self._contacts.add((row, other, bumper_bit(self.models[row], bearing)))
 
-    def _gap(self, row: int, shape: Box | Circle) -> Gap:
-        body = self._body(row)
+    def _gap(self, row: int, static: int) -> Gap:
+        body, shape = self._body(row), self._statics[static]
         return box_gap(body, shape) if isinstance(shape, Box) else circle_gap(body, shape)
 
     def _body(self, row: int) -> Box:
