@@ -77,7 +77,10 @@ def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Surroundings
 
 def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody], safe: Region | None) -> dict[str, CrowdBody]:
     """The minnow of each shark: the pairs that cost least come first. Two share one only if too few are left."""
-    pairs = sorted((_cost(shark, minnow, safe), shark.name, i) for shark in sharks for i, minnow in enumerate(prey))
+    left = [0.0 if safe is None else math.dist(minnow.position, safe.nearest(*minnow.position)) for minnow in prey]
+    pairs = sorted(
+        (_cost(shark, minnow, safe, left[i]), shark.name, i) for shark in sharks for i, minnow in enumerate(prey)
+    )
     chased: dict[str, int] = {}
     taken: set[int] = set()
     for _, shark, i in pairs:
@@ -89,14 +92,16 @@ def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody], safe: Regio
     return {shark: prey[i] for shark, i in chased.items()}
 
 
-def _cost(shark: CrowdBody, minnow: CrowdBody, safe: Region | None) -> float:
+def _cost(shark: CrowdBody, minnow: CrowdBody, safe: Region | None, left: float) -> float:
     """The time in s at which a shark can meet a minnow, and more the farther the minnow is from the safe zone.
 
     So a shark leaves a minnow that it has chased back for one that is about to pass. The cost is greater than any other
     where they cannot meet before the minnow is safe.
+
+    Args:
+        left: the way from the minnow to the safe zone, m.
     """
     met = intercept(shark.position, ASSUMED_SPEED, minnow.position, minnow.velocity, reach=shark.radius + minnow.radius)
-    left = 0.0 if safe is None else math.dist(minnow.position, safe.nearest(*minnow.position))
     if met is None or (safe is not None and safe.contains(*met.point)):
         return UNMET + math.dist(shark.position, minnow.position) + URGENCY * left
     return met.time + URGENCY * left
