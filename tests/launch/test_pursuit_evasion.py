@@ -107,8 +107,9 @@ def played(setup: MatchSetup, folder: Path, *watchers: Node, strict: bool = Fals
     return ending, calls_of(run)
 
 
-def test_the_match_of_the_thesis_ends_with_every_intruder_accounted_for(tmp_path: Path) -> None:
-    ending, calls = played(setup_of(tmp_path, engine="pybullet"), tmp_path, strict=True)
+@pytest.mark.parametrize("engine", ["pybullet", pytest.param("mujoco", marks=pytest.mark.thorough)])
+def test_the_match_of_the_thesis_ends_with_every_intruder_accounted_for(tmp_path: Path, engine: str) -> None:
+    ending, calls = played(setup_of(tmp_path, engine=engine), tmp_path, strict=True)
     assert ending.state.stage is Stage.GAME_OVER
     assert sum(ending.state.score.values()) == 2
     rules = [call.rule for call in calls]

@@ -1,6 +1,7 @@
 """Serves pages by aiohttp, in a thread of its own: static files, and what a kind of page adds to them."""
 
 import asyncio
+import contextlib
 import logging
 import socket
 import ssl
@@ -80,7 +81,8 @@ class Site:
     def stop(self) -> None:
         """Tell all pages that this is the end, and close the port. Idempotent."""
         if self._loop is not None and self._thread.is_alive():
-            self._loop.call_soon_threadsafe(self._stopping.set)
+            with contextlib.suppress(RuntimeError):  # it has just closed its loop, as where the port is taken
+                self._loop.call_soon_threadsafe(self._stopping.set)
             self._thread.join(PAGE_TIMEOUT / 4)
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
