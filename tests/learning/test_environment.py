@@ -18,6 +18,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError, StrategyError
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.models.pioneer import P2AT
+from vrg.hal.sim.engines import default_engine
 from vrg.launch import bounds
 from vrg.learning.action import limits_of
 from vrg.learning.environment import MatchEnvironment
@@ -407,7 +408,7 @@ def test_the_other_engine_can_be_chosen() -> None:
         env.reset()
         while env.agents:
             env.step(drive(env, 1.0))
-        assert env._setup.engine == "pybullet"
+        assert env._setup.engine == default_engine()
     env.close()
 
 
