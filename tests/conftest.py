@@ -19,9 +19,6 @@ settings.register_profile("brief", UNTIMED, max_examples=25)
 settings.register_profile("thorough", UNTIMED, max_examples=500)
 settings.load_profile("brief")
 
-collect_ignore = [] if installed(BULLET) else ["hal/test_bullet.py", "hal/test_camera.py"]
-"""What this Python cannot import: PyBullet has no wheels for it."""
-
 
 def pytest_configure() -> None:
     """Let processes that the tests start be interrupted: a shell starts what runs in the background otherwise."""

@@ -4,14 +4,15 @@ import subprocess
 import sys
 from collections.abc import Iterator
 
-import pybullet
 import pytest
 
 from tests.hal.engine_bench import drive, forward, run
 from vrg.hal.models import MODELS, robot_model
-from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose
+
+pybullet = pytest.importorskip("pybullet")
+from vrg.hal.sim.engines.pybullet import BulletEngine  # noqa: E402 - only where there are wheels of it
 
 
 @pytest.fixture

@@ -24,11 +24,13 @@ from vrg.hal.sim.config import RobotSetup, WorldConfig, fingerprint
 from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.map import Map, load_map
 from vrg.hal.sim.sensors.rays import Edges, Fan, cast
-from vrg.hal.sim.sensors.renderer import Renderer
 from vrg.hal.sim.shapes import Box
 from vrg.hal.sim.world import World
 from vrg.regions import Circle, Rectangle
 from vrg.types import Pose, Twist
+
+pytest.importorskip("pybullet")
+from vrg.hal.sim.sensors.renderer import Renderer  # noqa: E402 - only where there are wheels of PyBullet
 
 P2AT, ATRV = robot_model("P2AT"), robot_model("ATRV-Jr")
 SPEC = CameraSpec(x=0.0, height=0.45, columns=160, rows=120)
