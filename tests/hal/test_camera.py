@@ -30,7 +30,7 @@ from vrg.regions import Circle, Rectangle
 from vrg.types import Pose, Twist
 
 pytest.importorskip("pybullet")
-from vrg.hal.sim.sensors.renderer import Renderer  # noqa: E402 - only where there are wheels of PyBullet
+from vrg.hal.sim.sensors.renderer import Renderer  # only where there are wheels of PyBullet
 
 P2AT, ATRV = robot_model("P2AT"), robot_model("ATRV-Jr")
 SPEC = CameraSpec(x=0.0, height=0.45, columns=160, rows=120)
