@@ -5,6 +5,7 @@ import os
 import tracemalloc
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import pytest
 from msgspec import structs
@@ -15,6 +16,7 @@ from vrg.coordinator.coordinator import STALL_TICKS
 from vrg.coordinator.evidence import Exhibit, Looked, TickEvidence, read_evidence
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Judgement, judge_again
+from vrg.coordinator.match import Checkpoint
 from vrg.types import Pose
 
 Played = tuple[list[Exhibit], list[Record]]
@@ -292,6 +294,26 @@ def test_a_coordinator_that_ends_while_the_disk_is_full_leaves_a_gap(
     assert judgement.calls == len(first.calls) + len(second.calls) - unjudged
 
 
+def test_what_a_coordinator_could_not_write_is_not_missed_in_the_next_record_if_that_has_no_evidence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = Table(tmp_path)
+    first.ticks(12)
+    fill(monkeypatch, "journal.jsonl")
+    first.tag()
+    first.ticks(3)
+    first.journal.close()
+    monkeypatch.undo()
+    second = Table(tmp_path)
+    second.time = first.time
+    fill(monkeypatch, "evidence.bin")
+    second.ticks(3)
+    second.decide(m.OfficialAction.HALT)
+    judgement = judged(second, *told(second))
+    assert judgement.disagreements == []
+    assert judgement.unjudged == len(second.calls) > 0
+
+
 def test_ticks_side_by_side_that_were_edited_are_found_and_all_others_are_judged(
     table: Table, played: Played, tmp_path: Path
 ) -> None:
@@ -318,6 +340,65 @@ def test_a_standing_that_somebody_has_edited_is_a_finding(table: Table, played: 
     found = judged(table, exhibits, records)
     assert found.disagreements
     assert found.calls + found.unjudged == sum(len(record.calls) for record in records)
+
+
+def edited(record: Record, **changes: Any) -> Record:
+    """The record with another standing, by the names of its fields or of those of the game."""
+    own = {name: value for name, value in changes.items() if name in Checkpoint.__struct_fields__}
+    game = {**record.standing.game, **{name: value for name, value in changes.items() if name not in own}}
+    return structs.replace(record, standing=structs.replace(record.standing, game=game, **own))
+
+
+@pytest.mark.parametrize(("digest", "later"), [("", 0.0), ("", 0.1), ("0123456789abcdef", 0.1)])
+@pytest.mark.parametrize(
+    ("alter", "words"),
+    [
+        (lambda record: edited(record, winner="sharks"), "winner is 'sharks'"),
+        (lambda record: edited(record, points={"sharks": 9, "minnows": 0}), "points is"),
+        (lambda record: structs.replace(record, calls=another_text(*record.calls)), "by the rules it is tag: "),
+        (lambda record: structs.replace(record, calls=[]), "a call that was not made: tag"),
+    ],
+    ids=["winner", "points", "text", "call"],
+)
+def test_a_last_record_that_was_altered_is_found_without_its_digest_too(
+    table: Table, digest: str, later: float, alter: Callable[[Record], Record], words: str
+) -> None:
+    table.ticks(12)
+    table.tag()
+    table.ticks(3)
+    exhibits, records = told(table)
+    at = next(i for i, record in enumerate(records) if any(call.rule == "tag" for call in record.calls))
+    until = [exhibit for exhibit in exhibits if exhibit.tick.after <= at]
+    last = structs.replace(records[at], evidence=digest, time=records[at].time + later)
+    honest = judged(table, until, [*records[:at], last])
+    assert honest.disagreements == [], "a torn end has this look, too"
+    found = judged(table, until, [*records[:at], alter(last)]).disagreements
+    assert any(words in one.what for one in found)
+
+
+@pytest.mark.parametrize("ends", [False, True], ids=["resumed", "began"])
+@pytest.mark.parametrize("changes", [{"points": {"sharks": 9, "minnows": 0}}, {"winner": "sharks"}], ids=str)
+def test_an_altered_standing_of_the_last_record_in_a_gap_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ends: bool, changes: dict[str, Any]
+) -> None:
+    table = Table(tmp_path)
+    table.ticks(12)
+    fill(monkeypatch, "evidence.bin")
+    table.tag()
+    table.ticks(3)
+    monkeypatch.undo()
+    if ends:
+        table.journal.close()
+        time, table = table.time, Table(tmp_path)
+        table.time = time
+    table.ticks(3)
+    exhibits, records = told(table)
+    assert judged(table, exhibits, records).disagreements == []
+    at = next(exhibit.tick.after for exhibit in reversed(exhibits) if exhibit.tick.anew) - 1
+    assert any(call.rule == "tag" for record in records[: at + 1] for call in record.calls)
+    records[at] = edited(records[at], **changes)
+    found = judged(table, exhibits, records).disagreements
+    assert [one.time for one in found] == [records[at].time]
 
 
 def test_a_record_that_the_journal_lacks_is_named_and_the_others_are_judged(table: Table, played: Played) -> None:

@@ -193,6 +193,9 @@ class EvidenceFile:
     What cannot be written, for example on a full disk, is logged and left out. The match goes on; as soon as `resume`
     has been called the file goes on, too, if there is room again.
 
+    The next record begins with what was decided in the ticks before a gap. So a coordinator whose first tick cannot be
+    written cuts off those of another one since the last record: its own record does not follow from them.
+
     Args:
         path: the path of the file. Nothing is written before `open`. put: writes as `os.pwrite` does.
 
@@ -206,6 +209,7 @@ class EvidenceFile:
         self._file = -1
         self._digest = self._written = _START
         self._end = 0
+        self._recorded: tuple[bytes, int] | None = None
         self._chain = 0
         self.gap = self.broken = False
 
@@ -223,12 +227,15 @@ class EvidenceFile:
             JournalError: it is of another version.
         """
         self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
+        self._recorded = _START, 0
         with opened(self._path) as written:
             for number, piece in enumerate(_pieces(written)):
                 if (tick := _decoded(self._path, number, piece)) is not None and tick.after > last:
                     break
                 if piece.genuine:
                     self._digest, self._end = piece.digest, piece.end
+                    if tick is not None and tick.after < last:
+                        self._recorded = self._digest, self._end
         self._written = self._digest
         if (further := os.fstat(self._file).st_size - self._end) > 0:
             log.warning("%s: dropped %d bytes behind the last whole tick of the journal", self._path, further)
@@ -263,10 +270,13 @@ class EvidenceFile:
         if not problem:
             self._end += len(piece)
             self._written = digest
+            self._recorded = None
             if self.gap:
                 log.warning("%s: is written again: what was decided meanwhile cannot be judged again", self._path)
             self.gap = False
             return
+        if self._recorded is not None:
+            self._written, self._end = self._recorded
         with contextlib.suppress(OSError):
             os.ftruncate(self._file, self._end)
         if not self.gap:

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import msgspec
+from msgspec import structs
 
 from vrg.bus.messages import Call, Stage
-from vrg.coordinator.evidence import TINY, Books, Exhibit, book_at, replayed
+from vrg.coordinator.evidence import TINY, Books, Exhibit, TickEvidence, book_at, replayed
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Checkpoint, Match
 from vrg.coordinator.outcome import Effects, numbered
@@ -100,6 +101,8 @@ class _Judge:
         if lost or tick.resumed is not None:
             self.gaps.append((self.since, tick.time))
             self.unjudged += sum(len(record.calls) for record in lost)
+        if lost and lost[-1].n == after:
+            self.found += [Disagreement(lost[-1].time, what) for what in _left_behind(tick, lost[-1].standing)]
         self.since = tick.time
         if not exhibit.genuine:
             self._find(tick.time, "the evidence of this tick was changed after it was written, or one before it")
@@ -118,6 +121,7 @@ class _Judge:
             return
         record = self.left[0]
         if ends_before(exhibit, following, record):
+            self.found += [Disagreement(record.time, what) for what in _begun(match, decided, record)]
             return
         self.left.popleft()
         self.compared += len(record.calls)
@@ -185,8 +189,45 @@ def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list
     if stages != record.stages:
         wrong.append(f"by the rules {_stages(stages)}, the journal says {_stages(record.stages)}")
     if not wrong:
-        wrong = _standings(msgspec.structs.replace(standing, calls=record.standing.calls), record.standing)
+        wrong = _standings(structs.replace(standing, calls=match.calls + len(calls)), record.standing)
     return wrong
+
+
+def _begun(match: Match, outcomes: Sequence[Effects], record: Record) -> list[str]:
+    """The differences between a record and the rules' effects up to where its evidence ends, in words.
+
+    The coordinator that decided these effects also wrote the record: see `EvidenceFile`. So it begins with them.
+    """
+    standing = match.standing()
+    calls = numbered(outcomes, match.calls, standing.clock, {})
+    # The clock of a call is that of the tick in which its record was written.
+    made = [structs.replace(call, clock=standing.clock) for call in record.calls[: len(calls)]]
+    stages = [stage for outcome in outcomes for stage in outcome.stages]
+    wrong = [what for number in range(len(calls)) if (what := _differing(number, calls, made))]
+    if stages != record.stages[: len(stages)]:
+        wrong.append(f"by the rules {_stages(stages)}, the journal says {_stages(record.stages)}")
+    if not wrong and (len(calls), len(stages)) == (len(record.calls), len(record.stages)):
+        ours = structs.replace(standing, calls=match.calls + len(calls))
+        wrong = _standings(_called(ours, record.standing), record.standing)
+    return wrong
+
+
+def _left_behind(tick: TickEvidence, theirs: Checkpoint) -> list[str]:
+    """The difference between the standing of the last record before a gap and that of the tick behind it, in words."""
+    if tick.resumed is not None:
+        return _standings(_called(tick.resumed.standing, theirs), theirs)
+    if tick.began is None or tick.began.standing is None:
+        return ["the evidence goes on without a standing"]
+    # The next coordinator goes on from the record, with the clock of the newest tick.
+    clocks = {name: getattr(theirs, name) for name in ("clock", "total", "in_stage")}
+    return _standings(structs.replace(tick.began.standing, **clocks), theirs)
+
+
+def _called(ours: Checkpoint, theirs: Checkpoint) -> Checkpoint:
+    """The other standing, with what changes only with a call or a stage as it is in ours."""
+    names = ("stage", "calls", "winner", "ended")
+    game = {**theirs.game, **{name: ours.game[name] for name in ("round", "points")}}
+    return structs.replace(theirs, game=game, **{name: getattr(ours, name) for name in names})
 
 
 def _differing(at: int, ours: Sequence[Call], theirs: Sequence[Call]) -> str:
