@@ -13,10 +13,12 @@ from msgspec import structs
 from tests.coordinator.test_coordinator import KEYS, Table, wait_until
 from vrg.bus import messages as m
 from vrg.coordinator.coordinator import STALL_TICKS
-from vrg.coordinator.evidence import Exhibit, Looked, TickEvidence, read_evidence
+from vrg.coordinator.evidence import Began, EvidenceFile, Exhibit, Looked, TickEvidence, read_evidence
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Judgement, judge_again
 from vrg.coordinator.match import Checkpoint
+from vrg.coordinator.rulebook import Observation
+from vrg.errors import JournalError
 from vrg.types import Pose
 
 Played = tuple[list[Exhibit], list[Record]]
@@ -459,3 +461,14 @@ def test_the_memory_to_judge_a_match_does_not_grow_with_its_length(table: Table,
 
 def test_evidence_that_is_missing_has_no_ticks(tmp_path: Path) -> None:
     assert list(read_evidence(tmp_path / "evidence.bin")) == []
+
+
+def test_evidence_of_the_version_whose_undone_ticks_each_reader_left_out_is_refused(tmp_path: Path) -> None:
+    began = TickEvidence(after=0, time=0.0, field=Observation({}), entries=[Began(format=2)])
+    path = tmp_path / "evidence.bin"
+    file = EvidenceFile(path, os.pwrite)
+    file.open(0)
+    file.piece(began)()
+    file.close()
+    with pytest.raises(JournalError, match="expected evidence of version 3, got 2: use the VRG that recorded it"):
+        list(read_evidence(path))

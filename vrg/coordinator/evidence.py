@@ -29,8 +29,8 @@ from vrg.files import decoded, opened
 
 log = logging.getLogger(__name__)
 
-FORMAT = 2
-"""The version of the entries."""
+FORMAT = 3
+"""The version of the entries; from 3 on no tick follows from what never came into the journal."""
 _HEAD = struct.Struct("<I8s")
 """The head of each tick: the number of its bytes, and its digest."""
 _START = bytes(8)
