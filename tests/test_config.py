@@ -174,6 +174,18 @@ def test_all_problems_are_told_at_once_in_the_order_of_the_file(load: Load) -> N
     assert [p.split(": ")[1] for p in found] == [f"backends.can.robots.player1.{key}" for key in ("axes", "lift")]
 
 
+@pytest.mark.parametrize("engine", [None, "planar"])
+def test_a_kept_match_keeps_its_engine_where_another_is_the_default(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str | None
+) -> None:
+    monkeypatch.setattr("vrg.hal.sim.engines.default_engine", lambda: "pybullet")
+    here, kept = load_match(match_path("sharks-and-minnows"), engine=engine), tmp_path / "match.toml"
+    kept.write_text(here.text)
+    monkeypatch.setattr("vrg.hal.sim.engines.default_engine", lambda: "mujoco")
+    assert load_match(kept).engine == here.engine == (engine or "pybullet")
+    assert load_match(kept).text == here.text
+
+
 def test_the_command_line_overrides_and_the_text_says_so(tmp_path: Path) -> None:
     setup = load_match(match_path("sharks-and-minnows"), engine="planar", seed=7, rate=2.5, lasers=None)
     assert (setup.engine, setup.seed, setup.rate) == ("planar", 7, 2.5)

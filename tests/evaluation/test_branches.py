@@ -107,6 +107,15 @@ def test_a_changed_record_and_wrong_options_are_refused(vrg: Vrg, run: str, matc
     assert "the instant from which the games go on is another" in done.err
 
 
+def test_games_go_on_in_the_engine_of_the_run_though_its_match_file_names_none(vrg: Vrg, run: str, match: Path) -> None:
+    file = match.parent / run / "match.toml"
+    file.write_text(file.read_text().replace('engine = "planar"\n', ""))
+    command = ("compare", "players.py:Lazy", "sharks-and-minnows", "--from", f"{run}@{INSTANT}", "--team", "minnows")
+    done = vrg(*command, "--games", "2", "--output", "one")
+    assert done.status == 0, done.out + done.err
+    assert 'engine = "planar"' in json.loads((match.parent / "one" / "experiment.json").read_text())["match"]
+
+
 def test_a_file_may_be_edited_while_the_games_run(vrg: Vrg, run: str, match: Path) -> None:
     (match.parent / "mine.py").write_text(TWIN)
     origin = origin_at(RunFolder(match.parent / run), 3.0, "minnows")

@@ -191,8 +191,8 @@ def _match_of(options: EvaluationOptions) -> "tuple[MatchSetup, Origin | None]":
         raise ConfigError(f"--from: expected RUN@TIME, such as {options.since}@1:20")
     if options.ray is not None:
         raise ConfigError("--ray: expected no --from: the run folder is on this computer alone")
-    folder, _ = ended_run(Path(run))
-    setup = load_match(folder.match_file, sandbox=options.sandbox)
+    folder, played = ended_run(Path(run))
+    setup = load_match(folder.match_file, engine=played.engine, sandbox=options.sandbox)
     if options.sandbox is None:
         setup = structs.replace(setup, sandbox=None)  # the run may be a stranger's, and its match file with it
     if options.team is None:

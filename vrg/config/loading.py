@@ -233,7 +233,8 @@ class _Checker:
         setup = MatchSetup(
             **structs.asdict(file)
             | {
-                "text": text,
+                # Another machine, or another Python, may have another default.
+                "text": text if "engine" in data else with_value(text, ("engine",), file.engine),
                 "origin": origin,
                 "base": str(self._base),
                 "map": str(self._base / file.map) if "/" in file.map or file.map.endswith(".toml") else file.map,

@@ -83,7 +83,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     """The set-up of a match: the match file with what follows from it.
 
     Args:
-        text: the text of the match file, with the overrides. origin: the path of the file, for messages.
+        text: the text of the match file, with the overrides and its engine. origin: the path of the file, for messages.
         base: the folder that its relative paths start from.
         map: a map's name, or the path of its file. obstacles: the ground that its walls and obstacles cover, m.
         rate: match seconds per real second; 1 with any physical robot, for any rate in the file.
