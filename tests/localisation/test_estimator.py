@@ -195,19 +195,22 @@ def test_without_fixes_the_error_grows_and_the_covariance_with_it() -> None:
     assert 0.5 < drive.nees[:, -1].mean() < 12.0
 
 
-@pytest.mark.parametrize(("ahead", "angle"), [(0.5, math.pi), (-0.5, math.pi), (0.5, math.pi / 2), (0.4, -2.0)])
-def test_a_tag_that_is_turned_is_noticed_by_the_way_that_the_robot_drives(ahead: float, angle: float) -> None:
+@pytest.mark.parametrize("rate", [10, 15, 50, 100])
+@pytest.mark.parametrize(("ahead", "angle"), [(0.5, math.pi), (-0.5, math.pi), (0.5, math.pi / 2), (0.2, -2.0)])
+def test_a_tag_that_is_turned_is_noticed_by_the_way_that_the_robot_drives(
+    ahead: float, angle: float, rate: int
+) -> None:
     """It is located no more, as it would drive another way than its player wants."""
     found, verdicts = estimator(), []
-    for number in range(60):
-        time = number / 15.0
+    for number in range(4 * rate):
+        time = number / rate
         truth = along_arc(ORIGIN, Twist(ahead, 0.2), max(0.0, time - 1.0))
         found.move(time, truth)
         tag = Pose(truth.x, truth.y, wrap(truth.theta + angle))
         verdicts.append(found.correct(*fix(time, tag)))
     assert verdicts[AGREEING - 1] is Verdict.MOVED, "a robot that stands may be so"
-    assert Verdict.TURNED in verdicts[15:25]
-    assert set(verdicts[25:]) == {Verdict.TURNED}
+    assert Verdict.TURNED not in verdicts[:rate]
+    assert set(verdicts[2 * rate :]) == {Verdict.TURNED}
     assert found.turned is not None
     assert wrap(found.turned - angle) == pytest.approx(0.0, abs=0.1)
     assert known(found).age > LOST

@@ -45,6 +45,8 @@ TURNED = math.pi / 4
 slips so, and one that is pushed does not follow its wheels."""
 _LEAST_WAY = 0.1
 """The way in m over which such an angle is measured."""
+_APART = _LEAST_WAY / (AGREEING - 2)
+"""The way in m between the fixes by which it is measured: so they span that way on a curve, and however many come."""
 _GATES = {2: 13.82, 3: 16.27}
 """The squared Mahalanobis distance above which a fix is of something else, by the number of coordinates that are
 measured: the 0.999 quantile of the chi-squared distribution."""
@@ -114,6 +116,8 @@ class Estimator:
         self._waiting: list[tuple[float, Fix, bool]] = []
         self._refused: deque[tuple[Fix, Pose]] = deque(maxlen=AGREEING)
         """The last fixes in a row that were refused, with the odometry of their times."""
+        self._along: deque[tuple[Fix, Pose]] = deque(maxlen=AGREEING)
+        """The last fixes on the way of the robot, with the odometry of their times."""
         self.turned: float | None = None
         """The angle in rad by which the headings of fixes are turned against the way that the robot drives; None while
         they are not known to be. The robot is located no more then: it would drive the wrong way."""
@@ -193,6 +197,8 @@ class Estimator:
         if self.turned is not None and not own:
             return Verdict.TURNED
         state = self._moved(before, time, odometry)
+        if not own and fix.heading is not None and (not self._along or _far(self._along[-1][1], odometry) >= _APART):
+            self._along.append((fix, odometry))
         found, distance = _updated(state, fix)
         if not distance <= _gate(fix):
             return Verdict.FAR if own else self._refuse(fix, state, index)
@@ -221,9 +227,11 @@ class Estimator:
         self._refused.append((fix, state.odometry))
         if len(self._refused) < AGREEING:
             return Verdict.FAR
+        self.turned = _turn(self._along)
+        if self.turned is not None:
+            return Verdict.TURNED
         if not all(_agree(*other, fix, state.odometry) for other in self._refused):
-            self.turned = _turn(self._refused)
-            return Verdict.FAR if self.turned is None else Verdict.TURNED
+            return Verdict.FAR
         self._refused.clear()
         if math.dist((fix.pose.x, fix.pose.y), state.mean[:2]) > JUMP:
             self._lost_until = state.time + LOST
@@ -296,6 +304,10 @@ def _updated(state: _State, fix: Fix) -> tuple[_State, float]:
     return found, float(way @ np.linalg.solve(S, way))
 
 
+def _far(one: Pose, other: Pose) -> float:
+    return math.dist((one.x, one.y), (other.x, other.y))
+
+
 def _agree(one: Fix, its_odometry: Pose, other: Fix, odometry: Pose) -> bool:
     """True if two fixes are of one robot that has moved from one to the other as its odometry has."""
     there = compose(one.pose, compose(inverse(its_odometry), odometry))
@@ -305,14 +317,16 @@ def _agree(one: Fix, its_odometry: Pose, other: Fix, odometry: Pose) -> bool:
 
 
 def _turn(seen: Sequence[tuple[Fix, Pose]]) -> float | None:
-    """The angle by which fixes in a row are turned against the way by the odometry of their times, rad.
+    """The angle by which fixes are turned against the way by the odometry of their times, rad.
 
-    None if they do not fit to that way even then, or it is short, or the angle is less than TURNED.
+    None if they fit to that way, or do not even then, or it is short, or the angle is less than TURNED.
     """
+    if all(_agree(*other, *seen[-1]) for other in seen):
+        return None
     (first, start), (last, end) = seen[0], seen[-1]
     way, went = compose(inverse(first.pose), last.pose), compose(inverse(start), end)
     angle = wrap(math.atan2(went.y, went.x) - math.atan2(way.y, way.x))
-    if math.hypot(went.x, went.y) < _LEAST_WAY or abs(angle) < TURNED:
+    if _far(start, end) < _LEAST_WAY or abs(angle) < TURNED:
         return None
     back = Pose(0.0, 0.0, -angle)
     righted = [(structs.replace(fix, pose=compose(fix.pose, back)), odometry) for fix, odometry in seen]
