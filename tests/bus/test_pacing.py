@@ -23,7 +23,8 @@ def test_a_clock_that_stops_is_a_warning_and_one_that_has_not_begun_is_none(capl
     assert pacer.tick() == Tick(0.0, live=False)
     pacer.hear([clock(5.0)], 3.0, cut=False)
     assert pacer.tick() == Tick(5.0)
-    pacer.hear([], 3.0 + 2.0 * STALL, cut=False)
+    for look in range(1, 7):
+        pacer.hear([], 3.0 + 0.1 * look, cut=False)
     assert pacer.tick() == Tick(5.0, live=False)
     assert [(record.levelname, record.message) for record in caplog.records] == [
         ("INFO", "waiting for the world's clock"),
@@ -47,4 +48,21 @@ def test_a_process_that_was_frozen_hears_that_time_had_stopped_before_it_goes_on
     pacer.hear([], 5.0, cut=False)
     assert pacer.tick() == Tick(5.2, live=False, frozen=pytest.approx(2.8)), "nor did the world meanwhile"
     pacer.hear([], 5.1, cut=False)
+    assert pacer.tick() == Tick(5.2, live=False, frozen=pytest.approx(2.8)), "it may hear of the clock in a moment"
+    pacer.hear([], 5.1 + STALL, cut=False)
     assert pacer.tick() == Tick(5.2, live=False), "now it is the world alone that does not"
+
+
+def test_a_process_that_did_not_run_for_a_moment_blames_itself_and_not_the_clock(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    pacer = Pacer(0.1, 0.0)
+    pacer.hear([clock(5.0)], 1.0, cut=False)
+    pacer.hear([], 1.1, cut=False)
+    pacer.hear([], 1.8, cut=False)
+    assert pacer.tick() == Tick(5.0, live=False, frozen=pytest.approx(0.7))
+    pacer.hear([], 1.9, cut=False)
+    assert pacer.tick() == Tick(5.0, live=False, frozen=pytest.approx(0.7))
+    pacer.hear([clock(5.1)], 2.0, cut=False)
+    assert pacer.tick() == Tick(5.1)
+    assert [record.message for record in caplog.records] == ["this process did not run for 0.7 s at 5.00 s"]

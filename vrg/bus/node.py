@@ -23,6 +23,7 @@ class Tick:
         live: False if the world's clock has stopped. `time` is then the last match time that was heard, the ticks come
             in real time, and a node may only stop things and report it.
         frozen: the real time in s for which the node's own process did not run, if that is why it is not live; else 0.
+            It lasts until the clock is heard again, or could have been.
     """
 
     time: float

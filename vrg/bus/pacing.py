@@ -50,7 +50,7 @@ class Pacer:
     def __init__(self, period: float, now: float) -> None:
         self._period = period
         self._epoch = self._number = 0
-        self._heard_at = self._looked_at = now
+        self._heard_at = self._looked_at = self._woke_at = now
         self._frozen = 0.0
         self._last = -1
         self.tracker = ClockTracker()
@@ -67,7 +67,10 @@ class Pacer:
         restarted = False
         # A process that was frozen finds a message that was sent while it was, and must not take it for the next one.
         # It looks often: had the clock stopped while it ran, it would be stalled by now.
-        self._frozen, frozen = 0.0, self.heard and not self.stalled and now - self._heard_at > FROZEN
+        slept, silence = now - self._looked_at, now - self._heard_at
+        frozen = self.heard and not self.stalled and silence > FROZEN
+        if messages or now - self._woke_at > STALL:
+            self._frozen = 0.0  # from here on the world has been silent while this process ran
         for message in messages:
             self.time, self._heard_at = message.stamp, now
             self.tracker.heard(message.stamp, message.body.rate, now)
@@ -76,8 +79,8 @@ class Pacer:
             self._epoch, self._number = message.body.epoch, message.body.tick
         if not self.stalled and (cut or frozen or now - self._heard_at > STALL):
             self.stalled = True
-            if frozen:
-                self._frozen = now - self._looked_at
+            if frozen or (self.heard and not cut and slept > silence / 2):
+                self._frozen, self._woke_at = slept, now
                 log.warning("this process did not run for %.1f s at %.2f s", self._frozen, self.time)
             elif cut or self.heard:
                 log.warning("%s at %.2f s", "the router is away" if cut else "the world's clock has stopped", self.time)
