@@ -4,6 +4,7 @@ import asyncio
 import functools
 import json
 import socket
+import ssl
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import Any
@@ -15,6 +16,7 @@ import pytest
 from vrg.commands.page import encrypted
 from vrg.errors import LaunchError
 from vrg.seats.authority import fingerprint
+from vrg.ui.web import site
 from vrg.ui.web.admission import admission
 from vrg.ui.web.headers import foreign
 from vrg.ui.web.requests import REQUEST_LIMIT, Command, PageButton, Wishes
@@ -131,25 +133,68 @@ async def test_the_page_is_static_and_loads_nothing_from_elsewhere(server):
     assert "http://" not in text.replace("http://www.w3.org/2000/svg", "")
 
 
+@pytest.fixture
+def secured(port: int) -> Iterator[WebServer]:
+    made = WebServer(encrypted(admission("127.0.0.1", port, ["ann"])), "final")
+    made.start()
+    yield made
+    made.stop()
+
+
 @in_loop
-async def test_a_page_with_a_certificate_is_served_by_https_alone(port):
-    page = encrypted(admission("127.0.0.1", port, ["ann"]))
-    server = WebServer(page, "final")
-    server.start()
-    try:
-        async with aiohttp.ClientSession() as session:
-            address = f"{page.links('127.0.0.1')[0][1]}socket"
-            known = aiohttp.Fingerprint(bytes.fromhex(fingerprint(page.certificate).replace(":", "")))
-            async with session.ws_connect(address, ssl=known) as socket:
-                found = Browser(socket)
-                await found.say(t="hello", token=page.seats["ann"])
-                assert (await found.hear("welcome"))["player"] == "ann"
-            with pytest.raises(aiohttp.ClientConnectorCertificateError):
-                await session.get(address)
-            with pytest.raises(aiohttp.ClientError):
-                await session.get(address.replace("https", "http"))
-    finally:
-        server.stop()
+async def test_a_page_with_a_certificate_is_served_by_https_alone(secured):
+    page = secured._admission
+    async with aiohttp.ClientSession() as session:
+        address = f"{page.links('127.0.0.1')[0][1]}socket"
+        known = aiohttp.Fingerprint(bytes.fromhex(fingerprint(page.certificate).replace(":", "")))
+        async with session.ws_connect(address, ssl=known) as socket:
+            found = Browser(socket)
+            await found.say(t="hello", token=page.seats["ann"])
+            assert (await found.hear("welcome"))["player"] == "ann"
+        with pytest.raises(aiohttp.ClientConnectorCertificateError):
+            await session.get(address)
+        with pytest.raises(aiohttp.ClientError):
+            await session.get(address.replace("https", "http"))
+
+
+def test_what_comes_with_the_end_of_the_handshake_is_answered(secured):
+    """A browser may send its request in the same packet."""
+    context, incoming, outgoing = ssl.create_default_context(), ssl.MemoryBIO(), ssl.MemoryBIO()
+    context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+    inside = context.wrap_bio(incoming, outgoing)
+    with raw(secured, b"") as connection:
+        while True:
+            try:
+                inside.do_handshake()
+                break
+            except ssl.SSLWantReadError:
+                connection.sendall(outgoing.read())
+                incoming.write(connection.recv(65536))
+        inside.write(b"GET /icon.svg HTTP/1.0\r\nHost: 127.0.0.1\r\n\r\n")
+        connection.sendall(outgoing.read())
+        while True:
+            try:
+                assert inside.read(100).startswith(b"HTTP/1.0 200")
+                break
+            except ssl.SSLWantReadError:
+                incoming.write(connection.recv(65536))
+
+
+@pytest.fixture
+def patient(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(site, "HANDSHAKE", 2 * PATIENCE)
+
+
+def test_of_too_many_connections_whose_encryption_is_not_agreed_on_the_oldest_goes(patient, secured):
+    secured._waiting._limit = 2
+    with raw(secured, b"") as oldest, raw(secured, b""), raw(secured, b""), suppress(ConnectionResetError):
+        assert oldest.recv(100) == b""
+
+
+def test_a_connection_whose_encryption_is_not_agreed_on_does_not_stay(secured, monkeypatch):
+    monkeypatch.setattr(site, "HANDSHAKE", 0.1)
+    with raw(secured, b"") as silent, suppress(ConnectionResetError):
+        assert silent.recv(100) == b""
 
 
 @in_loop

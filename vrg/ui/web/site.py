@@ -31,7 +31,7 @@ _http_log.addFilter(
 PAGE_TIMEOUT: Final = 10.0
 """The real time in s that a browser has to say who it is, or to take what it is sent."""
 HANDSHAKE: Final = 3.0
-"""The real time in s that a browser has to agree on how a connection is encrypted; nothing else bounds those."""
+"""The real time in s that a browser has to agree on how a connection is encrypted."""
 _TYPES: Final = {"html": "text/html", "css": "text/css", "js": "text/javascript", "svg": "image/svg+xml"}
 WAITING: Final = 512
 """The limit of connections that have not introduced themselves. A browser opens some for the page itself."""
@@ -137,12 +137,10 @@ class Site:
             try:
                 tls = _context(self._certificate, self._private_key) if self._certificate else None
                 site = await self._loop.create_server(
-                    lambda: _Connection(self._waiting, handlers),
+                    lambda: _Greeting(self._waiting, handlers, tls) if tls else _Connection(self._waiting, handlers),
                     self._host,
                     self._port,
                     backlog=2 * WAITING,
-                    ssl=tls,
-                    ssl_handshake_timeout=HANDSHAKE if tls else None,
                 )
             except OSError as error:
                 self._failure = error
@@ -154,6 +152,40 @@ class Site:
             await self.dismiss()
         finally:
             await runner.cleanup()
+
+
+class _Greeting(asyncio.Protocol):
+    """A connection whose encryption is being agreed on. It waits in a room, too, unlike that of a server with `ssl`."""
+
+    def __init__(self, room: WaitingRoom, server: web.Server, tls: ssl.SSLContext) -> None:
+        self._room, self._server, self._tls = room, server, tls
+        self._early = b""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        transport.pause_reading()
+        self._room.come(transport)
+        self._agreeing = asyncio.get_running_loop().create_task(self._agree(transport))
+
+    def data_received(self, data: bytes) -> None:
+        self._early += data  # it came with the end of the handshake
+
+    async def _agree(self, transport: asyncio.Transport) -> None:
+        start = asyncio.get_running_loop().start_tls
+        try:
+            secured = await start(transport, self, self._tls, server_side=True, ssl_handshake_timeout=HANDSHAKE)
+        except OSError as error:
+            log.debug("a connection was not encrypted: %s", error)
+            return
+        finally:
+            self._room.leave(transport)
+        if secured is None or secured.is_closing():
+            return
+        connection = _Connection(self._room, self._server)
+        secured.set_protocol(connection)
+        connection.connection_made(secured)
+        if self._early:
+            connection.data_received(self._early)
 
 
 class _Connection(web.RequestHandler):
