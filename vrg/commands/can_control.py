@@ -221,7 +221,7 @@ def jog(
         interrupted = stack.enter_context(stoppable())
         train.connect()
         stack.callback(train.close)
-        failure = None
+        wrong = list[str]()
         try:
             if bring_up(train, _JOG_START, interrupted.is_set):
                 train.restart_odometry()
@@ -229,7 +229,7 @@ def jog(
             elif not interrupted.is_set():
                 raise RobotError(f"the motor was not ready within {_JOG_START:g} s: is this computer too busy?")
         except RobotError as error:
-            failure = error
+            wrong.append(str(error))
         train.disarm()
         # Its own word that it is off is not enough.
         train.clock.wait(
@@ -237,10 +237,10 @@ def jog(
         )
         train.clock.sleep(_JOG_PERIOD)
         state = train.state()
-    if state.fault:
-        raise RobotError(f"{protocol}: {state.fault}")
-    if failure is not None:
-        raise failure
+    if state.fault and not any(state.fault in words for words in wrong):
+        wrong.append(f"{protocol}: {state.fault}")
+    if wrong:
+        raise RobotError("; ".join(wrong))
     turned = state.angles[0] / TURN * ratio
     typer.echo(f"It has turned by {turned:+.2f} turns.")
     whole = seconds >= _JOG_JUDGED and not interrupted.is_set()

@@ -21,6 +21,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive.messages import AxisState
 from vrg.hal.can.train import DriveTrain
+from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
@@ -77,10 +78,11 @@ def test_a_motor_that_hardly_turns_is_told() -> None:
     assert "asked for 1 turn/s for 0.6 s and has hardly turned" in str(done.exception)
 
 
+@pytest.mark.parametrize("fault", [False, True], ids=["", "with a fault"])
 @pytest.mark.parametrize("seconds", [0.5, 2.5])
 @pytest.mark.parametrize("at", [0, 1, 3], ids=["under way", "at the first order to arm", "at the third"])
 def test_a_jog_that_was_frozen_moves_nothing_when_it_goes_on(
-    lab: Simulation, monkeypatch: pytest.MonkeyPatch, seconds: float, at: int
+    lab: Simulation, monkeypatch: pytest.MonkeyPatch, seconds: float, at: int, fault: bool
 ) -> None:
     """Ctrl-Z or a closed lid, and then nobody may stand clear of the motor any more."""
     method = "arm" if at else "spin"
@@ -94,6 +96,9 @@ def test_a_jog_that_was_frozen_moves_nothing_when_it_goes_on(
             port.freeze()
             lab.clock.sleep(seconds + 0.1)
             turned.append(drives.drives[0].motor.position)
+            if fault:
+                error = FaultRequest(FaultKind.ERROR, 0.0, 0x1000)
+                drives.drives[0].receive(encode_fault(3, error), lab.clock.now())
             port.thaw()
         act(train, *arguments)
 
@@ -105,6 +110,7 @@ def test_a_jog_that_was_frozen_moves_nothing_when_it_goes_on(
     assert isinstance(done.exception, RobotError), done.output
     words = str(done.exception)
     assert re.search(r"this program did not run for \d\.\d s: its motors stay off", words), words
+    assert not fault or "CURRENT_LIMIT_VIOLATION" in words, words
 
 
 @pytest.mark.parametrize(

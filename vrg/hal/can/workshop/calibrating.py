@@ -207,9 +207,9 @@ def bring_up(train: DriveTrain, patience: float, interrupted: Callable[[], bool]
     refused: RobotError | None = None
     while not interrupted():
         state = train.state()
+        looked = look_again(train, looked)  # also where they were armed meanwhile, or a fault followed from that
         if state.fault:
             raise RobotError(f"{train.name}: {state.fault}")
-        looked = look_again(train, looked)  # also where they were armed meanwhile
         if state.armed:
             return True
         if looked > deadline:
