@@ -1,6 +1,8 @@
 """The command `vrg keys`."""
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,10 +14,11 @@ from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration
 from vrg.commands import node
 from vrg.commands.keys import seat_of
-from vrg.commands.page import open_page, reached_at
+from vrg.commands.page import encrypted, open_page, reached_at
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.games import GAMES
+from vrg.ui.web.admission import Admission, admission
 
 GAME = "sharks-and-minnows"
 
@@ -153,6 +156,25 @@ def test_the_sheet_has_a_link_for_each_player_that_the_page_admits(folder: Path,
         assert f"http://{reached_at('0.0.0.0')[0]}:" in text, "an address that other machines reach"
         assert "//0.0.0.0" not in text
         assert "//[::]" not in text
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        lambda page, _: replace(page, certificate="C"),
+        lambda page, _: replace(page, certificate=page.certificate[:200]),
+        lambda page, _: replace(page, private_key=""),
+        lambda page, other: replace(page, private_key=other.private_key),
+    ],
+    ids=["no certificate", "half a certificate", "no key", "the key of another"],
+)
+def test_a_broken_certificate_of_the_page_is_an_error_in_words(
+    tmp_path: Path, broken: Callable[[Admission, Admission], Admission]
+) -> None:
+    page, other = (encrypted(admission("127.0.0.1", 8080, ["ann"])) for _ in range(2))
+    (tmp_path / "page.json").write_text(broken(page, other).encoded())
+    with pytest.raises(ConfigError, match=r"page.json: expected a certificate and its private key: .*vrg keys sheet"):
+        open_page("127.0.0.1", None, ["ann"], keys=tmp_path)
 
 
 def test_a_sheet_for_another_match_changes_nothing(tmp_path: Path) -> None:

@@ -28,7 +28,7 @@ from vrg.files import read_text
 from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
-from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission
+from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission, tls_context
 
 EVERYWHERE = "0.0.0.0"
 """The address to listen on for all other machines."""
@@ -133,13 +133,18 @@ def known_page(keys: Path) -> Admission | None:
     """The tokens that `vrg keys sheet` has put into a folder of keys; None if there are none.
 
     Raises:
-        ConfigError: they cannot be read.
+        ConfigError: they, or the certificate with them, cannot be read.
     """
-    file = KeysFolder(keys).page
+    file, what = KeysFolder(keys).page, ""
     try:
-        return read_admission(read_text(file)) if file.exists() else None
+        page = read_admission(read_text(file)) if file.exists() else None
+        if page is not None and page.certificate:
+            what = "expected a certificate and its private key: "
+            validity(page.certificate.encode())
+            tls_context(page.certificate, page.private_key)
     except (OSError, ValueError) as error:
-        raise ConfigError(f"{file}: {error}: make new ones by `vrg keys init --replace`") from None
+        raise ConfigError(f"{file}: {what}{error}: remove it, and print new links by `vrg keys sheet`") from None
+    return page
 
 
 def print_links(page: Admission, console: Console) -> None:

@@ -6,8 +6,10 @@ A link carries its token in the fragment, which browsers do not send with reques
 import enum
 import hmac
 import secrets
+import ssl
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from tempfile import NamedTemporaryFile
 
 import msgspec
 
@@ -125,3 +127,20 @@ def read_admission(line: str) -> Admission:
         return msgspec.json.decode(line, type=Admission)
     except msgspec.MsgspecError:
         raise ValueError("expected the tokens of the page in one line of JSON, got something else") from None
+
+
+def tls_context(certificate: str, private_key: str) -> ssl.SSLContext:
+    """How a page is encrypted.
+
+    Args:
+        certificate, private_key: its own, in PEM.
+
+    Raises:
+        OSError: one of them is none, or they do not belong together.
+    """
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    with NamedTemporaryFile("w", suffix=".pem") as file:  # OpenSSL reads files only; this one is its owner's
+        file.write(certificate + private_key)
+        file.flush()
+        context.load_cert_chain(file.name)
+    return context

@@ -8,7 +8,6 @@ import ssl
 import threading
 from collections.abc import Awaitable, Callable
 from importlib.resources import files
-from tempfile import NamedTemporaryFile
 from typing import Final
 
 from aiohttp import web
@@ -18,6 +17,7 @@ from aiohttp.web import RequestPayloadError
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.bus.waiting_room import WaitingRoom
 from vrg.errors import LaunchError
+from vrg.ui.web.admission import tls_context
 from vrg.ui.web.headers import PAGE_HEADERS, foreign
 
 log = logging.getLogger(__name__)
@@ -135,7 +135,7 @@ class Site:
             handlers = runner.server
             assert handlers is not None
             try:
-                tls = _context(self._certificate, self._private_key) if self._certificate else None
+                tls = tls_context(self._certificate, self._private_key) if self._certificate else None
                 site = await self._loop.create_server(
                     lambda: _Greeting(self._waiting, handlers, tls) if tls else _Connection(self._waiting, handlers),
                     self._host,
@@ -207,20 +207,6 @@ class _Connection(web.RequestHandler):
         if self.transport is not None:
             self._room.leave(self.transport)
         super().connection_lost(exc)
-
-
-def _context(certificate: str, private_key: str) -> ssl.SSLContext:
-    """How the page is encrypted.
-
-    Raises:
-        OSError: the certificate, or its private key, is none.
-    """
-    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    with NamedTemporaryFile("w", suffix=".pem") as file:  # OpenSSL reads files only; this one is its owner's
-        file.write(certificate + private_key)
-        file.flush()
-        context.load_cert_chain(file.name)
-    return context
 
 
 def _file(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Response]]:
