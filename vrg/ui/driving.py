@@ -97,8 +97,13 @@ class Driving:
             self._commanded = self.mailbox.now
 
     def lapsed(self, rate: float) -> bool:
-        """True if the driven player has had no command for LEASE seconds of real time, so that it plays by itself."""
-        return self.player is not None and self.mailbox.now - self._commanded > LEASE * match_speed(rate)
+        """True if the driven player has had no command for LEASE seconds of real time, so that it plays by itself.
+
+        At a rate of 0 nobody knows how long that is: its lease alone ends.
+        """
+        if self.player is None or rate <= 0.0:
+            return False
+        return self.mailbox.now - self._commanded > LEASE * match_speed(rate)
 
     def give_back(self) -> None:
         """Let the player play by itself again, at once."""

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import pytest
 
@@ -159,7 +160,32 @@ def test_after_a_silence_what_is_still_held_does_not_drive_on(node, match, audie
         match.step(node, time, number)
     driven = [(manual.forward, manual.lease > 0) for manual in said(node)]
     assert driven == [(1.0, True), (1.0, True), (0.0, False), (0.0, True), (1.0, True)]
-    assert audience.released == [7, 7], "the page lets go, too, and then gives back"
+    assert audience.released == [7], "the page lets go, too, and then gives back"
+
+
+def test_a_page_that_lets_go_and_drives_again_at_once_is_not_released_again(node, match, audience):
+    """On a slow connection both come in one tick, and before them commands of hands that were not free yet."""
+    match.step(node, 5.0, 0)
+    drive = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+    for number, (time, wish) in enumerate(
+        [(5.05, drive), *((6.0 + 0.05 * late, drive) for late in range(6)), (6.3, replace(drive, given_back=("nemo",)))]
+    ):
+        audience.wish = wish
+        match.step(node, time, number)
+    assert audience.released == [7], "an answer to each of them would meet the next drive"
+    assert [manual.forward for manual in said(node)] == [1.0, 0.0, 1.0]
+
+
+def test_a_match_that_is_as_fast_as_possible_can_be_driven(keys, node, match, audience):
+    for number in range(3):
+        time = 100.0 * number
+        fast = m.Clock(time=time, tick=number, epoch=0, rate=0.0, estop=False)
+        match.say(node.mailbox, keys.clock, fast, time, number)
+        node.mailbox.handover(time)
+        audience.wish = Wishes(commands=(Command(7, "nemo", 1.0, 0.0),))
+        node.tick(Tick(time))
+    assert [manual.forward for manual in said(node)][-1] == 1.0
+    assert audience.released == []
 
 
 @pytest.mark.parametrize("held", [True, False], ids=["commands go on", "no command comes meanwhile"])

@@ -234,6 +234,16 @@ async def test_a_driver_drives_its_own_player_and_leaving_gives_it_back(server):
 
 
 @in_loop
+async def test_a_driver_that_gives_back_and_drives_again_at_once_has_let_go_in_between(server):
+    async with guest(server, token_of(server, "ann")) as driver:
+        await driver.say(t="drive", forward=0.1, turn=0.0)
+        await driver.say(t="give_back")
+        await driver.say(t="drive", forward=0.5, turn=0.0)
+        await until(lambda: server._commands.get("ann") == Command(ANY, "ann", 0.5, 0.0))
+        assert server.wishes() == Wishes(commands=(Command(ANY, "ann", 0.5, 0.0),), given_back=("ann",))
+
+
+@in_loop
 async def test_an_official_decides_and_hears_the_answer(server):
     async with guest(server, token_of(server, "official")) as official:
         await official.say(t="act", what="halt")

@@ -94,7 +94,8 @@ class WebNode(Node):
         self._numbers = itertools.count(1)
         self._asked: dict[str, int] = {}
         self._driven: dict[str, Driving] = {}
-        self._held: set[str] = set()
+        self._held: dict[str, int] = {}
+        """The players whose drivers must let go once, each with the guest that was told so; 0 while none was."""
 
     def start(self) -> None:
         """Open the port.
@@ -147,34 +148,38 @@ class WebNode(Node):
             self._decide(decision)
         for player in wishes.given_back:
             self._give_back(player)
-            self._held.discard(player)
+            self._held.pop(player, None)
         # No robot drives on by itself after a stop or a silence, be it of the page, the clock or this process: its
         # driver must let go once.
         stopped = self._scene.estop or not live
         for player, driving in self._driven.items():
             if driving.player is not None and (stopped or driving.lapsed(self._scene.rate)):
                 driving.give_back()
-                self._held.add(player)
+                self._held[player] = 0
         for command in wishes.commands:
             if stopped:
-                self._held.add(command.player)
+                self._held.setdefault(command.player, 0)
             elif not (command.forward or command.turn):
-                self._held.discard(command.player)
-            if command.player in self._held:
-                self._audience.tell(command.guest, LET_GO.format(command.player), released=True)
-            else:
+                self._held.pop(command.player, None)
+            if command.player not in self._held:
                 self._drive(command)
+            elif self._held[command.player] != command.guest:
+                # Once: on a slow connection the answer to a later command would meet hands that were free meanwhile.
+                self._release(command, LET_GO)
 
     def _drive(self, command: Command) -> None:
         player = command.player
         driving = self._driven.setdefault(player, Driving(self.mailbox, self._keys))
         status = self._scene.player(player)
         if driving.taken(player, manual=status is not None and status.manual):
-            self._held.add(player)
-            self._audience.tell(command.guest, TAKEN.format(player), released=True)
+            self._release(command, TAKEN)
         else:
             driving.take(player)
             driving.command(command.forward, command.turn, self._scene.rate)
+
+    def _release(self, command: Command, words: str) -> None:
+        self._held[command.player] = command.guest
+        self._audience.tell(command.guest, words.format(command.player), released=True)
 
     def _give_back(self, player: str) -> None:
         if player in self._driven:

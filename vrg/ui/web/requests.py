@@ -133,7 +133,7 @@ class Wishes:
     """The requests of people at pages since the last look.
 
     Args:
-        commands: the newest command for each player. given_back: players that play by themselves again.
+        commands: the newest command for each player. given_back: players that were given back, before that command.
         decisions: in their order.
     """
 

@@ -287,7 +287,6 @@ class WebServer(Site):
                 guest.news.set()
             case Drive(forward=forward, turn=turn):
                 with self._lock:
-                    self._given_back.pop(role.player, None)
                     self._commands[role.player] = Command(guest.number, role.player, forward, turn)
             case GiveBack():
                 self._leave_seat(role)
