@@ -24,6 +24,7 @@ from typing import Any, BinaryIO, Generic, Protocol, TypeVar
 import msgspec
 
 from vrg.errors import FileError
+from vrg.system import FILE_FLAGS, UNWAITED_FLAGS
 from vrg.types import printable
 
 log = logging.getLogger(__name__)
@@ -62,8 +63,8 @@ def opened(path: Path, most: int | None = None) -> BinaryIO:
     Raises:
         OSError: it cannot be opened, is no regular file, or has more bytes. Its `strerror` has the reason in words.
     """
-    # Without O_NONBLOCK a pipe that nobody writes would be waited for.
-    descriptor = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
+    # Otherwise a pipe that nobody writes would be waited for.
+    descriptor = os.open(path, os.O_RDONLY | UNWAITED_FLAGS | FILE_FLAGS)
     try:
         found = os.fstat(descriptor)
         if not stat.S_ISREG(found.st_mode):
@@ -228,7 +229,7 @@ def write_whole(path: Path, data: bytes, mode: int = 0o666) -> None:
     # Another process may write the same file; and nobody can put a link there before.
     partial = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
     try:
-        with open(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, mode), "wb") as file:
+        with open(os.open(partial, os.O_WRONLY | os.O_CREAT | os.O_EXCL | FILE_FLAGS, mode), "wb") as file:
             file.write(data)
         os.replace(partial, path)
     except OSError:

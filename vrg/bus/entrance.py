@@ -11,7 +11,6 @@ import asyncio
 import logging
 import os
 import random
-import resource
 import signal
 import socket
 import sys
@@ -23,6 +22,10 @@ from itertools import cycle
 
 from vrg.bus.hosts import host_of, port_of
 from vrg.bus.waiting_room import WaitingRoom
+from vrg.system import POSIX
+
+if POSIX:
+    import resource
 
 log = logging.getLogger(__name__)
 
@@ -77,8 +80,9 @@ def entrance(endpoint: str, behind: list[str]) -> Iterator[Callable[[], None]]:
     Raises:
         OSError: the endpoint is taken or cannot be listened on.
     """
-    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 2**16)), hard))  # two files for each connection
+    if POSIX:
+        soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, min(hard, 2**16)), hard))  # two files for each connection
     family, _, _, _, address = socket.getaddrinfo(host_of(endpoint), int(port_of(endpoint)), type=socket.SOCK_STREAM)[0]
     both = family is socket.AF_INET6 and address[0] == "::"
     with socket.create_server(address, family=family, backlog=_BACKLOG, dualstack_ipv6=both) as listening:

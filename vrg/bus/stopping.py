@@ -2,16 +2,24 @@
 
 import contextlib
 import logging
+import math
 import os
 import select
 import signal
+import socket
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import Protocol
 
+from vrg.system import POSIX
+
 log = logging.getLogger(__name__)
+
+_LOOK = 0.1
+"""The real time in s after which a signal is handled on Windows."""
 
 
 class StopSignal(Protocol):
@@ -28,21 +36,21 @@ class Stop:
     """A StopSignal that a signal handler may set.
 
     A handler interrupts the main thread at any point. If the main thread is just then inside a `threading.Event`'s own
-    `wait`, setting that event in the handler deadlocks. A pipe has no lock, so it can always be written to.
+    `wait`, setting that event in the handler deadlocks. A socket has no lock, so it can always be written to.
     """
 
     def __init__(self) -> None:
         self.signal: int | None = None
         self._set = False
-        self._reader, self._writer = os.pipe()
-        os.set_blocking(self._writer, False)
+        self._reader, self._writer = socket.socketpair()
+        self._writer.setblocking(False)
 
     def set(self, number: int | None = None) -> None:
         """Ask for the stop; `number` is the signal that asks for it, if it is one."""
         self._set = True
         self.signal = self.signal or number
         with contextlib.suppress(BlockingIOError):
-            os.write(self._writer, b".")
+            self._writer.send(b".")
 
     def is_set(self) -> bool:
         """True if it is time to stop."""
@@ -50,8 +58,12 @@ class Stop:
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait at most `timeout` seconds of real time until it is time to stop; return whether it is."""
-        if not self._set:
+        if POSIX and not self._set:
             select.select([self._reader], [], [], timeout)
+        deadline = time.monotonic() + (math.inf if timeout is None else timeout)
+        while not POSIX and not self._set and (left := deadline - time.monotonic()) > 0.0:
+            # A signal does not end a wait there; it is handled between two.
+            select.select([self._reader], [], [], min(left, _LOOK))
         return self._set
 
     @property
@@ -62,7 +74,7 @@ class Stop:
 
 @contextmanager
 def stop_on_signals() -> Iterator[Stop]:
-    """A Stop that SIGINT, SIGTERM and SIGHUP set. The former handlers are put back at the end.
+    """A Stop that SIGINT, SIGTERM and, but on Windows, SIGHUP set. The former handlers are put back at the end.
 
     SIGHUP comes when the terminal is closed. What is written to it from then on is lost, and is no error. A process
     that was started to outlive its terminal, as by nohup, ignores it.
@@ -70,12 +82,12 @@ def stop_on_signals() -> Iterator[Stop]:
     stop = Stop()
 
     def handle(number: int, _frame: FrameType | None) -> None:
-        if number == signal.SIGHUP:
+        if number not in (signal.SIGINT, signal.SIGTERM):
             _leave_terminal()
         stop.set(number)
 
     numbers = [signal.SIGINT, signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
+    if POSIX and signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
     before = {number: signal.signal(number, handle) for number in numbers}
     try:

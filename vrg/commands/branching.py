@@ -78,7 +78,7 @@ class ProcessBrancher:
         self.players: Sequence[str] = [player.name for player in setup.players]
         own = [player.strategy for player in setup.players]
         self.strategies: Sequence[str] = list(dict.fromkeys([*strategies_of(setup.game), *own]))
-        self.cannot = ""
+        self.cannot = "" if hasattr(os, "set_blocking") else "this needs Python 3.12 or later on Windows"
         try:
             last_instant(folder)
         except VrgError as error:

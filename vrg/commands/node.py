@@ -18,8 +18,9 @@ from vrg.commands.options import (
     exit_if_interrupted,
     whole_target,
 )
-from vrg.errors import ConfigError
+from vrg.errors import ConfigError, LaunchError
 from vrg.launch.serving import child_process, serve, serve_router
+from vrg.system import POSIX
 
 
 @dataclass(frozen=True)
@@ -106,6 +107,8 @@ def host() -> None:
         raise SystemExit("vrg node host is started by `vrg play` on the machines that a match file names")
     import platformdirs  # only this process of them has a place of its own
 
+    if not POSIX:
+        raise LaunchError("a machine with Windows cannot take part in a match over several machines")
     from vrg.launch.remote.agent import HostAgent
     from vrg.launch.remote.channel import Channel
     from vrg.launch.remote.wire import Frames, ToAgent

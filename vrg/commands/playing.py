@@ -175,9 +175,14 @@ def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
     files = [player.name for player in setup.players if setup.strategy_file(player.name) is not None]
     names = [name for name in files if in_process or not is_sealed(setup, name, seats=seats)]
     sealed = [name for name in files if name not in names]
-    how = "code is sealed only in processes of its own" if in_process else "--sandbox seals it"
     found = [_sealed(sealed)] if sealed else []
-    return found + ([f"{_unsealed(names)}; {how}"] if names else [])
+    if names:
+        from vrg.launch.sandbox.seal import missing
+
+        able = "code is sealed only in processes of its own" if in_process else "--sandbox seals it"
+        lacking = missing()
+        found.append(f"{_unsealed(names)}; {able if lacking is None else lacking.partition(': ')[0]}")
+    return found
 
 
 @contextmanager

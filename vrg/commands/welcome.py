@@ -3,6 +3,7 @@
 import os
 import select
 import signal
+import subprocess
 import sys
 import webbrowser
 from collections.abc import Sequence
@@ -13,6 +14,7 @@ import typer
 
 from vrg.commands.options import RunsOption
 from vrg.errors import ConfigError, LaunchError
+from vrg.system import POSIX
 
 if TYPE_CHECKING:
     from vrg.ui.edit.draft import Draft
@@ -105,14 +107,15 @@ def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "NextStep | None":
             if free_port(HOST, PORT) == port:
                 raise  # it is not that another page, begun at the same instant, was faster
     # The end of the terminal or of the session is an end like Ctrl-C: what is not saved is kept.
-    for number in (signal.SIGTERM, signal.SIGHUP):
+    for number in (signal.SIGTERM, *([signal.SIGHUP] if POSIX else [])):
         signal.signal(number, signal.default_int_handler)
     try:
         opened = has_browser() and webbrowser.open(server.ticket)
         typer.echo(f"{'the page is open in your browser' if opened else 'open this page in a browser'}: {server.link}")
-        typer.echo("Ctrl-C ends it" if opened else "or press ENTER to answer questions here; Ctrl-C ends both")
+        asks = POSIX and not opened  # Windows cannot look at the terminal without waiting for it
+        typer.echo("or press ENTER to answer questions here; Ctrl-C ends both" if asks else "Ctrl-C ends it")
         outcome = None
-        while outcome is None and not (not opened and _pressed()):
+        while outcome is None and not (asks and _pressed()):
             outcome = server.wait(_LOOKS)
     finally:
         server.stop()
@@ -135,4 +138,7 @@ def run(words: Sequence[str], runs: Path) -> None:
     command = [*words, "--runs", str(runs)]
     typer.echo(f"vrg {' '.join(words)}")
     sys.stdout.flush()
-    os.execv(sys.executable, [sys.executable, "-P", "-m", "vrg", *command])
+    again = [sys.executable, "-P", "-m", "vrg", *command]
+    if not POSIX:
+        raise typer.Exit(subprocess.call(again))  # there the terminal would not wait for it
+    os.execv(sys.executable, again)

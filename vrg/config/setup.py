@@ -27,6 +27,7 @@ from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.modules import module_in
 from vrg.regions import Region
 from vrg.registry import did_you_mean
+from vrg.system import POSIX
 
 if TYPE_CHECKING:
     from vrg.hal.settings import BackendSettings
@@ -187,7 +188,8 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
 
     def _is_strangers(self, file: Path) -> bool:
         try:
-            return not file.is_relative_to(Path(self.base).resolve()) or file.stat().st_uid != os.geteuid()
+            own = not POSIX or file.stat().st_uid == os.geteuid()
+            return not file.is_relative_to(Path(self.base).resolve()) or not own
         except OSError:
             return True
 

@@ -26,6 +26,7 @@ from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Call, Observation, RuleBook
 from vrg.errors import FileError, JournalError
 from vrg.files import decoded, opened
+from vrg.system import FILE_FLAGS
 
 log = logging.getLogger(__name__)
 
@@ -197,7 +198,7 @@ class EvidenceFile:
     written cuts off those of another one since the last record: its own record does not follow from them.
 
     Args:
-        path: the path of the file. Nothing is written before `open`. put: writes as `os.pwrite` does.
+        path: the path of the file. Nothing is written before `open`. put: writes as `vrg.system.write_at` does.
 
     Attributes:
         gap: True while what the referee decides by is not written.
@@ -226,7 +227,7 @@ class EvidenceFile:
             OSError: it cannot be opened or read.
             JournalError: it is of another version.
         """
-        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
+        self._file = os.open(self._path, os.O_RDWR | os.O_CREAT | FILE_FLAGS, 0o644)
         self._recorded = _START, 0
         with opened(self._path) as written:
             for number, piece in enumerate(_pieces(written)):

@@ -11,7 +11,6 @@ referee's tick. What was not announced before such a stall is announced when it 
 """
 
 import contextlib
-import fcntl
 import logging
 import os
 from collections.abc import Callable
@@ -29,6 +28,7 @@ from vrg.coordinator.match import Checkpoint
 from vrg.coordinator.rulebook import Observation
 from vrg.errors import FileError, JournalError
 from vrg.files import RECORDS_LIMIT, Records, decoded, opened, read_bytes, records_of
+from vrg.system import FILE_FLAGS, lock, write_at
 
 log = logging.getLogger(__name__)
 
@@ -104,15 +104,13 @@ class Journal:
         self._under_way: tuple[bytes, Future[None]] | None = None
         self._evidence = EvidenceFile(path.with_name(EVIDENCE_FILE), self._put)
         try:
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-            self._clock = os.open(_clock_file(path), os.O_RDWR | os.O_CREAT, 0o644)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | FILE_FLAGS, 0o644)
+            self._clock = os.open(_clock_file(path), os.O_RDWR | os.O_CREAT | FILE_FLAGS, 0o644)
         except OSError as error:
             raise JournalError(f"{path}: cannot be opened: {error}") from error
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
+        if not lock(self._file):
             self.close()
-            raise JournalError(f"{path}: another coordinator is writing it: stop that one first") from None
+            raise JournalError(f"{path}: another coordinator is writing it: stop that one first")
         try:
             self._end, self.last = self._load(header)
             self._evidence.open(self.last.n if self.last else 0)
@@ -149,7 +147,8 @@ class Journal:
         """The standing to go on from, with the clock of the newest tick; None in a new journal."""
         if self.last is None:
             return None
-        return _at_mark(self.last, os.pread(self._clock, CLOCK_WIDTH, 0))
+        os.lseek(self._clock, 0, os.SEEK_SET)
+        return _at_mark(self.last, os.read(self._clock, CLOCK_WIDTH))
 
     def append(self, time: float, stages: list[Stage], calls: list[Call], standing: Checkpoint) -> None:
         """Begin to write a change; `settled` is True when it is on disk. One is written at a time.
@@ -224,8 +223,8 @@ class Journal:
             raise JournalError(f"{self.path}: cannot be written: {error.strerror}: free some space") from error
 
     def _put(self, file: int, data: bytes, at: int) -> int:
-        """Write into the file of the journal or of the evidence, as `os.pwrite` does."""
-        return os.pwrite(file, data, at)
+        """Write into the file of the journal or of the evidence, as `write_at` does."""
+        return write_at(file, data, at)
 
     def _sync(self) -> None:
         """Wait until what was written is on disk.
@@ -263,7 +262,7 @@ class Journal:
 
         def write() -> None:
             try:
-                os.pwrite(self._clock, _json.encode(mark).ljust(CLOCK_WIDTH), 0)
+                write_at(self._clock, _json.encode(mark).ljust(CLOCK_WIDTH), 0)
             except OSError as error:
                 log.debug("%s.clock: %s", self.path, error)
 

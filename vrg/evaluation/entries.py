@@ -17,6 +17,7 @@ from msgspec import Struct, structs
 from vrg.errors import ConfigError
 from vrg.evaluation.contenders import short
 from vrg.games import is_strategy_file
+from vrg.system import FILE_FLAGS, POSIX, UNWAITED_FLAGS
 from vrg.types import printable
 
 LARGEST: Final = 4_000_000
@@ -127,7 +128,7 @@ def _read_folder(path: Path, source: Source) -> Source | None:
         raise ConfigError(
             f"{source.name}: expected the strategy in {source.entry}.py, or in the only file, found {found}"
         )
-    for place, folders, names, handle in os.fwalk(path, follow_symlinks=False):
+    for place, folders, names, *handle in os.fwalk(path) if POSIX else os.walk(path):
         folders[:] = sorted(name for name in folders if name[:1] != "." and name != "__pycache__")
         seen += len(folders) + len(names)
         if seen > MOST:
@@ -136,7 +137,7 @@ def _read_folder(path: Path, source: Source) -> Source | None:
             own = os.path.relpath(os.path.join(place, name), path)
             if len(os.fsencode(own)) > LONGEST:
                 raise ConfigError(f"{source.name}: expected paths of at most {LONGEST} bytes in it, found a longer one")
-            data = _read(name, left, handle)
+            data = _read(name, left, handle[0] if handle else Path(place))
             left -= len(data)
             files[own] = data
     return structs.replace(source, files=files, main=named[0])
@@ -161,8 +162,8 @@ def _read(name: str, most: int, folder: Path | int) -> bytes:
     if not stat.S_ISREG(kind):
         what = "a link" if stat.S_ISLNK(kind) else "none"
         raise ConfigError(f"{printable(name)}: expected a file, found {what}: put the file itself there")
-    # Another thing may have taken the place of the file just now; without O_NONBLOCK a pipe would be waited for.
-    descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, dir_fd=handle)
+    # Another thing may have taken the place of the file just now; a pipe would be waited for.
+    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | UNWAITED_FLAGS | FILE_FLAGS, dir_fd=handle)
     with open(descriptor, "rb") as file:
         if not stat.S_ISREG(os.fstat(descriptor).st_mode):
             raise ConfigError(f"{printable(name)}: expected a file, and it was replaced by something else just now")

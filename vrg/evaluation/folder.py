@@ -1,6 +1,5 @@
 """The folder of an experiment: its definition, its matches, the record of its games, and what is made of them."""
 
-import fcntl
 import os
 import shlex
 from pathlib import Path
@@ -18,6 +17,7 @@ from vrg.files import RECORDS_LIMIT, decoded, read_bytes, records_of, write_whol
 from vrg.launch.change import Branch, Change, kept
 from vrg.launch.keeping import keep
 from vrg.launch.run_folder import RunFolder, delete
+from vrg.system import lock
 
 R = TypeVar("R", bound=Struct)
 
@@ -58,15 +58,14 @@ class ExperimentFolder:
             self._check()
             path.mkdir(parents=True, exist_ok=True)
             self._file = (path / "games.jsonl").open("ab", buffering=0)
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if not lock(self._file):
+                raise LaunchError(f"{path}: another process plays these games: wait for it, or choose another --output")
             write_whole(self._definition, msgspec.json.format(_json.encode(definition)) + b"\n")
             self.rows = self._load()
             delete(self.playing)
-        except BlockingIOError:
+        except LaunchError:
             self.close()
-            raise LaunchError(
-                f"{path}: another process plays these games: wait for it, or choose another --output"
-            ) from None
+            raise
         except OSError as error:
             self.close()
             raise LaunchError(f"{path}: cannot be used: {error.strerror}: choose another --output") from None

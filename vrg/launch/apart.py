@@ -124,7 +124,7 @@ class StrategyApart(RemoteStrategy):
         (run.logs / f"{name}.json").touch()
         with (run.logs / f"{name}.log").open("ab") as log:
             self._process = server.run(__name__, (), log)
-        self._pipe = Connection(self._process.stream.detach())
+        self._pipe = self._process.connection()
         self._mode = "-"
         self._known: RobotModel | None = None
         self._sent: View | None = None

@@ -1,9 +1,9 @@
 """Bounds for code that a student has written: memory, output, and the time of a decision."""
 
+import _thread
 import contextlib
 import faulthandler
 import os
-import resource
 import signal
 import sys
 import threading
@@ -11,13 +11,17 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any, TextIO
+from typing import Any, Final, TextIO
 
 import psutil
 
 from vrg.blame import DecisionTimeoutError, OutputFloodError, place_of_frame
 from vrg.bus.stopping import StopSignal
 from vrg.errors import StrategyError
+from vrg.system import POSIX, bound_processor_time
+
+if POSIX:
+    import resource
 
 OUTPUT_LIMIT = 2_000_000
 """The number of characters that may be printed within OUTPUT_WINDOW."""
@@ -37,12 +41,14 @@ _ALLOWED = 100_000
 _TOLD = ("/proc/self/io", "/proc/thread-self/children")
 _LOOK = 0.25
 """The real time in s between two looks at whether a decision goes on."""
+_ALARM: Final = signal.SIGALRM if POSIX else signal.SIGABRT
+"""The signal that lets the main thread look. Windows has none for it; of those that it has nothing else sends this."""
 
 
 class MemoryBound:
     """Lets this process get so much more memory than it has, and not more; who asks for it gets a MemoryError.
 
-    A context manager. macOS accepts the bound and does not keep it.
+    A context manager. macOS accepts the bound and does not keep it; on Windows there is none.
 
     Args:
         megabytes: so much more.
@@ -50,7 +56,7 @@ class MemoryBound:
 
     def __init__(self, megabytes: int) -> None:
         self._more = megabytes * 1_000_000
-        self._before = resource.getrlimit(resource.RLIMIT_DATA)
+        self._before = resource.getrlimit(resource.RLIMIT_DATA) if POSIX else (0, 0)
 
     def __enter__(self) -> "MemoryBound":
         self.begin()
@@ -61,6 +67,8 @@ class MemoryBound:
 
     def begin(self) -> None:
         """Bound it from now on, by what the process has now."""
+        if not POSIX:
+            return
         _, hard = self._before
         wanted = getattr(psutil.Process().memory_info(), "data", 0) + self._more
         soft = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
@@ -68,7 +76,8 @@ class MemoryBound:
 
     def lift(self) -> None:
         """Bound it no more. This itself needs no memory."""
-        resource.setrlimit(resource.RLIMIT_DATA, self._before)
+        if POSIX:
+            resource.setrlimit(resource.RLIMIT_DATA, self._before)
 
 
 class BoundedOutput:
@@ -119,13 +128,15 @@ def printing_to(stream: BoundedOutput) -> Iterator[None]:
 def say_where_on_request() -> None:
     """Let this process write to its log where it is when it gets SIGUSR1, even in an endless loop, or crashes."""
     faulthandler.enable()
-    faulthandler.register(signal.SIGUSR1)
+    if POSIX:
+        faulthandler.register(signal.SIGUSR1)
 
 
 class DecisionAlarm:
     """Ends a decision that takes too long, or that goes on when the match is to stop; a context manager.
 
-    Signals do it. A thread ends the program where the decision has had them ignored.
+    Signals do it, of a timer or, on Windows, of a thread, which cannot interrupt a decision with a loop in C code. The
+    thread ends the program where the decision has had them ignored.
 
     Only the main thread can be interrupted, so in another thread nothing is bounded. A timer (ITIMER_REAL) that this
     program has set goes on at the end; one of processor time (ITIMER_VIRTUAL) is cleared.
@@ -146,28 +157,30 @@ class DecisionAlarm:
 
     def __enter__(self) -> "DecisionAlarm":
         if self._works:
-            self._before = signal.signal(signal.SIGALRM, self._look)
-            self._timer = signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
-            self._bound(_STUCK)
-            # It tells where it was, and then ends.
-            faulthandler.register(signal.SIGVTALRM, file=sys.__stderr__ or 2, all_threads=False, chain=True)
+            self._before = signal.signal(_ALARM, self._look)
+            self._timer = self._tick(_LOOK, _LOOK)
+            bound_processor_time(_STUCK)
+            if POSIX:
+                # It tells where it was, and then ends.
+                faulthandler.register(signal.SIGVTALRM, file=sys.__stderr__ or 2, all_threads=False, chain=True)
             self._watch()
         return self
 
     def __exit__(self, *_: object) -> None:
         self._over.set()
         if self._works:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
-            signal.signal(signal.SIGALRM, self._before)  # type: ignore[arg-type]
-            signal.setitimer(signal.ITIMER_REAL, *self._timer)
-            self._bound(0.0)
-            faulthandler.unregister(signal.SIGVTALRM)
+            self._tick(0.0)
+            signal.signal(_ALARM, self._before)  # type: ignore[arg-type]
+            self._tick(*self._timer)
+            bound_processor_time(0.0)
+            if POSIX:
+                faulthandler.unregister(signal.SIGVTALRM)
 
     def rearm(self) -> None:
         """Set the timers in a copy of this process, which has none of them."""
         if self._works:
-            signal.setitimer(signal.ITIMER_REAL, _LOOK, _LOOK)
-            self._bound(_STUCK)
+            self._tick(_LOOK, _LOOK)
+            bound_processor_time(_STUCK)
             self._watch()
 
     def begin(self) -> None:
@@ -179,9 +192,9 @@ class DecisionAlarm:
         self._deciding = False
 
     @staticmethod
-    def _bound(seconds: float) -> None:
-        """Let the kernel end this process after so much processor time; 0 for never."""
-        signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    def _tick(seconds: float, period: float = 0.0) -> tuple[float, float]:
+        """Let the kernel send the alarm, and return the timer before; on Windows the thread sends it."""
+        return signal.setitimer(signal.ITIMER_REAL, seconds, period) if POSIX else (0.0, 0.0)
 
     def _watch(self) -> None:
         """Watch in a thread of its own whether signals still end a decision."""
@@ -191,6 +204,8 @@ class DecisionAlarm:
     def _guard(self, over: threading.Event, main: int) -> None:
         decision = looks = 0
         while not over.wait(_LOOK):
+            if not POSIX:
+                _thread.interrupt_main(_ALARM)
             looks = looks + 1 if self._deciding and decision == self._decisions else 0
             decision = self._decisions
             if looks * _LOOK >= _STUCK:
@@ -202,7 +217,7 @@ class DecisionAlarm:
     def _look(self, _number: int, frame: FrameType | None) -> None:
         # Signals are handled, so nothing is stuck. Setting the kernel's timer for each decision would cost more than
         # many decisions take.
-        self._bound(_STUCK)
+        bound_processor_time(_STUCK)
         if not self._deciding:
             return
         # Looks are counted, not seconds, because a computer that slept is no fault of the strategy's.

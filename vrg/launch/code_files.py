@@ -2,12 +2,15 @@
 
 import ast
 import functools
-import pwd
 from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from vrg.files import TEXT_LIMIT, read_bytes
 from vrg.modules import module_in
+from vrg.system import POSIX
+
+if POSIX:
+    import pwd
 
 DECLARED = "FILES"
 """The name of the list at the top of a module in which it names the files beside it that it reads."""
@@ -77,4 +80,5 @@ def _may_be_named(folder: Path, name: str) -> bool:
 
 @functools.cache
 def _homes() -> set[Path]:
-    return {Path(user.pw_dir).resolve() for user in pwd.getpwall()}
+    found = [user.pw_dir for user in pwd.getpwall()] if POSIX else [Path.home()]
+    return {Path(home).resolve() for home in found}

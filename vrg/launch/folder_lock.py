@@ -5,7 +5,6 @@ can be distinguished from one that is in use.
 """
 
 import contextlib
-import fcntl
 import logging
 import os
 import signal
@@ -14,8 +13,8 @@ import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
 
+from vrg import system
 from vrg.errors import LaunchError
 from vrg.launch.run_folder import delete
 
@@ -32,7 +31,10 @@ _BOOT = Path("/proc/sys/kernel/random/boot_id")
 
 def this_machine() -> str:
     """The identity of this machine since it was started, among others that may share its folders."""
-    boot = _BOOT.read_text(encoding="ascii").strip() if _BOOT.exists() else "-"
+    try:
+        boot = _BOOT.read_text(encoding="ascii").strip()
+    except OSError:
+        boot = "-"
     return f"{socket.gethostname()} {boot}"
 
 
@@ -48,7 +50,7 @@ def folder_lock(folder: Path) -> Iterator[None]:
     path = folder / NAME
     with path.open("a+", encoding="utf-8") as lock:
         deadline = time.monotonic() + KILL_TIMEOUT
-        while not _locked(lock):
+        while not system.lock(lock):
             lock.seek(0)
             number, _, machine = lock.read().strip().partition(" ")
             if machine and machine != this_machine():
@@ -75,10 +77,11 @@ def folder_lock(folder: Path) -> Iterator[None]:
 def keys_lock(folder: Path) -> Iterator[None]:
     """Own a new folder of keys, which others delete once this process is gone."""
     # The lock is held before it has its name: another launcher may look for abandoned folders just now.
-    unnamed = folder / f"{KEYS_LOCK}.new"
+    unnamed = folder / (f"{KEYS_LOCK}.new" if system.POSIX else KEYS_LOCK)  # Windows does not rename what is open
     with unnamed.open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        unnamed.rename(folder / KEYS_LOCK)
+        system.lock(lock, wait=True)
+        if system.POSIX:
+            unnamed.rename(folder / KEYS_LOCK)
         yield
 
 
@@ -87,7 +90,7 @@ def delete_abandoned_keys(folders: Iterable[Path]) -> None:
     for folder in folders:
         # A folder without a lock is being made, or is no such folder; only this user's can be opened or deleted.
         with contextlib.suppress(OSError), (folder / KEYS_LOCK).open("r+") as lock:
-            if not folder.is_symlink() and _locked(lock):
+            if not folder.is_symlink() and system.lock(lock):
                 log.info("deleting %s, whose process is gone", folder)
                 delete(folder)
 
@@ -111,16 +114,8 @@ def sweep(home: Path, older_than: float) -> None:
             if folder.stat().st_mtime > older_than:
                 continue
             with (folder / NAME).open("a+", encoding="utf-8") as lock:
-                if _locked(lock):
+                if system.lock(lock):
                     log.info("deleting %s, which was not fetched", folder)
                     delete(folder)
         except OSError as error:
             log.debug("%s: %s", folder, error)
-
-
-def _locked(lock: TextIO) -> bool:
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True

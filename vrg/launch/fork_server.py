@@ -17,12 +17,17 @@ import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 import psutil
 
 from vrg.bus.stopping import StopSignal
+from vrg.errors import LaunchError
 from vrg.launch import forking
+from vrg.system import POSIX, end_group
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 UNKNOWN_STATUS = 255
 """The exit status that is assumed for a process whose end was not seen, because the server died before it."""
@@ -45,9 +50,22 @@ class Child(ABC):
         pid: its process id. stream: the other end of its standard input. It ends once this is closed.
     """
 
-    def __init__(self, pid: int, stream: socket.socket) -> None:
+    def __init__(self, pid: int, stream: socket.socket | IO[bytes]) -> None:
         self.pid = pid
         self.stream = stream
+
+    def connection(self) -> "Connection":
+        """The other end of its standard input, by which it answers, too; `stream` is it no longer.
+
+        Raises:
+            LaunchError: on Windows it cannot answer.
+        """
+        if not isinstance(self.stream, socket.socket):
+            self.kill()
+            raise LaunchError("strategies and games in processes that answer need Linux or macOS")
+        from multiprocessing.connection import Connection  # noqa: PLC0415 - most processes do not answer so
+
+        return Connection(self.stream.detach())
 
     @abstractmethod
     def poll(self) -> int | None:
@@ -58,7 +76,7 @@ class Child(ABC):
         """Send it a signal, if it still runs."""
 
     def kill(self) -> None:
-        """Send it SIGKILL. What it has started ends with it."""
+        """Kill it, if it still runs. What it has started ends with it."""
         self.send_signal(signal.SIGKILL)
 
     def wait(self, timeout: float) -> bool:
@@ -140,14 +158,22 @@ class ForkServer:
         Raises:
             OSError: it cannot be started.
         """
+        # With -P, a folder `vrg` or a file `random.py` in the working directory does not hide this package or the
+        # library's module.
+        command = [sys.executable, "-P", "-m", module, *arguments]
+        if not POSIX:
+            # Ctrl-C reaches no other group.
+            group = getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0)
+            process = subprocess.Popen(
+                command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT, bufsize=0, creationflags=group
+            )
+            assert process.stdin is not None
+            return Spawned(process, process.stdin)
         ours, theirs = socket.socketpair()
         with theirs:
             pid = self._fork([module, *arguments], theirs, log) if forked else None
             if pid is not None:
                 return _Forked(self, pid, ours)
-            # With -P, a folder `vrg` or a file `random.py` in the working directory does not hide this package or the
-            # library's module.
-            command = [sys.executable, "-P", "-m", module, *arguments]
             try:
                 process = subprocess.Popen(
                     command, stdin=theirs.fileno(), stdout=log, stderr=subprocess.STDOUT, start_new_session=True
@@ -265,7 +291,7 @@ class _Forked(Child):
             self._status = self._server.status(self.pid)
             if self._status is None and not self._server.alive:
                 self._status = UNKNOWN_STATUS
-                forking.end_group(self.pid)
+                end_group(self.pid)
         if self._status is not None and self._handle >= 0:
             os.close(self._handle)
             self._handle = -1
@@ -277,7 +303,7 @@ class _Forked(Child):
             with contextlib.suppress(ProcessLookupError):
                 signal.pidfd_send_signal(self._handle, number)
             if number == signal.SIGKILL and not self._server.alive:
-                forking.end_group(self.pid)
+                end_group(self.pid)
 
     def rest(self) -> None:
         """Let a moment pass, or less if it ends before."""
@@ -292,7 +318,7 @@ class _Forked(Child):
 class Spawned(Child):
     """A process with an interpreter of its own. When it ends, its group does."""
 
-    def __init__(self, process: "subprocess.Popen[bytes]", stream: socket.socket) -> None:
+    def __init__(self, process: "subprocess.Popen[bytes]", stream: socket.socket | IO[bytes]) -> None:
         super().__init__(process.pid, stream)
         self._process = process
 
@@ -301,13 +327,15 @@ class Spawned(Child):
         running = self._process.returncode is None
         status = self._process.poll()
         if running and status is not None:
-            forking.end_group(self.pid)
+            end_group(self.pid)
         return status
 
     def send_signal(self, number: int) -> None:
-        """Send it a signal, if it still runs; SIGKILL to its whole group."""
+        """Send it a signal, if it still runs."""
         if self.poll() is None:
-            if number == signal.SIGKILL:
-                forking.end_group(self.pid)
-            else:
-                self._process.send_signal(number)
+            self._process.send_signal(number)
+
+    def kill(self) -> None:
+        """Kill it and its whole group, if it still runs."""
+        if self.poll() is None:
+            end_group(self.pid)

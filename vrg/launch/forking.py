@@ -27,6 +27,8 @@ import traceback
 from collections.abc import Iterator
 from typing import NoReturn
 
+from vrg.system import end_group
+
 PRELOADED = (
     "vrg.launch.child",
     "vrg.agents.player",
@@ -122,12 +124,6 @@ def _reap(children: set[int]) -> Iterator[tuple[int, int]]:
         if ended.si_pid in children:
             children.discard(ended.si_pid)
             yield ended.si_pid, status
-
-
-def end_group(pid: int) -> None:
-    """Kill the group of a process, if there is any of it."""
-    with contextlib.suppress(ProcessLookupError, PermissionError):
-        os.killpg(pid, signal.SIGKILL)
 
 
 def _end_strays(children: set[int]) -> None:

@@ -1,6 +1,7 @@
 """One process that the supervisor started."""
 
 import contextlib
+import os
 import signal
 import time
 from dataclasses import dataclass, field, replace
@@ -14,6 +15,7 @@ from vrg.launch import child
 from vrg.launch.fork_server import Child, ForkServer
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.strikes import Strikes
+from vrg.system import POSIX
 
 STOP_TIMEOUT = 5.0
 """The real time in s from SIGTERM to SIGKILL."""
@@ -145,7 +147,7 @@ class ManagedProcess:
         if self.spec.secret:
             # One that has ended already is seen to have.
             with contextlib.suppress(OSError):
-                self._process.stream.sendall(f"{self.spec.secret}\n".encode())
+                os.write(self._process.stream.fileno(), f"{self.spec.secret}\n".encode())
 
     def stuck(self, now: float) -> str | None:
         """The reason, in words, why a process that is not ready will never be; None as long as it makes progress.
@@ -210,7 +212,8 @@ class ManagedProcess:
     def ask_where(self) -> None:
         """Ask a player that runs where it is in the student's code; then look at `place`."""
         self._dump_begins = self.log.size
-        self._signal(signal.SIGUSR1)
+        if POSIX:
+            self._signal(signal.SIGUSR1)
 
     @property
     def place(self) -> str:
@@ -231,13 +234,17 @@ class ManagedProcess:
 
     def kill(self) -> None:
         """Kill a child that hangs; `pid` tells when it has ended. SIGKILL also ends a process that is stopped."""
-        self._signal(signal.SIGKILL)
+        if self._process is not None:
+            self._process.kill()
 
     def terminate(self) -> None:
         """Ask the child to stop."""
-        self._signal(signal.SIGTERM)
-        # A process that is stopped gets the request only when it runs again.
-        self._signal(signal.SIGCONT)
+        if POSIX:
+            self._signal(signal.SIGTERM)
+            # A process that is stopped gets the request only when it runs again.
+            self._signal(signal.SIGCONT)
+        elif self._process is not None:
+            self._process.stream.close()  # the end of its leash; SIGTERM would end it at once
 
     def _signal(self, number: int) -> None:
         if self._process is not None:

@@ -1,6 +1,5 @@
 """The list of the matches that run on this machine, so that `vrg official halt` needs no address."""
 
-import fcntl
 import json
 import logging
 import socket
@@ -9,10 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Final, TextIO
+from typing import Final
 
 from vrg.errors import ConfigError
 from vrg.registry import did_you_mean
+from vrg.system import POSIX, lock
 
 log = logging.getLogger(__name__)
 
@@ -61,23 +61,24 @@ def registered(match: RunningMatch) -> Iterator[None]:
     then name its address.
     """
     path = _folder() / f"{match.match}-{match.pid}.json"
-    unfinished = path.with_suffix(".new")
+    unfinished = path.with_suffix(".new") if POSIX else path  # Windows neither renames nor deletes what is open
     entry = None
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         entry = unfinished.open("w", encoding="utf-8")
-        fcntl.flock(entry, fcntl.LOCK_EX)
+        lock(entry, wait=True)
         json.dump(asdict(match), entry)
         entry.flush()
-        unfinished.replace(path)
+        if POSIX:
+            unfinished.replace(path)
     except OSError as error:
         log.warning("commands will not find this match by themselves: %s", error)
     try:
         yield
     finally:
         if entry is not None:
-            path.unlink(missing_ok=True)
             entry.close()
+            path.unlink(missing_ok=True)
 
 
 def running() -> list[RunningMatch]:
@@ -86,22 +87,13 @@ def running() -> list[RunningMatch]:
     for path in sorted(_folder().glob("*.json")):
         try:
             with path.open(encoding="utf-8") as entry:
-                if _is_abandoned(entry):
-                    path.unlink(missing_ok=True)
-                    continue
-                matches.append(RunningMatch(**json.load(entry)))
+                if not (abandoned := lock(entry, shared=True)):
+                    matches.append(RunningMatch(**json.load(entry)))
+            if abandoned:
+                path.unlink(missing_ok=True)
         except (OSError, ValueError, TypeError, RecursionError):
             continue
     return matches
-
-
-def _is_abandoned(entry: TextIO) -> bool:
-    """True if no launcher holds the entry's lock."""
-    try:
-        fcntl.flock(entry, fcntl.LOCK_SH | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    return True
 
 
 def find(match: str | None, router: str | None, default_router: str) -> tuple[str, str]:

@@ -4,7 +4,6 @@ import json
 import logging
 import os
 import select
-import signal
 import sys
 import threading
 import time
@@ -33,6 +32,7 @@ from vrg.launch import nodes
 from vrg.launch.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.running import gone
+from vrg.system import POSIX, bound_processor_time
 
 if TYPE_CHECKING:
     from vrg.ui.window_node import WindowNode
@@ -303,9 +303,9 @@ def _hold_leash(stop: Stop) -> None:
     held = True
     while held:
         # Code that never gives up the interpreter's lock keeps this thread from running. Then the kernel ends it all.
-        signal.setitimer(signal.ITIMER_VIRTUAL, STUCK)
+        bound_processor_time(STUCK)
         held = _held()
-    log.info("stopping: the supervisor is gone")
+    log.info("stopping: the supervisor %s", "is gone" if POSIX else "is gone, or has asked for it")
     stop.set()
     # A node that is stuck, in a student's endless loop say, never looks at `stop`, and no process is left to kill it.
     time.sleep(LEASH_TIMEOUT)
@@ -313,9 +313,12 @@ def _hold_leash(stop: Stop) -> None:
 
 
 def _held() -> bool:
-    """Wait a second, or until the leash is let go; return whether it is still held."""
+    """Wait a second, or until the leash is let go; return whether it is still held.
+
+    On Windows the leash is a pipe, which cannot be waited for.
+    """
     try:
-        return not select.select([0], [], [], 1.0)[0] or bool(os.read(0, 64))
+        return (POSIX and not select.select([0], [], [], 1.0)[0]) or bool(os.read(0, 64))
     except OSError:
         return False  # it was closed in this process
 

@@ -18,6 +18,7 @@ from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes import strategy_class, strategy_of
 from vrg.launch.run_folder import RunFolder, scratch_folder
 from vrg.launch.sandbox.seal import missing
+from vrg.system import POSIX
 
 LOADING_TIMEOUT: Final = 20.0
 """The real time in s that a strategy may take to be imported and made."""
@@ -26,9 +27,10 @@ LOADING_TIMEOUT: Final = 20.0
 def untried() -> str | None:
     """Why strategies of files are not tried on this machine, in words; None if they are.
 
-    A Linux that cannot seal does not import them. On other systems they are imported, in processes of their own.
+    A Linux that cannot seal does not import them. On macOS they are imported, in processes of their own; on Windows
+    these could not answer.
     """
-    lacking = missing() if sys.platform == "linux" else None
+    lacking = missing() if sys.platform == "linux" or not POSIX else None
     return None if lacking is None else f"the strategies of files were not imported: {lacking.partition(': ')[0]}"
 
 

@@ -6,7 +6,6 @@ else, such as a clock, a file, an identifier of the process or a thread, differs
 """
 
 import contextlib
-import fcntl
 import gc
 import os
 import signal
@@ -16,6 +15,10 @@ from multiprocessing.connection import Connection, Pipe
 from typing import Final, NoReturn, Self
 
 from vrg.errors import LaunchError
+from vrg.system import POSIX
+
+if POSIX:
+    import fcntl
 
 PATIENCE: Final = 60.0
 """The real time in s for which the match waits for its copy."""
@@ -33,10 +36,12 @@ class Verification:
         copied: called in each copy, which has the memory of the match, but not its timers.
 
     Raises:
-        LaunchError: by the call, where the two differ.
+        LaunchError: by the call, where the two differ; or this is not Linux.
     """
 
     def __init__(self, digested: Digested | None, copied: Callable[[], None]) -> None:
+        if not hasattr(os, "memfd_create"):
+            raise LaunchError("a match can be played twice at once on Linux alone: leave --verify out")
         self._digested, self._copied = digested, copied
         self._copy: tuple[int, Connection] | None = None
         self._answer: Connection | None = None

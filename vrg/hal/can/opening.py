@@ -1,7 +1,6 @@
 """Opens a bus by python-can, whatever adapter it is, and describes in words what keeps it from being opened."""
 
 import errno
-import fcntl
 import inspect
 import json
 import logging
@@ -10,7 +9,6 @@ import socket
 import struct
 import subprocess
 import sys
-import termios
 from collections.abc import Mapping
 from typing import Any
 
@@ -21,6 +19,11 @@ from vrg.hal.can.link import SERIAL_INTERFACES, Link
 from vrg.hal.can.sending import ASSUMED_BIT_RATE, FRAME_BITS
 from vrg.hal.can.troubles import errno_of
 from vrg.registry import expected_one_of
+from vrg.system import POSIX, UNWAITED_FLAGS, lock
+
+if POSIX:
+    import fcntl
+    import termios
 
 log = logging.getLogger(__name__)
 
@@ -86,6 +89,8 @@ def takes_fd(link: Link) -> bool:
     """True if CAN FD frames may be sent on a bus."""
     if link.interface != "socketcan":
         return bool(link.adapter.get("fd", link.interface in _ALWAYS_FD))
+    if not POSIX:
+        return False
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as any_socket:
         try:
             answer = fcntl.ioctl(any_socket, _SIOCGIFMTU, _IFREQ.pack(link.channel.encode(), 0))
@@ -119,21 +124,27 @@ def _timing(table: Mapping[str, Any]) -> can.BitTiming | can.BitTimingFd:
 def _claim_port(link: Link) -> int | None:
     """Lock a serial port before anything is written to it; the descriptor that holds the lock.
 
+    Windows itself opens a serial port for one program alone.
+
     Raises:
         RobotError: another process has it.
     """
+    if not POSIX:
+        return None
     path = link.channel.partition("@")[0]
     try:
-        port = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+        port = os.open(path, os.O_RDWR | UNWAITED_FLAGS)
     except OSError as error:
         if error.errno == errno.EBUSY:
             raise RobotError(f"{link}: {_in_use(link)}") from None
         return None  # python-can says better why it cannot be opened
     try:
-        fcntl.flock(port, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        free = lock(port)
     except OSError:
+        free = False
+    if not free:
         os.close(port)
-        raise RobotError(f"{link}: {_in_use(link)}") from None
+        raise RobotError(f"{link}: {_in_use(link)}")
     return port
 
 

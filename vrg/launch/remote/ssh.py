@@ -14,6 +14,7 @@ from vrg.config.files import Machine
 from vrg.errors import LaunchError
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.wire import BANNER, Frames, ToLauncher
+from vrg.system import POSIX
 
 SSH = "VRG_SSH"
 """The environment variable that holds the command for ssh, if it is not `ssh`."""
@@ -66,8 +67,10 @@ def command_for(machine: Machine, what: str) -> list[str]:
     """The command that runs a command of `vrg` on another machine.
 
     Raises:
-        LaunchError: the environment names no command for ssh.
+        LaunchError: the environment names no command for ssh; or this is Windows.
     """
+    if not POSIX:
+        raise LaunchError("a match on Windows cannot use other machines: play it with --here")
     return [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} {what}"]
 
 

@@ -101,7 +101,12 @@ def serve(main: Callable[[Sequence[str]], int]) -> int:
 
     Args:
         main: runs it, in a process of its own; its arguments are the word `away`, and the folder for its files.
+
+    Raises:
+        LaunchError: this is not Linux.
     """
+    if not hasattr(os, "pidfd_open"):
+        raise LaunchError("strategies run for matches elsewhere on Linux alone: use a machine that has it")
     home = tempfile.mkdtemp(prefix="vrg-strategy-")
     pid = os.fork()
     if pid == 0:

@@ -7,7 +7,6 @@ starts, and code in an unsealed thread of the same process could be made to work
 import ctypes
 import os
 import platform
-import resource
 import struct
 import sys
 from pathlib import Path
@@ -18,6 +17,10 @@ from vrg.launch.sandbox.bpf import Instruction, program_bytes
 from vrg.launch.sandbox.policy import Policy
 from vrg.launch.sandbox.seccomp import program, rules
 from vrg.launch.sandbox.syscalls import ARCHITECTURES, Architecture
+from vrg.system import POSIX
+
+if POSIX:
+    import resource
 
 REFUSAL_ADVICE = "the sandbox refused it: see FILES and what a sandbox allows in docs/players.md"
 """The advice after each failure of a sealed player's code at something that it may not do."""

@@ -5,6 +5,7 @@ process run while it connects. An alarm of the operating system ends the process
 Python could. It knows nothing of the match.
 """
 
+import faulthandler
 import os
 import signal
 import socket
@@ -16,6 +17,7 @@ import motioncapture
 import msgspec
 
 from vrg.localisation.mocap.frames import Body, Frame, Request, Trouble, encode
+from vrg.system import POSIX
 
 
 def main() -> None:
@@ -23,7 +25,8 @@ def main() -> None:
     request = msgspec.json.decode(sys.argv[1], type=Request)
     # The match ends this process; what is typed at the terminal is for the match.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    if POSIX:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb", buffering=0) as out:
         # The library prints.
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
@@ -36,7 +39,7 @@ def main() -> None:
 
 
 def _listen(request: Request, out: IO[bytes]) -> None:
-    signal.setitimer(signal.ITIMER_REAL, request.patience)
+    _end_after(request.patience)
     options = dict(request.options)
     if request.system == "optitrack":
         # Of this system alone the library wants the address, and takes no name.
@@ -46,13 +49,21 @@ def _listen(request: Request, out: IO[bytes]) -> None:
     while True:
         system.waitForNextFrame()
         now = time.monotonic()
-        signal.setitimer(signal.ITIMER_REAL, request.patience)
+        _end_after(request.patience)
         if now < due:
             continue
         # Frames do not come quite evenly, so that the time between two is measured over many.
         due = max(due, now - 1.0 / request.rate) + 1.0 / request.rate
         bodies = [_body(name, body) for name, body in system.rigidBodies.items()]
         out.write(encode(Frame(now, bodies)))
+
+
+def _end_after(patience: float) -> None:
+    """Let this process be ended in so many seconds of real time, unless this is called again before."""
+    if POSIX:
+        signal.setitimer(signal.ITIMER_REAL, patience)
+    else:
+        faulthandler.dump_traceback_later(patience, exit=True)
 
 
 def _body(name: str, body: motioncapture.RigidBody) -> Body:

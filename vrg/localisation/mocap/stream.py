@@ -12,6 +12,7 @@ from typing import IO, Final
 import msgspec
 
 from vrg.localisation.mocap.frames import Frame, Request, Trouble, read
+from vrg.system import POSIX
 
 SILENT: Final = 3.0
 """The time in s without a rigid body after which a system counts as seeing nothing. It is longer than the patience of a
@@ -120,7 +121,7 @@ class Stream:
         return None
 
     def _ending(self, status: int) -> str:
-        if status == -signal.SIGALRM:
+        if POSIX and status == -signal.SIGALRM:
             return (
                 f"nothing has come from {self._host} for {self._patience:g} s: is it on, does it stream, and is `host` "
                 "right?"
