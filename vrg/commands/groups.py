@@ -56,10 +56,6 @@ class PracticeOptions:
         float | None,
         typer.Option(metavar="S", min=0.001, max=4.0, help="Real time after which one forfeits a step; 1 s."),
     ] = None
-    verify: Annotated[
-        bool,
-        typer.Option("--verify", help="Play each second twice from the same state, and end where it is not the same."),
-    ] = False
     engine: EngineOption = None
     rate: Annotated[
         str | None, typer.Option(metavar="X|max", help="Match seconds per second; max only in one process.")
@@ -83,10 +79,6 @@ class PracticeOptions:
             raise typer.BadParameter("--sandbox needs processes: take --lockstep in place of --in-process")
         if self.deadline is not None and not self.lockstep:
             raise typer.BadParameter("needs --lockstep: elsewhere nothing waits", param_hint="--deadline")
-        if self.verify and self.rate is not None:
-            raise typer.BadParameter("leave --rate out: no window shows what is played twice", param_hint="--verify")
-        if self.verify and not self.in_process:
-            raise typer.BadParameter("needs --in-process: other processes cannot be copied", param_hint="--verify")
 
     @property
     def steps(self) -> bool:

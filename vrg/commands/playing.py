@@ -152,7 +152,7 @@ def _play(launch: Launch, options: PlayOptions) -> None:
             apart = (
                 Apart(launch.server, every=True, deadline=options.deadline or DEADLINE) if options.lockstep else None
             )
-            state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=paced, verify=options.verify)
+            state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=paced)
         else:
             state, failure = launch.play(stop, over)
     # After a window, once more with what the processes have counted and the end of the recording, and without a word.
@@ -237,12 +237,12 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
 
 
 def _play_in_steps(
-    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool, verify: bool
+    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool
 ) -> tuple[RefereeState | None, LaunchError | None]:
     """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
 
     Args:
-        apart: which strategies decide in processes of their own. verify: see `vrg.launch.in_process.play`.
+        apart: which strategies decide in processes of their own.
     """
     resumable = show.window and paced
     means = Help.KEYS if resumable else Help.NONE  # no command reaches a match in one process
@@ -267,12 +267,9 @@ def _play_in_steps(
                 logs=folder.logs,
                 apart=apart,
                 steps=steps,
-                verify=verify,
             )
         except LaunchError as failure:
             return None, failure
-    if verify and not stop.is_set():
-        show.console.print("Each second was played twice, and nothing differed.")
     return ending.state, None
 
 

@@ -176,13 +176,6 @@ class DecisionAlarm:
             if POSIX:
                 faulthandler.unregister(signal.SIGVTALRM)
 
-    def rearm(self) -> None:
-        """Set the timers in a copy of this process, which has none of them."""
-        if self._works:
-            self._tick(_LOOK, _LOOK)
-            bound_processor_time(_STUCK)
-            self._watch()
-
     def begin(self) -> None:
         """A decision begins. Until its `end` a DecisionTimeoutError may come at any point."""
         self._looks, self._decisions, self._deciding = 0, self._decisions + 1, True

@@ -199,7 +199,7 @@ def play_on(
                 raise LaunchError(
                     f"{of.path} cannot be repeated: up to {instant:.1f} s the referee saw something else this time. "
                     "Was a strategy or VRG changed since, or does a strategy read a clock, or draw without a seed? "
-                    "`vrg play --in-process --verify` finds that"
+                    "`vrg run repeat` tells where"
                 )
         progress(time)
         return (stop is None or not stop.is_set()) and time < ended - TINY

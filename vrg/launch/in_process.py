@@ -1,7 +1,7 @@
 """Plays a whole match in this process, in lockstep: virtual robots, and those whose motor controllers are emulated."""
 
 import gc
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,7 +29,6 @@ from vrg.launch.nodes import coordinator_node, player_node, tracker_node, world_
 from vrg.launch.repeating import Strategies
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import Ended, Line, StepLog
-from vrg.launch.verifying import Digested, Verification
 
 if TYPE_CHECKING:
     from vrg.coordinator.coordinator import Coordinator
@@ -84,7 +83,7 @@ def assemble(
     *,
     watchers: Sequence[Node] = (),
     strict: bool = False,
-    digested: Digested | None = None,
+    digested: Callable[[float, Mapping[str, str]], None] | None = None,
 ) -> Assembly[P]:
     """Make the nodes of a match, and their executor. Nothing is started.
 
@@ -122,7 +121,6 @@ def play(
     apart: "Apart | None" = None,
     steps: StepLog | None = None,
     past: Sequence[Line] = (),
-    verify: bool = False,
 ) -> Ending:
     """Play a match to its end.
 
@@ -140,13 +138,11 @@ def play(
             this process.
         steps: the log of steps; None keeps none.
         past: the log of the match when it was played before, of which all is missed again that was missed then.
-        verify: True plays each second twice; no strategy may decide in a process of its own.
 
     Raises:
         ConfigError: a robot of the match is a real one, or one of `changes` cannot be made.
         RobotError: an emulated motor controller cannot be set up as the match file wants it.
         GivenUpError: a player has failed too often, and the match file wants no disqualification.
-        LaunchError: a second was not the same when it was played twice.
     """
     simulation = emulation(setup)
     executor: Lockstep | None = None
@@ -170,9 +166,7 @@ def play(
     linger, began = 0.0, None
     with ExitStack() as stack:
         stack.callback(strategies.close)
-        digested, verification = None if steps is None else steps.digest, None
-        if verify:
-            digested = verification = stack.enter_context(Verification(digested, alarm.rearm))
+        digested = None if steps is None else steps.digest
         assembly = assemble(setup, journal, contained, watchers=watchers, strict=strict, digested=digested)
         world, coordinator, players = assembly.world, assembly.coordinator, assembly.players
         executor = assembly.executor
@@ -205,8 +199,6 @@ def play(
                 played, since = coordinator.match.total, executor.time
             elif executor.time - since > STUCK:
                 break
-        if verification is not None:
-            verification.compare(executor.time, {"coordinator/referee": repr(coordinator.match.standing())})
     _write_end(steps, logs, [*players.values(), *assembly.trackers], executor.time)
     failures = tuple(failure for player in players.values() for failure in player.failures)
     return Ending(coordinator.match.state(Observation({}), estop=False), executor.time, failures)
