@@ -225,7 +225,7 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal may lack the letters of a name
     try:
-        if sys.argv[1:] in ([], ["--terminal"]) and sys.stdin.isatty() and sys.stdout.isatty():
+        if not sys.argv[1:] and sys.stdin.isatty() and sys.stdout.isatty():
             welcome_app()()
         make_app()()
     except VrgError as error:

@@ -1,4 +1,4 @@
-"""Plain `vrg` in a terminal without a display: the page that it serves, and the questions that it asks instead."""
+"""Plain `vrg` in a terminal without a display: the page that it serves."""
 
 import contextlib
 import json
@@ -45,10 +45,6 @@ class Terminal:
             assert time.monotonic() < deadline, self.said
             self._read()
         return found[1]
-
-    def type(self, text: str) -> None:
-        """Press keys."""
-        os.write(self._fd, text.encode())
 
     def _read(self) -> None:
         """Take in what was said since."""
@@ -102,10 +98,3 @@ def test_a_match_is_changed_on_the_page_and_played_in_the_terminal(terminal: Ter
     assert load_match(tmp_path / "final.toml").players[0].pose.x == 20.5
     terminal.until(f"vrg play {re.escape(str(tmp_path / 'final.toml'))}()")
     terminal.until("(; run in runs/final-)")
-
-
-@pytest.mark.thorough
-def test_enter_asks_in_the_terminal_where_no_browser_opens(terminal: Terminal) -> None:
-    terminal.until("press (ENTER) to answer questions here")
-    terminal.type("\n")
-    terminal.until(r"game \[(sharks-and-minnows)\]")

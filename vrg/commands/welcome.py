@@ -1,7 +1,6 @@
-"""Plain `vrg` and `vrg edit`, which let a person choose and change a match in a browser or in the terminal."""
+"""Plain `vrg` and `vrg edit`, which let a person choose and change a match in a browser."""
 
 import os
-import select
 import signal
 import subprocess
 import sys
@@ -18,62 +17,34 @@ from vrg.system import POSIX
 
 if TYPE_CHECKING:
     from vrg.ui.edit.draft import Draft
-    from vrg.ui.edit.editor import NextStep
 
-TerminalOption = Annotated[bool, typer.Option("--terminal", help="Ask in this terminal; open no browser.")]
 WebOption = Annotated[bool, typer.Option("--web", help="Show the match that is played in the same page, too.")]
 PORT: Final = 8079
 """The port of the page, below that of a match; if another program has it, the next one that is free."""
 _LOOKS: Final = 0.2
-"""The real time in s between two looks at what the page and the terminal want."""
+"""The real time in s between two looks at what the page wants."""
 
 
 def edit(
     match: Annotated[Path, typer.Argument(metavar="match.toml", help="The match file to change.")],
     runs: RunsOption = Path("runs"),
-    terminal: TerminalOption = False,
     web: WebOption = False,
 ) -> None:
     """Change a match file in a browser, with its problems beside its fields; save it, and play it.
 
-    Where no browser can be opened, the terminal asks for the same.
+    Where no browser can be opened, the page is served all the same, for one on another computer.
     """
     from vrg.commands.drafts import open_draft
 
     draft = open_draft(match)
     if not has_browser() and not sys.stdin.isatty():
-        raise ConfigError(f"{match}: expected a browser or a terminal to change it in, found neither")
-    begin(runs, draft, terminal=terminal, web=web)
+        raise ConfigError(f"{match}: expected a browser to change it in, or a terminal for its link, found neither")
+    begin(runs, draft, web=web)
 
 
-def welcome(terminal: TerminalOption = False) -> None:
+def welcome() -> None:
     """Choose a game or a recent match, change it, and play it."""
-    begin(terminal=terminal)
-
-
-def begin(
-    runs: Path = Path("runs"), draft: "Draft | None" = None, *, terminal: bool = False, web: bool = False
-) -> None:
-    """Let a person choose and change a match, in a browser or else in the terminal, and do what the person wants.
-
-    Args:
-        runs: the folder of run folders. draft: the match file to change; None offers games and recent matches first.
-        terminal: True asks in the terminal at once. web: True shows the match in the page once it is played.
-
-    Raises:
-        typer.Exit: with status 130, if the person has ended the questions by Ctrl-C.
-    """
-    if not terminal and _page(runs, draft, web=web) is not None:
-        return
-    from vrg.commands.prompt import ask
-
-    try:
-        played = ask(draft, Path.cwd())
-    except typer.Abort:
-        typer.echo()
-        raise typer.Exit(130) from None
-    if played is not None:
-        run(["play", str(played)], runs)
+    begin()
 
 
 def has_browser() -> bool:
@@ -87,8 +58,13 @@ def has_browser() -> bool:
         return False
 
 
-def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "NextStep | None":
-    """Serve the page until the person has decided, and do that; return None if the person wants questions here."""
+def begin(runs: Path = Path("runs"), draft: "Draft | None" = None, *, web: bool = False) -> None:
+    """Serve the page on which a person chooses and changes a match, until the person has decided, and do that.
+
+    Args:
+        runs: the folder of run folders. draft: the match file to change; None offers games and recent matches first.
+        web: True shows the match in the page once it is played.
+    """
     from vrg.commands.checking import DraftCheck
     from vrg.commands.drafts import choices_in, recent_matches, save_draft
     from vrg.launch.endpoints import free_port
@@ -112,25 +88,18 @@ def _page(runs: Path, draft: "Draft | None", *, web: bool) -> "NextStep | None":
     try:
         opened = has_browser() and webbrowser.open(server.ticket)
         typer.echo(f"{'the page is open in your browser' if opened else 'open this page in a browser'}: {server.link}")
-        asks = POSIX and not opened  # Windows cannot look at the terminal without waiting for it
-        typer.echo("or press ENTER to answer questions here; Ctrl-C ends both" if asks else "Ctrl-C ends it")
+        typer.echo("Ctrl-C ends it")
         outcome = None
-        while outcome is None and not (asks and _pressed()):
+        while outcome is None:
             outcome = server.wait(_LOOKS)
     finally:
         server.stop()
         if message := server.rescue():
             typer.echo(message, err=True)
-    if outcome is not None and outcome.play is not None:
+    if outcome.play is not None:
         run(["play", outcome.play, *(["--listen", f"{HOST}:{port}"] if web else [])], runs)
-    elif outcome is not None and outcome.watch is not None:
+    elif outcome.watch is not None:
         run(["run", "replay", str(outcome.watch)], runs)
-    return outcome
-
-
-def _pressed() -> bool:
-    """True if a line was typed in the terminal, which is then taken."""
-    return bool(select.select([sys.stdin], [], [], 0)[0]) and bool(sys.stdin.readline())
 
 
 def run(words: Sequence[str], runs: Path) -> None:
