@@ -104,7 +104,7 @@ COMMANDS: Table = {
         "tournament": ("vrg.commands.compare:tournament", "Let every strategy play against every other one"),
         "league": (
             "vrg.commands.league:app",
-            "A tournament without end, of files that change: play, check, timer",
+            "A tournament without end, of files that change: play, check",
         ),
     },
     "Lab": {
@@ -114,7 +114,6 @@ COMMANDS: Table = {
         "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
-        "deploy": ("vrg.commands.deploy:app", "Prepare machines on which matches run for a long time"),
         "node": (NODE, "Run a single process: router, world, player ..."),
     },
 }

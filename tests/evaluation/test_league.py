@@ -3,7 +3,6 @@
 import os
 import re
 import stat
-import subprocess
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,6 @@ from vrg.evaluation.folder import read_records
 from vrg.evaluation.games import GameRecord
 from vrg.evaluation.league import _half
 from vrg.evaluation.league_folder import Version, playing
-from vrg.launch.systemd import league_units
 from vrg.ui.animation import animated
 
 
@@ -193,35 +191,6 @@ def test_strangers_code_is_not_played_unsealed(vrg: Vrg, tmp_path: Path, monkeyp
     done = vrg("league", "play", "class", "--match", "tiny.toml")
     assert done.status == 1
     assert "which this machine cannot do: no Landlock here" in done.err
-
-
-def test_the_units_of_a_league_play_it_every_night(vrg: Vrg, tmp_path: Path) -> None:
-    files(tmp_path / "a class 50%")
-    without = vrg("league", "timer", "a class 50%")
-    assert without.status == 1
-    assert "expected a league, found none: make it by `vrg league play 'a class 50%' --match ...`" in without.err
-    (tmp_path / "a class 50%" / "league").mkdir()
-    (tmp_path / "a class 50%" / "league" / "experiment.json").touch()
-    done = vrg("league", "timer", "a class 50%", "--at", "03:30", "--for", "60:00", "--units", "units")
-    assert done.status == 0
-    service = (tmp_path / "units" / "vrg-league-a-class-50-.service").read_text()
-    assert f'league play "{tmp_path}/a class 50%%" --for 3600' in service
-    assert "KillSignal=SIGINT" in service
-    assert "OnCalendar=*-*-* 03:30:00" in (tmp_path / "units" / "vrg-league-a-class-50-.timer").read_text()
-    assert "enable --now vrg-league-a-class-50-.timer" in done.out
-    assert "expected a time of day" in vrg("league", "timer", "a class 50%", "--at", "25:00").err
-
-
-def test_systemd_takes_the_units(tmp_path: Path) -> None:
-    units = league_units(Path("/bin/true"), tmp_path / "a class", "02:00", ["--for", "7200"])  # type: ignore[arg-type]
-    for name, text in units.items():
-        (tmp_path / name).write_text(text)
-    try:
-        command = ["systemd-analyze", "verify", *(str(tmp_path / name) for name in units)]
-        checked = subprocess.run(command, capture_output=True, text=True, check=False)
-    except FileNotFoundError:
-        pytest.skip("systemd-analyze is not installed")
-    assert (checked.returncode, checked.stderr) == (0, "")
 
 
 def test_a_game_is_a_picture_that_moves() -> None:

@@ -4,11 +4,12 @@ import math
 import os
 from collections.abc import Iterator
 from contextlib import ExitStack
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 
 import pytest
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
+
 
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.seats import Seat, SeatKind
@@ -19,7 +20,6 @@ from vrg.launch import nodes
 from vrg.launch.child import Job, job_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs, window_of
-from vrg.launch.systemd import Installation, unit_files
 from vrg.types import Pose
 from vrg.ui.hud.node import Hud
 
@@ -111,13 +111,3 @@ def test_the_game_opens_the_display_of_its_first_player(tmp_path: Path) -> None:
     assert Seat(SeatKind.HUD, "robot1") in seats_at(setup, HERE, window=True, record=False)
     other = load_match(match_path("practice"))
     assert window_of(other) == ("spectator", "window")
-
-
-def test_a_unit_of_systemd_opens_it_too() -> None:
-    setup = load_match(match_path("hud"))
-    at = Installation(
-        vrg=PurePosixPath("/opt/vrg"), folder=PurePosixPath("/opt"), match_file="match.toml", user="vrg",
-        router="tcp/10.0.0.1:7447",
-    )  # fmt: skip
-    texts = unit_files(setup, {HERE: at}, window=True)[HERE].values()
-    assert any("/opt/vrg show hud robot1 match.toml --router" in text for text in texts)

@@ -1,13 +1,10 @@
 """The command `vrg league`: a tournament that goes on for weeks, between strategies that their authors change."""
 
-import re
 import secrets
-import shlex
-import sys
 import time
 from dataclasses import dataclass
 from datetime import datetime
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
@@ -26,11 +23,9 @@ from vrg.commands.options import (
     lasting,
     make_console,
     whole_target,
-    write_text,
 )
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
-from vrg.types import printable
 
 if TYPE_CHECKING:
     from vrg.commands.league_pages import LeaguePages
@@ -139,44 +134,6 @@ def play(
 
 
 app.command()(check)
-
-
-@app.command()
-def timer(
-    folder: FolderArgument,
-    at: Annotated[str, typer.Option("--at", metavar="HH:MM", help="The time of day.")] = "02:00",
-    seconds: Annotated[float, lasting("Real time in which games begin.", least=1)] = 7200.0,
-    output: LeagueOption = None,
-    pages: PagesOption = None,
-    units: Annotated[Path | None, typer.Option(help="Folder to write the units into.")] = None,
-) -> None:
-    """Print units of systemd that let a league play every night, or write them into a folder."""
-    from vrg.evaluation.folder import DEFINITION
-    from vrg.launch.systemd import league_units
-
-    out = output or folder / "league"
-    if not (out / DEFINITION).is_file():
-        make = f"vrg league play {shlex.quote(str(folder))} --match ..."
-        raise ConfigError([f"{out}: expected a league, found none: make it by `{make}`"])
-    if printable(str(folder.resolve())) != str(folder.resolve()):
-        raise ConfigError([f"{folder!r}: expected a path without control signs: rename the folder"])
-    if re.fullmatch(r"([01]\d|2[0-3]):[0-5]\d", at) is None:
-        raise typer.BadParameter(f"expected a time of day such as 02:00, got {at!r}", param_hint="--at")
-    vrg = PurePosixPath(sys.executable).with_name("vrg")
-    options = [word for name, path in (("--output", output), ("--pages", pages)) if path for word in (name, path)]
-    arguments = ["--for", f"{seconds:g}", *(str(w.resolve()) if isinstance(w, Path) else w for w in options)]
-    found = league_units(vrg, PurePosixPath(folder.resolve()), at, arguments)
-    for name, text in found.items():
-        if units is None:
-            typer.echo(f"# {name}\n{text}")
-        else:
-            try:
-                units.mkdir(parents=True, exist_ok=True)
-            except OSError as error:
-                raise ConfigError([f"{units}: expected a folder, or room for one: {error.strerror}"]) from None
-            write_text(units / name, text)
-    enable = f"systemctl --user daemon-reload && systemctl --user enable --now {list(found)[-1]}"
-    typer.echo(f"# put both into ~/.config/systemd/user, then: {enable}")
 
 
 def _opened(out: Path, settings: SettingOptions, *, new_release: bool) -> "LeagueFolder":
