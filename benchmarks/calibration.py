@@ -23,8 +23,9 @@ from vrg.commands.report import findings_of, read_learned
 from vrg.config.loading import load_match, read_match
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.hal.models import robot_model
-from vrg.launch import nodes
 from vrg.launch.in_process import play
+from vrg.launch.nodes.recorder import recorder_node
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 
 RATIO = 50.0
@@ -73,8 +74,8 @@ def found(seed: int, seconds: float) -> tuple[dict[str, tuple[float, float]], di
         file.write_text(text)
         setup, folder = load_match(file, seed=seed).at_rate(0.0), RunFolder(Path(home) / "run")
         folder.prepare()
-        with nodes.open_journal(setup, folder) as journal:
-            play(setup, journal, watchers=[nodes.recorder_node(setup, folder)], logs=folder.logs, limit=300.0)
+        with open_journal(setup, folder) as journal:
+            play(setup, journal, watchers=[recorder_node(setup, folder)], logs=folder.logs, limit=300.0)
         one = findings_of(folder, setup, read_learned(folder)["learned"])["ann"]
     assert one.likeness is not None
     return one.numbers, truth, 100.0 * one.likeness.before, 100.0 * one.likeness.after

@@ -29,7 +29,7 @@ from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.geometry import outline_distance
 from vrg.launch.in_process import play
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.localisation.camera.detection import TagDetector
 from vrg.localisation.camera.field import FieldView, robot_at

@@ -20,7 +20,7 @@ from msgspec import structs
 from vrg.agents.player import PERIOD
 from vrg.launch import in_process
 from vrg.launch.fork_server import ForkServer, fork_server
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
 from vrg.launch.stepping import Apart

@@ -31,7 +31,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.games.pursuit_evasion import INTRUDERS, PURSUERS
 from vrg.hal.models import robot_model
 from vrg.launch import in_process
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.regions import Polygon
 

@@ -24,7 +24,7 @@ from common import Cost, Stopwatch, arguments, median, reference, show, write_ma
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
 from vrg.launch import in_process
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 
 ROBOTS = (8, 16, 32, 64)

@@ -24,7 +24,7 @@ from vrg.hal.models import MODELS
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import load_map
-from vrg.launch.nodes import strategy_of
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.run_folder import RunFolder
 
 GOOD = (

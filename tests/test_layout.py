@@ -180,10 +180,10 @@ def test_nothing_is_loaded_that_is_not_needed(code: str, unwanted: tuple[str, ..
 A_MATCH = """
 from pathlib import Path
 from vrg.config.setup import read_setup
-from vrg.launch import nodes
 from vrg.launch.run_folder import RunFolder
 setup, folder = read_setup(Path({file!r})), RunFolder(Path({folder!r}))
 """
+A_PLAYER = "from vrg.launch.nodes.player import player_node\nplayer_node(setup, setup.players[0].name)"
 
 
 @pytest.fixture(scope="module")
@@ -209,14 +209,14 @@ def test_a_player_loads_no_world_and_no_rules(setup_file: Path) -> None:
     code = A_MATCH.format(file=str(setup_file), folder="")
     code += "from msgspec.structs import replace\n"
     code += "setup = replace(setup, players=[replace(p, strategy='sharks-and-minnows') for p in setup.players])\n"
-    assert _loaded(code + "nodes.player_node(setup, setup.players[0].name)", unwanted) == []
+    assert _loaded(code + A_PLAYER, unwanted) == []
 
 
 def test_a_player_on_a_laptop_needs_three_packages(setup_file: Path) -> None:
     code = A_MATCH.format(file=str(setup_file), folder="")
     code += "import vrg.bus.session, vrg.bus.process\nfrom msgspec.structs import replace\n"
     code += "setup = replace(setup, players=[replace(p, strategy='sharks-and-minnows') for p in setup.players])\n"
-    code += "nodes.player_node(setup, setup.players[0].name)\n"
+    code += f"{A_PLAYER}\n"
     code += "print(*{name.partition('.')[0] for name in sys.modules} - sys.stdlib_module_names)"
     code = f"import sys\n{code}"
     found = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=600, check=True)
@@ -229,9 +229,10 @@ def test_a_player_on_a_laptop_needs_three_packages(setup_file: Path) -> None:
 @pytest.mark.parametrize(
     "make",
     [
-        "with nodes.open_journal(setup, folder) as journal:\n    nodes.coordinator_node(setup, journal)",
-        "nodes.world_node(setup)",
-        "nodes.recorder_node(setup, folder).stop()",
+        "from vrg.launch.nodes.referee import coordinator_node, open_journal\n"
+        "with open_journal(setup, folder) as journal:\n    coordinator_node(setup, journal)",
+        "from vrg.launch.nodes.world import world_node\nworld_node(setup)",
+        "from vrg.launch.nodes.recorder import recorder_node\nrecorder_node(setup, folder).stop()",
     ],
     ids=["referee", "world", "recorder"],
 )

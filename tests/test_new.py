@@ -15,7 +15,7 @@ from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
 from vrg.hal.sim.map import load_map
 from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.testing.strategy import StrategyContract
 

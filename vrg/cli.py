@@ -74,17 +74,6 @@ LOCATE: Table = {
         "show": ("vrg.commands.locate:show", "Find the tags in a picture, and draw them"),
     }
 }
-NODE: Table = {
-    "Run a single process of a match": {
-        "router": ("vrg.commands.node:router", "The router that all processes of a match connect to"),
-        "world": ("vrg.commands.node:world", "Physics, sensors and the match clock"),
-        "coordinator": ("vrg.commands.node:coordinator", "The referee"),
-        "player": ("vrg.commands.node:player", "One player with its robot"),
-        "recorder": ("vrg.commands.node:recorder", "The recorder, for Foxglove"),
-        "strategy": ("vrg.commands.node:strategy", "What `vrg play --lockstep` starts on another machine by ssh"),
-        "host": ("vrg.commands.node:host", "What `vrg play` starts on another machine by ssh"),
-    }
-}
 COMMANDS: Table = {
     "Play": {
         "play": ("vrg.commands.play:play", "Play a match, show it, and print who won"),
@@ -114,7 +103,7 @@ COMMANDS: Table = {
         "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
-        "node": (NODE, "Run a single process: router, world, player ..."),
+        "node": ("vrg.commands.node:app", "Run a single process: router, world, player ..."),
     },
 }
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from tests.naming import names
 from vrg.bus.access import NODE_OF_SEAT, hears, in_words, lines, may_publish, rules, speaks
 from vrg.bus.names import chunk_of
-from vrg.bus.seats import NAMED, Roster, Seat, SeatKind, seats_of_node
+from vrg.bus.seats import NAMED, Roster, Seat, SeatKind
 from vrg.bus.topics import Keys, Qos, TopicLine, key_matches, router_alive
 
 ROSTER = Roster("final", {"ann": "red", "bob": "red", "cid": "blue", "Łukasz": "blue"}, fed=("bob",), hosts=("pi",))
@@ -239,26 +239,7 @@ def test_a_match_has_a_seat_for_everybody() -> None:
     assert "tracker" in SEATS
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "expected"),
-    [
-        ("player", "ann", ["player.ann"]),
-        ("coordinator", "", ["referee"]),
-        ("world", "", ["world"]),
-        ("recorder", "", ["recorder"]),
-        ("router", "", ["router"]),
-        ("spectator", "window", ["official", "window"]),
-        ("commander", "red", ["commander.red"]),
-        ("hud", "ann", ["hud.ann"]),
-    ],
-)
-def test_a_node_knows_its_seat(kind: str, name: str, expected: list[str]) -> None:
-    assert [str(seat) for seat in seats_of_node(kind, name)] == expected
-
-
-def test_a_node_without_a_seat_is_refused_and_a_seat_has_a_name_only_if_its_kind_has_several() -> None:
-    with pytest.raises(ValueError, match="ghost"):
-        seats_of_node("ghost", "")
+def test_a_seat_has_a_name_only_if_its_kind_has_several() -> None:
     with pytest.raises(ValueError, match="expected a name"):
         Seat(SeatKind.PLAYER)
     with pytest.raises(ValueError, match="expected no name"):

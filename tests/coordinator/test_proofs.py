@@ -27,7 +27,8 @@ from vrg.coordinator.rulebook import Observation
 from vrg.games import game_of
 from vrg.launch.explaining import explain
 from vrg.launch.in_process import play
-from vrg.launch.nodes import open_journal, recorder_node
+from vrg.launch.nodes.recorder import recorder_node
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.types import Pose, Uncertainty
 from vrg.ui import palette

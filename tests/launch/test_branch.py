@@ -24,10 +24,12 @@ from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import strategies_of
-from vrg.launch import in_process, nodes
+from vrg.launch import in_process
 from vrg.launch.branch import last_instant, play_branch
 from vrg.launch.change import Change, branch_of
 from vrg.launch.judged import judge_run
+from vrg.launch.nodes.recorder import recorder_node
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.result import conclusion, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.mcap_reading import records_in
@@ -50,8 +52,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     setup = load_match(home / "tiny.toml").at_rate(0.0)
     folder = RunFolder.create(home / "runs", setup.name, NOW, setup.text)
     write_setup(setup, folder.setup)
-    with nodes.open_journal(setup, folder) as journal:
-        recorder = nodes.recorder_node(setup, folder)
+    with open_journal(setup, folder) as journal:
+        recorder = recorder_node(setup, folder)
         ending = in_process.play(setup, journal, watchers=[recorder], logs=folder.logs)
     assert ending.state.stage is Stage.GAME_OVER
     write_result(setup, folder, ending.state, "game over")

@@ -23,7 +23,8 @@ from vrg.config.setup import MatchSetup, write_setup
 from vrg.launch.certificate import Certificate, certificate_of, data_of, summary_line
 from vrg.launch.events import Event, EventKind, EventLog
 from vrg.launch.in_process import play
-from vrg.launch.nodes import open_journal, recorder_node
+from vrg.launch.nodes.recorder import recorder_node
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.result import write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.recording import reader

@@ -13,11 +13,15 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.seats import Seat, SeatKind
-from vrg.config.files import HERE, WINDOW
+from vrg.config.files import HERE
 from vrg.config.loading import load_match, match_path
 from vrg.games.hud.helm import Wish
-from vrg.launch import nodes
+from vrg.kinds import SPECTATOR
 from vrg.launch.child import Job, job_of
+from vrg.launch.nodes.player import player_node
+from vrg.launch.nodes.referee import coordinator_node, open_journal
+from vrg.launch.nodes.windows import hud_node
+from vrg.launch.nodes.world import world_node
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs, window_of
 from vrg.types import Pose
@@ -31,12 +35,12 @@ class Game:
         setup = load_match(match_path(match), engine="planar", lasers=False)
         run = RunFolder(folder)
         run.prepare()
-        journal = stack.enter_context(nodes.open_journal(setup, run))
-        players = [nodes.player_node(setup, p.name) for p in setup.players]
-        self.hud: Hud = nodes.hud_node(setup, player)
+        journal = stack.enter_context(open_journal(setup, run))
+        players = [player_node(setup, p.name) for p in setup.players]
+        self.hud: Hud = hud_node(setup, player)
         self.start = setup.player(player).pose
-        coordinator = nodes.coordinator_node(setup, journal)
-        self.executor = Lockstep(nodes.world_node(setup), [coordinator, *players, self.hud], strict=True)
+        coordinator = coordinator_node(setup, journal)
+        self.executor = Lockstep(world_node(setup), [coordinator, *players, self.hud], strict=True)
         stack.callback(self.executor.stop)
 
     def run(self, seconds: float) -> None:
@@ -104,10 +108,12 @@ def test_a_player_of_another_game_is_sent_and_plays_on_when_it_is_given_back(tmp
 
 def test_the_game_opens_the_display_of_its_first_player(tmp_path: Path) -> None:
     setup = load_match(match_path("hud"))
-    window = next(s for s in specs(setup, tmp_path, "tcp/h:1", window=True, record=False) if s.name == WINDOW)
+    window = next(
+        s for s in specs(setup, tmp_path, "tcp/h:1", window=True, record=False) if s.name == SPECTATOR.process
+    )
     assert job_of(window.arguments) == Job(kind="hud", router="tcp/h:1", run=str(tmp_path), name="robot1")
     assert window.pulse == "vrg/hud/pulse/hud/robot1"
     assert not window.essential
     assert Seat(SeatKind.HUD, "robot1") in seats_at(setup, HERE, window=True, record=False)
     other = load_match(match_path("practice"))
-    assert window_of(other) == ("spectator", "window")
+    assert window_of(other) == (SPECTATOR, "window")

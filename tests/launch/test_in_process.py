@@ -32,7 +32,7 @@ from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.in_process import LINGER, Ending
-from vrg.launch.nodes import spectator_node
+from vrg.launch.nodes.windows import spectator_node
 from vrg.launch.run_folder import RunFolder
 from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
@@ -220,7 +220,7 @@ def test_the_clock_tells_how_fast_a_match_is_played(
 
     ticks = itertools.count()
     monkeypatch.setattr(playing, "_pace", lambda _stop, _rate: lambda _time: next(ticks) < 20)
-    monkeypatch.setattr(playing.nodes, "recorder_node", watched)
+    monkeypatch.setattr(playing, "recorder_node", watched)
     monkeypatch.setattr(playing, "plot", lambda *_: None)
     typed = "2.5" if paced else None
     options = playing.PlayOptions(in_process=True, engine="planar", rate=typed, seed=0, headless=True, runs=tmp_path)
@@ -260,7 +260,7 @@ def test_a_halt_that_nobody_can_resume_is_the_end(tmp_path: Path, resumable: boo
 def test_where_nobody_can_resume_a_halt_no_command_is_advised(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(playing.nodes, "recorder_node", lambda setup, _: Halting(setup))
+    monkeypatch.setattr(playing, "recorder_node", lambda setup, _: Halting(setup))
     options = playing.PlayOptions(in_process=True, engine="planar", seed=0, headless=True, runs=tmp_path)
     with pytest.raises(typer.Exit) as end:
         playing.play_match("sharks-and-minnows", options, ForkServer())

@@ -22,12 +22,13 @@ from vrg.config.loading import load_match
 from vrg.config.setup import write_setup
 from vrg.errors import StrategyError
 from vrg.hal.models import robot_model
-from vrg.launch import apart, in_process, nodes, stepping
+from vrg.launch import apart, in_process, stepping
 from vrg.launch.apart import StrategyApart
 from vrg.launch.branch import repeat_match
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.in_process import Ending
 from vrg.launch.keeping import keep
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.repeating import RepeatedStrategy
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import Digest, Missed, StepLog, Unmade, read_steps
@@ -91,7 +92,7 @@ def play(home: Path, name: str, apart: Apart | None, *watchers: Node) -> tuple[R
     folder = RunFolder.create(home / name, setup.name, NOW, setup.text)
     keep(setup, folder)
     write_setup(setup, folder.setup)
-    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
+    with open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
         options: Any = {"limit": 9.0, "logs": folder.logs, "apart": apart, "steps": steps}
         ending = in_process.play(setup, journal, watchers=watchers, **options)
     return folder, ending

@@ -26,7 +26,7 @@ from vrg.evaluation.contenders import contenders, seen_from
 from vrg.games import GAMES, file_of, has_name
 from vrg.launch.in_process import play
 from vrg.launch.keeping import files_of, files_of_strategy
-from vrg.launch.nodes import strategy_class, strategy_of
+from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.policy import Access
@@ -341,8 +341,8 @@ def test_a_player_of_a_policy_loads_no_library_for_learning(file: Path, tmp_path
     match = match_with(Path(file.name), tmp_path)
     code = (
         "import sys\nfrom pathlib import Path\nfrom vrg.config.loading import load_match\n"
-        "from vrg.launch import nodes\n"
-        f"setup = load_match(Path({str(match)!r}))\nnodes.player_node(setup, setup.players[0].name)\n"
+        "from vrg.launch.nodes.player import player_node\n"
+        f"setup = load_match(Path({str(match)!r}))\nplayer_node(setup, setup.players[0].name)\n"
         "print(*(m for m in ('numba', 'gymnasium', 'pettingzoo', 'pygame', 'scipy') if m in sys.modules))"
     )
     out = subprocess.run([sys.executable, "-P", "-c", code], capture_output=True, text=True, timeout=600, check=True)

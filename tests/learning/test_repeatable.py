@@ -15,7 +15,7 @@ from tests.learning.making import GAMES_LEARNED, digest, short_match
 from vrg.agents.strategy import Strategy, decided
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
-from vrg.launch.nodes import strategy_of
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.learning.environment import MatchEnvironment
 from vrg.learning.single import PlayerEnvironment

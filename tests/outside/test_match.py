@@ -1,11 +1,14 @@
 """A match of real processes in which everything but VRG itself is somebody else's, down to the robot."""
 
+import signal
+import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from tests.system.harness import Match
+from tests.system.harness import DEADLINE, Match
 from vrg.games import GAMES
 from vrg.recording.reader import read_tracks
 
@@ -34,6 +37,11 @@ def race(tmp_path: Path, installed: None) -> Iterator[Match]:
 def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: Match, tmp_path: Path) -> None:
     observer = race.observer
     assert {body.name: body.physical for body in observer.heard.poses[-1].body.bodies} == {"amber": True, "jade": False}
+
+    # A process of a kind of the package's takes part by hand.
+    command = [sys.executable, "-m", "vrg", "node", "crier", str(race.run.match_file), "--router", race.endpoint]
+    with (tmp_path / "cries").open("wb") as cries:
+        crier = subprocess.Popen(command, stdout=cries, stderr=subprocess.STDOUT)
 
     # The referee's gate: a halt stops it whatever its player does.
     race.command("official", "halt")
@@ -65,6 +73,10 @@ def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: Match, tmp_path:
     observer.wait_until(lambda: abs(observer.body("amber").pose.x - 86.0) < 0.1, "the match to know where it is")
     race.resume()
     observer.wait_until(lambda: observer.body("amber").pose.x > 86.5, "it to go on from there")
+
+    observer.wait_until(lambda: "hear ye: " in (tmp_path / "cries").read_text(), "the calls to be cried")
+    crier.send_signal(signal.SIGINT)
+    assert crier.wait(DEADLINE) == 130, (tmp_path / "cries").read_text()
 
     assert race.wait_ended() == 0
     assert "amber at the finish" in race.said()

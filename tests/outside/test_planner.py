@@ -9,7 +9,7 @@ from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.launch.in_process import Ending, play
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 
 MAP = """

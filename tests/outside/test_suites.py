@@ -13,7 +13,7 @@ from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import MODELS
-from vrg.launch.nodes import strategy_of
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.testing.driver import DriverBench, DriverContract
 from vrg.testing.rulebook import RuleBookContract
 from vrg.testing.strategy import StrategyContract

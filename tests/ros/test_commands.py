@@ -12,7 +12,8 @@ from vrg.commands.ros import BESIDE, ros_address, ros_place, typed_domain, undri
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, ConfigError
-from vrg.launch import nodes, running
+from vrg.launch import running
+from vrg.launch.nodes.ros import ros_node
 from vrg.launch.running import RunningMatch, registered
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -78,10 +79,10 @@ def test_players_that_nothing_drives_are_named(stand_in: MatchSetup) -> None:
 def test_the_seat_of_a_window_drives_no_player(
     stand_in: MatchSetup, caplog: pytest.LogCaptureFixture, session: Session
 ) -> None:
-    nodes.ros_node(stand_in, "0@", lambda _: session, name="ros", official=False)
+    ros_node(stand_in, "0@", lambda _: session, name="ros", official=False)
     assert not [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
     assert "a window's keys drive no player: cmd_vel of bot needs those of the official" in caplog.text
-    nodes.ros_node(stand_in, "0@", lambda _: session, name="other")
+    ros_node(stand_in, "0@", lambda _: session, name="other")
     assert [token for token in session.alive("@ros2_lv/0/**") if "%cmd_vel" in token]
 
 
@@ -90,7 +91,7 @@ def test_players_whose_names_are_the_same_in_ros_are_refused(session: Session, t
     file = tmp_path / "alike.toml"
     file.write_text(text.replace("player3", "ann-1").replace("player4", "ann_1"), encoding="utf-8")
     with pytest.raises(ConfigError, match=r"where ann-1, ann_1 are the same"):
-        nodes.ros_node(load_match(file), "0@", lambda _: session, name="ros")
+        ros_node(load_match(file), "0@", lambda _: session, name="ros")
 
 
 def test_a_router_that_is_nowhere_is_named() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pygame
 
 from vrg.config.setup import read_setup
+from vrg.kinds import KINDS
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import serve
 
@@ -24,4 +25,4 @@ if __name__ == "__main__":
     kind, endpoint, run, name, *keys = sys.argv[1:]
     threading.Thread(target=_press_keys, daemon=True).start()
     found = Path(keys[0]) if keys else None
-    serve(kind, read_setup(RunFolder(Path(run)).setup), router=endpoint, name=name, keys=found)
+    serve(KINDS.get(kind), read_setup(RunFolder(Path(run)).setup), router=endpoint, name=name, keys=found)

@@ -6,7 +6,7 @@ made from the key map, say for each common name what it may publish and hear.
 
 import enum
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from vrg.bus.names import chunk_of
@@ -114,28 +114,3 @@ class Roster:
     def members(self, team: str) -> list[str]:
         """The players of a team."""
         return [name for name, its in self.teams.items() if its == team]
-
-
-def seats_of_node(kind: str, name: str) -> Sequence[Seat]:
-    """The seats that a node of the match may take, the one that it prefers first.
-
-    Args:
-        kind: a kind of node, `router`, `web` for the page, `foxglove`, `three` or `ros`. name: the name of the node.
-
-    Raises:
-        ValueError: no seat is for such a node.
-    """
-    match kind:
-        case "player" | "commander" | "hud":
-            return (Seat(SeatKind(kind), name),)
-        case "coordinator":
-            return (Seat(SeatKind.REFEREE),)
-        case "spectator" | "developer" | "web" | "foxglove" | "ros":
-            return (Seat(SeatKind.OFFICIAL), Seat(SeatKind.WINDOW))
-        case "three":
-            # Nobody decides anything there, so it prefers the seat that may not.
-            return (Seat(SeatKind.WINDOW), Seat(SeatKind.OFFICIAL))
-        case "router" | "world" | "recorder" | "tracker":
-            return (Seat(SeatKind(kind)),)
-        case _:
-            raise ValueError(f"no seat is for a node of the kind {kind!r}")

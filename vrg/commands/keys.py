@@ -15,7 +15,7 @@ from vrg.bus.configuration import check_endpoint, router_settings
 from vrg.bus.credentials import find_credentials
 from vrg.bus.hosts import check_host, is_host
 from vrg.bus.names import check_name, name_of
-from vrg.bus.seats import NAMED, Seat, SeatKind, seats_of_node
+from vrg.bus.seats import NAMED, Seat, SeatKind
 from vrg.commands.groups import CommandGroup
 from vrg.commands.options import (
     GameArgument,
@@ -30,6 +30,7 @@ from vrg.commands.options import (
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.files import write_whole
+from vrg.kinds import ROUTER
 
 if TYPE_CHECKING:
     from vrg.seats.folder import SeatKeys
@@ -190,7 +191,7 @@ def rules(
     output: OutputOption = None,
 ) -> None:
     """Print the whole configuration of the router of a match, as JSON5 for a stock `zenohd -c FILE`."""
-    credentials = find_credentials(keys, seats_of_node("router", ""))
+    credentials = find_credentials(keys, ROUTER.seats_of(""))
     endpoint = router or ""
     check_endpoint(endpoint, credentials)
     roster = _setup(match).roster

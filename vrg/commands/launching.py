@@ -18,15 +18,16 @@ from vrg.bus.hosts import host_of, port_of
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
-from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.commands.page import foxglove_link, print_links
 from vrg.commands.ros import ros_place
 from vrg.commands.three import three_link
-from vrg.config.files import HERE, LIVE, THREE, WEB
+from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
+from vrg.kinds import FOXGLOVE, SPECTATOR, THREE, WEB
 from vrg.launch.events import EventLog
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.host import Host
@@ -54,7 +55,7 @@ class Show:
         console: where texts are printed.
         window: True opens the spectator. record: True records for Foxglove and the plot.
         page: where browsers see it, and who may do what there; None serves no page.
-        served: where LIVE, THREE and ROS serve it, as `specs` has it.
+        served: where further views serve it, as `specs` has it.
     """
 
     console: Console
@@ -136,7 +137,7 @@ class Launch:
 
             def ready(name: str) -> None:
                 progress.update(task, advance=1, description=name)
-                if name == WEB and show.page is not None:
+                if name == WEB.process and show.page is not None:
                     print_links(show.page, show.console)
                 if (where := show.served.get(name)) is not None:
                     show.console.print(_place(setup, name, where, launched.endpoint), soft_wrap=True)
@@ -270,12 +271,12 @@ class Launch:
 
 
 def _place(setup: MatchSetup, process: str, where: str, endpoint: str) -> str:
-    """Words on where LIVE, THREE or ROS serves a match.
+    """Words on where a view serves a match.
 
     Args:
         endpoint: of the match's router.
     """
-    links = {LIVE: foxglove_link, THREE: three_link}
+    links = {FOXGLOVE.process: foxglove_link, THREE.process: three_link}
     return links[process](where) if process in links else ros_place(setup, where, endpoint)
 
 
@@ -297,7 +298,7 @@ def _reached(remote: dict[str, RemoteHost], show: Show, stop: Stop) -> bool:
 
 
 def _show_table(setup: MatchSetup, launched: LaunchedMatch, console: Console, done: threading.Event) -> None:
-    credentials = launched.credentials_of(*seats_of_node("spectator", "terminal"))
+    credentials = launched.credentials_of(*SPECTATOR.seats_of("terminal"))
     with open_session(launched.endpoint, credentials=credentials) as session:
         table = TerminalTable("terminal", Mailbox(), setup.keys, console=console, processes=bool(setup.hosts))
         run_node(table, session, setup.keys, done)

@@ -18,6 +18,7 @@ from vrg.bus.topics import Keys
 from vrg.commands.groups import MatchOptions
 from vrg.commands.options import KEYS_VARIABLE, exit_if_interrupted, stoppable
 from vrg.errors import ConfigError, LaunchError
+from vrg.kinds import Kind
 from vrg.launch import running
 from vrg.regions import Region
 from vrg.registry import did_you_mean
@@ -68,7 +69,7 @@ class Attached:
             raise ConfigError(f"{self.name} runs on another machine: type its match file in place of its name")
         return self.setup
 
-    def serve(self, kind: str, name: str = "", run: Path | None = None) -> None:
+    def serve(self, kind: Kind, name: str = "", run: Path | None = None) -> None:
         """Run a node of it in this process until it ends; see `vrg.launch.serving.serve`."""
         from vrg.launch.serving import serve  # a decision needs no node
 

@@ -1,13 +1,15 @@
-"""The commands `vrg node router`, `world`, `coordinator`, `player`, `recorder` and `host`: each runs one process."""
+"""The commands `vrg node KIND`: each runs one process of a match."""
 
 import os
 import sys
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated
 
 import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT
+from vrg.commands.groups import CommandGroup
 from vrg.commands.options import (
     GameArgument,
     KeysOption,
@@ -19,7 +21,9 @@ from vrg.commands.options import (
     whole_target,
 )
 from vrg.errors import ConfigError, LaunchError
+from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind
 from vrg.launch.serving import child_process, serve, serve_router
+from vrg.registry import expected_one_of, load_object
 from vrg.system import POSIX
 
 
@@ -60,32 +64,19 @@ def router(
     exit_if_interrupted(serve_router(at, upstream=upstream, setup=setup, keys=keys, leash=leash))
 
 
-def _serve(kind: str, on: NodeOptions, name: str = "", strategy: str | None = None) -> None:
+def _serve(kind: Kind, on: NodeOptions, name: str = "", strategy: str | None = None) -> None:
     """Read the match file and run the node until it is stopped."""
     from vrg.config.loading import load_match, match_path  # the router needs no match file
 
     setup, at = load_match(match_path(on.match)), on.router or DEFAULT_ENDPOINT
-    if kind == "player":
+    if kind.plays:
         setup.player(name)
+    if kind is TRACKER and name not in setup.trackers:
+        raise ConfigError([f"{name}: {expected_one_of(setup.trackers, name)}"])
     if strategy is not None:
         setup = setup.substituted(name, whole_target(strategy))
     keys = on.keys if at.startswith("tls/") else None
     exit_if_interrupted(serve(kind, setup, router=at, run=on.run, name=name, keys=keys))
-
-
-def world(on: NodeOptions) -> None:
-    """Run the world: physics, sensors and the match clock. Goes on from the run folder's snapshot, if there is one."""
-    _serve("world", on)
-
-
-def coordinator(on: NodeOptions) -> None:
-    """Run the referee. Goes on from the run folder's journal, in HALT, if there is one."""
-    _serve("coordinator", on)
-
-
-def recorder(on: NodeOptions) -> None:
-    """Record a match to the run folder, for Foxglove."""
-    _serve("recorder", on)
 
 
 def player(
@@ -98,7 +89,7 @@ def player(
     """Run one player with its robot. A match that runs takes it in, if no other process plays for it."""
     # A process with threads cannot be sealed, and the library of numpy, which reads match files, starts some.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    _serve("player", on, name, strategy)
+    _serve(PLAYER, on, name, strategy)
 
 
 def host() -> None:
@@ -133,3 +124,23 @@ def strategy() -> None:
     from vrg.launch.remote.strategies import serve
 
     raise SystemExit(serve(main))
+
+
+def command_of(kind: Kind) -> Callable[..., None]:
+    """The command that runs a process of a kind."""
+
+    def unnamed(on: NodeOptions) -> None:
+        _serve(kind, on)
+
+    def named(name: Annotated[str, typer.Argument(metavar=kind.named.upper())], on: NodeOptions) -> None:
+        _serve(kind, on, name)
+
+    own: Mapping[str, Callable[..., None]] = {ROUTER.name: router, PLAYER.name: player}
+    return own.get(kind.name) or (load_object(kind.command) if kind.command else named if kind.named else unnamed)
+
+
+app = CommandGroup(no_args_is_help=True)
+for known in filter(None, map(KINDS.find, KINDS.names())):
+    app.command(known.name, help=f"{known.about[:1].upper()}{known.about[1:]}.")(command_of(known))
+app.command()(strategy)
+app.command()(host)

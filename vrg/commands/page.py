@@ -18,13 +18,14 @@ from rich.console import Console
 from vrg.bus.credentials import is_official
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
-from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.seats import Seat, SeatKind
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import ListenOption, TlsOption, listening_address, make_console, port_at, web_address
 from vrg.commands.show import first_state
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
+from vrg.kinds import FOXGLOVE, WEB
 from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
@@ -38,12 +39,12 @@ _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKi
 
 def web(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -> None:
     """Show a running match in browsers. Without the official's keys everybody may only watch."""
-    from vrg.launch.serving import WINDOW_PERIOD
+    from vrg.launch.context import DISPLAY_PERIOD
     from vrg.ui.web.node import WebNode
     from vrg.ui.web.server import WebServer
 
     host, port = web_address(listen)
-    found, seats = attached(on), seats_of_node("web", "")
+    found, seats = attached(on), WEB.seats_of("")
     credentials = credentials_for(found.endpoint, on.keys, *seats)
     official = is_official(credentials)
     with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
@@ -59,7 +60,7 @@ def web(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -
                 sizes=found.sizes,
                 obstacles=found.obstacles,
             )
-            run_node(node, session, found.keys, stop, idle=WINDOW_PERIOD)
+            run_node(node, session, found.keys, stop, idle=DISPLAY_PERIOD)
 
 
 def foxglove(on: MatchOptions, listen: ListenOption = None) -> None:
@@ -67,7 +68,7 @@ def foxglove(on: MatchOptions, listen: ListenOption = None) -> None:
     address, found = live_address(listen), attached(on)
     found.known_setup()
     typer.echo(foxglove_link(address))
-    found.serve("foxglove", address)
+    found.serve(FOXGLOVE, address)
 
 
 def live_address(typed: str | None) -> str:

@@ -6,9 +6,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from vrg.config.files import HERE, WEB
+from vrg.config.files import HERE
 from vrg.config.loading import idle_machines
 from vrg.config.setup import MatchSetup
+from vrg.kinds import WEB
 from vrg.launch.keeping import files_of
 from vrg.launch.specs import placed
 
@@ -20,7 +21,7 @@ def print_plan(setup: MatchSetup, console: Console, *, window: bool, record: boo
         window: True if the spectator would be opened. record: True if the recorder would run.
         web: True if the page would be served.
     """
-    where = placed(setup, window=window, record=record, served=[WEB] if web else [])
+    where = placed(setup, window=window, record=record, served=[WEB.process] if web else [])
     players = {player.name: player for player in setup.players}
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for name in ("machine", "host", "process", "what it runs"):

@@ -23,15 +23,19 @@ from vrg.commands.page import live_address, open_page
 from vrg.commands.plan import print_plan
 from vrg.commands.ros import ros_address, typed_domain, undriven
 from vrg.commands.three import three_address
-from vrg.config.files import LIVE, ROS, THREE, WINDOW
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, default_engine, installed
-from vrg.launch import in_process, nodes
+from vrg.kinds import FOXGLOVE, HUD, ROS, SPECTATOR, THREE
+from vrg.launch import in_process
 from vrg.launch.change import Change, amended, changes_in
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.keeping import keep, keep_layout
+from vrg.launch.nodes.recorder import recorder_node
+from vrg.launch.nodes.referee import open_journal
+from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.nodes.windows import hud_node, spectator_node
 from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import is_sealed
@@ -71,7 +75,7 @@ def play_match(
         setup = _for_developers(setup)
     console = Console(highlight=False, emoji=False)
     address = options.address
-    window = not options.headless and (WINDOW in setup.place or has_display())
+    window = not options.headless and (SPECTATOR.process in setup.place or has_display())
     if options.dry_run:
         print_plan(setup, console, window=window, record=options.record, web=address is not None)
         return None
@@ -79,9 +83,9 @@ def play_match(
     names = [player.name for player in setup.players]
     page = None if address is None else open_page(*address, names, keys=keys, tls=options.tls)
     secured = not options.steps and (keys is not None or (setup.has_seats if options.seats is None else options.seats))
-    served = {LIVE: live_address(None)} if options.foxglove else {}
-    served |= {THREE: three_address(None)} if options.three else {}
-    served |= {ROS: ros_address(typed_domain(), None, secured=secured)} if options.ros else {}
+    served = {FOXGLOVE.process: live_address(None)} if options.foxglove else {}
+    served |= {THREE.process: three_address(None)} if options.three else {}
+    served |= {ROS.process: ros_address(typed_domain(), None, secured=secured)} if options.ros else {}
     show = Show(console, window=window, record=options.record, page=page, served=served)
     show.announce(*sealing(setup, seats=secured, in_process=options.in_process))
     if not options.ros:
@@ -94,7 +98,7 @@ def play_match(
         # Emulated motor controllers can be hurried, and real ones are refused.
         setup = setup.at_rate(setup.wanted_rate)
     if options.in_process:
-        check_strategies(setup, nodes.strategy_of)
+        check_strategies(setup, strategy_of)
     folder = RunFolder.create(options.runs, setup.name, datetime.now(), setup.text)
     try:
         keep(setup, folder)
@@ -231,8 +235,9 @@ def _for_developers(setup: MatchSetup) -> MatchSetup:
     Raises:
         ConfigError: its window is on another machine.
     """
-    if WINDOW in setup.place:
-        raise ConfigError(f"--developer: the window is on {setup.place[WINDOW]}: `vrg show developer` opens one there")
+    if SPECTATOR.process in setup.place:
+        where = setup.place[SPECTATOR.process]
+        raise ConfigError(f"--developer: the window is on {where}: `vrg show developer` opens one there")
     return setup.for_developers()
 
 
@@ -248,14 +253,14 @@ def _play_in_steps(
     means = Help.KEYS if resumable else Help.NONE  # no command reaches a match in one process
     watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console, means=means)]
     if show.record:
-        watchers.append(nodes.recorder_node(setup, folder))
+        watchers.append(recorder_node(setup, folder))
     if resumable:
         kind, name = window_of(setup)
-        display = kind == "hud"
-        watchers.append(nodes.hud_node(setup, name) if display else nodes.spectator_node(setup, name, folder.path))
+        display = kind is HUD
+        watchers.append(hud_node(setup, name) if display else spectator_node(setup, name, folder.path))
     pace = _pace(stop, setup.rate)
     write_setup(setup, folder.setup)
-    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
+    with open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
         try:
             ending = in_process.play(
                 setup,

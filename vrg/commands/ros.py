@@ -9,12 +9,12 @@ import typer
 
 from vrg.bus.credentials import is_official
 from vrg.bus.process import run_node
-from vrg.bus.seats import seats_of_node
 from vrg.bus.session import DEFAULT_ENDPOINT, joined
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import listening_address
 from vrg.errors import ConfigError
+from vrg.kinds import ROS
 from vrg.launch.running import gone
 
 if TYPE_CHECKING:
@@ -41,15 +41,15 @@ def ros(
 
     ROS nodes use rmw_zenoh; docs/ros.md has what they must set.
     """
-    from vrg.launch import nodes
+    from vrg.launch.nodes.ros import ros_node
 
     found = attached(on)
     setup, secured = found.known_setup(), not found.endpoint.startswith("tcp/")
-    where, seats = ros_address(domain, to, secured=secured), seats_of_node("ros", "")
+    where, seats = ros_address(domain, to, secured=secured), ROS.seats_of("")
     credentials = credentials_for(found.endpoint, on.keys, *seats)
     official = is_official(credentials)
     with connected(found.endpoint, on.keys, *seats) as (stop, session), ExitStack() as stack:
-        node = nodes.ros_node(
+        node = ros_node(
             setup,
             where,
             lambda router: stack.enter_context(joined(router, stop)) if router else session,
@@ -73,7 +73,7 @@ def typed_domain() -> int:
 
 
 def ros_address(domain: int, to: str | None, *, secured: bool) -> str:
-    """The domain and the router of ROS nodes, as `vrg.launch.nodes.ros_node` has it.
+    """The domain and the router of ROS nodes, as `vrg.launch.nodes.ros` has it.
 
     Args:
         to: the router that was typed. secured: True if the match's router lets only seats in.

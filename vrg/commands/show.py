@@ -14,7 +14,7 @@ from vrg.bus.credentials import is_official
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
-from vrg.bus.seats import Seat, SeatKind, seats_of_node
+from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
@@ -30,6 +30,7 @@ from vrg.commands.options import (
     need_display,
 )
 from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
+from vrg.kinds import DEVELOPER, HUD, SPECTATOR
 from vrg.launch.running import gone
 from vrg.registry import expected_one_of
 
@@ -46,7 +47,7 @@ def window(on: MatchOptions, run: RunOption = None) -> None:
     from vrg.ui.spectator import Spectator  # pygame takes half a second to load
 
     found = attached(on)
-    seats = seats_of_node("spectator", "")
+    seats = SPECTATOR.seats_of("")
     credentials = credentials_for(found.endpoint, on.keys, *seats)
     with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         node = Spectator(
@@ -68,7 +69,7 @@ def hud(player: PlayerArgument, on: MatchOptions) -> None:
     found.known_setup().player(player)
     need_display()
     try:
-        found.serve("hud", player)
+        found.serve(HUD, player)
     except DuplicateNodeError:
         raise LaunchError(f"{player} has a head-up display already, and a player has only one") from None
 
@@ -78,7 +79,7 @@ def developer(on: MatchOptions) -> None:
     found = attached(on)
     found.known_setup()
     need_display()
-    found.serve("developer", run=found.run)
+    found.serve(DEVELOPER, run=found.run)
 
 
 def commander(team: TeamArgument, on: MatchOptions) -> None:
@@ -156,7 +157,7 @@ def processes(on: MatchOptions) -> None:
 def diagram(player: PlayerArgument, match: MatchArgument = None, router: RouterOption = None) -> None:
     """Print the statechart of a player as Mermaid. MATCH may also be a match file, or a game, that does not run."""
     from vrg.agents.diagram import mermaid
-    from vrg.launch.nodes import strategy_of
+    from vrg.launch.nodes.strategy import strategy_of
 
     setup = (setup_named(match) if match else None) or attached(MatchOptions(match, router)).known_setup()
     strategy = strategy_of(setup, player)

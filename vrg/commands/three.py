@@ -7,6 +7,7 @@ import typer
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached
 from vrg.commands.options import ListenOption, listening_address, stoppable
+from vrg.kinds import THREE
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
@@ -18,7 +19,7 @@ def three(on: MatchOptions, listen: ListenOption = None) -> None:
     address, found = three_address(listen), attached(on)
     found.known_setup()
     typer.echo(three_link(address))
-    found.serve("three", address)
+    found.serve(THREE, address)
 
 
 def show_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None) -> None:
@@ -27,7 +28,7 @@ def show_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None) 
     Args:
         since: the match time at which it begins, s; None for the first instant.
     """
-    from vrg.launch.nodes import theatre
+    from vrg.launch.nodes.three import theatre
     from vrg.ui.three.replay import ThreeReplay
 
     address = three_address(None)

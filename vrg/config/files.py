@@ -13,17 +13,13 @@ from vrg.bus.radio_settings import LinkSettings, RadioSettings
 from vrg.games import GAMES, PLANNERS
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
+from vrg.kinds import COORDINATOR, RECORDER, ROUTER, SPECTATOR, WORLD, by_process
 from vrg.types import Pose
 
 HERE = "here"
 """The name of the machine where the match is launched."""
-WINDOW, WEB, LIVE, THREE, ROS = "spectator", "web", "foxglove", "3d", "ros"
-"""The names of the processes of the window, of the page, of what Foxglove connects to, of the view in three dimensions,
-and of what shows the match to ROS 2. All but the first run where the match is launched."""
-PLACED = ("router", "world", "referee", "recorder", WINDOW)
-"""The names of the processes of every match."""
-PROCESS_NAMES = (*PLACED, "drives", WEB, LIVE, THREE, ROS)
-"""The names of other processes. A player cannot have one of them, as its process and log are named after it."""
+PLACED = tuple(kind.process for kind in (ROUTER, WORLD, COORDINATOR, RECORDER, SPECTATOR))
+"""The names of the processes of every match, which may be placed. Other views run where the match is launched."""
 RESERVED = ("router-", "host-", "drives-")
 """The beginnings of the names of further processes and logs, in a match that spans several machines."""
 
@@ -74,7 +70,7 @@ def _name(value: str) -> str:
 
 
 def _player_name(value: str) -> str:
-    if value in PROCESS_NAMES or value.startswith(RESERVED):
+    if value in by_process() or value == "drives" or value.startswith(RESERVED):
         raise ValueError(f"{value!r} is the name of another process of a match")
     return _name(value)
 

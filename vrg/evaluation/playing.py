@@ -30,7 +30,7 @@ from vrg.launch.branch import play_on
 from vrg.launch.change import branch_of
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.judged import judge_run
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
 from vrg.launch.stepping import Apart

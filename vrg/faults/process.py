@@ -13,7 +13,7 @@ from vrg.faults.machine import Machine
 from vrg.faults.session import SimulatedSession
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedTask
-from vrg.launch.serving import SNAPSHOT_PERIOD
+from vrg.launch.nodes.world import SNAPSHOT_PERIOD
 
 if TYPE_CHECKING:
     from vrg.faults.can import ProcessMedium

@@ -24,7 +24,10 @@ from vrg.faults.process import RESTART, Process, WorldProcess
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.launch.in_process import emulation
-from vrg.launch.nodes import coordinator_node, player_node, recorder_node, world_node
+from vrg.launch.nodes.player import player_node
+from vrg.launch.nodes.recorder import recorder_node
+from vrg.launch.nodes.referee import coordinator_node
+from vrg.launch.nodes.world import world_node
 from vrg.launch.run_folder import RunFolder
 
 if TYPE_CHECKING:

@@ -31,7 +31,7 @@ from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.hal.models import RobotModel
 from vrg.launch.bounds import BUDGET, BoundedOutput, MemoryBound, printing_to
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.nodes import strategy_class, strategy_of
+from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.remote.strategies import RemoteStarter, files_of
 from vrg.launch.remote.wire import BANNER
 from vrg.launch.run_folder import RunFolder

@@ -22,10 +22,13 @@ from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import TINY, Exhibit, read_evidence
 from vrg.errors import ConfigError, GivenUpError, LaunchError
-from vrg.launch import in_process, nodes
+from vrg.launch import in_process
 from vrg.launch.change import Branch, Change, amended, branch_of, changes_in, kept, write_branch
 from vrg.launch.in_process import Ending
 from vrg.launch.keeping import keep, keep_layout
+from vrg.launch.nodes.recorder import recorder_node
+from vrg.launch.nodes.referee import open_journal
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.result import ended_of, plot, write_result
 from vrg.launch.run_folder import RunFolder, delete
 from vrg.launch.step_log import Ended, StepLog, read_steps
@@ -102,7 +105,7 @@ def play_branch(
     """
     earlier = check_instant(of, changes[0].time)
     setup = _as_played(of)
-    make = nodes.strategy_of if apart is None else apart.tried
+    make = strategy_of if apart is None else apart.tried
     check_strategies(reduce(amended, changes, setup), make)
     folder = RunFolder.create(runs, setup.name, now, setup.text)
     with _written(folder):
@@ -115,7 +118,7 @@ def play_branch(
         check_strategies(reduce(amended, changes, setup), make)
         write_setup(setup, folder.setup)
         write_branch(folder, Branch(str(of.path.resolve()), changes))
-        watchers = [nodes.recorder_node(setup, folder)]
+        watchers = [recorder_node(setup, folder)]
         ending = play_on(setup, of, folder, watchers=watchers, progress=progress, stop=stop, apart=apart)
         _conclude(setup, folder, ending, stop)
     plot(setup, folder)
@@ -152,7 +155,7 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
         write_setup(setup, folder.setup)
         if before is not None:
             write_branch(folder, before)
-        watchers = [nodes.recorder_node(setup, folder)] if of.recordings() else []
+        watchers = [recorder_node(setup, folder)] if of.recordings() else []
         try:
             ending = play_on(setup, of, folder, watchers=watchers, stop=stop, apart=apart, whole=True)
             _conclude(setup, folder, ending, stop)
@@ -204,7 +207,7 @@ def play_on(
         progress(time)
         return (stop is None or not stop.is_set()) and time < ended - TINY
 
-    with nodes.open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
+    with open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
         return in_process.play(
             setup, journal, watchers=watchers, limit=limit, pace=pace, stop=stop, logs=folder.logs, changes=changes,
             apart=apart, steps=steps, past=[line for line in past if line.time < instant - TINY],

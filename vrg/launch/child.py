@@ -15,6 +15,7 @@ from msgspec import Struct
 
 from vrg.config.setup import read_setup
 from vrg.errors import LaunchError, StrategyError, VrgError
+from vrg.kinds import KINDS, PLAYER, ROUTER, WEB
 from vrg.launch.folder_lock import delete_abandoned_keys
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import serve, serve_router
@@ -31,7 +32,7 @@ class Job(Struct, frozen=True, kw_only=True, omit_defaults=True):
     """The job of a child.
 
     Args:
-        kind: `router`, or one of `vrg.launch.serving.KINDS`. router: the endpoint of the router. run: the run folder.
+        kind: the name of one of `vrg.kinds`. router: the endpoint of the router. run: the run folder.
         name: the name of a player or of a window.
         strategy: of a player, in place of the one in the match file.
         keys: the folder of the keys of the match's seats; None in a match without them.
@@ -70,16 +71,17 @@ def main(arguments: Sequence[str]) -> int:
     setproctitle(job.title)
     folder, keys = RunFolder(Path(job.run)), None if job.keys is None else Path(job.keys)
     try:
-        if job.kind == "router":
+        kind = KINDS.get(job.kind)
+        if kind is ROUTER:
             routed = None if keys is None else read_setup(folder.setup)
             stop = serve_router(job.router, upstream=job.upstream, setup=routed, keys=keys, leash=True)
         else:
-            setup = read_setup(folder.setup_of(job.name) if job.kind == "player" else folder.setup)
+            setup = read_setup(folder.setup_of(job.name) if kind is PLAYER else folder.setup)
             if job.strategy:
                 setup = setup.substituted(job.name, job.strategy)
-            secret = read_secret() if job.kind == "web" else ""
+            secret = read_secret() if kind is WEB else ""
             stop = serve(
-                job.kind, setup, router=job.router, run=folder.path, name=job.name, keys=keys, leash=True, secret=secret
+                kind, setup, router=job.router, run=folder.path, name=job.name, keys=keys, leash=True, secret=secret
             )
     except VrgError as error:
         print(f"vrg: {printable(str(error), lines=True)}", file=sys.stderr)

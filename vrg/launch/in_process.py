@@ -25,7 +25,10 @@ from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.change import Change, amended
 from vrg.launch.contained import ContainedPlayer
-from vrg.launch.nodes import coordinator_node, player_node, tracker_node, world_node
+from vrg.launch.nodes.player import player_node
+from vrg.launch.nodes.referee import coordinator_node
+from vrg.launch.nodes.tracker import tracker_node
+from vrg.launch.nodes.world import world_node
 from vrg.launch.repeating import Strategies
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import Ended, Line, StepLog

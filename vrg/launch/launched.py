@@ -24,10 +24,10 @@ from vrg.bus.process import PULSE_PERIOD
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import StopSignal
-from vrg.config.files import WINDOW
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.files import write_json
+from vrg.kinds import SPECTATOR
 from vrg.launch.events import EventKind
 from vrg.launch.host import GROUPS, Host
 from vrg.launch.listening import Listening
@@ -176,7 +176,7 @@ class LaunchedMatch:
                         over_since = over_since or time.monotonic()
                         if time.monotonic() - over_since < LINGER:
                             continue
-                        if until_closed is None or WINDOW not in self.names or self.folder.again.exists():
+                        if until_closed is None or SPECTATOR.process not in self.names or self.folder.again.exists():
                             break
                         if not reported:
                             reported = True

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, Strategy, View, decided, planned
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError
-from vrg.launch.nodes import strategy_of
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.step_log import Line, Missed, StepLog, Unmade
 

@@ -5,10 +5,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from vrg.bus.seats import Seat, seats_of_node
-from vrg.config.files import HERE, LIVE, ROS, THREE, WEB, WINDOW
+from vrg.bus.seats import Seat
+from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
+from vrg.kinds import DEVELOPER, HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind, by_process
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 
@@ -31,7 +32,7 @@ def placed(
     """
     names = ["world", "referee", *setup.trackers, *(companion.name for companion in setup.companions)]
     names += ["recorder"] if record else []
-    names += [WINDOW] if window else []
+    names += [SPECTATOR.process] if window else []
     names += served
     names += [player.name for player in setup.players]
     routers = {"router": setup.place.get("router", HERE)}
@@ -39,31 +40,30 @@ def placed(
     return routers | {name: setup.place.get(name, HERE) for name in names}
 
 
-def kind_of(setup: MatchSetup, process: str) -> str | None:
-    """The kind of node, or `router`, that a process of a match is; None for a companion, which has no part in the bus.
+def kind_of(setup: MatchSetup, process: str) -> Kind | None:
+    """The kind of a process of a match; None for a companion, which has no part in the bus.
 
     Args:
         process: its name.
     """
     if process in [player.name for player in setup.players]:
-        return "player"
+        return PLAYER
     if process in setup.trackers:
-        return "tracker"
+        return TRACKER
     if process in [companion.name for companion in setup.companions]:
         return None
-    kinds = {"world": "world", "referee": "coordinator", "recorder": "recorder"}
-    kinds |= {WINDOW: window_of(setup)[0], WEB: "web", LIVE: "foxglove", THREE: "three", ROS: "ros"}
-    return kinds.get(process, "router")
+    # The window of a match has one name, whatever it shows; and a match may have further routers.
+    return window_of(setup)[0] if process == SPECTATOR.process else by_process().get(process, ROUTER)
 
 
-def window_of(setup: MatchSetup) -> tuple[str, str]:
+def window_of(setup: MatchSetup) -> tuple[Kind, str]:
     """The kind and the name of the node of the window that a match opens.
 
     It is the developers' view if that was asked for, a head-up display in a game that opens one, or the spectator.
     """
     if setup.developer:
-        return "developer", "window"
-    return ("hud", setup.players[0].name) if game_of(setup.game).opens_hud else ("spectator", "window")
+        return DEVELOPER, "window"
+    return (HUD, setup.players[0].name) if game_of(setup.game).opens_hud else (SPECTATOR, "window")
 
 
 def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> list[Seat]:
@@ -73,8 +73,8 @@ def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> 
     """
     where = placed(setup, window=window, record=record)
     kinds = {process: kind_of(setup, process) for process, at in where.items() if at == machine}
-    names = {process: window_of(setup)[1] if process == WINDOW else process for process in kinds}
-    seats = [seats_of_node(kind, names[process])[-1] for process, kind in kinds.items() if kind is not None]
+    names = {process: window_of(setup)[1] if process == SPECTATOR.process else process for process in kinds}
+    seats = [kind.seats_of(names[process])[-1] for process, kind in kinds.items() if kind is not None]
     return list(dict.fromkeys(seats))
 
 
@@ -103,8 +103,8 @@ def specs(
         upstream: the endpoint of the router of the match, if the machine has a further one.
         keys: the folder of the keys of the seats on that machine; None in a match without them.
         page: where the page is served, and for whom; None without one.
-        served: where the processes LIVE, THREE and ROS serve, such as `127.0.0.1:8765`, by their names; as
-            `vrg.launch.nodes` has it. Those that are missing do not run.
+        served: where the processes of further views serve, such as `127.0.0.1:8765`, by their names; as their modules
+            in `vrg.launch.nodes` have it. Those that are missing do not run.
     """
     run, given = str(folder.resolve()), None if keys is None else str(keys)
     companions = {companion.name: companion for companion in setup.companions}
@@ -114,23 +114,21 @@ def specs(
         if kind is None:
             arguments, says = (*companions[process].arguments, "--leash"), companions[process].says
             return ProcessSpec(process, arguments, None, 1, 2, says=says, command=True)
-        if kind == "router":
-            job = Job(kind=kind, router=endpoint, run=run, keys=given, upstream=upstream)
-            return ProcessSpec(process, job.arguments, None, 0, 3)
-        name = {WINDOW: window_of(setup)[1], WEB: "", **served}.get(process, process)
-        # Most of what shows the match is a spectator on the bus.
-        shown = "spectator" if kind in ("developer", "web", "foxglove", "three", "ros") else kind
+        if kind is ROUTER:
+            job = Job(kind=kind.name, router=endpoint, run=run, keys=given, upstream=upstream)
+            return ProcessSpec(process, job.arguments, None, 0, kind.stop_order)
+        name = {SPECTATOR.process: window_of(setup)[1], WEB.process: "", **served}.get(process, process)
         return ProcessSpec(
             process,
-            Job(kind=kind, router=endpoint, run=run, name=name, keys=given).arguments,
-            setup.keys.pulse(shown, process if process in (WEB, LIVE, THREE, ROS) else name).key,
+            Job(kind=kind.name, router=endpoint, run=run, name=name, keys=given).arguments,
+            setup.keys.pulse(kind.pulse or kind.name, process if kind.views else name).key,
             group=2 if process in setup.physical and companions else 1,
-            stop_order={"player": 0, "world": 2}.get(kind, 1),
-            essential=kind in ("world", "coordinator", "player"),
-            seat=kind == "player",
+            stop_order=kind.stop_order,
+            essential=kind.essential,
+            seat=kind.plays,
             physical=process in setup.physical,
-            secret=page.encoded() if page is not None and process == WEB else "",
+            secret=page.encoded() if page is not None and kind is WEB else "",
         )
 
-    where = placed(setup, window=window, record=record, served=[*([] if page is None else [WEB]), *served])
+    where = placed(setup, window=window, record=record, served=[*([] if page is None else [WEB.process]), *served])
     return [spec(process) for process, at in where.items() if at == machine]

@@ -16,7 +16,7 @@ from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.apart import StrategyApart
 from vrg.launch.bounds import BUDGET
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.nodes import strategy_of
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.remote.strategies import RemoteStarter
 from vrg.launch.run_folder import RunFolder, scratch_folder
 from vrg.launch.step_log import Missed

@@ -17,7 +17,7 @@ from vrg.config.loading import check_strategies
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import learning_of
-from vrg.launch.nodes import strategy_of
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.learning.action import limits_of, twist_of
 from vrg.learning.episode import Episode
 from vrg.learning.matches import learners_of, match_of, with_opponents

@@ -12,7 +12,8 @@ from vrg.coordinator.journal import Journal, NoJournal
 from vrg.errors import ConfigError, LaunchError, StrategyError
 from vrg.launch.bounds import DecisionAlarm
 from vrg.launch.in_process import assemble
-from vrg.launch.nodes import player_node, strategy_of
+from vrg.launch.nodes.player import player_node
+from vrg.launch.nodes.strategy import strategy_of
 from vrg.learning.puppet import TARGET, Puppet
 from vrg.learning.watch import Watch
 from vrg.types import STILL, Twist

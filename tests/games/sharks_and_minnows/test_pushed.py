@@ -13,7 +13,7 @@ from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import Disagreement, judge_again
 from vrg.launch.in_process import play
-from vrg.launch.nodes import open_journal
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.run_folder import RunFolder
 
 MATCH = """\

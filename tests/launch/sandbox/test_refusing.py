@@ -7,6 +7,7 @@ import pytest
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import SandboxError
+from vrg.kinds import PLAYER
 from vrg.launch.result import summary, write_result
 from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox import seal
@@ -21,7 +22,7 @@ def test_a_player_that_cannot_be_sealed_does_not_start(tmp_path: Path, monkeypat
     monkeypatch.setattr(seal, "missing", lambda: "a sandbox needs Linux: `sandbox = false` goes on without")
     # No router is there: it is not even looked for.
     with pytest.raises(SandboxError, match="a sandbox needs Linux: `sandbox = false` goes on without"):
-        serve("player", setup, router="tcp/127.0.0.1:9", run=tmp_path / "run", name="ann")
+        serve(PLAYER, setup, router="tcp/127.0.0.1:9", run=tmp_path / "run", name="ann")
     assert not (tmp_path / "loaded").exists()
 
 

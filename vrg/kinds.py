@@ -1,0 +1,142 @@
+"""The kinds of processes of a match: each is described here, and only here.
+
+A package outside adds a kind by an entry point of the group `vrg.kinds`; `vrg node` then runs it:
+
+    [project.entry-points."vrg.kinds"]
+    scoreboard = "my_package.scoreboard:KIND"
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, Final
+
+from vrg.bus.seats import NAMED, Seat, SeatKind
+from vrg.registry import Registry
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """One kind of process.
+
+    Args:
+        name: of the kind. about: what a process of it does, in a few words.
+        node: the `module:function` that makes its node for a `vrg.launch.context.NodeContext`. Only its own process
+            imports it. Empty for the router, which has no node.
+        runner: the `module:function` that runs the node, with the parameters of `vrg.bus.process.run_node`.
+        seats: the kinds of seats that it may take, the one that it prefers first.
+        process: the name of its process; empty if the match file, or its user, names the processes.
+        pulse: the kind of node as which it beats; empty for that of this name.
+        named: what its name is the name of, in one word; empty if it needs none.
+        command: the `module:function` of the command that runs one beside a match, where that takes more than its name.
+        stop_order: processes of a lower number are stopped first.
+        essential: the match is given up without it.
+        keeps: it writes files into the run folder that it needs to go on.
+        draws: it draws numbers that no player may guess.
+        plays: it runs the code of a player, for which it is sealed.
+        views: it shows the match to other programs, at an address that is the name of the process.
+    """
+
+    name: str
+    about: str
+    seats: Sequence[SeatKind]
+    node: str = ""
+    runner: str = "vrg.bus.process:run_node"
+    process: str = ""
+    pulse: str = ""
+    named: str = ""
+    command: str = ""
+    stop_order: int = 1
+    essential: bool = False
+    keeps: bool = False
+    draws: bool = False
+    plays: bool = False
+    views: bool = False
+
+    def seats_of(self, name: str) -> list[Seat]:
+        """The seats that a process of this kind and this name may take, the one that it prefers first."""
+        return [Seat(kind, name) if kind in NAMED else Seat(kind) for kind in self.seats]
+
+
+_WINDOW = "vrg.launch.serving:run_window"
+_DECIDES = (SeatKind.OFFICIAL, SeatKind.WINDOW)
+_WATCHES = (SeatKind.WINDOW, SeatKind.OFFICIAL)
+
+ROUTER = Kind(
+    name="router", about="routes all messages of a match", seats=(SeatKind.ROUTER,), process="router", stop_order=3
+)
+WORLD = Kind(
+    name="world", about="physics, sensors and the match clock", seats=(SeatKind.WORLD,), process="world",
+    node="vrg.launch.nodes.world:world", runner="vrg.bus.process:run_world", stop_order=2, essential=True, keeps=True,
+    draws=True,
+)  # fmt: skip
+COORDINATOR = Kind(
+    name="coordinator", about="the referee", seats=(SeatKind.REFEREE,), process="referee",
+    node="vrg.launch.nodes.referee:referee", essential=True, keeps=True, draws=True,
+)  # fmt: skip
+RECORDER = Kind(
+    name="recorder", about="records a match for Foxglove", seats=(SeatKind.RECORDER,), process="recorder",
+    node="vrg.launch.nodes.recorder:recorder", keeps=True,
+)  # fmt: skip
+TRACKER = Kind(
+    name="tracker", about="locates robots: the fusion centre, or a source of fixes", seats=(SeatKind.TRACKER,),
+    node="vrg.launch.nodes.tracker:tracker", named="source",
+)  # fmt: skip
+PLAYER = Kind(
+    name="player", about="one player with its robot", seats=(SeatKind.PLAYER,),
+    node="vrg.launch.nodes.player:player", named="player", stop_order=0, essential=True, plays=True,
+)  # fmt: skip
+SPECTATOR = Kind(
+    name="spectator", about="a window that shows the match", seats=_DECIDES, process="spectator",
+    node="vrg.launch.nodes.windows:spectator", runner=_WINDOW, command="vrg.commands.show:window",
+)  # fmt: skip
+DEVELOPER = Kind(
+    name="developer", about="the developers' view", seats=_DECIDES, pulse="spectator",
+    node="vrg.launch.nodes.windows:developer", runner=_WINDOW, command="vrg.commands.show:developer",
+)  # fmt: skip
+HUD = Kind(
+    name="hud", about="the head-up display of a player", seats=(SeatKind.HUD,),
+    node="vrg.launch.nodes.windows:hud", runner=_WINDOW, named="player",
+    command="vrg.commands.show:hud",
+)  # fmt: skip
+WEB = Kind(
+    name="web", about="the page for browsers", seats=_DECIDES, process="web", pulse="spectator",
+    node="vrg.launch.nodes.web:web", command="vrg.commands.page:web", views=True,
+)  # fmt: skip
+FOXGLOVE = Kind(
+    name="foxglove", about="what Foxglove connects to", seats=_DECIDES, process="foxglove", pulse="spectator",
+    node="vrg.launch.nodes.foxglove:foxglove", command="vrg.commands.page:foxglove", views=True,
+)  # fmt: skip
+THREE = Kind(
+    # Nobody decides anything there, so it prefers the seat that may not.
+    name="three", about="the match in three dimensions", seats=_WATCHES, process="3d", pulse="spectator",
+    node="vrg.launch.nodes.three:three", command="vrg.commands.three:three", views=True,
+)  # fmt: skip
+ROS = Kind(
+    name="ros", about="the match in ROS 2", seats=_DECIDES, process="ros", pulse="spectator",
+    node="vrg.launch.nodes.ros:ros", command="vrg.commands.ros:ros", views=True,
+)  # fmt: skip
+
+_BUILT_IN: Final = (
+    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, DEVELOPER, HUD, WEB, FOXGLOVE, THREE, ROS,
+)  # fmt: skip
+
+
+def _wrong(found: Any) -> str | None:
+    return None if isinstance(found, Kind) and found.node else "expected a vrg.kinds.Kind with a node"
+
+
+KINDS: Final[Registry[Kind]] = Registry(
+    "kind of process",
+    "vrg.kinds",
+    {kind.name: f"vrg.kinds:{kind.name.upper()}" for kind in _BUILT_IN},
+    lambda found: None if found is ROUTER else _wrong(found),
+)
+"""Every kind by name."""
+
+
+@cache
+def by_process() -> dict[str, Kind]:
+    """The kinds of which a match has one process at most, by the name of that process."""
+    found = (KINDS.find(name) for name in KINDS.names())
+    return {kind.process: kind for kind in found if kind is not None and kind.process}

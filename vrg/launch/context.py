@@ -1,0 +1,68 @@
+"""What the node of a process is made from."""
+
+import os
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from vrg.bus.node import Node
+from vrg.config.setup import MatchSetup
+from vrg.launch.run_folder import RunFolder
+
+if TYPE_CHECKING:
+    from vrg.bus.session import Session  # a match in one process has none, and does not load zenoh
+    from vrg.bus.stopping import Stop
+
+DISPLAY_PERIOD = 1 / 30
+"""The real time in s between two looks at what a person does."""
+
+
+class Made(NamedTuple):
+    """A node, and what the runner of its kind is given besides."""
+
+    node: Node
+    options: Mapping[str, Any] = {}
+
+
+@dataclass(frozen=True)
+class NodeContext:
+    """The process that a node is made in.
+
+    Args:
+        setup: of the match. name: of the player, the source or the window, or the address where it serves.
+        folder: the run folder. given: whether it is that of the match, and not just where files may be written.
+        router: the endpoint of the match's router. session: with it. stop: what stops the process.
+        official: whether its seat may decide. own: whether it is one of the match's own processes: any number of others
+            may be opened beside them.
+        secret: the line that the launcher has given to this process alone; empty for none.
+        stack: what is entered here is left when the process ends.
+    """
+
+    setup: MatchSetup
+    name: str
+    folder: RunFolder
+    given: bool
+    router: str
+    session: "Session"
+    stop: "Stop"
+    official: bool
+    own: bool
+    secret: str
+    stack: ExitStack = field(default_factory=ExitStack)
+
+    @property
+    def run(self) -> Path | None:
+        """The run folder; None if it is not known."""
+        return self.folder.path if self.given else None
+
+    def named(self, usual: str) -> str:
+        """The name of its node: the usual one, or one that nobody else has where several may run."""
+        return usual if self.own else f"{usual}-{os.getpid()}"
+
+    def join(self, router: str) -> "Session":
+        """A session with another router, or with the match's for an empty endpoint."""
+        from vrg.bus.session import joined  # noqa: PLC0415 - as above
+
+        return self.stack.enter_context(joined(router, self.stop)) if router else self.session

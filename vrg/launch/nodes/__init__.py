@@ -1,0 +1,1 @@
+"""Makes the nodes of a match, the same for every executor. A process imports only the module of its own."""

@@ -1,0 +1,91 @@
+"""A player of a match with its strategy."""
+
+import logging
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from vrg.agents.player import Player
+from vrg.agents.strategy import Strategy
+from vrg.bus.links import link_of
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.radio import Radio
+from vrg.config.setup import MatchSetup, radio_seed
+from vrg.errors import ConfigError, StrategyError
+from vrg.hal.backends import MatchContext, open_driver
+from vrg.hal.can.link import Medium
+from vrg.hal.clock import REAL_CLOCK
+from vrg.hal.device import Device
+from vrg.launch.context import Made, NodeContext
+from vrg.launch.nodes.strategy import strategy_of
+
+log = logging.getLogger(__name__)
+
+
+def player_node(
+    setup: MatchSetup,
+    name: str,
+    medium: Medium | None = None,
+    make: Callable[[], Strategy] | None = None,
+) -> Player:
+    """Make a player with its device and its strategy.
+
+    Args:
+        medium: the CAN buses of its robot; None for those of this computer.
+        make: makes its strategy; None makes it in this process.
+
+    Raises:
+        ConfigError: there is no such player, or its driver cannot be made.
+        StrategyError: its strategy cannot be made.
+    """
+    player = setup.player(name)
+    try:
+        strategy = strategy_of(setup, name) if make is None else make()
+    except ConfigError as error:
+        raise StrategyError(str(error), final=True) from error
+    mailbox, keys = Mailbox(), setup.keys
+    context = MatchContext(
+        name=name,
+        model=player.robot,
+        options=setup.backends.get(player.backend, {}),
+        base=Path(setup.base),
+        now=lambda: mailbox.now,
+        medium=medium,
+        keys=keys,
+        mailbox=mailbox,
+    )
+    driver = open_driver(player.backend, context)
+    clock = REAL_CLOCK if medium is None else medium.clock
+    device = Device(driver, keys, mailbox, start=player.pose, localisation=player.localisation, clock=clock)
+    radio = Radio(keys, mailbox, name, player.team, link_of(setup.radio.settings, setup.draw(radio_seed(name))))
+    return Player(mailbox, keys, device, strategy, team=player.team, radio=radio, obstacles=setup.obstacles)
+
+
+def player(on: NodeContext) -> Made:
+    """A player, whose code is bounded in this process."""
+    on.stack.enter_context(_students_code(on.setup.memory))
+    return Made(player_node(on.setup, on.name))
+
+
+@contextmanager
+def _students_code(memory: int) -> Iterator[None]:
+    """Bound what the code of a strategy uses and prints, and log where it fails.
+
+    Args:
+        memory: the most memory that it may use, MB.
+    """
+    from vrg.launch.bounds import (  # noqa: PLC0415 - a player in one process is bounded by its executor
+        BoundedOutput,
+        MemoryBound,
+        printing_to,
+        say_where_on_request,
+    )
+
+    say_where_on_request()
+    try:
+        with MemoryBound(memory), printing_to(BoundedOutput(sys.stdout)):
+            yield
+    except StrategyError as error:
+        log.error("the strategy has failed", exc_info=error.__cause__ or error)
+        raise

@@ -1,0 +1,28 @@
+"""The page that shows a match to browsers."""
+
+from vrg.bus.mailbox import Mailbox
+from vrg.config.setup import MatchSetup
+from vrg.kinds import WEB
+from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
+from vrg.ui.web.admission import read_admission
+from vrg.ui.web.node import WebNode
+from vrg.ui.web.server import WebServer
+
+
+def web_node(setup: MatchSetup, admission: str) -> WebNode:
+    """Make the node that shows a match to browsers.
+
+    Args:
+        admission: where it is served, and who may do what: an encoded `vrg.ui.web.admission.Admission`.
+
+    Raises:
+        ValueError: the admission cannot be read.
+    """
+    sizes = {player.name: player.robot.size for player in setup.players}
+    audience = WebServer(read_admission(admission), setup.name)
+    return WebNode(WEB.process, Mailbox(), setup.keys, audience, sizes=sizes, obstacles=setup.obstacles)
+
+
+def web(on: NodeContext) -> Made:
+    """The page."""
+    return Made(web_node(on.setup, on.secret), {"idle": DISPLAY_PERIOD})

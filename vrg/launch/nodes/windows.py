@@ -1,0 +1,103 @@
+"""The windows of a match: each shows it on this machine until its user closes it."""
+
+from functools import partial
+from pathlib import Path
+
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.traffic import Traffic
+from vrg.config.setup import MatchSetup
+from vrg.geometry import circumradius
+from vrg.hal.sim.map import load_map
+from vrg.launch.context import Made, NodeContext
+from vrg.launch.explaining import explain
+from vrg.launch.run_folder import RunFolder
+from vrg.launch.running import gone
+from vrg.ui.developer.node import DeveloperWindow
+from vrg.ui.hud.goals import Ground
+from vrg.ui.hud.node import Hud
+from vrg.ui.spectator import Spectator
+from vrg.ui.window_node import WindowNode
+
+
+def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> Spectator:
+    """Make a window that shows a match, with the map's walls and the robots' real sizes.
+
+    Args:
+        name: the name of the node.
+        run: the run folder, for pictures that its user takes and to explain calls; None if it is not on this machine.
+        official: False if its user may only watch and stop everything.
+    """
+    return Spectator(
+        name,
+        Mailbox(),
+        setup.keys,
+        sizes={p.name: p.robot.size for p in setup.players},
+        obstacles=setup.obstacles,
+        run=run,
+        explain=None if run is None else partial(explain, run),
+        again=(lambda: None) if run is None else RunFolder(run).again_if_recorded,
+        official=official,
+    )
+
+
+def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> DeveloperWindow:
+    """Make the developers' view of a match.
+
+    Args:
+        name: the name of the node. run: the run folder, as for `spectator_node`.
+        official: whether it has an official's seat.
+    """
+    return DeveloperWindow(
+        name,
+        Mailbox(),
+        setup.keys,
+        Traffic(setup.keys),
+        robots={player.name: player.robot for player in setup.players},
+        obstacles=setup.obstacles,
+        run=run,
+        explain=None if run is None else partial(explain, run),
+        official=official,
+    )
+
+
+def hud_node(setup: MatchSetup, player: str) -> Hud:
+    """Make the head-up display of a player.
+
+    Raises:
+        ConfigError: there is no such player.
+    """
+    own = setup.player(player)
+    bounds, walls = load_map(setup.map).bounds, tuple(setup.obstacles)
+    return Hud(
+        player,
+        Mailbox(),
+        setup.keys,
+        team=own.team,
+        robot=own.robot,
+        start=own.pose,
+        ground=Ground(bounds, walls, circumradius(own.robot.size)),
+        sizes={p.name: p.robot.size for p in setup.players},
+        ranging=setup.lasers or own.physical,
+        physical=frozenset(setup.physical),
+    )
+
+
+def spectator(on: NodeContext) -> Made:
+    """The window of the match, or one more."""
+    return _until_closed(on, spectator_node(on.setup, on.name or on.named("window"), on.run, official=on.official))
+
+
+def developer(on: NodeContext) -> Made:
+    """The developers' view."""
+    view = developer_node(on.setup, on.name or on.named("developer"), on.run, official=on.official)
+    view.traffic.attach(on.session)
+    return _until_closed(on, view)
+
+
+def hud(on: NodeContext) -> Made:
+    """The head-up display of a player."""
+    return _until_closed(on, hud_node(on.setup, on.name))
+
+
+def _until_closed(on: NodeContext, window: WindowNode) -> Made:
+    return Made(window, {"ended": None if on.own else gone(on.setup.name, on.router)})

@@ -1,0 +1,55 @@
+"""The world of a match."""
+
+import logging
+from collections.abc import Callable
+
+from vrg.bus.mailbox import Mailbox
+from vrg.config.setup import MatchSetup
+from vrg.files import read_bytes, write_whole
+from vrg.hal.sim.node import WorldNode
+from vrg.launch.context import Made, NodeContext
+from vrg.launch.run_folder import RunFolder
+
+log = logging.getLogger(__name__)
+
+SNAPSHOT_PERIOD = 5
+"""The number of world ticks between two snapshots. With the default tick this is 0.1 s of match time."""
+
+
+def world_node(setup: MatchSetup) -> WorldNode:
+    """Make the world of a match.
+
+    Raises:
+        ConfigError: the set-up of the world has problems.
+    """
+    return WorldNode(setup.world, Mailbox(), setup.keys)
+
+
+def world(on: NodeContext) -> Made:
+    """The world, which goes on from the snapshot in the run folder."""
+    node = world_node(on.setup)
+    if on.folder.snapshot.exists():
+        node.restore(read_bytes(on.folder.snapshot))
+        log.info("going on from the snapshot at tick %d", node.start_tick)
+    keeper = _SnapshotKeeper(on.folder, node.snapshot)
+    return Made(node, {"first_tick": node.start_tick, "rate": on.setup.rate, "after_tick": keeper})
+
+
+class _SnapshotKeeper:
+    """Saves the world every SNAPSHOT_PERIOD ticks, so that a restarted world can go on after a crash."""
+
+    def __init__(self, folder: RunFolder, snapshot: Callable[[], bytes]) -> None:
+        self._folder = folder
+        self._snapshot = snapshot
+        self._failed = False
+
+    def __call__(self, tick: int) -> None:
+        if tick % SNAPSHOT_PERIOD:
+            return
+        try:
+            write_whole(self._folder.snapshot, self._snapshot())
+            self._failed = False
+        except OSError as error:
+            if not self._failed:
+                log.error("the world's snapshot cannot be saved; a crash would lose what follows: %s", error)
+            self._failed = True
