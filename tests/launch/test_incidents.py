@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from vrg.bus.messages import Call, Stage
+from vrg.bus.messages import BY_OFFICIAL, EMERGENCY_STOP, Call, Stage
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Checkpoint
 from vrg.launch.events import Event, EventKind
@@ -45,12 +45,15 @@ class Run:
     def call(self, rule: str, time: float, text: str = "") -> "Run":
         """The referee's call, with the standing that follows from it."""
         self._calls += 1
+        why = text
+        causes = {"emergency stop": EMERGENCY_STOP, "called by": BY_OFFICIAL}
+        cause = next((cause for words, cause in causes.items() if text.startswith(words)), "")
         if rule == "halt":
             self._halted = f"{self._halted}; {text}" if self._halted else text
             text = f"play is halted: {text}"
         elif rule in ("resume", "game_over"):
             self._halted = None
-        call = Call(number=self._calls, rule=rule, text=text, players=(), poses=(), clock=time)
+        call = Call(number=self._calls, rule=rule, text=text, players=(), poses=(), clock=time, why=why, cause=cause)
         standing = Checkpoint(
             stage=Stage.PLAY_ROUND, halted=self._halted, clock=time, total=time, in_stage=time, calls=self._calls,
             winner=None, game={},

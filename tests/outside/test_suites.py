@@ -13,7 +13,11 @@ from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import MODELS
+from vrg.launch.in_process import play
+from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.result import conclusion, write_result
+from vrg.launch.run_folder import RunFolder
 from vrg.testing.driver import DriverBench, DriverContract
 from vrg.testing.rulebook import RuleBookContract
 from vrg.testing.strategy import StrategyContract
@@ -78,3 +82,11 @@ def test_a_mistake_in_the_rules_of_the_game_is_found_with_its_line(tmp_path: Pat
     file.write_text(text.replace("x = 4.0", "x = -4.0").replace("y = 0.0\n", "y = 1.5\n"), encoding="utf-8")
     with pytest.raises(ConfigError, match=r"match.toml:10: .*amber: starts in the finish"):
         load_match(file)
+
+
+def test_its_reason_for_the_end_of_the_game_is_told_whole(installed: None, tmp_path: Path) -> None:
+    setup, folder = load_match(GAMES.get("race").default_match()), RunFolder(tmp_path)
+    with open_journal(setup, folder) as journal:
+        ending = play(setup, journal)
+    result = write_result(setup, folder, ending.state, "game over")
+    assert conclusion(result).endswith(": one lap: first home, first served")

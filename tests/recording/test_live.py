@@ -6,6 +6,7 @@ import os
 import socket
 import struct
 from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
 from typing import Any, cast
 
 import aiohttp
@@ -14,9 +15,12 @@ import pytest
 from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.session import Session
+from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
-from vrg.launch import serving
+from vrg.launch.context import NodeContext
+from vrg.launch.nodes.foxglove import foxglove
+from vrg.launch.run_folder import RunFolder
 from vrg.recording.live import LiveRecorder, LiveServer
 
 PATIENCE = 60.0
@@ -143,15 +147,15 @@ def test_a_port_that_another_program_has_ends_nothing_but_this(server: LiveServe
     assert f"127.0.0.1:{port}" in recorder.fault
 
 
-def test_one_that_is_opened_beside_that_of_the_match_has_another_name() -> None:
+def test_one_that_is_opened_beside_that_of_the_match_has_another_name(tmp_path: Path) -> None:
     setup = load_match(match_path("practice"))
 
     def name(*, launched: bool) -> str:
-        node, _ = serving._shown(
-            "foxglove", setup, cast(Session, None), "127.0.0.1:0", None, "",
-            official=True, join=lambda _: cast(Session, None), ended=None if launched else lambda: False,
+        context = NodeContext(
+            setup=setup, name="127.0.0.1:0", folder=RunFolder(tmp_path), given=False, router="",
+            session=cast(Session, None), stop=cast(Stop, None), official=True, own=launched, secret="",
         )  # fmt: skip
-        return node.name
+        return foxglove(context).node.name
 
     assert name(launched=True) == "foxglove"
     assert name(launched=False) == f"foxglove-{os.getpid()}"

@@ -101,9 +101,11 @@ def test_what_a_key_has_done_is_told_where_it_cannot_be_seen(window, match, tmp_
     match.step(window, 5.3, 3)
     assert not window.notice
     [asked] = said(window)
-    text = "resume, asked for by spectator, is refused: the emergency stop is engaged"
+    text, why = "resume is refused: here is the reason", "the emergency stop is engaged"
     for number, answers in enumerate(("another window's", asked.id), 1):
-        call = m.Call(number=number, rule="refused", text=text, players=(), poses=(), clock=5.0, answers=answers)
+        call = m.Call(
+            number=number, rule="refused", text=text, players=(), poses=(), clock=5.0, answers=answers, why=why
+        )
         match.say(window.mailbox, match.keys.referee_event, call, 5.4, number)
         match.step(window, 5.4, 3 + number)
         assert window.notice == ("Refused: the emergency stop is engaged" if answers == asked.id else "")

@@ -11,6 +11,7 @@ from msgspec import structs
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
+    EMERGENCY_STOP,
     Body,
     Call,
     Estop,
@@ -226,7 +227,7 @@ class Coordinator(Node):
             self._released_at = now
             return Effects()
         why = f": {order.reason}" if order.reason else ""
-        return self._enact(Halted(f"emergency stop by {order.by}{why}"))
+        return self._enact(Halted(f"emergency stop by {order.by}{why}", EMERGENCY_STOP))
 
     def _hear_world(self) -> Effects:
         clock = self._clock.latest
@@ -247,7 +248,7 @@ class Coordinator(Node):
         if not holders:
             return Effects()
         self._estop = True
-        return self._enact(Halted(f"emergency stop, latched in {holders[0]}"))
+        return self._enact(Halted(f"emergency stop, latched in {holders[0]}", EMERGENCY_STOP))
 
     def _hear_answers(self) -> list[Effects]:
         """Take in the world's answers to requests to place robots."""

@@ -7,7 +7,7 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
-from vrg.bus.messages import FAILED, Official, OfficialAction
+from vrg.bus.messages import BY_OFFICIAL, FAILED, Official, OfficialAction
 from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Effects, announce
 from vrg.coordinator.rulebook import NOBODY, Observation
@@ -41,9 +41,10 @@ def _done(match: Match, official: Official, now: Observation, silent: Collection
     who = f"{official.by}{why}"
     match action:
         case OfficialAction.HALT:
-            halt = match.halt(f"called by {who}")
+            halt = match.halt(f"called by {who}", BY_OFFICIAL)
             text = halt.calls[0].text if halt else f"halted already: {match.halted}"
-            outcome = announce("halt", text, number)
+            why = halt.calls[0].why if halt else match.halted or ""
+            outcome = announce("halt", text, number, why=why, cause=BY_OFFICIAL)
         case OfficialAction.RESUME:
             match.resume()
             outcome = announce("resume", f"resumed by {who}", number)
@@ -64,7 +65,8 @@ def _done(match: Match, official: Official, now: Observation, silent: Collection
 
 
 def _refused(official: Official, why: str) -> Effects:
-    return announce("refused", f"{official.action}, asked for by {official.by}, is refused: {why}", official.id)
+    text = f"{official.action}, asked for by {official.by}, is refused: {why}"
+    return announce("refused", text, official.id, why=why)
 
 
 def _refusal(match: Match, action: OfficialAction, absent: Sequence[str]) -> str | None:

@@ -20,7 +20,7 @@ def disqualify(state: S, name: str, why: str, now: Observation, *, by_official: 
         return state, Effects()
     text = f"{name} is disqualified: {why}"
     state = _with(state, name, Disqualification(why=why, by_official=by_official))
-    return state, _call("disqualified", text, name, now)
+    return state, _call("disqualified", text, name, now, why)
 
 
 def reinstate(state: S, name: str, now: Observation, *, later: str) -> tuple[S, Effects]:
@@ -56,5 +56,5 @@ def _with(state: S, name: str, what: Disqualification | None) -> S:
     return structs.replace(state, disqualified=others if what is None else {**others, name: what})
 
 
-def _call(rule: str, text: str, name: str, now: Observation) -> Effects:
-    return Effects([called(rule, text, {name: now.poses[name]} if name in now.poses else {})])
+def _call(rule: str, text: str, name: str, now: Observation, why: str = "") -> Effects:
+    return Effects([called(rule, text, {name: now.poses[name]} if name in now.poses else {}, why)])

@@ -72,9 +72,14 @@ class Resumed(Struct, frozen=True, tag=True, array_like=True):
 
 
 class Halted(Struct, frozen=True, tag=True, array_like=True):
-    """Something outside the rules halted play, such as an emergency stop."""
+    """Something outside the rules halted play, such as an emergency stop.
+
+    Args:
+        reason: in words. cause: see `vrg.bus.messages.Call`.
+    """
 
     reason: str
+    cause: str = ""
 
 
 class Disqualified(Struct, frozen=True, tag=True, array_like=True):
@@ -165,8 +170,8 @@ def enact(match: Match, entry: Entry, field: Observation) -> Effects:
     match entry:
         case Looked(dt, absent):
             outcome = match.step(dt, field, absent)
-        case Halted(reason):
-            outcome = match.halt(reason)
+        case Halted(reason, cause):
+            outcome = match.halt(reason, cause)
         case Disqualified(name, why):
             outcome = match.disqualify(name, why, field)
         case Reinstated(name):

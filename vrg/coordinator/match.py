@@ -210,7 +210,7 @@ class Match:
         out = [name for name, why in self.disqualified.items() if not why.returns]
         if not self.over and len(out) == len(self.names):  # also in HALT, which nothing could end
             why = "everybody is disqualified"
-            return Effects(announce("game_over", f"game over: {why}").calls, [self.end(DRAW, why)])
+            return Effects(announce("game_over", f"game over: {why}", why=why).calls, [self.end(DRAW, why)])
         if self._reasons or self.over:
             self._before = None
             self.waiting = list(absent)
@@ -222,12 +222,16 @@ class Match:
             return self._play(dt, now)
         return self._round_over(now)
 
-    def halt(self, reason: str) -> Effects:
-        """Stop the clock and the robots. A new reason is added to those before; a known one changes nothing."""
+    def halt(self, reason: str, cause: str = "") -> Effects:
+        """Stop the clock and the robots. A new reason is added to those before; a known one changes nothing.
+
+        Args:
+            cause: see `vrg.bus.messages.Call`.
+        """
         if self.over or reason in self._reasons:
             return Effects()
         self._reasons.append(reason)
-        return announce("halt", f"play is halted: {reason}")
+        return announce("halt", f"play is halted: {reason}", why=reason, cause=cause)
 
     def resume(self) -> None:
         """End the halt: forget all its reasons."""
@@ -397,7 +401,8 @@ class Match:
         if self.winner is None:
             return Effects(verdict.calls, [self._enter(Stage.INITIALIZE)])
         how = {DRAW: "a draw", NOBODY: "the time is up"}.get(self.winner, won(self.winner))
-        over = announce("game_over", f"game over: {how}{f': {verdict.why}' if verdict.why else ''}")
+        text = f"game over: {how}{f': {verdict.why}' if verdict.why else ''}"
+        over = announce("game_over", text, why=verdict.why)
         return Effects([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
 
 

@@ -36,9 +36,9 @@ class Effects:
         return bool(self.calls or self.stages or self.place)
 
 
-def announce(rule: str, text: str, answers: str | None = None) -> Effects:
+def announce(rule: str, text: str, answers: str | None = None, *, why: str = "", cause: str = "") -> Effects:
     """An outcome of one call that concerns no particular player."""
-    return Effects([Call(rule=rule, text=text, answers=answers)])
+    return Effects([Call(rule=rule, text=text, answers=answers, why=why, cause=cause)])
 
 
 def numbered(
@@ -62,6 +62,8 @@ def numbered(
             clock=clock,
             answers=call.answers,
             uncertainty={name: known[name] for name in call.players[: len(call.poses)] if name in known},
+            why=shortened(call.why),
+            cause=call.cause,
         )
         for number, call in enumerate(calls, before + 1)
     ]

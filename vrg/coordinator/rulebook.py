@@ -150,6 +150,7 @@ class Call:
         players: the players that it concerns. poses: the poses of the first of them at the instant of the call, in the
             same order; those that not everybody may know are left out.
         answers: the id of the official's decision that this call answers; None if it answers none.
+        why: the reason alone, in words, where the text has more; empty if there is none. cause: see `messages.Call`.
     """
 
     rule: str
@@ -157,11 +158,13 @@ class Call:
     players: tuple[str, ...] = ()
     poses: tuple[Pose, ...] = ()
     answers: str | None = None
+    why: str = ""
+    cause: str = ""
 
 
-def called(rule: str, text: str, where: Mapping[str, Pose]) -> Call:
+def called(rule: str, text: str, where: Mapping[str, Pose], why: str = "") -> Call:
     """A call about some players, with the pose of each at its instant."""
-    return Call(rule=rule, text=text, players=tuple(where), poses=tuple(where.values()))
+    return Call(rule=rule, text=text, players=tuple(where), poses=tuple(where.values()), why=why)
 
 
 @dataclass(frozen=True)

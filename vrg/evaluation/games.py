@@ -79,7 +79,7 @@ class Played(Struct, frozen=True, kw_only=True):
             for calls that name no player.
         match_time: the match time at the end, s. play_time: the time of play, s. None if the game failed.
         disqualified: the players that were disqualified.
-        failures: what has failed in the code of players, in words.
+        failures: what has failed in the code of players, in words. failing: the player of each of them.
         wall_time: the real time that the game took, s.
     """
 
@@ -92,6 +92,7 @@ class Played(Struct, frozen=True, kw_only=True):
     play_time: float | None = None
     disqualified: list[str] = []
     failures: list[str] = []
+    failing: list[str] = []
     wall_time: float = 0.0
 
 

@@ -182,7 +182,7 @@ def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]
         heading = f"{label} as {row.game.first_team if label == row.game.pairing.first else row.game.second_team}"
         parts.append("\n".join([f"{heading} against {other}, seed {row.game.seed}:", *said]))
         logs = folder.failures / folder.name_of(row.game) / "logs"
-        names = dict.fromkeys(failure.partition(": ")[0] for failure in said)
+        names = dict.fromkeys(name for name in row.played.failing if row.label(row.teams[name]) in labels)
         parts += [f"the end of {name}.log:\n{end}" for name in names if (end := _tail(logs / f"{name}.log"))]
     return parts
 
@@ -190,7 +190,8 @@ def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]
 def _failures(row: GameRecord, labels: Collection[str]) -> list[str]:
     """The failures of a game in the code of versions of one entry."""
     own = {name for name, team in row.teams.items() if row.label(team) in labels}
-    return [failure for failure in row.played.failures if failure.partition(": ")[0] in own]
+    both = zip(row.played.failing, row.played.failures, strict=False)  # older records do not name the players
+    return [failure for name, failure in both if name in own]
 
 
 def _tail(log: Path) -> str:

@@ -256,4 +256,4 @@ def _trace(run: RunFolder) -> Trace:
 
 def _public(call: Call) -> str:
     """The text of a call without the error of a player's code, which is for its author."""
-    return call.text.partition(": ")[0] if call.rule == DISQUALIFIED else call.text
+    return f"{', '.join(call.players)} is disqualified" if call.rule == DISQUALIFIED else call.text

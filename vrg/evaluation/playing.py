@@ -16,7 +16,7 @@ from pathlib import Path
 import msgspec
 from msgspec import structs
 
-from vrg.bus.messages import DISQUALIFIED, RefereeState, Stage
+from vrg.bus.messages import DISQUALIFIED, EMERGENCY_STOP, RefereeState, Stage
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
@@ -63,7 +63,8 @@ def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer
         ended=ended,
         problem=why if ended == BROKEN_OFF else "",
         match_time=round(ending.time, 3),
-        failures=list(ending.failures),
+        failures=[f"{failure.player}: {failure.text}" for failure in ending.failures],
+        failing=[failure.player for failure in ending.failures],
         wall_time=round(time.perf_counter() - began, 3),
     )
 
@@ -87,7 +88,7 @@ def judged(setup: MatchSetup, folder: RunFolder, reported: Played) -> Played:
         damage: list[str] = []
         judgement, wrong = judge_run(setup, folder, records, damage)
         entries = (entry for seen in read_evidence(folder.evidence) for entry in seen.tick.entries)
-        officials = [words for entry in entries if (words := _by_nobody(entry, reported.failures))]
+        officials = [words for entry in entries if (words := _by_nobody(entry, reported.failing))]
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
         state = state_after(rulebook_of(setup), standing)
@@ -106,18 +107,17 @@ def judged(setup: MatchSetup, folder: RunFolder, reported: Played) -> Played:
     )
 
 
-def _by_nobody(entry: Entry, failures: Sequence[str]) -> str | None:
+def _by_nobody(entry: Entry, failing: Sequence[str]) -> str | None:
     """The act of a person in an entry of the evidence, which no comparison has; None if there is none.
 
-    A player whose code has failed for good, as `failures` tell, is disqualified by a decision, too.
+    A player whose code has failed for good, as `failing` tells, is disqualified by a decision, too.
     """
-    if isinstance(entry, Halted) and entry.reason.startswith("emergency stop"):
+    if isinstance(entry, Halted) and entry.cause == EMERGENCY_STOP:
         return f"nobody is there who may halt it: {entry.reason}"
     if not isinstance(entry, Decided):
         return None
     official = entry.official
-    failed = any(failure.startswith(f"{official.subject}: ") for failure in failures)
-    if failed and official == disqualification(official.subject or "", official.reason):
+    if official.subject in failing and official == disqualification(official.subject or "", official.reason):
         return None
     return f"an official has decided, but there is none: {official.action}"
 

@@ -5,6 +5,7 @@ import io
 import logging
 import traceback
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -26,6 +27,14 @@ _TRIM = 10.0
 """The match time in s between two looks at how long the log is."""
 
 
+@dataclass(frozen=True)
+class Failure:
+    """A failure in the code of a player, in words, with its match time."""
+
+    player: str
+    text: str
+
+
 class ContainedPlayer(Node):
     """See the module. After a failure the player goes on with a fresh strategy, until it has failed too often.
 
@@ -38,7 +47,7 @@ class ContainedPlayer(Node):
         apart: True if its strategy decides in a process of its own, which has bounds of its own.
 
     Attributes:
-        failures: what has failed so far, in words, each with the match time.
+        failures: what has failed so far.
     """
 
     kind = "player"
@@ -56,7 +65,7 @@ class ContainedPlayer(Node):
         apart: bool = False,
     ) -> None:
         super().__init__(player.name, player.mailbox, player.period)
-        self.failures: list[str] = []
+        self.failures: list[Failure] = []
         self._player = player
         self._keys = keys
         self._make = make
@@ -139,7 +148,7 @@ class ContainedPlayer(Node):
         """Its robot stands; it gets a fresh strategy, or is out."""
         if isinstance(error.__cause__, MemoryError):
             self._memory.lift()
-        self.failures.append(f"{self.name}: {error} (at {tick.time:.1f} s)")
+        self.failures.append(Failure(self.name, f"{error} (at {tick.time:.1f} s)"))
         self._note(f"{tick.time:.1f} s: {error}\n{_trace(error)}")
         log.warning("%s: %s", self.name, error)
         self._player.give_way(f"{self.name}: {error}")

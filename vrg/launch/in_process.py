@@ -24,7 +24,7 @@ from vrg.files import write_json
 from vrg.hal.backends import BACKENDS
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.change import Change, amended
-from vrg.launch.contained import ContainedPlayer
+from vrg.launch.contained import ContainedPlayer, Failure
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.tracker import tracker_node
@@ -55,12 +55,12 @@ class Ending:
     Args:
         state: the last state of the referee.
         time: the match time at the end, s.
-        failures: what has failed in the code of players, in words.
+        failures: what has failed in the code of players.
     """
 
     state: RefereeState
     time: float
-    failures: tuple[str, ...] = ()
+    failures: tuple[Failure, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from vrg.bus.messages import EMERGENCY_STOP
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
 from vrg.launch.events import Event, EventKind
@@ -31,10 +32,6 @@ _TIME = (WORLD, ROUTER)
 _ENDS = (EventKind.KILLED, EventKind.DIED, EventKind.VACATED)
 _GOES_ON = ("resume", "ended", "game_over")
 """The rules of the calls after which a HALT is over."""
-_ESTOP = "emergency stop"
-"""The beginning of the reason of a HALT that the referee has called because of the emergency stop."""
-_BY_SOMEBODY = ("called by", _ESTOP)
-"""The beginnings of the reasons of those HALTs that a person has asked for."""
 
 
 @dataclass(frozen=True)
@@ -78,28 +75,23 @@ def goes_on(records: Iterable[Record], after: float) -> float:
     return next((r.time for r in records if r.time >= after and any(c.rule in _GOES_ON for c in r.calls)), math.inf)
 
 
-def _is_estop(text: str) -> bool:
-    return text.removeprefix("play is halted: ").startswith(_ESTOP)
-
-
 def _halts(of: RunData) -> Iterator[Incident]:
     """The HALTs that stopped play, and the emergency stops, each once however often it is called until play goes on."""
     halted: str | None = None
     stopped_until = -math.inf
     for record in of.records:
         calls = [call for call in record.calls if call.rule == "halt"]
-        estops = [call for call in calls if _is_estop(call.text)]
+        estops = [call for call in calls if call.cause == EMERGENCY_STOP]
         if estops and record.time >= stopped_until:
             stopped_until = goes_on(of.records, record.time)
-            yield _estop(of, record.time, stopped_until, estops[0].text)
+            yield _estop(of, record.time, stopped_until, estops[0].why)
         elif halted is None and record.standing.halted is not None and calls and not estops:
             yield Incident(IncidentKind.HALT, calls[0].text, record.time, goes_on(of.records, record.time))
         halted = record.standing.halted
 
 
-def _estop(of: RunData, called: float, until: float, text: str) -> Incident:
+def _estop(of: RunData, called: float, until: float, what: str) -> Incident:
     """An emergency stop because of which the referee has called a HALT; it begins with its order if that was heard."""
-    what = text.removeprefix("play is halted: ")
     logged = any(event.what is EventKind.BEGAN for event in of.events)
     orders = [
         (e.time or 0.0, e.what is EventKind.ESTOP) for e in of.events if e.what in (EventKind.ESTOP, EventKind.RELEASE)
@@ -193,12 +185,23 @@ def _until(of: RunData, number: int, event: Event, time: float) -> float:
         return goes_on(of.records, time)
     if name == ROUTER:
         latest = ready + of.match_time(SETTLES)
-        halted = [(r.time, r.standing.halted) for r in of.records if time <= r.time <= latest and r.standing.halted]
-        halts = [at for at, why in halted if not why.startswith(_BY_SOMEBODY)]
+        halts = [at for at, cause in _causes(of.records) if time <= at <= latest and not cause]
         return goes_on(of.records, halts[0]) if halts else ready
     if name in of.companions:
         return goes_on(of.records, time)
     return ready
+
+
+def _causes(records: Iterable[Record]) -> Iterator[tuple[float, str]]:
+    """The match time of each record while play is halted, s, and the cause of the first halt since play went on."""
+    cause: str | None = None
+    for record in records:
+        if record.standing.halted is None:
+            cause = None
+        else:
+            if cause is None:
+                cause = next((call.cause for call in record.calls if call.rule == "halt"), "")
+            yield record.time, cause
 
 
 def _soonest(of: RunData, number: int, event: Event, time: float) -> float:

@@ -58,7 +58,9 @@ def result_of(setup: MatchSetup, folder: RunFolder, state: RefereeState | None, 
         "rounds": state.rounds if state else None,
         "play_time": round(state.total, 3) if state else None,
         "calls": [
-            {"clock": round(c.clock, 3), "rule": c.rule, "text": c.text} for record in records for c in record.calls
+            {"clock": round(c.clock, 3), "rule": c.rule, "text": c.text, "why": c.why}
+            for record in records
+            for c in record.calls
         ],
         "unproved": sum(len(record.calls) for record in records if not record.evidence),
         "radio": _radio(processes),
@@ -98,9 +100,9 @@ def headline(result: dict[str, Any]) -> str:
 
 def conclusion(result: dict[str, Any]) -> str:
     """The result of a match, and why the game was over if its rules tell the reason, in words."""
-    called = [call["text"] for call in result["calls"] if call["rule"] == "game_over"]
-    # The referee's call reads: game over: blue wins: the time is up.
-    _, _, why = called[-1].removeprefix("game over: ").partition(": ") if called else ("", "", "")
+    if result["ended"] != "game over":
+        return headline(result)
+    why = next((c.get("why", "") for c in reversed(result["calls"]) if c["rule"] == "game_over"), "")
     return f"{headline(result)}: {why}" if why else headline(result)
 
 

@@ -148,7 +148,7 @@ class _Reading:
         self._numbers.add(record.number)
         call = m.Call(
             number=record.number, rule=record.rule, text=record.text, players=record.players, poses=record.poses,
-            clock=record.clock,
+            clock=record.clock, why=record.why, cause=record.cause,
         )  # fmt: skip
         self.match.calls.append((stamp, call))
 

@@ -272,7 +272,18 @@ class Recorder(Node):
     def _write_call(self, received: Received[m.Call]) -> None:
         call, at = received.body, fg.time_of(received.stamp)
         self._write("/referee/calls", fg.Log(at, 2, call.text, call.rule, "", call.number), received)
-        record = CallRecord(at, call.number, call.rule, call.text, call.players, call.poses, call.clock, self._round)
+        record = CallRecord(
+            at,
+            call.number,
+            call.rule,
+            call.text,
+            call.players,
+            call.poses,
+            call.clock,
+            self._round,
+            call.why,
+            call.cause,
+        )
         self._write("/referee/event", record, received)
 
     def _write_estop(self, received: Received[m.Estop] | Received[m.EstopRelease]) -> None:

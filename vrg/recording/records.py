@@ -148,3 +148,5 @@ class CallRecord(Struct, frozen=True, gc=False):
     poses: tuple[Pose, ...]
     clock: float
     round: int
+    why: str = ""
+    cause: str = ""

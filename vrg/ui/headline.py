@@ -168,9 +168,7 @@ def result_lines(scene: Scene) -> tuple[str, ...]:
         capitalised(scene.ended) if scene.ended is not None else capitalised(game.won_words.get(scene.winner or "", ""))
     )
     if not why:
-        called = next((call.text for call in reversed(scene.calls) if call.rule == "game_over"), "")
-        # The referee's call reads: game over: blue wins: the time is up.
-        why = capitalised(called.removeprefix("game over: ").partition(": ")[2])
+        why = capitalised(next((call.why for call in reversed(scene.calls) if call.rule == "game_over"), ""))
     score = ",  ".join(f"{team.team}: {team.points} {team.words}".rstrip() for team in head.teams)
     return tuple(line for line in (why, head.count, score) if line)
 

@@ -130,7 +130,7 @@ class WindowNode(Window, Node):
         """Take in the messages that arrived, and tell the user why the referee has refused something."""
         for call in self._inlets.feed(self._builder):
             if call.rule == "refused" and call.answers == self._answers_to:
-                self.notice = f"Refused: {call.text.partition(' is refused: ')[2] or call.text}"
+                self.notice = f"Refused: {call.why or call.text}"
 
     def steer(self, tick: Tick) -> None:
         """Publish what the user's hands ask for. This is called at each tick while the match clock runs."""

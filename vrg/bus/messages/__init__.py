@@ -6,7 +6,9 @@ The version of a message is raised whenever a field changes.
 
 from vrg.bus.messages.base import REASON_LENGTH, TEXT_LENGTH, Message, SensorMessage, shortened
 from vrg.bus.messages.match import (
+    BY_OFFICIAL,
     DISQUALIFIED,
+    EMERGENCY_STOP,
     FAILED,
     LARGE_ZONES,
     TIME_LIMIT,
@@ -65,8 +67,10 @@ from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, RequestKind, Wor
 
 __all__ = [
     "AT_REST",
+    "BY_OFFICIAL",
     "CORRELATION",
     "DISQUALIFIED",
+    "EMERGENCY_STOP",
     "FAILED",
     "LARGE_ZONES",
     "LOST",

@@ -21,6 +21,8 @@ class Stage(enum.StrEnum):
     GAME_OVER = "game_over"
 
 
+EMERGENCY_STOP, BY_OFFICIAL = "emergency_stop", "official"
+"""The causes of halts that people have asked for; see `Call`."""
 DISQUALIFIED = "disqualified"
 """The state of a player that is out because it, or its process, has failed. Every game has it."""
 FAILED = "failed"
@@ -212,9 +214,11 @@ class Call(Message, frozen=True, kw_only=True):
         clock: the time of play in the round, s.
         answers: the id of the official's decision that this call answers; None if it answers none.
         uncertainty: how well the poses are known, by player, of those for which that is known.
+        why: the reason alone, in words, of a halt, a refusal, a disqualification or the end of the game; else empty.
+        cause: of a halt: EMERGENCY_STOP, BY_OFFICIAL, or empty for all others.
     """
 
-    version = 2
+    version = 3
 
     number: Count
     rule: Name
@@ -224,6 +228,8 @@ class Call(Message, frozen=True, kw_only=True):
     clock: Seconds
     answers: Name | None = None
     uncertainty: Mapping[Name, Uncertainty] = FrozenDict()
+    why: Text = ""
+    cause: Text = ""
 
     def __post_init__(self) -> None:
         freeze(self, "uncertainty")

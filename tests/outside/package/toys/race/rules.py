@@ -1,6 +1,7 @@
 """The settings and the rules of the race."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from toys.race import GAME, GREEN, RED
@@ -51,6 +52,9 @@ class Race(RuleBook[GameState]):
             poses=tuple(now.poses[name] for name in home),
         )
         return Verdict(state, [call], round_over=True)
+
+    def next_round(self, state: GameState, now: Observation) -> Verdict[GameState]:
+        return replace(super().next_round(state, now), why="one lap: first home, first served")
 
     def zones(self, state: GameState) -> list[Zone]:
         return [Zone(name="finish", kind="finish", region=self.finish)]
