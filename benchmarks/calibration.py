@@ -26,7 +26,7 @@ from vrg.hal.models import robot_model
 from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 RATIO = 50.0
 """Turns of a motor for one turn of its wheel."""

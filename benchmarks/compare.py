@@ -25,7 +25,7 @@ from vrg.evaluation.ray_workers import LOCAL, RayWorkers
 from vrg.evaluation.running import Experiment
 from vrg.evaluation.series import Series
 from vrg.evaluation.workers import Workers
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 STRATEGY = "sharks-and-minnows"
 

@@ -51,9 +51,9 @@ from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.node import WorldNode
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.host import GROUPS
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
+from vrg.runs.run_folder import RunFolder
 
 PLAYERS = 8
 PATIENCE = 30.0

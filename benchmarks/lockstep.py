@@ -21,9 +21,9 @@ from vrg.agents.player import PERIOD
 from vrg.launch import in_process
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
 from vrg.launch.stepping import Apart
+from vrg.runs.run_folder import RunFolder
 
 WAYS = ("one process", "lockstep", "lockstep, sealed")
 ROBOTS = 8

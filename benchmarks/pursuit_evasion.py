@@ -32,8 +32,8 @@ from vrg.games.pursuit_evasion import INTRUDERS, PURSUERS
 from vrg.hal.models import robot_model
 from vrg.launch import in_process
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
 from vrg.regions import Polygon
+from vrg.runs.run_folder import RunFolder
 
 HERE = Path(__file__).parent
 WATCH = HERE.parent / "examples" / "night_watch.toml"

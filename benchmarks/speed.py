@@ -25,7 +25,7 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
 from vrg.launch import in_process
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 ROBOTS = (8, 16, 32, 64)
 ENGINE_NAMES = ("pybullet", "mujoco", "planar")

@@ -38,7 +38,7 @@ from vrg.games.pursuit_evasion import CROSSING, INTRUDER
 from vrg.games.pursuit_evasion.watch import USUAL_SPEED, IntruderDetector
 from vrg.launch import in_process
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Vector
 
 KNOWN, NEAR = 0.5, 1.5

@@ -40,8 +40,8 @@ def _window(kind: str, endpoint: str, run: str) -> None:
     import pygame  # noqa: PLC0415 - only a window's process needs these
 
     from vrg.config.setup import read_setup  # noqa: PLC0415
-    from vrg.launch.run_folder import RunFolder  # noqa: PLC0415
     from vrg.launch.serving import serve  # noqa: PLC0415
+    from vrg.runs.run_folder import RunFolder  # noqa: PLC0415
     from vrg.ui import window  # noqa: PLC0415
 
     frames, flip = [0], pygame.display.flip

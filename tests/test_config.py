@@ -25,7 +25,7 @@ from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import load_map
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 GOOD = (
     match_path("sharks-and-minnows")

@@ -29,16 +29,16 @@ from vrg.evaluation.folder import GameRecord, read_definition, read_records
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.workshop.odrive.listener import read_endpoints
 from vrg.hal.sim.map import MAPS, load_map
-from vrg.launch.change import branch_of
 from vrg.launch.code_files import imported
-from vrg.launch.events import read_events
-from vrg.launch.result import headline
-from vrg.launch.run_folder import RunFolder
-from vrg.launch.step_log import read_steps
 from vrg.learning import policy
 from vrg.localisation.camera.calibration import load_camera
 from vrg.modules import classes_in
 from vrg.recording.recorded import read_recorded
+from vrg.runs.change import branch_of
+from vrg.runs.events import read_events
+from vrg.runs.result import headline
+from vrg.runs.run_folder import RunFolder
+from vrg.runs.step_log import read_steps
 
 READ_BY: dict[str, tuple[str, ...]] = {
     "journal.jsonl": ("judge", "result", "why", "why --call 2", "stops", "diff"),

@@ -35,22 +35,23 @@ ONLY_IN = {
     "gymnasium": ("learning/environment.py", "learning/single.py", "learning/batch/vector.py"),
 }
 """Libraries, and the only room that imports each."""
-SHELLS = ("ui", "config", "launch", "evaluation", "learning", "commands", "recording")
+SHELLS = ("ui", "config", "launch", "runs", "evaluation", "learning", "commands", "recording")
 MAY_NOT = {
     "bus": ("hal", "localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "hal": ("localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "localisation": ("navigation", "agents", "coordinator", "games", *SHELLS),
-    "ros": ("navigation", "agents", "coordinator", "ui", "config", "launch", "evaluation", "learning", "commands"),
+    "ros": ("navigation", "agents", "coordinator", "ui", "config", "launch", "runs", "evaluation", "learning", "commands"),
     "fitting": ("navigation", "agents", "coordinator", "games", *SHELLS),
     "navigation": ("bus", "hal", "agents", "coordinator", "games", *SHELLS),
     "agents": ("coordinator", "games", *SHELLS),
     "coordinator": ("agents", "games", *SHELLS),
-    "recording": ("agents", "coordinator", "ui", "config", "launch", "evaluation", "learning", "commands"),
+    "recording": ("agents", "coordinator", "ui", "config", "launch", "runs", "evaluation", "learning", "commands"),
     "games": SHELLS,
-    "ui": ("agents", "config", "launch", "evaluation", "learning", "commands"),
-    "config": ("agents", "ui", "launch", "evaluation", "learning", "commands"),
+    "ui": ("agents", "config", "launch", "runs", "evaluation", "learning", "commands"),
+    "config": ("agents", "ui", "launch", "runs", "evaluation", "learning", "commands"),
     "seats": ("hal", "navigation", "agents", "coordinator", "games", *SHELLS),
     "launch": ("evaluation", "learning", "commands"),
+    "runs": ("evaluation", "learning", "commands"),
     "evaluation": ("ui", "recording", "learning", "commands"),
     "learning": ("evaluation", "commands"),
     "testing": ("ui", "evaluation", "learning", "commands"),
@@ -180,7 +181,7 @@ def test_nothing_is_loaded_that_is_not_needed(code: str, unwanted: tuple[str, ..
 A_MATCH = """
 from pathlib import Path
 from vrg.config.setup import read_setup
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 setup, folder = read_setup(Path({file!r})), RunFolder(Path({folder!r}))
 """
 A_PLAYER = "from vrg.launch.nodes.player import player_node\nplayer_node(setup, setup.players[0].name)"

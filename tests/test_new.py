@@ -16,7 +16,7 @@ from vrg.coordinator.journal import read_journal
 from vrg.hal.sim.map import load_map
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 from vrg.testing.strategy import StrategyContract
 
 ROOT = Path(__file__).parents[1]

@@ -17,8 +17,8 @@ from vrg.commands.run import listed
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import write_setup
 from vrg.errors import ConfigError, LaunchError
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.running import RunningMatch, registered
+from vrg.runs.run_folder import RunFolder
 
 GAME = match_path("sharks-and-minnows")
 

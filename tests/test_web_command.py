@@ -14,8 +14,8 @@ from tests.system.harness import wait_until
 from tests.test_machines import load
 from vrg.commands.options import web_address
 from vrg.commands.page import encrypted, open_page, print_links, reached_at
-from vrg.config.files import WEB
 from vrg.errors import LaunchError
+from vrg.kinds import WEB
 from vrg.launch import child, managed
 from vrg.launch.child import job_of
 from vrg.launch.endpoints import free_port
@@ -97,14 +97,14 @@ def test_the_page_runs_where_the_match_is_launched_and_its_tokens_are_in_no_argu
     setup = load(tmp_path)
     page = admission("127.0.0.1", 8080, [player.name for player in setup.players])
     found = {s.name: s for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False, page=page)}
-    web = found[WEB]
-    assert placed(setup, window=False, record=False, served=[WEB])[WEB] == "here"
+    web = found[WEB.process]
+    assert placed(setup, window=False, record=False, served=[WEB.process])[WEB.process] == "here"
     assert read_admission(web.secret) == page
     assert not web.essential
     assert all(token not in repr(web) for token in (page.official, *page.seats.values()))
     assert job_of(web.arguments).title.startswith("vrg web in ")
     assert job_of(web.arguments).kind == "web"
-    assert WEB not in {s.name for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False)}
+    assert WEB.process not in {s.name for s in specs(setup, tmp_path, "tcp/h:1", window=False, record=False)}
 
 
 def test_a_process_is_given_its_secret_at_each_start(tmp_path, monkeypatch):

@@ -13,7 +13,7 @@ from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import PLACE_AGAIN, Match
 from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict
-from vrg.launch.result import ended_of
+from vrg.runs.result import ended_of
 from vrg.types import Pose
 from vrg.ui.banner import banners
 from vrg.ui.scene import Scene

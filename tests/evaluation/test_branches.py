@@ -15,7 +15,7 @@ from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import define, origin_at
 from vrg.evaluation.folder import ExperimentFolder, read_records
 from vrg.evaluation.games import GameRecord, Pairing
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 INSTANT = "3"
 TWIN = """

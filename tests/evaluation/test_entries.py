@@ -9,7 +9,7 @@ import pytest
 from tests.evaluation.conftest import OWN
 from vrg.evaluation import entries
 from vrg.evaluation.entries import LARGEST, MOST, Source, entries_in
-from vrg.launch.run_folder import delete
+from vrg.runs.run_folder import delete
 
 CODE = f"{OWN}return STILL\n"
 

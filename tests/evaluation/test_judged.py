@@ -14,7 +14,7 @@ from vrg.evaluation.games import BROKEN_OFF, INVALID, OVER, GameRecord, Pairing,
 from vrg.evaluation.playing import judged, played
 from vrg.evaluation.report import irregular
 from vrg.games import game_of
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 
 @pytest.mark.parametrize("game", ["roboflag", "pursuit-evasion"])

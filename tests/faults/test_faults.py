@@ -42,7 +42,7 @@ from vrg.hal.sim import safety
 from vrg.hal.sim.driver import SimDriver
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Twist
 
 RULES = ("passes = 1", "passes = 2\npass_limit = 8.0")

@@ -12,7 +12,7 @@ from vrg.coordinator.journal import read_journal
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 
 def written(folder: Path, text: str = TINY, **overrides: Any) -> MatchSetup:

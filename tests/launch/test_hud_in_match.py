@@ -22,8 +22,8 @@ from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.referee import coordinator_node, open_journal
 from vrg.launch.nodes.windows import hud_node
 from vrg.launch.nodes.world import world_node
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs, window_of
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.hud.node import Hud
 

@@ -33,9 +33,9 @@ from vrg.hal.sim.map import load_map
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.in_process import LINGER, Ending
 from vrg.launch.nodes.windows import spectator_node
-from vrg.launch.run_folder import RunFolder
 from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
+from vrg.runs.run_folder import RunFolder
 
 
 class Witness(Node):

@@ -20,8 +20,8 @@ from vrg.errors import ConfigError
 from vrg.geometry import compose, inverse
 from vrg.hal.can.calibration import load_calibration
 from vrg.launch.in_process import Ending
-from vrg.launch.run_folder import RunFolder
 from vrg.localisation.motion import corrected
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 
 SOURCE = """[localisation.overhead]

@@ -28,7 +28,7 @@ from vrg.games.pursuit_evasion import CROSSING, INTRUDERS, PURSUERS
 from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS
 from vrg.launch.in_process import Ending
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 TOO_NEAR = 0.35
 """The distance in m to an intruder in play at which a place in a message would tell where it is."""

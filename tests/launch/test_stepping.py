@@ -24,15 +24,15 @@ from vrg.errors import StrategyError
 from vrg.hal.models import robot_model
 from vrg.launch import apart, in_process, stepping
 from vrg.launch.apart import StrategyApart
-from vrg.launch.branch import repeat_match
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.in_process import Ending
-from vrg.launch.keeping import keep
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.repeating import RepeatedStrategy
-from vrg.launch.run_folder import RunFolder
-from vrg.launch.step_log import Digest, Missed, StepLog, Unmade, read_steps
 from vrg.launch.stepping import Apart
+from vrg.runs.branch import repeat_match
+from vrg.runs.keeping import keep
+from vrg.runs.run_folder import RunFolder
+from vrg.runs.step_log import Digest, Missed, StepLog, Unmade, read_steps
 from vrg.types import Twist
 
 MATCH = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "odd.py:Odd"')

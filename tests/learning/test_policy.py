@@ -25,9 +25,7 @@ from vrg.errors import ConfigError
 from vrg.evaluation.contenders import contenders, seen_from
 from vrg.games import GAMES, file_of, has_name
 from vrg.launch.in_process import play
-from vrg.launch.keeping import files_of, files_of_strategy
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.policy import Access
 from vrg.launch.trial import trial
@@ -36,6 +34,8 @@ from vrg.learning.action import twist_of
 from vrg.learning.network import Network, initial, layout_of
 from vrg.learning.observation import observe
 from vrg.learning.policy import Policy, PolicyPlayer, load, player_of, save
+from vrg.runs.keeping import files_of, files_of_strategy
+from vrg.runs.run_folder import RunFolder
 
 SHARKS = "sharks-and-minnows"
 

@@ -25,7 +25,6 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.games import learning_of
 from vrg.games.learning import Learning
 from vrg.hal.models.pioneer import P2AT
-from vrg.launch.run_folder import RunFolder
 from vrg.learning.action import twist_of
 from vrg.learning.environment import MatchEnvironment
 from vrg.learning.episode import Episode
@@ -36,6 +35,7 @@ from vrg.learning.record import MatchRecord
 from vrg.learning.recorded import Decision, Driver, decisions, wanted
 from vrg.learning.table import Heading, read
 from vrg.recording.recorded import RecordedMatch, read_recorded
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Twist
 
 SHORT = {"sharks-and-minnows": "passes = 1\npass_limit = 6.0", "roboflag": "round_time = 14.0\nsudden_death = 0.5"}

@@ -16,9 +16,9 @@ from vrg.agents.strategy import Strategy, decided
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.run_folder import RunFolder
 from vrg.learning.environment import MatchEnvironment
 from vrg.learning.single import PlayerEnvironment
+from vrg.runs.run_folder import RunFolder
 
 HASH = "from tests.learning.making import digest; print(*(digest(game, 4, {play}) for game in {games}))"
 

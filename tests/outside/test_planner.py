@@ -10,7 +10,7 @@ from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 MAP = """
 name = "barred"

@@ -24,7 +24,7 @@ from vrg.hal.sensors import message_class
 from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.developer.node import DeveloperWindow

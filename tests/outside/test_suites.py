@@ -16,8 +16,8 @@ from vrg.hal.models import MODELS
 from vrg.launch.in_process import play
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.result import conclusion, write_result
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.result import conclusion, write_result
+from vrg.runs.run_folder import RunFolder
 from vrg.testing.driver import DriverBench, DriverContract
 from vrg.testing.rulebook import RuleBookContract
 from vrg.testing.strategy import StrategyContract

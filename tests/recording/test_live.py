@@ -20,8 +20,8 @@ from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
 from vrg.launch.context import NodeContext
 from vrg.launch.nodes.foxglove import foxglove
-from vrg.launch.run_folder import RunFolder
 from vrg.recording.live import LiveRecorder, LiveServer
+from vrg.runs.run_folder import RunFolder
 
 PATIENCE = 60.0
 

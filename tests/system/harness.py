@@ -32,7 +32,7 @@ from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch
 from vrg.launch.child import job_of
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 FRESH_FOR = 90.0
 """s of play after which a shared match is too near its end for another test."""

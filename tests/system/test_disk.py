@@ -14,8 +14,8 @@ from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
-from vrg.launch.run_folder import RunFolder
 from vrg.recording.reader import read_tracks
+from vrg.runs.run_folder import RunFolder
 
 pytestmark = [pytest.mark.system, pytest.mark.thorough]
 

@@ -18,9 +18,9 @@ from tests.requirements import missing
 from tests.system.harness import MINNOWS, PLAYERS, Match, long_match, patient, wait_until
 from tests.system.lab import VRG, Lab, LabHost, laboratory, run
 from vrg.games import GAMES
-from vrg.launch.events import EventKind, read_events
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT
 from vrg.recording.reader import read_tracks
+from vrg.runs.events import EventKind, read_events
 
 pytestmark = pytest.mark.system
 

@@ -11,8 +11,8 @@ import pygame
 
 from vrg.config.setup import read_setup
 from vrg.kinds import KINDS
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import serve
+from vrg.runs.run_folder import RunFolder
 
 
 def _press_keys() -> None:

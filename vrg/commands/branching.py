@@ -18,10 +18,10 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.games import strategies_of
 from vrg.games.game import capitalised
-from vrg.launch.branch import last_instant
-from vrg.launch.change import Change, branch_of
-from vrg.launch.result import headline, read_result, summary
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.branch import last_instant
+from vrg.runs.change import Change, branch_of
+from vrg.runs.result import headline, read_result, summary
+from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from vrg.ui.branching import Taken

@@ -12,7 +12,7 @@ from vrg.errors import LaunchError
 from vrg.files import read_bytes
 
 if TYPE_CHECKING:
-    from vrg.launch.run_folder import RunFolder
+    from vrg.runs.run_folder import RunFolder
 
 
 def diff(
@@ -43,7 +43,7 @@ def repeat(
     """
     from vrg.bus.stopping import stop_on_signals
     from vrg.commands.playing import strangers
-    from vrg.launch.branch import repeat_match
+    from vrg.runs.branch import repeat_match
 
     folder, _ = ended_run(run)
     with strangers(folder, sandbox=sandbox, lockstep=lockstep) as apart, stop_on_signals() as stop:
@@ -59,8 +59,8 @@ def _compare(there: "RunFolder", here: "RunFolder") -> bool:
     Raises:
         LaunchError: a file cannot be read. JournalError: a journal is damaged.
     """
-    from vrg.launch.step_log import parted, read_steps
     from vrg.recording.difference import first_difference
+    from vrg.runs.step_log import parted, read_steps
 
     found = False
     for file in (there.match_file, here.match_file, there.journal, here.journal):

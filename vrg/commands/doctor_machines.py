@@ -16,10 +16,10 @@ from vrg.config.loading import idle_machines, load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import BusError, LaunchError
 from vrg.launch.findings import Finding, examine
-from vrg.launch.keeping import keep
 from vrg.launch.remote.reaching import remote_hosts, router_endpoints, wait_for
 from vrg.launch.remote.remote_host import RemoteHost, StartupStep
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.keeping import keep
+from vrg.runs.run_folder import RunFolder
 
 _TRIPS = 3
 """The number of words there and back, two in a second, of which the quickest is reported."""

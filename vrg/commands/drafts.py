@@ -10,9 +10,9 @@ from typing import Any, Final
 from vrg.errors import ConfigError, FileError
 from vrg.files import read_text, toml_of, write_whole
 from vrg.games import is_strategy_file
-from vrg.launch.result import headline, read_result, summary
-from vrg.launch.run_folder import RunFolder
 from vrg.modules import classes_in
+from vrg.runs.result import headline, read_result, summary
+from vrg.runs.run_folder import RunFolder
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import Draft
 from vrg.ui.edit.editor import Recent

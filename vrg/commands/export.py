@@ -11,7 +11,7 @@ from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
-    from vrg.launch.run_folder import RunFolder
+    from vrg.runs.run_folder import RunFolder
 
 
 def export(

@@ -28,17 +28,17 @@ from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.kinds import FOXGLOVE, SPECTATOR, THREE, WEB
-from vrg.launch.events import EventLog
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.host import Host
 from vrg.launch.launched import LaunchedMatch
 from vrg.launch.listening import Listening
 from vrg.launch.remote.reaching import remote_hosts, router_endpoints, wait_for
 from vrg.launch.remote.remote_host import RemoteHost, StartupStep
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
 from vrg.launch.vacancies import LAUNCHER
+from vrg.runs.events import EventLog
+from vrg.runs.run_folder import RunFolder
 from vrg.types import printable
 from vrg.ui.table import TerminalTable
 from vrg.ui.web.admission import Admission

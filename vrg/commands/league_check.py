@@ -39,8 +39,8 @@ def check(
     The opponents are the strategies that come with the game, or the leader of a league.
     """
     from vrg.config.loading import load_match, match_path
-    from vrg.launch.run_folder import scratch_folder
     from vrg.launch.sandbox.seal import missing
+    from vrg.runs.run_folder import scratch_folder
 
     console = make_console()
     if bool(match) == (league is not None):

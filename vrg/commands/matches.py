@@ -25,7 +25,7 @@ from vrg.registry import did_you_mean
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
-    from vrg.launch.run_folder import RunFolder
+    from vrg.runs.run_folder import RunFolder
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def attached(on: MatchOptions) -> Attached:
         ConfigError: it is not clear which match is meant.
     """
     from vrg.config.setup import read_setup  # a decision needs no set-up
-    from vrg.launch.run_folder import RunFolder
+    from vrg.runs.run_folder import RunFolder
 
     name, router, setup = _named(on)
     found, endpoint = running.find(name, router, DEFAULT_ENDPOINT)
@@ -243,7 +243,7 @@ def run_of(run: Path | None, runs: Path = Path("runs"), *, ended: bool = False) 
         LaunchError: it is no run folder.
     """
     from vrg.config.setup import read_setup
-    from vrg.launch.run_folder import RunFolder
+    from vrg.runs.run_folder import RunFolder
 
     whole = [path for path in run_folders(runs) if RunFolder(path).setup.is_file()]
     there = [path for path in whole if not (ended and run is None and is_running(path))]

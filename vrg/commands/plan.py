@@ -10,8 +10,8 @@ from vrg.config.files import HERE
 from vrg.config.loading import idle_machines
 from vrg.config.setup import MatchSetup
 from vrg.kinds import WEB
-from vrg.launch.keeping import files_of
 from vrg.launch.specs import placed
+from vrg.runs.keeping import files_of
 
 
 def print_plan(setup: MatchSetup, console: Console, *, window: bool, record: bool, web: bool = False) -> None:

@@ -29,19 +29,18 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, default_engine, installed
 from vrg.kinds import FOXGLOVE, HUD, ROS, SPECTATOR, THREE
 from vrg.launch import in_process
-from vrg.launch.change import Change, amended, changes_in
 from vrg.launch.fork_server import ForkServer, fork_server
-from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.nodes.windows import hud_node, spectator_node
-from vrg.launch.result import conclusion, ended_of, plot, summary, write_result
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
-from vrg.launch.step_log import StepLog
 from vrg.launch.stepping import DEADLINE, Apart
+from vrg.runs.change import Change, amended, changes_in
+from vrg.runs.keeping import keep, keep_layout
+from vrg.runs.result import conclusion, ended_of, plot, summary, write_result
+from vrg.runs.run_folder import RunFolder
+from vrg.runs.step_log import StepLog
 from vrg.ui.banner import Help
 from vrg.ui.table import TerminalTable
 
@@ -255,6 +254,8 @@ def _play_in_steps(
     if show.record:
         watchers.append(recorder_node(setup, folder))
     if resumable:
+        from vrg.launch.nodes.windows import hud_node, spectator_node  # only a window needs pygame
+
         kind, name = window_of(setup)
         display = kind is HUD
         watchers.append(hud_node(setup, name) if display else spectator_node(setup, name, folder.path))

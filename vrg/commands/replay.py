@@ -27,8 +27,8 @@ from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
-    from vrg.launch.run_folder import RunFolder
     from vrg.recording.recorded import RecordedMatch
+    from vrg.runs.run_folder import RunFolder
     from vrg.ui.branching import Taken
     from vrg.ui.replay import ReplayWindow
 
@@ -99,8 +99,8 @@ def _take_up(
     from vrg.commands.branching import changes_of, compared
     from vrg.commands.playing import strangers
     from vrg.config.loading import load_match
-    from vrg.launch.branch import last_instant, play_branch
-    from vrg.launch.change import amended
+    from vrg.runs.branch import last_instant, play_branch
+    from vrg.runs.change import amended
 
     setup = load_match(folder.match_file)
     changes = changes_of(setup, since, plays, sets)
@@ -147,8 +147,8 @@ def replay_window(
         LaunchError: the recording cannot be shown.
     """
     from vrg.commands.branching import ProcessBrancher, compared
-    from vrg.launch.change import branch_of
-    from vrg.launch.explaining import explain
+    from vrg.runs.change import branch_of
+    from vrg.runs.explaining import explain
     from vrg.ui.branching import Taken
     from vrg.ui.replay import ReplayWindow, title_of
 
@@ -181,8 +181,8 @@ def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":
     Raises:
         LaunchError: the recording cannot be shown.
     """
-    from vrg.launch.explaining import explain
     from vrg.recording.recorded import read_recorded
+    from vrg.runs.explaining import explain
     from vrg.ui.branching import Taken
     from vrg.ui.timeline import Timeline
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from vrg.hal.can.base import WheelAxis
     from vrg.hal.can.calibration import Calibration
     from vrg.hal.models import RobotModel
-    from vrg.launch.run_folder import RunFolder
+    from vrg.runs.run_folder import RunFolder
 
 GOOD_FIXES: Final = 0.95
 """The share of fixes that must be used for a calibration."""

@@ -19,8 +19,8 @@ from vrg.coordinator.journal import JournalHeader, read_journal, read_standing
 from vrg.coordinator.match import state_after
 from vrg.errors import LaunchError, MessageError
 from vrg.files import read_text, toml_of, write_json
-from vrg.launch import result as results
-from vrg.launch.run_folder import RunFolder
+from vrg.runs import result as results
+from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from vrg.coordinator.judging import Disagreement, Judgement
@@ -133,7 +133,7 @@ def judge(run: RunArgument = None) -> None:
 
     The exit status is 1 if there is a disagreement.
     """
-    from vrg.launch.judged import judge_run
+    from vrg.runs.judged import judge_run
 
     folder, setup = ended_run(run)
     if not folder.evidence.exists():
@@ -156,8 +156,8 @@ def judge(run: RunArgument = None) -> None:
 def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
     """The differences of the recording, if there is one, from the evidence; and the number of compared poses."""
     from vrg.coordinator.evidence import read_evidence
-    from vrg.launch.crosscheck import cross_check
     from vrg.recording.reader import read_tracks
+    from vrg.runs.crosscheck import cross_check
 
     parts = folder.recordings()
     if not parts:

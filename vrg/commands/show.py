@@ -42,8 +42,8 @@ POLL = 0.05
 def window(on: MatchOptions, run: RunOption = None) -> None:
     """Watch a match in a window; several may. Closing the window does not end the match."""
     need_display()
-    from vrg.launch.explaining import explain
     from vrg.launch.serving import run_window
+    from vrg.runs.explaining import explain
     from vrg.ui.spectator import Spectator  # pygame takes half a second to load
 
     found = attached(on)

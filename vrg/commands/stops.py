@@ -12,13 +12,13 @@ from vrg.commands.matches import ended_run
 from vrg.commands.options import JsonOption, RunArgument, make_console, print_table
 
 if TYPE_CHECKING:
-    from vrg.launch.certificate import Certificate
     from vrg.recording.stops import RobotStop
+    from vrg.runs.certificate import Certificate
 
 
 def stops(run: RunArgument = None, as_json: JsonOption = False) -> None:
     """Tell how long each robot took to stop, and how far it rolled, after each HALT, emergency stop, death and loss."""
-    from vrg.launch.certificate import certificate_of, data_of, summary_line
+    from vrg.runs.certificate import certificate_of, data_of, summary_line
 
     folder, setup = ended_run(run)
     certificate = certificate_of(setup, folder)

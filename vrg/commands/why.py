@@ -33,7 +33,7 @@ def why(
         for made in calls.values():
             echo(f"{made.number:4d}  {_clock(made)}  {made.rule}: {made.text}")
         return
-    from vrg.launch.explaining import explain
+    from vrg.runs.explaining import explain
 
     proof = explain(folder.path, call)
     picture = None if proof.now is None else folder.explanation(call)

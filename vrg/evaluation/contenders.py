@@ -16,7 +16,7 @@ from vrg.errors import ConfigError
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED
 from vrg.games import file_of
-from vrg.launch.run_folder import scratch_folder
+from vrg.runs.run_folder import scratch_folder
 
 TRIAL = 30.0
 """The match time in s of the game that a strategy plays alone before it takes part."""

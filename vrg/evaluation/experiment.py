@@ -19,10 +19,10 @@ from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Pairing, ScheduledGame
 from vrg.games import STRATEGIES, file_of
-from vrg.launch.branch import check_instant
-from vrg.launch.change import Branch, Change, changes_in
-from vrg.launch.keeping import files_of
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.branch import check_instant
+from vrg.runs.change import Branch, Change, changes_in
+from vrg.runs.keeping import files_of
+from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 
 

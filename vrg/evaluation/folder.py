@@ -14,9 +14,9 @@ from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.evaluation.experiment import Definition, written
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
 from vrg.files import RECORDS_LIMIT, decoded, read_bytes, records_of, write_whole
-from vrg.launch.change import Branch, Change, kept
-from vrg.launch.keeping import keep
-from vrg.launch.run_folder import RunFolder, delete
+from vrg.runs.change import Branch, Change, kept
+from vrg.runs.keeping import keep
+from vrg.runs.run_folder import RunFolder, delete
 from vrg.system import lock
 
 R = TypeVar("R", bound=Struct)

@@ -21,10 +21,10 @@ from vrg.evaluation import playing
 from vrg.evaluation.games import FAILED, Played
 from vrg.games import GAMES
 from vrg.hal.sim.engines import ENGINES
-from vrg.launch.change import Branch, amended, write_branch
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
+from vrg.runs.change import Branch, amended, write_branch
+from vrg.runs.run_folder import RunFolder
 
 _NODES = (
     "vrg.hal.sim.node",

@@ -21,8 +21,8 @@ from vrg.evaluation.experiment import Definition
 from vrg.evaluation.folder import ExperimentFolder, read_records, write_record
 from vrg.evaluation.games import ScheduledGame
 from vrg.files import decoded, read_bytes, write_whole
-from vrg.launch.keeping import keep
-from vrg.launch.run_folder import RunFolder, delete
+from vrg.runs.keeping import keep
+from vrg.runs.run_folder import RunFolder, delete
 
 SAMPLED_EVERY = 0.5
 """The match time in s between two poses of a player that are kept of a game."""

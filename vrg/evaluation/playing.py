@@ -26,15 +26,15 @@ from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.games import has_name
 from vrg.launch import in_process
-from vrg.launch.branch import play_on
-from vrg.launch.change import branch_of
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.judged import judge_run
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.seal import missing
 from vrg.launch.stepping import Apart
 from vrg.launch.vacancies import disqualification
+from vrg.runs.branch import play_on
+from vrg.runs.change import branch_of
+from vrg.runs.judged import judge_run
+from vrg.runs.run_folder import RunFolder
 
 
 def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer | None = None) -> Played:

@@ -30,7 +30,7 @@ from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED, Played, ScheduledGame
 from vrg.evaluation.workers import Workers
-from vrg.launch.run_folder import RunFolder, delete, scratch_folder
+from vrg.runs.run_folder import RunFolder, delete, scratch_folder
 
 log = logging.getLogger(__name__)
 

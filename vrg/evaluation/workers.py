@@ -8,7 +8,7 @@ from vrg.config.setup import MatchSetup
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import Played, ScheduledGame
-from vrg.launch.run_folder import delete
+from vrg.runs.run_folder import delete
 
 
 class Workers:

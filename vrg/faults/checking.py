@@ -19,9 +19,9 @@ from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.gate import REFEREE_TIMEOUT
-from vrg.launch.certificate import certificate_of
-from vrg.launch.judged import judge_run
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.certificate import certificate_of
+from vrg.runs.judged import judge_run
+from vrg.runs.run_folder import RunFolder
 
 MARGIN: Final = 0.15
 """The time in s that a stop may take beyond its time-outs: a period of players, two ticks of the world, a message."""

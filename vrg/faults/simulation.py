@@ -28,7 +28,7 @@ from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.world import world_node
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from vrg.faults.can import CanRobots

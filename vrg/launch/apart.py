@@ -34,10 +34,10 @@ from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.remote.strategies import RemoteStarter, files_of
 from vrg.launch.remote.wire import BANNER
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.excess import excess
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Twist
 
 _LONGEST = 1_000_000

@@ -17,8 +17,8 @@ from vrg.config.setup import read_setup
 from vrg.errors import LaunchError, StrategyError, VrgError
 from vrg.kinds import KINDS, PLAYER, ROUTER, WEB
 from vrg.launch.folder_lock import delete_abandoned_keys
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.serving import serve, serve_router
+from vrg.runs.run_folder import RunFolder
 from vrg.types import printable
 
 FAILED_FOR_GOOD = 3

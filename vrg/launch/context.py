@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:
     from vrg.bus.session import Session  # a match in one process has none, and does not load zenoh

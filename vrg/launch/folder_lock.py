@@ -16,7 +16,7 @@ from pathlib import Path
 
 from vrg import system
 from vrg.errors import LaunchError
-from vrg.launch.run_folder import delete
+from vrg.runs.run_folder import delete
 
 log = logging.getLogger(__name__)
 

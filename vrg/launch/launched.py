@@ -28,13 +28,13 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.files import write_json
 from vrg.kinds import SPECTATOR
-from vrg.launch.events import EventKind
 from vrg.launch.host import GROUPS, Host
 from vrg.launch.listening import Listening
 from vrg.launch.process_log import LogWarnings
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.running import RunningMatch, registered
 from vrg.launch.vacancies import LAUNCHER, Vacancies
+from vrg.runs.events import EventKind
+from vrg.runs.run_folder import RunFolder
 from vrg.types import few
 
 LINGER = 1.0

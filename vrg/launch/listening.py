@@ -12,8 +12,8 @@ from vrg.bus.messages import Clock, Estop, EstopRelease, MeasuredPose, at_rest
 from vrg.bus.session import Session
 from vrg.bus.topics import Keys, Qos, name_in
 from vrg.errors import MessageError
-from vrg.launch.events import Event, EventKind, EventLog
 from vrg.recording.stops import REST_TIME
+from vrg.runs.events import Event, EventKind, EventLog
 
 REFEREE, WORLD = "referee", "world"
 """The names of the links of the referee's states and of the world's clock."""

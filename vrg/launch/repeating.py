@@ -9,8 +9,8 @@ from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, Strategy, 
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.run_folder import RunFolder
-from vrg.launch.step_log import Line, Missed, StepLog, Unmade
+from vrg.runs.run_folder import RunFolder
+from vrg.runs.step_log import Line, Missed, StepLog, Unmade
 
 if TYPE_CHECKING:
     from vrg.launch.stepping import Apart

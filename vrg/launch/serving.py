@@ -25,8 +25,8 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import SandboxError
 from vrg.kinds import ROUTER, Kind
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
-from vrg.launch.run_folder import RunFolder
 from vrg.registry import load_object
+from vrg.runs.run_folder import RunFolder
 from vrg.system import POSIX, bound_processor_time
 
 if TYPE_CHECKING:

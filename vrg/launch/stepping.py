@@ -18,9 +18,9 @@ from vrg.launch.bounds import BUDGET
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.remote.strategies import RemoteStarter
-from vrg.launch.run_folder import RunFolder, scratch_folder
-from vrg.launch.step_log import Missed
 from vrg.launch.trial import LOADING_TIMEOUT
+from vrg.runs.run_folder import RunFolder, scratch_folder
+from vrg.runs.step_log import Missed
 
 DEADLINE: Final = 1.0
 """The real time in s after which a player that does not answer forfeits a step."""

@@ -15,11 +15,11 @@ from vrg.bus.topics import Keys, router_alive
 from vrg.config.files import HERE
 from vrg.errors import BusError, CredentialsError, LaunchError
 from vrg.launch.child import FAILED_FOR_GOOD, job_of
-from vrg.launch.events import EventKind, NoNotes, Notes
 from vrg.launch.fork_server import UNKNOWN_STATUS, ForkServer
 from vrg.launch.greed import Greed
 from vrg.launch.managed import DUMP, HANDOVER, STOP_TIMEOUT, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
+from vrg.runs.events import EventKind, NoNotes, Notes
 
 CUT_OFF = 1.0
 """The real time in s without a connection to the router after which the router is taken to hang."""

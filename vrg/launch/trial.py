@@ -16,8 +16,8 @@ from vrg.games import has_name
 from vrg.launch import apart
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
-from vrg.launch.run_folder import RunFolder, scratch_folder
 from vrg.launch.sandbox.seal import missing
+from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.system import POSIX
 
 LOADING_TIMEOUT: Final = 20.0

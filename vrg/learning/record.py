@@ -8,12 +8,12 @@ from msgspec import structs
 
 from vrg.bus.messages import RefereeState, Stage
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.launch.keeping import keep
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.result import ended_of, write_result
-from vrg.launch.run_folder import RunFolder
 from vrg.learning.puppet import TARGET
+from vrg.runs.keeping import keep
+from vrg.runs.result import ended_of, write_result
+from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 
 

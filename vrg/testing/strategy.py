@@ -8,7 +8,7 @@ from vrg.config.loading import load_match
 from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 
 class StrategyContract:

@@ -15,8 +15,8 @@ from vrg.games.roboflag import TAGGED
 from vrg.hal.models import RobotModel
 from vrg.launch.in_process import play
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
 from vrg.regions import Rectangle
+from vrg.runs.run_folder import RunFolder
 from vrg.types import STILL, Pose, Twist, Vector
 
 HERE = "tests.games.roboflag.playing"

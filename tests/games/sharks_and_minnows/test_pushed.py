@@ -14,7 +14,7 @@ from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import Disagreement, judge_again
 from vrg.launch.in_process import play
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 MATCH = """\
 name = "push"

@@ -18,13 +18,13 @@ from tests.test_machines import MACHINES, load
 from vrg import __version__
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.events import EventKind, EventLog, read_events
 from vrg.launch.listening import Listening
 from vrg.launch.remote import wire
 from vrg.launch.remote.remote_host import AGENT_TIMEOUT, AWAY_TIMEOUT, RECONNECT_PERIOD, RemoteHost, StartupStep
 from vrg.launch.remote.silence import MAX_PAUSE
 from vrg.launch.remote.wire import BANNER, Frames, frame
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.events import EventKind, EventLog, read_events
+from vrg.runs.run_folder import RunFolder
 
 PATIENCE = 60.0
 """s of real time"""

@@ -14,9 +14,9 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import SandboxError
 from vrg.launch.code_files import imported
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.policy import Access, Policy, readable
+from vrg.runs.run_folder import RunFolder
 
 TREE = {
     Path("/a"): [Path("/a/b"), Path("/a/c"), Path("/a/f")],

@@ -8,10 +8,10 @@ from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import SandboxError
 from vrg.kinds import PLAYER
-from vrg.launch.result import summary, write_result
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox import seal
 from vrg.launch.serving import serve
+from vrg.runs.result import summary, write_result
+from vrg.runs.run_folder import RunFolder
 
 
 def test_a_player_that_cannot_be_sealed_does_not_start(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,8 +16,6 @@ from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.geometry import compose
-from vrg.launch.keeping import keep
-from vrg.launch.run_folder import RunFolder
 from vrg.localisation.camera import source as module
 from vrg.localisation.camera.calibration import CameraFile, FloorTag, LensTable, PlaceTable, camera_text
 from vrg.localisation.camera.detection import Tag
@@ -26,6 +24,8 @@ from vrg.localisation.camera.opencv import cv2
 from vrg.localisation.camera.source import CameraSource
 from vrg.localisation.camera.watch import Sighting
 from vrg.localisation.source import read_source
+from vrg.runs.keeping import keep
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 
 VIEW = FieldView(LENS, looking((0.2, -1.0, 2.6)), 0.5)

@@ -10,7 +10,7 @@ import pytest
 
 from vrg.commands.checking import DraftCheck
 from vrg.commands.drafts import choices_in, recent_matches, save_draft
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import Draft

@@ -3,8 +3,8 @@
 from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
 from vrg.launch.context import Made, NodeContext
-from vrg.launch.run_folder import RunFolder
 from vrg.recording.recorder import Recorder
+from vrg.runs.run_folder import RunFolder
 
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> Recorder:

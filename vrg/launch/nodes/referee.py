@@ -7,7 +7,7 @@ from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal, JournalHeader, NoJournal
 from vrg.coordinator.leading import Leader
 from vrg.launch.context import Made, NodeContext
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 
 def open_journal(setup: MatchSetup, folder: RunFolder, *, aside: bool = False) -> Journal:

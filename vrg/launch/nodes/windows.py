@@ -9,9 +9,9 @@ from vrg.config.setup import MatchSetup
 from vrg.geometry import circumradius
 from vrg.hal.sim.map import load_map
 from vrg.launch.context import Made, NodeContext
-from vrg.launch.explaining import explain
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.running import gone
+from vrg.runs.explaining import explain
+from vrg.runs.run_folder import RunFolder
 from vrg.ui.developer.node import DeveloperWindow
 from vrg.ui.hud.goals import Ground
 from vrg.ui.hud.node import Hud

@@ -8,7 +8,7 @@ from vrg.config.setup import MatchSetup
 from vrg.files import read_bytes, write_whole
 from vrg.hal.sim.node import WorldNode
 from vrg.launch.context import Made, NodeContext
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 

@@ -21,7 +21,6 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, VrgError
 from vrg.launch.endpoints import free_endpoint
-from vrg.launch.events import EventKind
 from vrg.launch.findings import examine
 from vrg.launch.folder_lock import folder_lock, keys_folder, keys_lock, sweep
 from vrg.launch.fork_server import ForkServer, fork_server
@@ -30,10 +29,11 @@ from vrg.launch.remote import wire
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
 from vrg.launch.remote.travel import LogReader, parts_of, take_in
-from vrg.launch.run_folder import RunFolder, delete
 from vrg.launch.specs import specs
 from vrg.launch.supervisor import Supervisor
 from vrg.launch.vacancies import LAUNCHER
+from vrg.runs.events import EventKind
+from vrg.runs.run_folder import RunFolder, delete
 
 log = logging.getLogger(__name__)
 
@@ -302,7 +302,7 @@ class HostAgent:
         return bool(texts)
 
     def note(self, what: EventKind, process: str | None = None, text: str = "", *, status: int | None = None) -> None:
-        """Tell the launcher what has happened to a process; see `vrg.launch.events.Notes`."""
+        """Tell the launcher what has happened to a process; see `vrg.runs.events.Notes`."""
         self._channel.send(wire.Noted(what, process or "", text, status))
 
     def note_at_next_clock(self, what: EventKind, process: str) -> None:

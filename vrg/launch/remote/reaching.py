@@ -9,10 +9,10 @@ from vrg.config.files import HERE, Machine
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
 from vrg.launch.endpoints import free_endpoint
-from vrg.launch.events import NoNotes, Notes
 from vrg.launch.remote import wire
 from vrg.launch.remote.remote_host import RemoteHost
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.events import NoNotes, Notes
+from vrg.runs.run_folder import RunFolder
 
 _WAIT = 0.02
 """The real time in s between two looks at what the machines send."""

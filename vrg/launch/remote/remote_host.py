@@ -19,18 +19,18 @@ from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.events import EventKind, Notes
 from vrg.launch.findings import Finding
 from vrg.launch.host import GROUPS
-from vrg.launch.keeping import files_of_strategy
 from vrg.launch.managed import STOP_TIMEOUT
 from vrg.launch.process_log import ProcessLog
 from vrg.launch.remote import wire
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
 from vrg.launch.remote.ssh import Connection
 from vrg.launch.remote.travel import file_parts, files_in, take_in
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.specs import seats_at, specs
+from vrg.runs.events import EventKind, Notes
+from vrg.runs.keeping import files_of_strategy
+from vrg.runs.run_folder import RunFolder
 
 AGENT_TIMEOUT = 3.0
 """The time in s without a word from an agent, which speaks twice a second, after which play is halted. The referee

@@ -10,8 +10,8 @@ from msgspec import Struct
 
 from vrg.bus.messages import ProcessStatus
 from vrg.errors import MessageError
-from vrg.launch.events import EventKind
 from vrg.launch.findings import Finding
+from vrg.runs.events import EventKind
 from vrg.types import printable
 
 BANNER = b"vrg-host\n"
@@ -189,7 +189,7 @@ class Notice(Struct, frozen=True, tag=True):
 
 
 class Noted(Struct, frozen=True, tag=True):
-    """Something has happened to a process; see `vrg.launch.events.Notes`."""
+    """Something has happened to a process; see `vrg.runs.events.Notes`."""
 
     what: EventKind
     process: str

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import psutil
 
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 from vrg.types import printable
 
 THREADS = 300

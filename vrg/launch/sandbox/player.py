@@ -10,8 +10,8 @@ from vrg.bus.hosts import port_of
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import SandboxError
 from vrg.launch.code_files import imported, readable_parts
-from vrg.launch.run_folder import RunFolder
 from vrg.launch.sandbox.policy import Access, Policy, files
+from vrg.runs.run_folder import RunFolder
 
 
 def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolder, seat: Path | None) -> Policy:

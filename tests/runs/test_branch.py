@@ -25,14 +25,14 @@ from vrg.coordinator.judging import judge_again
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import strategies_of
 from vrg.launch import in_process
-from vrg.launch.branch import last_instant, play_branch
-from vrg.launch.change import Change, branch_of
-from vrg.launch.judged import judge_run
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.result import conclusion, write_result
-from vrg.launch.run_folder import RunFolder
 from vrg.recording.mcap_reading import records_in
+from vrg.runs.branch import last_instant, play_branch
+from vrg.runs.change import Change, branch_of
+from vrg.runs.judged import judge_run
+from vrg.runs.result import conclusion, write_result
+from vrg.runs.run_folder import RunFolder
 
 LAZY = """
 from vrg.agents import Action, Strategy, Twist
@@ -77,7 +77,7 @@ def taken_up(
     of: RunFolder, runs: Path, change: Change, progress: Callable[[float], object] = id, stop: Stop | None = None
 ) -> RunFolder:
     """The match as it goes on; the picture of it is made by the command only, as it takes long."""
-    with mock.patch("vrg.launch.branch.plot"):
+    with mock.patch("vrg.runs.branch.plot"):
         return play_branch(of, [change], runs, NOW, progress=progress, stop=stop or Stop())  # type: ignore[arg-type]
 
 

@@ -9,8 +9,8 @@ from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import Disagreement, Judgement, judge_again, unproved
 from vrg.errors import JournalError
 from vrg.games import game_of
-from vrg.launch.change import books_of
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.change import books_of
+from vrg.runs.run_folder import RunFolder
 
 
 def judge_run(

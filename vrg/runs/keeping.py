@@ -15,11 +15,11 @@ from vrg.files import write_json, write_whole
 from vrg.games import file_of
 from vrg.hal.sensors.depiction import Rays
 from vrg.launch.code_files import imported
-from vrg.launch.run_folder import RunFolder
 from vrg.localisation.source import read_source
 from vrg.modules import module_in
 from vrg.recording.layout import foxglove_layout
 from vrg.regions import surrounding
+from vrg.runs.run_folder import RunFolder
 
 LEAST_SHOWN = 20.0
 """The width of what Foxglove's camera shows at least, m."""

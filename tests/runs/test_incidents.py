@@ -8,11 +8,11 @@ import pytest
 from vrg.bus.messages import BY_OFFICIAL, EMERGENCY_STOP, Call, Stage
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Checkpoint
-from vrg.launch.events import Event, EventKind
-from vrg.launch.incidents import LAUNCHER_NAME, RunData, incidents_of
 from vrg.recording.foxglove import time_of
 from vrg.recording.records import EstopRecord
 from vrg.recording.stops import Incident, IncidentKind
+from vrg.runs.events import Event, EventKind
+from vrg.runs.incidents import LAUNCHER_NAME, RunData, incidents_of
 
 PLAYERS = ("ann", "bob")
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from vrg.coordinator.evidence import Exhibit, Looked, TickEvidence
 from vrg.coordinator.rulebook import Observation
-from vrg.launch.crosscheck import cross_check
 from vrg.recording.reader import RobotPoses
+from vrg.runs.crosscheck import cross_check
 from vrg.types import Pose
 
 TIMES = np.arange(100) * 0.02

@@ -16,8 +16,8 @@ from vrg.coordinator.rulebook import RuleBook
 from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.files import decoded, read_bytes, write_whole
 from vrg.games import file_of, has_name
-from vrg.launch.keeping import copy_into, files_of_strategy
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.keeping import copy_into, files_of_strategy
+from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 
 _TABLES: Final = ("rules", "radio")

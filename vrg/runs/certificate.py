@@ -9,10 +9,7 @@ from vrg.bus.messages import at_rest
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Record, read_journal
 from vrg.errors import JournalError, MessageError
-from vrg.launch.events import Event, EventKind, read_events
-from vrg.launch.incidents import LAUNCHER_NAME, RunData, incidents_of
 from vrg.launch.listening import WORLD
-from vrg.launch.run_folder import RunFolder
 from vrg.recording.stops import (
     REST_TIME,
     Incident,
@@ -25,6 +22,9 @@ from vrg.recording.stops import (
     stops_of,
     worst,
 )
+from vrg.runs.events import Event, EventKind, read_events
+from vrg.runs.incidents import LAUNCHER_NAME, RunData, incidents_of
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Twist
 
 ROUGH = 0.25

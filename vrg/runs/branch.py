@@ -23,15 +23,15 @@ from vrg.config.setup import MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import TINY, Exhibit, read_evidence
 from vrg.errors import ConfigError, GivenUpError, LaunchError
 from vrg.launch import in_process
-from vrg.launch.change import Branch, Change, amended, branch_of, changes_in, kept, write_branch
 from vrg.launch.in_process import Ending
-from vrg.launch.keeping import keep, keep_layout
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
-from vrg.launch.result import ended_of, plot, write_result
-from vrg.launch.run_folder import RunFolder, delete
-from vrg.launch.step_log import Ended, StepLog, read_steps
+from vrg.runs.change import Branch, Change, amended, branch_of, changes_in, kept, write_branch
+from vrg.runs.keeping import keep, keep_layout
+from vrg.runs.result import ended_of, plot, write_result
+from vrg.runs.run_folder import RunFolder, delete
+from vrg.runs.step_log import Ended, StepLog, read_steps
 
 if TYPE_CHECKING:
     from vrg.launch.stepping import Apart

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from vrg.files import write_json, write_whole
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 NOW = datetime(2026, 5, 17, 14, 3, 9)
 

@@ -20,15 +20,15 @@ from vrg.bus.topics import Topic
 from vrg.commands.stops import rows
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.launch.certificate import Certificate, certificate_of, data_of, summary_line
-from vrg.launch.events import Event, EventKind, EventLog
 from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.result import write_result
-from vrg.launch.run_folder import RunFolder
 from vrg.recording import reader
 from vrg.recording.stops import Incident, IncidentKind, Rest, RobotStop, StopOutcome, Trajectory
+from vrg.runs.certificate import Certificate, certificate_of, data_of, summary_line
+from vrg.runs.events import Event, EventKind, EventLog
+from vrg.runs.result import write_result
+from vrg.runs.run_folder import RunFolder
 
 TICK = 0.02
 

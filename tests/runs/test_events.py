@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from vrg.bus.codec import Received, encode
 from vrg.bus.messages import Clock, Estop, EstopRelease, MeasuredPose, Message, Report
 from vrg.bus.topics import Keys, Topic, key_matches
-from vrg.launch.events import Event, EventKind, EventLog, read_events
 from vrg.launch.listening import LATCHES, Listening
 from vrg.recording.stops import REST_TIME
+from vrg.runs.events import Event, EventKind, EventLog, read_events
 from vrg.types import Pose, Twist
 
 KEYS = Keys("test")

@@ -10,7 +10,7 @@ from tests.command_line import invoke
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
-from vrg.launch.keeping import files_of
+from vrg.runs.keeping import files_of
 
 STRATEGY = """
 import json

@@ -13,8 +13,8 @@ from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError
 from vrg.games import game_of
 from vrg.geometry import circumradius
-from vrg.launch.change import books_of
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.change import books_of
+from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.proof import SECONDS, STRIP, Proof, box_around
 from vrg.ui.scene import Scene, SceneBody, clock_text

@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from vrg.bus.messages import EMERGENCY_STOP
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
-from vrg.launch.events import Event, EventKind
 from vrg.launch.listening import REFEREE, WORLD
 from vrg.recording.records import EstopRecord
 from vrg.recording.stops import Incident, IncidentKind
+from vrg.runs.events import Event, EventKind
 
 LAUNCHER_NAME = "vrg play"
 """The name of the launcher in an incident."""

@@ -15,7 +15,7 @@ from vrg.errors import FileError, JournalError
 from vrg.files import read_json, write_json
 from vrg.games import game_of
 from vrg.games.game import capitalised
-from vrg.launch.run_folder import RunFolder
+from vrg.runs.run_folder import RunFolder
 
 log = logging.getLogger(__name__)
 
@@ -42,7 +42,7 @@ def write_result(setup: MatchSetup, folder: RunFolder, state: RefereeState | Non
 
 def result_of(setup: MatchSetup, folder: RunFolder, state: RefereeState | None, ended: str) -> dict[str, Any]:
     """The result of a match; see `write_result`."""
-    from vrg.launch.certificate import certificate_of, data_of  # noqa: PLC0415 - it is not needed before the end
+    from vrg.runs.certificate import certificate_of, data_of  # noqa: PLC0415 - it is not needed before the end
 
     records, processes = _records(folder), _statistics(folder)
     return {
