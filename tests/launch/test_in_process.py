@@ -30,6 +30,7 @@ from vrg.geometry import outline_distance
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.map import load_map
+from vrg.launch import playing as how
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.in_process import LINGER, Ending
 from vrg.launch.nodes.windows import spectator_node
@@ -219,9 +220,9 @@ def test_the_clock_tells_how_fast_a_match_is_played(
         return watch[0]
 
     ticks = itertools.count()
-    monkeypatch.setattr(playing, "_pace", lambda _stop, _rate: lambda _time: next(ticks) < 20)
-    monkeypatch.setattr(playing, "recorder_node", watched)
-    monkeypatch.setattr(playing, "plot", lambda *_: None)
+    monkeypatch.setattr(how, "_pace", lambda _stop, _rate: lambda _time: next(ticks) < 20)
+    monkeypatch.setattr(how, "recorder_node", watched)
+    monkeypatch.setattr(how, "plot", lambda *_: None)
     typed = "2.5" if paced else None
     options = playing.PlayOptions(in_process=True, engine="planar", rate=typed, seed=0, headless=True, runs=tmp_path)
     with pytest.raises(typer.Exit):
@@ -260,7 +261,7 @@ def test_a_halt_that_nobody_can_resume_is_the_end(tmp_path: Path, resumable: boo
 def test_where_nobody_can_resume_a_halt_no_command_is_advised(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(playing, "recorder_node", lambda setup, _: Halting(setup))
+    monkeypatch.setattr(how, "recorder_node", lambda setup, _: Halting(setup))
     options = playing.PlayOptions(in_process=True, engine="planar", seed=0, headless=True, runs=tmp_path)
     with pytest.raises(typer.Exit) as end:
         playing.play_match("sharks-and-minnows", options, ForkServer())

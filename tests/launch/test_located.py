@@ -200,7 +200,7 @@ def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monke
     # With its file it plays as it is, and what is left to be found is little.
     (tmp_path / "known.toml").write_text(text.replace(motor, f'{motor}\ncalibration = "ann.cal.toml"'))
     assert load_match(tmp_path / "known.toml").base == str(tmp_path)
-    monkeypatch.setattr("vrg.commands.playing.plot", lambda *_: None)  # nobody looks at it here
+    monkeypatch.setattr("vrg.launch.playing.plot", lambda *_: None)  # nobody looks at it here
     again = ("play", "known.toml", "--in-process", "--headless", "--runs", str(tmp_path / "again"))
     assert invoke(*again).exit_code == 0
     run = str(next((tmp_path / "again").iterdir()))

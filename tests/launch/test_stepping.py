@@ -244,7 +244,7 @@ def test_one_that_keeps_too_much_is_ended_while_it_plays(home: Path, server: For
 
 
 def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrg.commands.playing.plot", lambda *_: None)  # nobody looks at it here
+    monkeypatch.setattr("vrg.launch.playing.plot", lambda *_: None)  # nobody looks at it here
     runs = []
     for name, speed in (("odd", "0.4"), ("other", "0.5")):
         (home / f"{name}.py").write_text(ODD.replace("HOME", str(home)).replace("0.4", speed))

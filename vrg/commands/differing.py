@@ -42,11 +42,15 @@ def repeat(
     the two runs differ.
     """
     from vrg.bus.stopping import stop_on_signals
-    from vrg.commands.playing import strangers
+    from vrg.launch.playing import strangers
     from vrg.runs.branch import repeat_match
 
     folder, _ = ended_run(run)
-    with strangers(folder, sandbox=sandbox, lockstep=lockstep) as apart, stop_on_signals() as stop:
+
+    def announce(text: str) -> None:
+        echo(text, err=True)
+
+    with strangers(folder, sandbox=sandbox, lockstep=lockstep, announce=announce) as apart, stop_on_signals() as stop:
         again = repeat_match(folder, runs, datetime.now(), apart, stop)
     echo(f"Played again in {again.path}.")
     if not _compare(folder, again):

@@ -97,8 +97,8 @@ def _take_up(
 
     from vrg.bus.stopping import stop_on_signals
     from vrg.commands.branching import changes_of, compared
-    from vrg.commands.playing import strangers
     from vrg.config.loading import load_match
+    from vrg.launch.playing import strangers
     from vrg.runs.branch import last_instant, play_branch
     from vrg.runs.change import amended
 
@@ -125,7 +125,16 @@ def _take_up(
         if as_json:
             typer.echo(json.dumps({"time": round(time, 3)}), file=out)
 
-    with strangers(folder, changes, sandbox=sandbox, silent=as_json) as apart, stop_on_signals() as stop, bar, prints:
+    def announce(text: str) -> None:
+        if not as_json:
+            echo(text, err=True)
+
+    with (
+        strangers(folder, changes, sandbox=sandbox, announce=announce) as apart,
+        stop_on_signals() as stop,
+        bar,
+        prints,
+    ):
         task = bar.add_task("repeating what was recorded", total=end, time=0.0)
         new = play_branch(folder, changes, runs, datetime.now(), progress=progress, stop=stop, apart=apart)
     if as_json:

@@ -21,13 +21,10 @@ from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
-from vrg.commands.page import foxglove_link, print_links
-from vrg.commands.ros import ros_place
-from vrg.commands.three import three_link
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
-from vrg.kinds import FOXGLOVE, SPECTATOR, THREE, WEB
+from vrg.kinds import SPECTATOR
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.host import Host
 from vrg.launch.launched import LaunchedMatch
@@ -56,6 +53,7 @@ class Show:
         window: True opens the spectator. record: True records for Foxglove and the plot.
         page: where browsers see it, and who may do what there; None serves no page.
         served: where further views serve it, as `specs` has it.
+        ready: called with the name of each process that is ready, and the endpoint of the match's router.
     """
 
     console: Console
@@ -63,6 +61,7 @@ class Show:
     record: bool
     page: Admission | None = None
     served: Mapping[str, str] = field(default_factory=dict)
+    ready: Callable[[str, str], None] = lambda _process, _endpoint: None
 
     def announce(self, *texts: str) -> None:
         """Print what happens to the processes, unless the terminal is gone: the match does not depend on it."""
@@ -137,10 +136,7 @@ class Launch:
 
             def ready(name: str) -> None:
                 progress.update(task, advance=1, description=name)
-                if name == WEB.process and show.page is not None:
-                    print_links(show.page, show.console)
-                if (where := show.served.get(name)) is not None:
-                    show.console.print(_place(setup, name, where, launched.endpoint), soft_wrap=True)
+                show.ready(name, launched.endpoint)
 
             def started(_session: Session) -> None:
                 progress.stop()
@@ -153,7 +149,7 @@ class Launch:
                         thread.join()
                 if self.folder.again.exists():
                     # Until the match's processes have ended and the recording is read, there is something to see.
-                    from vrg.ui.replay import OPENING, hold_place  # pygame takes half a second to load
+                    from vrg.ui.replay import OPENING, hold_place  # noqa: PLC0415 - pygame takes half a second
 
                     show.announce(OPENING)
                     with contextlib.suppress(LaunchError):
@@ -264,20 +260,10 @@ class Launch:
         """
         if not self.secured:
             return None
-        from vrg.launch.match_keys import keys_for  # certificates take a tenth of a second to load
+        from vrg.launch.match_keys import keys_for  # noqa: PLC0415 - certificates take a tenth of a second
 
         addresses = [host_of(endpoint) for endpoint in endpoints]
         return stack.enter_context(keys_for(self.setup.roster, self.keys, datetime.now(UTC), addresses))
-
-
-def _place(setup: MatchSetup, process: str, where: str, endpoint: str) -> str:
-    """Words on where a view serves a match.
-
-    Args:
-        endpoint: of the match's router.
-    """
-    links = {FOXGLOVE.process: foxglove_link, THREE.process: three_link}
-    return links[process](where) if process in links else ros_place(setup, where, endpoint)
 
 
 def _reached(remote: dict[str, RemoteHost], show: Show, stop: Stop) -> bool:
