@@ -173,7 +173,7 @@ def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, serve
     spread, other = play(home, "spread", Apart(server, every=True, deadline=60.0))
     assert alone.journal.read_bytes() == spread.journal.read_bytes()
     assert ending.failures == other.failures
-    assert "RuntimeError: twenty" in ending.failures[0]
+    assert "RuntimeError: twenty" in ending.failures[0].text
     same(spread, repeated(spread, home, "again", None))
 
 
