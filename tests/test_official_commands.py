@@ -19,7 +19,7 @@ from vrg.bus.session import open_router, open_session
 from vrg.bus.topics import Keys
 from vrg.commands import estop as stopping
 from vrg.commands.matches import keys_of
-from vrg.commands.options import whole_target
+from vrg.config.targets import whole_target
 from vrg.errors import BusError, ConfigError, CredentialsError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.running import RunningMatch, registered

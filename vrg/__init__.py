@@ -1,6 +1,31 @@
 """Virtual Robotic Games: games that robots play, in simulation, on hardware, or both at once.
 
 Lengths are in metres, angles in radians and times in seconds. In every frame x is forward, y left and z up.
+
+    import vrg
+
+    run = vrg.play("roboflag", players={"red": "mine.py"}, seed=3)
+    run.plot()
 """
 
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from vrg.api import judge, play
+    from vrg.runs.run import Run
+
+__all__ = ["Run", "__version__", "judge", "play"]
 __version__ = "0.1.0"
+
+
+def __getattr__(name: str) -> Any:
+    # What plays a match takes a second to load, and every process imports this package.
+    if name in ("judge", "play"):
+        from vrg import api  # noqa: PLC0415
+
+        return getattr(api, name)
+    if name == "Run":
+        from vrg.runs.run import Run  # noqa: PLC0415
+
+        return Run
+    raise AttributeError(f"module 'vrg' has no attribute {name!r}")

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 from msgspec import Struct
 
-from vrg.commands.options import whole_target
 from vrg.config.setup import MatchSetup
+from vrg.config.targets import whole_target
 from vrg.errors import LaunchError, VrgError
 from vrg.games import strategies_of
 from vrg.games.game import capitalised

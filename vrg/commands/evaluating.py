@@ -21,12 +21,11 @@ from vrg.commands.options import (
     LasersOption,
     OutputOption,
     SandboxOption,
-    class_in,
     duration,
     make_console,
     print_table,
-    whole_target,
 )
+from vrg.config.targets import class_in, whole_target
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
 from vrg.types import printable

@@ -22,8 +22,8 @@ from vrg.commands.options import (
     exit_if_interrupted,
     lasting,
     make_console,
-    whole_target,
 )
+from vrg.config.targets import whole_target
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
 

@@ -7,7 +7,8 @@ import typer
 from rich.markup import escape
 
 from vrg.bus.stopping import stop_on_signals
-from vrg.commands.options import EngineOption, LasersOption, exit_if_interrupted, make_console, whole_target
+from vrg.commands.options import EngineOption, LasersOption, exit_if_interrupted, make_console
+from vrg.config.targets import whole_target
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
 

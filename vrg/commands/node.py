@@ -18,8 +18,8 @@ from vrg.commands.options import (
     RouterOption,
     RunOption,
     exit_if_interrupted,
-    whole_target,
 )
+from vrg.config.targets import whole_target
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind
 from vrg.launch.serving import child_process, serve, serve_router

@@ -19,7 +19,8 @@ from vrg.bus.session import Session
 from vrg.bus.topics import Keys
 from vrg.commands.groups import CommandGroup, DecisionOptions, MatchOptions
 from vrg.commands.matches import connected, own_match
-from vrg.commands.options import PlayerArgument, PoseOption, StrategyArgument, TeamArgument, whole_target
+from vrg.commands.options import PlayerArgument, PoseOption, StrategyArgument, TeamArgument
+from vrg.config.targets import whole_target
 from vrg.errors import BusError, ConfigError
 
 T = TypeVar("T")

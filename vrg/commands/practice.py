@@ -10,7 +10,8 @@ import tomlkit
 import typer
 
 from vrg.commands.groups import PlayOptions, PracticeOptions
-from vrg.commands.options import PoseOption, lasting, whole_target
+from vrg.commands.options import PoseOption, lasting
+from vrg.config.targets import whole_target
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
 from vrg.types import Pose

@@ -14,16 +14,15 @@ from vrg.bus.messages import Stage
 from vrg.commands.matches import ended_run, is_running, need_recording, played_at, run_folders
 from vrg.commands.options import JsonOption, RunArgument, echo, make_console, print_table
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import MatchSetup
-from vrg.coordinator.journal import JournalHeader, read_journal, read_standing
+from vrg.coordinator.journal import read_standing
 from vrg.coordinator.match import state_after
-from vrg.errors import LaunchError, MessageError
+from vrg.errors import LaunchError
 from vrg.files import read_text, toml_of, write_json
 from vrg.runs import result as results
 from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:
-    from vrg.coordinator.judging import Disagreement, Judgement
+    pass
 
 
 @dataclass(frozen=True)
@@ -133,70 +132,10 @@ def judge(run: RunArgument = None) -> None:
 
     The exit status is 1 if there is a disagreement.
     """
-    from vrg.runs.judged import judge_run
+    from vrg.runs.judged import judge_folder
 
-    folder, setup = ended_run(run)
-    if not folder.evidence.exists():
-        raise LaunchError(
-            f"{folder.path}: expected {folder.evidence.name}, found none: an earlier VRG has played this match"
-        )
-    damage: list[str] = []
-    header, records = read_journal(folder.journal, damage)
-    judgement, wrong = judge_run(setup, folder, records, damage)
-    seen, compared = _recorded(folder)
-    found = sorted([*_foreign(setup, header), *wrong, *seen], key=lambda d: d.time)
-    gaps = [f"From {since:.1f} to {until:.1f} s no evidence could be written." for since, until in judgement.gaps]
-    for line in (*damage, *gaps, *map(str, found)):
+    found = judge_folder(*ended_run(run))
+    for line in (*found.notes, *map(str, found.disagreements), found.sentence):
         echo(line)
-    echo(_sentence(judgement, len(found), compared))
-    if found:
+    if found.disagreements:
         raise typer.Exit(1)
-
-
-def _recorded(folder: RunFolder) -> "tuple[list[Disagreement], int]":
-    """The differences of the recording, if there is one, from the evidence; and the number of compared poses."""
-    from vrg.coordinator.evidence import read_evidence
-    from vrg.recording.reader import read_tracks
-    from vrg.runs.crosscheck import cross_check
-
-    parts = folder.recordings()
-    if not parts:
-        return [], 0
-    torn: list[Path] = []
-    try:
-        found = cross_check(list(read_tracks(parts, torn).values()), read_evidence(folder.evidence))
-    except (OSError, MessageError) as error:
-        echo(f"The recording cannot be read, and was not compared: {error}")
-        return [], 0
-    for part in torn:
-        echo(f"{part.name} ends in the middle: what it lacks was not compared.")
-    if not found[1]:
-        echo("No recorded pose could be compared with the evidence: is the recording of this match?")
-    return found
-
-
-def _foreign(setup: MatchSetup, header: JournalHeader) -> "list[Disagreement]":
-    """That the journal is of another match than the set-up beside it, if it is."""
-    from vrg.coordinator.judging import Disagreement
-
-    if (header.match, header.game, header.seed) == (setup.name, setup.game, setup.seed):
-        return []
-    of = f"the journal is of {header.match} ({header.game}, seed {header.seed})"
-    return [Disagreement(0.0, f"{of}, its set-up of {setup.name} ({setup.game}, seed {setup.seed})")]
-
-
-def _sentence(judgement: "Judgement", wrong: int, compared: int) -> str:
-    """The result, in a sentence or two.
-
-    Args:
-        wrong: the number of disagreements. compared: the number of poses of the recording that were compared.
-    """
-    text = (
-        f"{judgement.calls} calls were judged again, by {judgement.ticks} looks at the field; "
-        f"{compared} recorded poses were compared: "
-    )
-    text += "no disagreement." if not wrong else f"{wrong} disagreement{'s' if wrong > 1 else ''}."
-    if judgement.unjudged:
-        why = "The evidence has gaps" if judgement.gaps else "The evidence ends early"
-        text += f" {why}: {judgement.unjudged} further calls could not be judged."
-    return text

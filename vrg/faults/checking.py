@@ -42,7 +42,7 @@ OWED: Final = 1.0
 ANNOUNCED: Final = 0.5
 """The match time in s within which a call is announced that is in the journal."""
 BACKWARDS: Final = 0.2
-"""The speed in m/s above which a robot drives backwards: strategies turn instead, and a push is over soon."""
+"""The speed in m/s above which a robot drives backwards, and is not just pushed."""
 GIVEN_BACK: Final = LEASE + COMMAND_TIMEOUT + 0.5
 """The match time in s after the last command of a hand within which a robot does not drive backwards any more."""
 _ENDING = (FaultKind.KILL, FaultKind.TORN)
@@ -221,7 +221,8 @@ class Checker:
             return
         for body in poses.body.bodies:
             since = poses.stamp - driven.get(body.name, poses.stamp)
-            lasts = since > GIVEN_BACK + self._slow and body.twist.v < -BACKWARDS
+            by_hand = body.name in self._match.observer.manual  # strategies drive backwards, too
+            lasts = by_hand and since > GIVEN_BACK + self._slow and body.twist.v < -BACKWARDS
             if self._spans.passed(("hand", body.name), lasts, poses.stamp) > 2 * MARGIN:
                 self._note(f"{body.name} drives backwards, though its person has sent nothing for {since:.2f} s")
 

@@ -17,6 +17,7 @@ from vrg.bus.messages import (
     RefereeState,
     Stage,
 )
+from vrg.bus.topics import name_in
 from vrg.faults.machine import Machine
 from vrg.faults.session import SimulatedSession
 
@@ -46,6 +47,7 @@ class Observer:
         pressed: since when the emergency stop is engaged, match time in s; None if it is not.
         resumed: how often it has resumed play.
         driven: when it has last commanded a player by hand, match time in s, by its name.
+        manual: the players that have last reported that a person drives them.
     """
 
     def __init__(self, match: "SimulatedMatch") -> None:
@@ -57,6 +59,7 @@ class Observer:
         self.pressed: float | None = None
         self.resumed = 0
         self.driven: dict[str, float] = {}
+        self.manual: set[str] = set()
         self._hands: set[str] = set()
         self._match = match
         self._halted: float | None = None
@@ -67,6 +70,7 @@ class Observer:
         self._states = self._watch.subscribe(keys.referee_state)
         self._bodies = self._watch.subscribe(keys.poses)
         self._clocks = self._watch.subscribe(keys.clock)
+        self._reports = self._watch.subscribe(keys.report())
         machine = Machine(match.clock, match.network.stream("machine of observer"))
         self._session = SimulatedSession(match.network, machine, OBSERVER, 1)
         self._session.attach(self._watch)
@@ -96,7 +100,7 @@ class Observer:
         self._order(OfficialAction.HALT)
 
     def take(self, player: str) -> None:
-        """Drive a player by hand from now on, backwards, which no strategy of a tiny match does."""
+        """Drive a player by hand from now on, backwards."""
         self._hands.add(player)
 
     def let_go(self, player: str) -> None:
@@ -139,6 +143,8 @@ class Observer:
         self._watch.handover(0.0)
         self.calls += [received.body for received in self._events.take()]
         states, poses, clocks = self._states.take(), self._bodies.take(), self._clocks.take()
+        for report in self._reports.take():
+            (self.manual.add if report.body.manual else self.manual.discard)(name_in(report.key))
         if states:
             self.state, self.heard_at = states[-1].body, self._match.clock.now()
         self.poses = poses[-1] if poses else None

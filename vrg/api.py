@@ -1,0 +1,91 @@
+"""Matches as functions, for programs and notebooks: `vrg.play` and `vrg.judge`."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Final, Literal
+
+from rich.console import Console
+
+from vrg.config.loading import check_match, load_match, match_path
+from vrg.errors import ConfigError
+from vrg.launch.fork_server import fork_server
+from vrg.launch.over_processes import Show
+from vrg.launch.playing import Way, new_run, prepare
+from vrg.launch.playing import play as play_setup
+from vrg.runs.judged import Judged, judge_folder
+from vrg.runs.run import Run, by_player
+from vrg.runs.run_folder import RunFolder
+from vrg.toml_text import with_value
+
+How = Literal["in process", "lockstep", "processes"]
+HOW: Final = ("in process", "lockstep", "processes")
+
+
+def play(
+    match: str | Path,
+    players: Mapping[str, str] | None = None,
+    *,
+    how: How = "in process",
+    engine: str | None = None,
+    seed: int | None = None,
+    rate: float | Literal["max"] | None = None,
+    record: bool = True,
+    sandbox: bool | None = None,
+    runs: str | Path = "runs",
+) -> Run:
+    """Play a match to its end.
+
+    Args:
+        match: a match file, or the name of a game.
+        players: other strategies than those of the match file, by team or by player: a name, `mine.py`,
+            `mine.py:Class`, `module:Class` or `policy.npz`.
+        how: `in process`: all of it in this process, as fast as it can; strategies can do what this program can.
+            `lockstep`: the same match, byte for byte, but each strategy decides in a process of its own. `processes`:
+            as `vrg play` does, in real time or at a rate.
+        engine: the physics engine; None for that of the match. seed: None for that of the match.
+        rate: match seconds per second; `max` as fast as possible, which is the default but for `processes`.
+        record: record the match; without it a run has no tracks and no plot.
+        sandbox: whether strategies that are files are sealed in their processes; None for the match's own choice.
+        runs: the folder for the run folder.
+
+    Raises:
+        ConfigError: the match file or the options have problems.
+        LaunchError: a process does not start, or dies too often; what was played until then is in the run folder.
+        KeyboardInterrupt: the match was broken off by Ctrl-C; its processes have ended, and the run is kept.
+    """
+    if how not in HOW:
+        raise ConfigError([f"how: expected one of {', '.join(HOW)}, got {how!r}"])
+    if rate == "max" and how == "processes":
+        raise ConfigError(["rate: expected a number, as processes are paced by the match clock, got 'max'"])
+    number = None if rate == "max" else rate
+    setup = load_match(match_path(str(match)), engine=engine, seed=seed, rate=number, sandbox=sandbox)
+    if players:
+        # In the text, so that the run folder has the match as it was played.
+        text, names = setup.text, [player.name for player in setup.players]
+        for name, strategy in by_player(setup, players).items():
+            text = with_value(text, ("players", names.index(name), "strategy"), strategy)
+        setup = check_match(text, Path(setup.origin), Path(setup.base))
+    way = Way(
+        in_process=how == "in process", lockstep=how == "lockstep", paced=number is not None,
+        secured=how == "processes" and setup.has_seats,
+    )  # fmt: skip
+    if way.steps:
+        setup = setup.all_here()
+    setup = prepare(setup, way)
+    show = Show(Console(quiet=True), window=False, record=record)
+    folder = new_run(setup, Path(runs), show)
+    with fork_server(wanted=how != "in process") as server:
+        played = play_setup(setup, folder, show, server, way)
+    if played.interrupted:
+        raise KeyboardInterrupt
+    return Run(folder.path)
+
+
+def judge(run: Run | str | Path) -> Judged:
+    """Let the rule book judge a run again, and compare its recording with what the referee decided by.
+
+    Raises:
+        LaunchError: it is no run folder, or has no evidence. JournalError: its files are damaged.
+    """
+    of = run if isinstance(run, Run) else Run(run)
+    return judge_folder(RunFolder(of.path), of.setup)
