@@ -21,7 +21,7 @@ ONLY_IN = {
     "matplotlib": ("ui",),
     "mcap": ("recording",),
     "pytest": ("testing",),
-    "pyarrow": ("evaluation", "learning/table.py"),
+    "pyarrow": ("evaluation", "learning/table.py", "runs/run.py"),
     "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/edit/server.py"),

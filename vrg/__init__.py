@@ -19,13 +19,9 @@ __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> Any:
-    # What plays a match takes a second to load, and every process imports this package.
-    if name in ("judge", "play"):
-        from vrg import api  # noqa: PLC0415
+    if name in ("Run", "judge", "play"):
+        # What plays a match takes a second to load, and every process imports this package.
+        from vrg.registry import load_object  # noqa: PLC0415
 
-        return getattr(api, name)
-    if name == "Run":
-        from vrg.runs.run import Run  # noqa: PLC0415
-
-        return Run
+        return load_object(f"vrg.api:{name}")
     raise AttributeError(f"module 'vrg' has no attribute {name!r}")

@@ -6,7 +6,8 @@ does not wait for physics to load. The help texts of the groups below are here, 
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from io import TextIOWrapper
 from typing import Annotated, Any, ClassVar
 
@@ -25,8 +26,26 @@ os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
 Table = Mapping[str, Mapping[str, tuple[Any, str]]]
 """The headings of a help page; below each, the commands with what they are, and what they do in a line.
 
-A command is the `module:object` of a function or of a group, or the table of a further group.
+A command is the `module:object` of a function or of a group, or the table of a further group. A function returns
+either when it is asked for.
 """
+
+
+def _nodes() -> Table:
+    """A command for each kind of process. Those of other packages are imported only when they are asked for."""
+    from vrg.kinds import BUILT_IN, KINDS  # noqa: PLC0415 - most commands run no process
+
+    about = {kind.name: f"{kind.about[:1].upper()}{kind.about[1:]}" for kind in BUILT_IN}
+    listed = {name: about.get(name, "A kind of another package") for name in KINDS.names()}
+    listed |= {"strategy": "What `vrg play --lockstep` starts on another machine by ssh"}
+    listed |= {"host": "What `vrg play` starts on another machine by ssh"}
+    return {"Run a single process of a match": {name: (partial(_node, name), about) for name, about in listed.items()}}
+
+
+def _node(name: str) -> Callable[..., None]:
+    function: Callable[..., None] = load_object("vrg.commands.node:command_of")(name)
+    return function
+
 
 SHOW: Table = {
     "Show a running match": {
@@ -103,7 +122,7 @@ COMMANDS: Table = {
         "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
-        "node": ("vrg.commands.node:app", "Run a single process: router, world, player ..."),
+        "node": (_nodes, "Run a single process: router, world, player ..."),
     },
 }
 
@@ -159,9 +178,10 @@ class Commands(TyperGroup):
 
 def _command(name: str, what: Any, about: str) -> Any:
     """Make a command, or a group, of the table."""
-    if isinstance(what, Mapping):
-        app = _group(what)
-    elif isinstance(found := load_object(what), typer.Typer):
+    found = load_object(what) if isinstance(what, str) else what() if callable(what) else what
+    if isinstance(found, Mapping):
+        app = _group(found)
+    elif isinstance(found, typer.Typer):
         app = found
     else:
         from vrg.commands.groups import CommandGroup  # noqa: PLC0415 - as above

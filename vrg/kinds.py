@@ -8,7 +8,6 @@ A package outside adds a kind by an entry point of the group `vrg.kinds`; `vrg n
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Final
 
 from vrg.bus.seats import NAMED, Seat, SeatKind
@@ -34,7 +33,7 @@ class Kind:
         keeps: it writes files into the run folder that it needs to go on.
         draws: it draws numbers that no player may guess.
         plays: it runs the code of a player, for which it is sealed.
-        views: it shows the match to other programs, at an address that is the name of the process.
+        views: it shows the match to other programs; on the bus it has the name of its process.
     """
 
     name: str
@@ -99,6 +98,10 @@ HUD = Kind(
     node="vrg.launch.nodes.windows:hud", runner=_WINDOW, named="player",
     command="vrg.commands.show:hud",
 )  # fmt: skip
+COMMANDER = Kind(
+    name="commander", about="commands a team with a gamepad or the keyboard", seats=(SeatKind.COMMANDER,),
+    command="vrg.commands.show:commander", named="team",
+)  # fmt: skip
 WEB = Kind(
     name="web", about="the page for browsers", seats=_DECIDES, process="web", pulse="spectator",
     node="vrg.launch.nodes.web:web", command="vrg.commands.page:web", views=True,
@@ -117,26 +120,25 @@ ROS = Kind(
     node="vrg.launch.nodes.ros:ros", command="vrg.commands.ros:ros", views=True,
 )  # fmt: skip
 
-_BUILT_IN: Final = (
-    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, DEVELOPER, HUD, WEB, FOXGLOVE, THREE, ROS,
+BUILT_IN: Final = (
+    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, DEVELOPER, HUD, COMMANDER, WEB, FOXGLOVE, THREE,
+    ROS,
 )  # fmt: skip
+"""The kinds that come with VRG."""
 
 
 def _wrong(found: Any) -> str | None:
-    return None if isinstance(found, Kind) and found.node else "expected a vrg.kinds.Kind with a node"
+    return None if isinstance(found, Kind) and (found.node or found.command) else "expected a Kind with a node"
 
 
 KINDS: Final[Registry[Kind]] = Registry(
     "kind of process",
     "vrg.kinds",
-    {kind.name: f"vrg.kinds:{kind.name.upper()}" for kind in _BUILT_IN},
+    {kind.name: f"vrg.kinds:{kind.name.upper()}" for kind in BUILT_IN},
     lambda found: None if found is ROUTER else _wrong(found),
 )
 """Every kind by name."""
 
 
-@cache
-def by_process() -> dict[str, Kind]:
-    """The kinds of which a match has one process at most, by the name of that process."""
-    found = (KINDS.find(name) for name in KINDS.names())
-    return {kind.process: kind for kind in found if kind is not None and kind.process}
+BY_PROCESS: Final = {kind.process: kind for kind in BUILT_IN if kind.process}
+"""The kinds of which a match has one process at most, by the name of that process."""

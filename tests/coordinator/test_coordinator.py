@@ -643,6 +643,7 @@ class TestStopsThatWereMissed:
         early.stopped = {latched}
         state = early.tick(estop=latched == "the world")
         assert (state.estop, state.halted) == (True, f"emergency stop, latched in {latched}")
+        assert next(call.cause for call in early.calls if call.rule == "halt") == m.EMERGENCY_STOP
 
     def test_one_that_players_have_latched_where_no_clock_tells_how_old_their_word_is(self, early: Table) -> None:
         """The world and the referee have both died, and the referee is back first."""

@@ -28,11 +28,6 @@ def check_host(text: str) -> str:
     return host
 
 
-def in_endpoint(host: str) -> str:
-    """A host as it stands in an endpoint: an address of IPv6 has brackets."""
-    return f"[{host}]" if ":" in host else host
-
-
 def host_of(endpoint: str) -> str:
     """The address or name of the machine of an endpoint, such as `10.0.0.1` of `tcp/10.0.0.1:7447`."""
     return endpoint.partition("/")[2].rpartition(":")[0].strip("[]")

@@ -9,7 +9,6 @@ from typing import Annotated
 import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT
-from vrg.commands.groups import CommandGroup
 from vrg.commands.options import (
     GameArgument,
     KeysOption,
@@ -126,8 +125,21 @@ def strategy() -> None:
     raise SystemExit(serve(main))
 
 
-def command_of(kind: Kind) -> Callable[..., None]:
-    """The command that runs a process of a kind."""
+def command_of(name: str) -> Callable[..., None]:
+    """The command that runs a process of a kind.
+
+    Raises:
+        ConfigError: there is no such kind, or it cannot be imported.
+    """
+    own: Mapping[str, Callable[..., None]] = {
+        ROUTER.name: router,
+        PLAYER.name: player,
+        "strategy": strategy,
+        "host": host,
+    }
+    if name in own:
+        return own[name]
+    kind = KINDS.get(name)
 
     def unnamed(on: NodeOptions) -> None:
         _serve(kind, on)
@@ -135,12 +147,5 @@ def command_of(kind: Kind) -> Callable[..., None]:
     def named(name: Annotated[str, typer.Argument(metavar=kind.named.upper())], on: NodeOptions) -> None:
         _serve(kind, on, name)
 
-    own: Mapping[str, Callable[..., None]] = {ROUTER.name: router, PLAYER.name: player}
-    return own.get(kind.name) or (load_object(kind.command) if kind.command else named if kind.named else unnamed)
-
-
-app = CommandGroup(no_args_is_help=True)
-for known in filter(None, map(KINDS.find, KINDS.names())):
-    app.command(known.name, help=f"{known.about[:1].upper()}{known.about[1:]}.")(command_of(known))
-app.command()(strategy)
-app.command()(host)
+    command: Callable[..., None] = load_object(kind.command) if kind.command else named if kind.named else unnamed
+    return command

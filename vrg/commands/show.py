@@ -30,7 +30,7 @@ from vrg.commands.options import (
     need_display,
 )
 from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
-from vrg.kinds import DEVELOPER, HUD, SPECTATOR
+from vrg.kinds import COMMANDER, DEVELOPER, HUD, SPECTATOR
 from vrg.launch.running import gone
 from vrg.registry import expected_one_of
 
@@ -88,7 +88,7 @@ def commander(team: TeamArgument, on: MatchOptions) -> None:
     from vrg.launch.serving import run_window
     from vrg.ui.commander.node import Commander  # pygame takes half a second to load
 
-    found, seat = attached(on), Seat(SeatKind.COMMANDER, team)
+    found, (seat,) = attached(on), COMMANDER.seats_of(team)
     credentials = credentials_for(found.endpoint, on.keys, seat)
     with connected(found.endpoint, on.keys, seat, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)

@@ -13,7 +13,7 @@ from vrg.bus.radio_settings import LinkSettings, RadioSettings
 from vrg.games import GAMES, PLANNERS
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
-from vrg.kinds import COORDINATOR, RECORDER, ROUTER, SPECTATOR, WORLD, by_process
+from vrg.kinds import BY_PROCESS, COORDINATOR, RECORDER, ROUTER, SPECTATOR, WORLD
 from vrg.types import Pose
 
 HERE = "here"
@@ -70,7 +70,7 @@ def _name(value: str) -> str:
 
 
 def _player_name(value: str) -> str:
-    if value in by_process() or value == "drives" or value.startswith(RESERVED):
+    if value in BY_PROCESS or value == "drives" or value.startswith(RESERVED):
         raise ValueError(f"{value!r} is the name of another process of a match")
     return _name(value)
 

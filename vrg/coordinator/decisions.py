@@ -43,14 +43,14 @@ def _done(match: Match, official: Official, now: Observation, silent: Collection
         case OfficialAction.HALT:
             halt = match.halt(f"called by {who}", BY_OFFICIAL)
             text = halt.calls[0].text if halt else f"halted already: {match.halted}"
-            why = halt.calls[0].why if halt else match.halted or ""
-            outcome = announce("halt", text, number, why=why, cause=BY_OFFICIAL)
+            reason = halt.calls[0].why if halt else match.halted or ""
+            outcome = announce("halt", text, number, why=reason, cause=BY_OFFICIAL)
         case OfficialAction.RESUME:
             match.resume()
             outcome = announce("resume", f"resumed by {who}", number)
         case OfficialAction.END:
             stage = match.end(NOBODY, f"ended by {who}")
-            outcome = Effects(announce("ended", f"ended by {who}", number).calls, [stage])
+            outcome = Effects(announce("ended", f"ended by {who}", number, why=official.reason).calls, [stage])
         case OfficialAction.RECOVER:
             outcome = _recover(match, official, who)
         case OfficialAction.DISQUALIFY | OfficialAction.REINSTATE:

@@ -7,7 +7,7 @@ from msgspec import structs
 
 from vrg.bus.messages import DISQUALIFIED, PlayerStatus
 from vrg.coordinator.outcome import Effects
-from vrg.coordinator.rulebook import Disqualification, GameState, Observation, called
+from vrg.coordinator.rulebook import Call, Disqualification, GameState, Observation
 
 S = TypeVar("S", bound=GameState)
 
@@ -57,4 +57,5 @@ def _with(state: S, name: str, what: Disqualification | None) -> S:
 
 
 def _call(rule: str, text: str, name: str, now: Observation, why: str = "") -> Effects:
-    return Effects([called(rule, text, {name: now.poses[name]} if name in now.poses else {}, why)])
+    poses = (now.poses[name],) if name in now.poses else ()
+    return Effects([Call(rule=rule, text=text, players=(name,), poses=poses, why=why)])

@@ -57,7 +57,9 @@ class Placing:
             asked = None if answer.id is None else self._asked.pop(answer.id, None)
             if answer.refused is not None:
                 answers = None if asked is None else asked.answers
-                outcomes.append(announce("refused", f"the world refuses: {answer.refused}", answers))
+                outcomes.append(
+                    announce("refused", f"the world refuses: {answer.refused}", answers, why=answer.refused)
+                )
             elif asked is not None:
                 outcomes.append(Effects([asked]))
         return outcomes

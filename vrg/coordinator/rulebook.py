@@ -162,9 +162,9 @@ class Call:
     cause: str = ""
 
 
-def called(rule: str, text: str, where: Mapping[str, Pose], why: str = "") -> Call:
+def called(rule: str, text: str, where: Mapping[str, Pose]) -> Call:
     """A call about some players, with the pose of each at its instant."""
-    return Call(rule=rule, text=text, players=tuple(where), poses=tuple(where.values()), why=why)
+    return Call(rule=rule, text=text, players=tuple(where), poses=tuple(where.values()))
 
 
 @dataclass(frozen=True)

@@ -182,7 +182,8 @@ def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]
         heading = f"{label} as {row.game.first_team if label == row.game.pairing.first else row.game.second_team}"
         parts.append("\n".join([f"{heading} against {other}, seed {row.game.seed}:", *said]))
         logs = folder.failures / folder.name_of(row.game) / "logs"
-        names = dict.fromkeys(name for name in row.played.failing if row.label(row.teams[name]) in labels)
+        own = {name for name, team in row.teams.items() if row.label(team) in labels}
+        names = dict.fromkeys(name for name in row.played.failing if name in own)
         parts += [f"the end of {name}.log:\n{end}" for name in names if (end := _tail(logs / f"{name}.log"))]
     return parts
 
@@ -190,7 +191,9 @@ def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]
 def _failures(row: GameRecord, labels: Collection[str]) -> list[str]:
     """The failures of a game in the code of versions of one entry."""
     own = {name for name, team in row.teams.items() if row.label(team) in labels}
-    both = zip(row.played.failing, row.played.failures, strict=False)  # older records do not name the players
+    both = zip(row.played.failing, row.played.failures, strict=False)
+    if own and row.played.failures and not row.played.failing:
+        return ["an earlier VRG has not recorded whose code has failed: the logs of the game tell"]
     return [failure for name, failure in both if name in own]
 
 

@@ -32,6 +32,8 @@ from vrg.system import end_group
 PRELOADED = (
     "vrg.launch.child",
     "vrg.agents.player",
+    "vrg.launch.bounds",
+    "vrg.launch.nodes.player",
     "vrg.bus.session",
     "vrg.hal.sim.driver",
     "vrg.launch.sandbox.player",

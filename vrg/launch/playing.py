@@ -168,7 +168,7 @@ def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
 
         able = "code is sealed only in processes of its own" if in_process else "--sandbox seals it"
         lacking = missing()
-        found.append(f"{_unsealed(names)}; {able if lacking is None else lacking.partition(': ')[0]}")
+        found.append(f"{_unsealed(names)}; {lacking or able}")
     return found
 
 
@@ -197,8 +197,7 @@ def strangers(
     files = {p.name: None for setup in setups for p in setup.players if setup.strategy_file(p.name) is not None}
     sealed = sandbox and bool(files)
     if sealed and (lacking := missing()) is not None:
-        why = lacking.partition(": ")[0]
-        raise LaunchError(f"{why}; with --no-sandbox the code in the run can do all that you can")
+        raise LaunchError(f"{lacking}; with --no-sandbox the code in the run can do all that you can")
     if files:
         announce((_sealed if sealed else _unsealed)(list(files)))
     with fork_server(wanted=sealed or lockstep) as server:

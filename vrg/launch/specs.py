@@ -9,7 +9,7 @@ from vrg.bus.seats import Seat
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
-from vrg.kinds import DEVELOPER, HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind, by_process
+from vrg.kinds import BY_PROCESS, DEVELOPER, HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 
@@ -53,7 +53,7 @@ def kind_of(setup: MatchSetup, process: str) -> Kind | None:
     if process in [companion.name for companion in setup.companions]:
         return None
     # The window of a match has one name, whatever it shows; and a match may have further routers.
-    return window_of(setup)[0] if process == SPECTATOR.process else by_process().get(process, ROUTER)
+    return window_of(setup)[0] if process == SPECTATOR.process else BY_PROCESS.get(process, ROUTER)
 
 
 def window_of(setup: MatchSetup) -> tuple[Kind, str]:

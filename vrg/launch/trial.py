@@ -31,7 +31,7 @@ def untried() -> str | None:
     these could not answer.
     """
     lacking = missing() if sys.platform == "linux" or not POSIX else None
-    return None if lacking is None else f"the strategies of files were not imported: {lacking.partition(': ')[0]}"
+    return None if lacking is None else f"the strategies of files were not imported: {lacking}"
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,8 @@ def certificate_of(setup: MatchSetup, folder: RunFolder) -> Certificate:
     """Read what a run has left, and find out how the robots stopped. This raises nothing for what is missing."""
     notes: list[str] = []
     records, events = _records(folder, notes), _events(folder, notes)
+    if any(call.rule == "halt" and not call.why for record in records for call in record.calls):
+        notes.append("An earlier VRG wrote the journal, without the causes of HALTs: emergency stops count as HALTs.")
     motions, estops = _recording(folder, notes)
     end = max((motion.times[-1] for motion in motions if motion.times), default=math.inf)
     evidence = RunData(

@@ -2,7 +2,6 @@
 
 import base64
 import html
-import io
 from collections.abc import Mapping
 from datetime import datetime
 from functools import cached_property
@@ -60,14 +59,11 @@ class Why:
         """The picture as a PNG file; None if there is nothing to see."""
         if self._proof.now is None:
             return None
-        import pygame  # noqa: PLC0415 - it takes half a second, and only a picture needs it
+        from vrg.ui.proof import SIZE, ProofPainter  # noqa: PLC0415 - pygame takes half a second to load
+        from vrg.ui.text import Fonts  # noqa: PLC0415 - as above
+        from vrg.ui.window import png  # noqa: PLC0415
 
-        from vrg.ui.proof import SIZE, ProofPainter  # noqa: PLC0415 - as above
-        from vrg.ui.text import Fonts  # noqa: PLC0415
-
-        picture = io.BytesIO()
-        pygame.image.save(ProofPainter(Fonts()).picture(self._proof, SIZE, 1.0), picture, "picture.png")
-        return picture.getvalue()
+        return png(ProofPainter(Fonts()).picture(self._proof, SIZE, 1.0))
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         picture = self.png()

@@ -253,16 +253,21 @@ def _icon() -> pygame.Surface:
     return icon
 
 
+def png(surface: pygame.Surface) -> bytes:
+    """A surface as the content of a PNG file."""
+    picture = io.BytesIO()
+    pygame.image.save(surface, picture, "picture.png")
+    return picture.getvalue()
+
+
 def save_png(surface: pygame.Surface, path: Path) -> None:
     """Write a surface to a PNG file.
 
     Raises:
         OSError: the file cannot be written.
     """
-    picture = io.BytesIO()
-    pygame.image.save(surface, picture, "picture.png")
     try:
-        write_whole(path, picture.getvalue())
+        write_whole(path, png(surface))
     except OSError as error:
         raise OSError(f"{path}: cannot write the picture: {error.strerror}") from None
 

@@ -9,7 +9,6 @@ from vrg.runs.run_folder import RunFolder
 
 def recorder_node(setup: MatchSetup, folder: RunFolder) -> Recorder:
     """Make the recorder, which records a match for Foxglove."""
-
     return Recorder(
         "recorder",
         Mailbox(),

@@ -2,9 +2,9 @@
 
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.traffic import Traffic
 from vrg.config.setup import MatchSetup
 from vrg.geometry import circumradius
 from vrg.hal.sim.map import load_map
@@ -12,11 +12,12 @@ from vrg.launch.context import Made, NodeContext
 from vrg.launch.running import gone
 from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
-from vrg.ui.developer.node import DeveloperWindow
-from vrg.ui.hud.goals import Ground
-from vrg.ui.hud.node import Hud
 from vrg.ui.spectator import Spectator
 from vrg.ui.window_node import WindowNode
+
+if TYPE_CHECKING:
+    from vrg.ui.developer.node import DeveloperWindow
+    from vrg.ui.hud.node import Hud
 
 
 def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> Spectator:
@@ -40,13 +41,16 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
     )
 
 
-def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> DeveloperWindow:
+def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> "DeveloperWindow":
     """Make the developers' view of a match.
 
     Args:
         name: the name of the node. run: the run folder, as for `spectator_node`.
         official: whether it has an official's seat.
     """
+    from vrg.bus.traffic import Traffic  # noqa: PLC0415 - of these three only one is opened
+    from vrg.ui.developer.node import DeveloperWindow  # noqa: PLC0415
+
     return DeveloperWindow(
         name,
         Mailbox(),
@@ -60,12 +64,15 @@ def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
     )
 
 
-def hud_node(setup: MatchSetup, player: str) -> Hud:
+def hud_node(setup: MatchSetup, player: str) -> "Hud":
     """Make the head-up display of a player.
 
     Raises:
         ConfigError: there is no such player.
     """
+    from vrg.ui.hud.goals import Ground  # noqa: PLC0415 - as above
+    from vrg.ui.hud.node import Hud  # noqa: PLC0415
+
     own = setup.player(player)
     bounds, walls = load_map(setup.map).bounds, tuple(setup.obstacles)
     return Hud(

@@ -48,16 +48,16 @@ _WHAT_TO_DO = "`sandbox = false` in the match file, or `vrg play --no-sandbox`, 
 def missing() -> str | None:
     """The lack of this machine that keeps it from sealing a process, in a sentence; None if it can."""
     if sys.platform != "linux":
-        return f"a sandbox needs Linux, and this is {sys.platform}: {_WHAT_TO_DO}"
+        return f"a sandbox needs Linux, and this is {sys.platform}"
     if platform.machine() not in ARCHITECTURES or sys.byteorder != "little" or sys.maxsize < 1 << 32:
         known = " or ".join(ARCHITECTURES)
-        return f"a sandbox needs a processor {known}, and this is {platform.machine()}: {_WHAT_TO_DO}"
+        return f"a sandbox needs a processor {known}, and this is {platform.machine()}"
     abi = landlock.abi()
     if abi < landlock.NETWORK_ABI:
         found = "Landlock is not there, or switched off (see /sys/kernel/security/lsm)" if not abi else f"ABI {abi}"
         return (
             f"a sandbox needs Landlock with ABI {landlock.NETWORK_ABI} (Linux 6.7 or later), and Linux "
-            f"{platform.release()} has less: {found}: {_WHAT_TO_DO}"
+            f"{platform.release()} has less: {found}"
         )
     return None
 
@@ -70,7 +70,7 @@ def seal(policy: Policy) -> None:
     """
     lacking = missing()
     if lacking is not None:
-        raise SandboxError(lacking)
+        raise SandboxError(f"{lacking}: {_WHAT_TO_DO}")
     threads = len(os.listdir("/proc/self/task"))
     if threads != 1:
         raise SandboxError(f"a process is sealed before it starts threads, and this one has {threads}")
