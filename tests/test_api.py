@@ -1,0 +1,119 @@
+"""Matches as functions: `vrg.play` and what it returns, and the notebook of the examples."""
+
+import json
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import vrg
+from tests.tiny import TINY
+from vrg.bus.stopping import StopSignal
+from vrg.errors import ConfigError, LaunchError
+
+NOTEBOOK = Path(__file__).parents[1] / "examples" / "notebook" / "first.ipynb"
+STILL = """
+from vrg.agents import Strategy, Twist
+
+
+class Still(Strategy):
+    def act(self, view):
+        return Twist(0.0, 0.0)
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder with a match, which is the working folder."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
+    (tmp_path / "tiny.toml").write_text(TINY, encoding="utf-8")
+    (tmp_path / "still.py").write_text(STILL, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_run_tells_what_the_match_left(here: Path) -> None:
+    run = vrg.play("tiny.toml", seed=3)
+    assert run.path.parent == Path("runs")
+    assert run.winner in ("sharks", "minnows")
+    assert run.conclusion in repr(run)
+    assert [call.number for call in run.calls] == list(range(1, len(run.calls) + 1))
+    track = run.tracks["ann"]
+    assert track.times.shape == track.x.shape
+    assert np.all(np.diff(track.times) > 0.0)
+    table = run.to_arrow()
+    assert table.num_rows == sum(len(of.times) for of in run.tracks.values())
+    tag = next(call for call in run.calls if call.poses)
+    shown = run.why(tag.number)._repr_mimebundle_()
+    assert tag.text in shown["text/plain"]
+    assert shown["image/png"].startswith(b"\x89PNG")
+    assert run.plot()._repr_png_().startswith(b"\x89PNG")
+    assert "data:image/png;base64," in run._repr_html_()
+    assert not vrg.judge(run).disagreements
+    assert vrg.Run(run.path).winner == run.winner
+    with pytest.raises(LaunchError, match="got 99"):
+        run.why(99)
+
+
+def test_another_strategy_plays_and_the_run_folder_has_it(here: Path) -> None:
+    run = vrg.play("tiny.toml", {"minnows": "still.py"}, seed=3)
+    assert {track.x.std() < 0.2 for name, track in run.tracks.items() if name != "shark"} == {True}
+    again = run.branch(2.0, settings={"rules.passes": 1}, sandbox=False)
+    assert again.winner == run.winner
+    assert np.array_equal(again.tracks["ann"].x, run.tracks["ann"].x)
+
+
+def test_in_lockstep_a_match_is_the_same(here: Path) -> None:
+    journals = [
+        (vrg.play("tiny.toml", how=how, record=False).path / "journal.jsonl").read_bytes()
+        for how in ("in process", "lockstep")
+    ]
+    assert journals[0] == journals[1]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"how": "fast"}, "how: expected one of in process, lockstep, processes, got 'fast'"),
+        ({"how": "processes", "rate": "max"}, "rate: expected a number"),
+        ({"players": {"green": "still.py"}}, "players: expected one of sharks, minnows, shark, ann"),
+        ({"players": {"ann": "none.py"}}, "none.py: no such file"),
+        ({"engine": "warp"}, "engine: expected one of"),
+    ],
+)
+def test_what_cannot_be_played_is_an_error_in_words(here: Path, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ConfigError, match=words):
+        vrg.play("tiny.toml", **options)
+    assert not (here / "runs").exists()
+
+
+def test_an_interrupted_match_keeps_its_run(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def pressing(stop: StopSignal, _rate: float) -> Callable[[float], bool]:
+        def wait(time: float) -> bool:
+            if time > 1.0 and not stop.is_set():
+                signal.raise_signal(signal.SIGINT)
+            return not stop.is_set()
+
+        return wait
+
+    monkeypatch.setattr("vrg.launch.playing._pace", pressing)
+    with pytest.raises(KeyboardInterrupt):
+        vrg.play("tiny.toml")
+    (folder,) = (here / "runs").iterdir()
+    assert vrg.Run(folder).conclusion.startswith("Interrupted")
+
+
+def test_a_folder_without_a_run_is_refused(here: Path) -> None:
+    with pytest.raises(LaunchError, match="expected a run folder"):
+        vrg.Run(here)
+
+
+def test_the_notebook_runs(here: Path) -> None:
+    names: dict[str, Any] = {}
+    for cell in json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]:
+        if cell["cell_type"] == "code":
+            exec("".join(cell["source"]), names)
+    assert not vrg.judge(names["again"]).disagreements
