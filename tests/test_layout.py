@@ -4,6 +4,8 @@ import ast
 import subprocess
 import sys
 from functools import cache
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 
 import pytest
@@ -260,3 +262,47 @@ def test_a_command_does_not_load_the_others() -> None:
     modules = tuple(f"vrg.commands.{name}" for name in ("show", "page", "sensors", "run", "replay", "play", "official"))
     assert _loaded(code, modules) == []
     assert _loaded(f"{code}show.get_command(None, 'window')", modules) == ["vrg.commands.show"]
+
+
+BUDGETS = {
+    "ui": 10_327,
+    "commands": 5_274,
+    "launch": 5_245,
+    "hal/can": 4_194,
+    "games": 3_871,
+    "learning": 3_453,
+    "bus": 3_258,
+    "hal/sim": 2_878,
+    "localisation": 2_705,
+    "hal/can/workshop": 2_252,
+    "coordinator": 2_041,
+    "evaluation": 1_832,
+    "hal": 1_517,
+    "recording": 1_510,
+    "shared values": 1_462,
+    "ros": 1_406,
+    "runs": 1_402,
+    "testing": 1_334,
+    "faults": 1_298,
+    "agents": 1_267,
+    "config": 850,
+    "launch/sandbox": 634,
+    "navigation": 393,
+    "fitting": 372,
+    "seats": 296,
+    "templates": 4,
+}
+"""The most lines of code of each room, by scripts/size. A change that needs more raises a number here, and says why beside it."""
+
+
+def test_no_room_is_larger_than_its_budget() -> None:
+    loader = SourceFileLoader("size", str(ROOT.parent / "scripts" / "size"))
+    spec = spec_from_loader("size", loader)
+    assert spec is not None
+    size = module_from_spec(spec)
+    loader.exec_module(size)
+    found = {room: of.lines for room, of in size.sizes(ROOT).items()}
+    assert found.keys() == BUDGETS.keys(), "each room has a budget"
+    over = [f"{room}: {lines}, {lines - BUDGETS[room]} more than its budget" for room, lines in found.items()
+            if lines > BUDGETS[room]]  # fmt: skip
+    assert not over
