@@ -292,7 +292,7 @@ BUDGETS = {
     "seats": 296,
     "templates": 4,
 }
-"""The most lines of code of each room, by scripts/size. A change that needs more raises a number here, and says why beside it."""
+"""The most lines of code of each room, by scripts/size. A change that needs more raises a number, and says why."""
 
 
 def test_no_room_is_larger_than_its_budget() -> None:
