@@ -69,7 +69,7 @@ def play(
         in_process=how == "in process", lockstep=how == "lockstep", paced=number is not None,
         secured=how == "processes" and setup.has_seats,
     )  # fmt: skip
-    if way.steps:
+    if way.in_process:
         setup = setup.all_here()
     setup = prepare(setup, way)
     show = Show(Console(quiet=True), window=False, record=record)

@@ -129,21 +129,22 @@ def test_the_match_of_the_thesis_is_played_to_its_end(
 
 
 SHORT = TINY.replace("passes = 1", "passes = 1\npass_limit = 8.0")
+ONE_PASS = {"sharks-and-minnows": "[rules]\npasses = 1"}
 
 
 @pytest.mark.parametrize(
-    ("engine", "field"),
+    ("engine", "game"),
     [
-        ("planar", SHORT),
-        *(pytest.param(engine, "of the thesis", marks=pytest.mark.thorough) for engine in ENGINE_NAMES),
+        ("planar", "tiny"),
+        *(pytest.param(engine, "sharks-and-minnows", marks=pytest.mark.thorough) for engine in ENGINE_NAMES),
+        *(pytest.param("mujoco", game, marks=pytest.mark.thorough) for game in ("roboflag", "pursuit-evasion")),
     ],
-    ids=["tiny", *(f"thesis {engine}" for engine in ENGINE_NAMES)],
 )
-def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Path, engine: str, field: str) -> None:
+def test_one_seed_gives_one_journal_byte_for_byte_in_every_process(tmp_path: Path, engine: str, game: str) -> None:
     journals = []
     match = tmp_path / "match.toml"
-    thesis = match_path("sharks-and-minnows").read_text().replace("[rules]", "[rules]\npasses = 1")
-    match.write_text(field if field == SHORT else thesis)
+    text = SHORT if game == "tiny" else match_path(game).read_text()
+    match.write_text(text.replace("[rules]", ONE_PASS.get(game, "[rules]")))
     for seed, hashes in ((4, "1"), (4, "2"), (5, "")):
         runs = tmp_path / f"{seed} {hashes}"
         command = ["play", str(match), "--in-process", "--engine", engine, "--seed", str(seed), "--no-record"]
