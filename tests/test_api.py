@@ -61,6 +61,8 @@ def test_a_run_tells_what_the_match_left(here: Path) -> None:
 def test_another_strategy_plays_and_the_run_folder_has_it(here: Path) -> None:
     run = vrg.play("tiny.toml", {"minnows": "still.py"}, seed=3)
     assert {track.x.std() < 0.2 for name, track in run.tracks.items() if name != "shark"} == {True}
+    with pytest.raises(ConfigError, match="branch: expected another strategy"):
+        run.branch(2.0)
     again = run.branch(2.0, settings={"rules.passes": 1}, sandbox=False)
     assert again.winner == run.winner
     assert np.array_equal(again.tracks["ann"].x, run.tracks["ann"].x)
@@ -81,6 +83,8 @@ def test_in_lockstep_a_match_is_the_same(here: Path) -> None:
         ({"how": "processes", "rate": "max"}, "rate: expected a number"),
         ({"players": {"green": "still.py"}}, "players: expected one of sharks, minnows, shark, ann"),
         ({"players": {"ann": "none.py"}}, "none.py: no such file"),
+        ({"players": {"ann": vrg.Run}}, "players.ann: expected the name of a strategy"),
+        ({"players": {"ann": "still.py:Nope"}, "how": "processes"}, "Nope"),
         ({"engine": "warp"}, "engine: expected one of"),
     ],
 )
@@ -100,7 +104,7 @@ def test_an_interrupted_match_keeps_its_run(here: Path, monkeypatch: pytest.Monk
         return wait
 
     monkeypatch.setattr("vrg.launch.playing._pace", pressing)
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(KeyboardInterrupt, match="the run is kept in runs/tiny-"):
         vrg.play("tiny.toml")
     (folder,) = (here / "runs").iterdir()
     assert vrg.Run(folder).conclusion.startswith("Interrupted")

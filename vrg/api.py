@@ -6,12 +6,13 @@ from typing import Final, Literal
 
 from rich.console import Console
 
-from vrg.config.loading import check_match, load_match, match_path
+from vrg.config.loading import check_match, check_strategies, load_match, match_path
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
 from vrg.launch.over_processes import Show
 from vrg.launch.playing import Way, new_run, prepare
 from vrg.launch.playing import play as play_setup
+from vrg.launch.trial import trial
 from vrg.runs.judged import Judged, judge_folder
 from vrg.runs.run import Run, by_player
 from vrg.runs.run_folder import RunFolder
@@ -72,12 +73,15 @@ def play(
     if way.in_process:
         setup = setup.all_here()
     setup = prepare(setup, way)
+    if how == "processes":
+        with trial() as tried:
+            check_strategies(setup, tried.make)
     show = Show(Console(quiet=True), window=False, record=record)
     folder = new_run(setup, Path(runs), show)
     with fork_server(wanted=how != "in process") as server:
         played = play_setup(setup, folder, show, server, way)
-    if played.interrupted:
-        raise KeyboardInterrupt
+    if played.interrupted and not played.over:
+        raise KeyboardInterrupt(f"the run is kept in {folder.path}")
     return Run(folder.path)
 
 

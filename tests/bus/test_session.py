@@ -459,13 +459,13 @@ def test_the_second_node_of_a_name_is_refused_until_the_first_has_left(
     monkeypatch.setattr("vrg.bus.process.TAKEOVER_TIMEOUT", 0.3)
     with open_session(endpoint) as other:
         with open_session(endpoint) as one:
-            claim(one, KEYS, "coordinator", "referee")
+            assert claim(one, KEYS, "coordinator", "referee", threading.Event())
             wait(lambda: other.alive(KEYS.alive("coordinator", "referee")), "the token of the first")
             with pytest.raises(DuplicateNodeError, match="already has a coordinator named 'referee'"):
-                claim(other, KEYS, "coordinator", "referee")
-            claim(other, KEYS, "player", "referee")
+                claim(other, KEYS, "coordinator", "referee", threading.Event())
+            assert claim(other, KEYS, "player", "referee", threading.Event())
         monkeypatch.undo()
-        claim(other, KEYS, "coordinator", "referee")
+        assert claim(other, KEYS, "coordinator", "referee", threading.Event())
 
 
 class Clockwork(Node):

@@ -51,10 +51,13 @@ class Statistics:
     refused: dict[str, int] = field(default_factory=dict)
 
 
-def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
+def claim(session: Session, keys: Keys, kind: str, name: str, stop: StopSignal) -> bool:
     """Declare that this node is alive. Only one node of a kind and name may be alive.
 
     A node that is alive already stays. Of two that come at the same moment, the one with the lower instance id stays.
+
+    Returns:
+        False if `stop` was set before.
 
     Raises:
         DuplicateNodeError: another such node is alive, and does not end within TAKEOVER_TIMEOUT.
@@ -62,31 +65,36 @@ def claim(session: Session, keys: Keys, kind: str, name: str) -> None:
     """
     everyone = keys.alive(kind, name)
     deadline = time.monotonic() + TAKEOVER_TIMEOUT
-    while _alive(session, everyone):
+    while _alive(session, everyone, stop):
         if time.monotonic() >= deadline:
             raise _duplicate(keys, kind, name)
-        time.sleep(0.1)
+        if stop.wait(0.1):
+            return False
+    if stop.is_set():
+        return False
     own = keys.alive(kind, name, session.instance)
     session.declare_alive(own)
-    time.sleep(CLAIM_SETTLES)
-    if min(_alive(session, everyone), default=own) < own:
+    stop.wait(CLAIM_SETTLES)
+    if min(_alive(session, everyone, stop), default=own) < own:
         raise _duplicate(keys, kind, name)
+    return not stop.is_set()
 
 
-def _alive(session: Session, expression: str) -> set[str]:
-    """The nodes that are alive, as soon as that is known. A node must not take a name before.
+def _alive(session: Session, expression: str, stop: StopSignal) -> set[str]:
+    """The nodes that are alive, as soon as that is known; none if `stop` is set. A node must not take a name before.
 
     Raises:
         BusError: it has not become known within ROUTER_TIMEOUT.
     """
     deadline = time.monotonic() + ROUTER_TIMEOUT
-    while True:
+    while not stop.wait(0.0):
         try:
             return session.alive(expression)
         except BusError:
             if time.monotonic() >= deadline:
                 raise
-        time.sleep(0.1)
+        stop.wait(0.1)
+    return set()
 
 
 def _duplicate(keys: Keys, kind: str, name: str) -> DuplicateNodeError:
@@ -119,7 +127,8 @@ def run_node(
     clock = _ClockInlet(session, keys, node.period)
     pacer = clock.pacer
     session.attach(node.mailbox)
-    claim(session, keys, node.kind, node.name)
+    if not claim(session, keys, node.kind, node.name, stop):
+        return Statistics()
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     pulse = _Pulse(session, keys, node, pacer.tracker)
     try:
@@ -198,7 +207,8 @@ def run_world(
     if rate <= 0.0:
         raise ValueError(f"rate: expected match seconds per real second above 0, got {rate}")
     session.attach(node.mailbox)
-    claim(session, keys, node.kind, node.name)
+    if not claim(session, keys, node.kind, node.name, stop):
+        return Statistics()
     statistics = Statistics(cpu=-time.process_time(), wall=-time.monotonic())
     pulse = _Pulse(session, keys, node)
     step = node.period / rate

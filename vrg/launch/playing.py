@@ -145,9 +145,10 @@ def play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, w
             state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=way.paced)
         else:
             state, failure = Launch(setup, folder, show, server, way.secured, way.keys).play(stop, over)
-    # After a window, once more with what the processes have counted and the end of the recording, and without a word.
-    last = replace(show, console=Console(quiet=True)) if shown else show
-    _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
+        # After a window, once more with what the processes have counted and the end of the recording, without a word.
+        # A second Ctrl-C does not keep the result from being written.
+        last = replace(show, console=Console(quiet=True)) if shown else show
+        _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
     return Played(state, stop.is_set())

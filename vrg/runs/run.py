@@ -229,6 +229,10 @@ class Run:
         from vrg.launch.playing import strangers  # noqa: PLC0415 - it loads all that plays a match
         from vrg.runs.branch import play_branch  # noqa: PLC0415 - as above
 
+        if not (players or settings):
+            raise ConfigError(
+                ["branch: expected another strategy in `players`, or other values in `settings`, got none"]
+            )
         changes = [Change(at, settings=settings)] if settings else []
         changes += [Change(at, name, target) for name, target in by_player(self.setup, players or {}).items()]
         with strangers(self._folder, changes, sandbox=sandbox) as apart, stop_on_signals() as stop:
@@ -266,6 +270,10 @@ def by_player(setup: MatchSetup, wanted: Mapping[str, str]) -> dict[str, str]:
     names = [player.name for player in setup.players]
     teams = list(dict.fromkeys(player.team for player in setup.players))
     for name, strategy in wanted.items():
+        if not isinstance(strategy, str):
+            raise ConfigError(
+                [f"players.{name}: expected the name of a strategy, or of a file with one, got {strategy!r}"]
+            )
         own = [name] if name in names else [player.name for player in setup.players if player.team == name]
         if not own:
             raise ConfigError([f"players: {expected_one_of([*teams, *names], name)}"])
