@@ -34,6 +34,7 @@ _SHOVE = _PUSH / (2 * PUSH_ROUNDS)
 Pairs = list[tuple[int, int]]
 """Rows of robots, each with that of another robot, or with the index of a wall or obstacle."""
 Rows = npt.NDArray[np.intp]
+Flags = npt.NDArray[np.bool_]
 
 
 class PlanarEngine(Engine):
@@ -148,7 +149,7 @@ class PlanarEngine(Engine):
             if moved:
                 at_wall, touching = self._nearer(CONTACT, walls, pairs)
         self._contacts = {
-            c for c in self._contacts if not (c[0] in at_walls if c[1] < 0 else c[0] in at_robots or c[1] in at_robots)
+            c for c in self._contacts if not (at_walls[c[0]] if c[1] < 0 else at_robots[c[0]] or at_robots[c[1]])
         }
         for row, static in at_wall:
             self._note(self._gap(row, static), row, -1)
@@ -162,37 +163,41 @@ class PlanarEngine(Engine):
         for row, _, bit in self._contacts:
             self.touch[row] |= bit
 
-    def _candidates(self) -> tuple[Pairs, Pairs, set[int], set[int]]:
-        """The (robot, wall) and (robot, robot) pairs near enough to touch, and the robots that were checked for them.
+    def _candidates(self) -> tuple[Pairs, Pairs, Flags, Flags]:
+        """The (robot, wall) and (robot, robot) pairs near enough to touch, and which robots were checked for them.
 
         A robot near one whose budget is used up is checked too, because it may be pushed.
         """
         at_walls, checked = self._budgets < 0.0
-        due = checked
         pairs: set[tuple[int, int]] = set()
-        while len(rows := due.nonzero()[0]):
+        rows = checked.nonzero()[0]
+        while len(rows):
             near = self._near_robots(rows)
+            if not near.any():
+                break
             firsts, others = near.nonzero()
             pairs.update(zip(rows[firsts].tolist(), others.tolist(), strict=True))
             due = near.any(axis=0) & ~checked
             checked = checked | due
+            rows = due.nonzero()[0]
         if pairs:
             at_walls = at_walls.copy()
             paired = np.array(list(pairs))[:, 0]
             at_walls[paired] |= self._budgets[0, paired] < _PUSH
-        rows = at_walls.nonzero()[0]
-        firsts, statics = self._near_statics(rows).nonzero()
-        walls = list(zip(rows[firsts].tolist(), statics.tolist(), strict=True))
+        walls: Pairs = []
+        if len(rows := at_walls.nonzero()[0]):
+            firsts, statics = self._near_statics(rows).nonzero()
+            walls = list(zip(rows[firsts].tolist(), statics.tolist(), strict=True))
         ordered = sorted(pair for pair in pairs if pair[0] < pair[1])
-        return walls, ordered, set(rows.tolist()), set(checked.nonzero()[0].tolist())
+        return walls, ordered, at_walls, checked
 
-    def _near_statics(self, rows: Rows) -> npt.NDArray[np.bool_]:
+    def _near_statics(self, rows: Rows) -> Flags:
         """Whether each wall and obstacle is in reach of these robots, and their new budgets: shape (rows, statics)."""
         gaps = self._static_distances(self.poses[rows, :1], self.poses[rows, 1:2]) - self._reach[rows, np.newaxis]
         self._budgets[0, rows] = np.maximum(gaps.min(axis=1, initial=math.inf), 0.0)
         return gaps < self._margin
 
-    def _near_robots(self, rows: Rows) -> npt.NDArray[np.bool_]:
+    def _near_robots(self, rows: Rows) -> Flags:
         """Whether each robot is in reach of these, and their new budgets: shape (rows, robots).
 
         The budgets of the others are lowered where they exceed half the gap to one of these.
