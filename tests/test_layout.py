@@ -272,7 +272,7 @@ BUDGETS = {
     "games": 3_880,
     "learning": 3_460,
     "bus": 3_270,
-    "hal/sim": 2_880,
+    "hal/sim": 2_890,
     "localisation": 2_710,
     "hal/can/workshop": 2_260,
     "coordinator": 2_050,
