@@ -120,7 +120,7 @@ def test_what_the_launcher_did_not_make_any_more_is_made_later(tmp_path: Path) -
     (run / "journal.jsonl").write_text("".join(lines[:2]))
     (run / "result.json").unlink()
     done = invoke("run", "result", str(run))
-    assert "Broken off: its launcher ended before the match" in done.output
+    assert "Broken off: `vrg play` ended before the match" in done.output
 
 
 @pytest.mark.parametrize("command", ["result", "plot"])

@@ -96,7 +96,7 @@ def result(run: RunArgument = None) -> None:
         raise LaunchError(f"{folder.journal}: nothing was decided in this match")
     state = state_after(rulebook_of(setup), standing)
     over = state.stage is Stage.GAME_OVER
-    ended = results.ended_of(state) if over else "broken off: its launcher ended before the match"
+    ended = results.ended_of(state) if over else "broken off: `vrg play` ended before the match, or did not start it"
     with suppress(OSError, ValueError, KeyError):
         if not over and results.read_result(folder)["ended"] == "game over":
             raise LaunchError(

@@ -105,7 +105,7 @@ def _events(folder: RunFolder, notes: list[str]) -> list[Event]:
         return read_events(folder.events)
     except FileNotFoundError:
         notes.append(
-            f"There is no {folder.events.name}, because the match was played in steps or by an older release: "
+            f"There is no {folder.events.name}, because the match was played in steps, by hand or by an older release: "
             "deaths of processes are not known."
         )
     except OSError as error:
