@@ -12,8 +12,8 @@ import numpy as np
 
 from vrg.errors import ConfigError
 from vrg.hal.models import RobotModel
-from vrg.hal.sim.engines.engine import DRIVE
-from vrg.hal.sim.engines.planar import CONTACT, PUSH_ROUNDS, SLACK, slowed
+from vrg.hal.sim.engines.engine import CONTACT, DRIVE
+from vrg.hal.sim.engines.planar import PUSH_ROUNDS, SLACK, slowed
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.learning.batch.records import Flags, Floats, Record, Records, records

@@ -17,6 +17,8 @@ from vrg.types import Pose, Twist
 
 Floats = npt.NDArray[np.float64]
 
+CONTACT = 0.005
+"""The distance in m below which a bumper is pressed."""
 DRIVE = 0.75
 """The force with which motors can press a wheel ahead, as a fraction of the wheel's full friction: an estimate. To turn
 in place a P2AT needs 0.56, an ATRV-Jr 0.62. Held wheels have the full friction, as gears hold more than they drive."""

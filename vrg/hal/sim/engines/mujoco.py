@@ -19,12 +19,10 @@ import math
 import mujoco
 import numpy as np
 
-from vrg.hal.sim.engines.engine import Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, bumper_bit
 from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
 from vrg.hal.sim.map import Map
 
-CONTACT = 0.005
-"""The distance in m below which a bumper is pressed."""
 EASE = 0.5
 """The speed in m/s at which bodies that overlap part at most."""
 _PARTING = 0.2

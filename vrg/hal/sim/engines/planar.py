@@ -13,14 +13,12 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
-from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
 from vrg.regions import Circle
 from vrg.types import Twist
 
-CONTACT = 0.005
-"""The distance in m below which a bumper is pressed."""
 SLACK = 1e-9
 """The distance in m that is left between bodies that were pushed apart, so that rounding makes no overlap."""
 _PUSH = 0.2

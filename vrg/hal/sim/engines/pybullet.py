@@ -19,7 +19,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engines import check_installed
-from vrg.hal.sim.engines.engine import DRIVE, Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, bumper_bit
 from vrg.hal.sim.engines.traction import GIVE, MAX_PHYSICS_STEP, damped_slip
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
@@ -33,8 +33,6 @@ ITERATIONS = 10
 """The number of iterations of the constraint solver."""
 BODY_FRICTION = 0.2
 """The coefficient of friction between bodies, and between a body and a wall."""
-CONTACT = 0.005
-"""The distance in m below which a bumper is pressed."""
 _CLEARANCE = 0.05
 """The ground clearance of a body, m."""
 _RAY, _GROUND, _WALL, _BODY, _WHEEL, _KINEMATIC = 1, 2, 4, 8, 16, 32
