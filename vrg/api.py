@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final, Literal
+from typing import Final, Literal, get_args
 
 from rich.console import Console
 
@@ -19,7 +19,7 @@ from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 
 How = Literal["in process", "lockstep", "processes"]
-HOW: Final = ("in process", "lockstep", "processes")
+HOW: Final[tuple[str, ...]] = get_args(How)
 
 
 def play(

@@ -127,15 +127,16 @@ BUILT_IN: Final = (
 """The kinds that come with VRG."""
 
 
-def _wrong(found: Any) -> str | None:
-    return None if isinstance(found, Kind) and (found.node or found.command) else "expected a Kind with a node"
+def _check(found: Any) -> str | None:
+    able = isinstance(found, Kind) and (found is ROUTER or found.node or found.command)
+    return None if able else "expected a Kind with a node"
 
 
 KINDS: Final[Registry[Kind]] = Registry(
     "kind of process",
     "vrg.kinds",
     {kind.name: f"vrg.kinds:{kind.name.upper()}" for kind in BUILT_IN},
-    lambda found: None if found is ROUTER else _wrong(found),
+    _check,
 )
 """Every kind by name."""
 

@@ -182,7 +182,7 @@ def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]
         heading = f"{label} as {row.game.first_team if label == row.game.pairing.first else row.game.second_team}"
         parts.append("\n".join([f"{heading} against {other}, seed {row.game.seed}:", *said]))
         logs = folder.failures / folder.name_of(row.game) / "logs"
-        own = {name for name, team in row.teams.items() if row.label(team) in labels}
+        own = _players(row, labels)
         names = dict.fromkeys(name for name in row.played.failing if name in own)
         parts += [f"the end of {name}.log:\n{end}" for name in names if (end := _tail(logs / f"{name}.log"))]
     return parts
@@ -190,11 +190,15 @@ def failed_games(folder: ExperimentFolder, labels: Collection[str]) -> list[str]
 
 def _failures(row: GameRecord, labels: Collection[str]) -> list[str]:
     """The failures of a game in the code of versions of one entry."""
-    own = {name for name, team in row.teams.items() if row.label(team) in labels}
-    both = zip(row.played.failing, row.played.failures, strict=False)
-    if own and row.played.failures and not row.played.failing:
+    own, played = _players(row, labels), row.played
+    if own and played.failures and not played.failing:
         return ["an earlier VRG has not recorded whose code has failed: the logs of the game tell"]
-    return [failure for name, failure in both if name in own]
+    return [failure for name, failure in zip(played.failing, played.failures, strict=False) if name in own]
+
+
+def _players(row: GameRecord, labels: Collection[str]) -> set[str]:
+    """The players of a game that versions of one entry played for."""
+    return {name for name, team in row.teams.items() if row.label(team) in labels}
 
 
 def _tail(log: Path) -> str:
