@@ -147,7 +147,7 @@ def play(engine: str, lasers: bool, seconds: float) -> Run:
     with tempfile.TemporaryDirectory() as name:
         base = Path(name)
         setup = write_match(base, PLAYERS, engine=engine, lasers=lasers, name="benchmark-delay")
-        folder = RunFolder.create(base / "runs", setup.name, datetime.now(), setup.text)
+        folder = RunFolder.create(base / "runs", setup.name, datetime.now())
         cpu = _play(setup, folder, seconds)
         return _collect(folder, cpu)
 

@@ -344,7 +344,8 @@ def test_what_a_player_gets_tells_no_other_number_of_the_match(load: Load, tmp_p
             read_setup(got).draw(RULES)
         assert '"secret":""' in got.read_text()
         assert "seed = " not in got.read_text(), "the match file has the seed"
-    assert read_setup(folder.setup) == setup
+    assert read_setup(folder.setup) == setup.for_processes()
+    assert not hasattr(setup.for_processes(), "text"), "the text of the match file stays in the match file"
 
 
 @given(seed=st.integers(0, 2**40), secret=st.text(max_size=16), other=st.text(max_size=16))
@@ -371,7 +372,7 @@ def test_a_match_has_one_secret_even_if_its_processes_are_started_again(tmp_path
 def test_the_set_up_that_processes_read_is_the_one_that_was_checked(load: Load, tmp_path: Path) -> None:
     setup = load(but(CAN_SHARK, text=WIRED))
     write_setup(setup, tmp_path / "setup.json")
-    assert read_setup(tmp_path / "setup.json") == setup
+    assert read_setup(tmp_path / "setup.json") == setup.for_processes()
     (tmp_path / "setup.json").write_text("{}")
     with pytest.raises(LaunchError, match="of this release"):
         read_setup(tmp_path / "setup.json")
@@ -400,7 +401,7 @@ def test_sensors_are_set_for_all_robots_and_for_one(load: Load, tmp_path: Path) 
     assert [robot.description for robot in setup.world.robots] == [player.robot for player in setup.players]
     assert strategy_of(setup, "player1").robot == setup.players[0].robot
     write_setup(setup, tmp_path / "setup.json")
-    assert read_setup(tmp_path / "setup.json") == setup
+    assert read_setup(tmp_path / "setup.json") == setup.for_processes()
 
 
 def test_a_camera_takes_pictures_all_the_time_where_the_match_file_wants_it_and_the_robot_has_one(

@@ -61,7 +61,7 @@ def test_a_result_that_somebody_has_edited_takes_no_other_run_from_the_list(play
 def test_a_link_to_nothing_in_the_place_of_the_runs_is_told(tmp_path: Path) -> None:
     Path("runs").symlink_to(tmp_path / "nothing")
     with pytest.raises(LaunchError, match="runs: the run folder cannot be made"):
-        RunFolder.create(Path("runs"), "m", datetime(2026, 1, 1), "")
+        RunFolder.create(Path("runs"), "m", datetime(2026, 1, 1))
 
 
 def test_a_file_that_nobody_has_named_is_written_in_the_place_of_a_link(tmp_path: Path) -> None:

@@ -89,7 +89,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def play(home: Path, name: str, apart: Apart | None, *watchers: Node) -> tuple[RunFolder, Ending]:
     setup = load_match(home / "tiny.toml").at_rate(0.0)
-    folder = RunFolder.create(home / name, setup.name, NOW, setup.text)
+    folder = RunFolder.create(home / name, setup.name, NOW)
     keep(setup, folder)
     write_setup(setup, folder.setup)
     with open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:

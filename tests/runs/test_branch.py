@@ -31,6 +31,7 @@ from vrg.recording.mcap_reading import records_in
 from vrg.runs.branch import last_instant, play_branch
 from vrg.runs.change import Change, branch_of
 from vrg.runs.judged import judge_run
+from vrg.runs.keeping import keep
 from vrg.runs.result import conclusion, write_result
 from vrg.runs.run_folder import RunFolder
 
@@ -50,7 +51,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
     home = tmp_path_factory.mktemp("home")
     (home / "tiny.toml").write_text(TINY)
     setup = load_match(home / "tiny.toml").at_rate(0.0)
-    folder = RunFolder.create(home / "runs", setup.name, NOW, setup.text)
+    folder = RunFolder.create(home / "runs", setup.name, NOW)
+    keep(setup, folder)
     write_setup(setup, folder.setup)
     with open_journal(setup, folder) as journal:
         recorder = recorder_node(setup, folder)

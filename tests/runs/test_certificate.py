@@ -77,7 +77,8 @@ def played(folder: Path, plan: str, *, record: bool = True, until: float = 12.0)
     }
     words = [word.split("@") for word in plan.split()]
     eve = Official_(setup, [(float(at), *said[what]) for what, at in words])  # type: ignore[misc]
-    run = RunFolder.create(folder / "runs", setup.name, datetime(2026, 11, 22), setup.text)
+    run = RunFolder.create(folder / "runs", setup.name, datetime(2026, 11, 22))
+    run.match_file.write_text(setup.text)
     write_setup(setup, run.setup)
     watchers: list[Node] = [eve, *([recorder_node(setup, run)] if record else [])]
     with open_journal(setup, run) as journal:

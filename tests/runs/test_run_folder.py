@@ -11,12 +11,11 @@ from vrg.runs.run_folder import RunFolder
 NOW = datetime(2026, 5, 17, 14, 3, 9)
 
 
-def test_a_run_has_a_folder_of_its_own_with_the_match_file(tmp_path: Path) -> None:
-    first = RunFolder.create(tmp_path / "runs", "final", NOW, "name = 'final'\n")
-    second = RunFolder.create(tmp_path / "runs", "final", NOW, "")
+def test_a_run_has_a_folder_of_its_own(tmp_path: Path) -> None:
+    first = RunFolder.create(tmp_path / "runs", "final", NOW)
+    second = RunFolder.create(tmp_path / "runs", "final", NOW)
     assert first.path.name == "final-20260517-140309"
     assert second.path.name == "final-20260517-140309-2"
-    assert first.match_file.read_text() == "name = 'final'\n"
     assert first.logs.is_dir()
 
 

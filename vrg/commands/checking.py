@@ -8,7 +8,7 @@ from typing import Final
 
 from vrg.config.loading import check_match, check_strategies
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError, Problem
 from vrg.games import file_of, has_name
 from vrg.hal.sim.map import load_map
@@ -42,7 +42,7 @@ class DraftCheck:
             return self._with_ground(draft, tuple(error.problems), None)
         return self._with_ground(draft, self._import_problems(setup, draft), setup)
 
-    def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: MatchSetup | None) -> CheckResult:
+    def _with_ground(self, draft: Draft, problems: tuple[Problem, ...], setup: CheckedMatch | None) -> CheckResult:
         key = (draft.game, draft.shown(("map",)), draft.data.get("rules"))
         if setup is None and self._ground[0] != key:
             setup = _good_part(draft, problems)
@@ -51,7 +51,7 @@ class DraftCheck:
         ground = self._ground[1]
         return CheckResult(problems, ground.zones, ground.obstacles, ground.bounds)
 
-    def _import_problems(self, setup: MatchSetup, draft: Draft) -> tuple[Problem, ...]:
+    def _import_problems(self, setup: CheckedMatch, draft: Draft) -> tuple[Problem, ...]:
         """The faults of the strategies that are files or modules."""
         own = {(player.number, player.strategy) for player in setup.players if not has_name(player.strategy)}
         files = {Path(setup.base) / (file_of(strategy) or "") for _, strategy in own}
@@ -63,7 +63,7 @@ class DraftCheck:
         return self._imported[1]
 
 
-def _imported(setup: MatchSetup) -> tuple[Problem, ...]:
+def _imported(setup: CheckedMatch) -> tuple[Problem, ...]:
     """Import the strategies of a match in sealed processes, and return what is wrong with them."""
     try:
         with trial() as tried:
@@ -73,7 +73,7 @@ def _imported(setup: MatchSetup) -> tuple[Problem, ...]:
     return ()
 
 
-def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None:
+def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> CheckedMatch | None:
     """The set-up of the match without the players that have problems, which has the zones; or None."""
     bad = sorted({p.path[1] for p in problems if p.path[:1] == ("players",) and len(p.path) > 1}, reverse=True)
     try:
@@ -85,7 +85,7 @@ def _good_part(draft: Draft, problems: tuple[Problem, ...]) -> MatchSetup | None
         return None
 
 
-def _ground(draft: Draft, setup: MatchSetup | None) -> CheckResult:
+def _ground(draft: Draft, setup: CheckedMatch | None) -> CheckResult:
     """The zones, the obstacles and the bounds, as far as they are known."""
     name = draft.shown(("map",))
     try:

@@ -37,7 +37,7 @@ def examine_machines(match_file: Path) -> dict[str, list[Finding]]:
     setup = load_match(match_file)
     console = Console(stderr=True, highlight=False, emoji=False)
     with tempfile.TemporaryDirectory(prefix="vrg-doctor-") as name, stoppable() as stop:
-        folder = RunFolder.create(Path(name), setup.name, datetime.now(), setup.text)
+        folder = RunFolder.create(Path(name), setup.name, datetime.now())
         keep(setup, folder)
         remote = remote_hosts(setup, folder, window=True, record=True, announce=console.print, examine=True)
         with console.status(f"checking {', '.join([HERE, *remote])}"), contextlib.ExitStack() as stack:

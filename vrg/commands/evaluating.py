@@ -31,7 +31,7 @@ from vrg.launch.fork_server import cores
 from vrg.types import printable
 
 if TYPE_CHECKING:
-    from vrg.config.setup import MatchSetup
+    from vrg.config.setup import CheckedMatch
     from vrg.evaluation.contenders import Contender
     from vrg.evaluation.experiment import Origin
     from vrg.evaluation.folder import ExperimentFolder
@@ -164,7 +164,7 @@ def experiment(
             raise typer.Exit(130)
 
 
-def _match_of(options: EvaluationOptions) -> "tuple[MatchSetup, Origin | None]":
+def _match_of(options: EvaluationOptions) -> "tuple[CheckedMatch, Origin | None]":
     """The match of an experiment, and the instant from which its games go on; None for its beginning.
 
     Raises:

@@ -29,7 +29,7 @@ from vrg.launch.fork_server import cores
 
 if TYPE_CHECKING:
     from vrg.commands.league_pages import LeaguePages
-    from vrg.config.setup import MatchSetup
+    from vrg.config.setup import CheckedMatch
     from vrg.evaluation.entries import Source
     from vrg.evaluation.league import League
     from vrg.evaluation.league_folder import LeagueFolder
@@ -157,7 +157,7 @@ def _opened(out: Path, settings: SettingOptions, *, new_release: bool) -> "Leagu
         raise ConfigError([f"{out}: there is no league yet: name its game or match file, such as `--match roboflag`"])
     secret = match_of(out).secret if made else secrets.token_hex(16)
 
-    def wanted_by(engine: str, lasers: bool | None) -> "MatchSetup":
+    def wanted_by(engine: str, lasers: bool | None) -> "CheckedMatch":
         path = match_path(settings.match or "")
         return load_match(path, engine=engine, lasers=lasers, sandbox=True, secret=secret)
 

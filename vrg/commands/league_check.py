@@ -15,7 +15,7 @@ from vrg.launch.fork_server import cores
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from vrg.config.setup import MatchSetup
+    from vrg.config.setup import CheckedMatch
     from vrg.evaluation.contenders import Contender
 
 JobsOption = Annotated[int | None, typer.Option(min=1, help="Games at a time; without it, one for each core.")]
@@ -63,7 +63,7 @@ def check(
     console.print("[bold]it can play in a league[/bold]")
 
 
-def match_of(out: Path, *, lasers: bool | None = None) -> "MatchSetup":
+def match_of(out: Path, *, lasers: bool | None = None) -> "CheckedMatch":
     """The match of a league.
 
     Args:
@@ -82,7 +82,7 @@ def _folder_of(folder: Path) -> Path:
     return folder if (folder / "versions.jsonl").is_file() else folder / "league"
 
 
-def _opponents(setup: "MatchSetup", league: Path | None) -> "list[Contender]":
+def _opponents(setup: "CheckedMatch", league: Path | None) -> "list[Contender]":
     """The leader of a league, or else the strategies that come with the game."""
     from vrg.evaluation.contenders import Contender
     from vrg.evaluation.folder import read_records
@@ -102,7 +102,7 @@ def _opponents(setup: "MatchSetup", league: Path | None) -> "list[Contender]":
 
 
 def _checked(
-    console: "Console", file: Path, setup: "MatchSetup", league: Path | None, place: Path, jobs: int
+    console: "Console", file: Path, setup: "CheckedMatch", league: Path | None, place: Path, jobs: int
 ) -> list[str]:
     """Check a strategy, and return what is wrong with it, in words.
 

@@ -8,13 +8,13 @@ from rich.table import Table
 
 from vrg.config.files import HERE
 from vrg.config.loading import idle_machines
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.kinds import WEB
 from vrg.launch.specs import placed
 from vrg.runs.keeping import files_of
 
 
-def print_plan(setup: MatchSetup, console: Console, *, window: bool, record: bool, web: bool = False) -> None:
+def print_plan(setup: CheckedMatch, console: Console, *, window: bool, record: bool, web: bool = False) -> None:
     """Print it.
 
     Args:

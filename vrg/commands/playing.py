@@ -13,7 +13,7 @@ from vrg.commands.plan import print_plan
 from vrg.commands.ros import ros_address, ros_place, typed_domain, undriven
 from vrg.commands.three import three_address, three_link
 from vrg.config.loading import load_match, match_path
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import ConfigError
 from vrg.hal.sim.engines import BULLET, default_engine
 from vrg.kinds import FOXGLOVE, ROS, SPECTATOR, THREE, WEB
@@ -108,7 +108,7 @@ def wants_again(folder: RunFolder) -> bool:
     return wanted
 
 
-def _for_developers(setup: MatchSetup) -> MatchSetup:
+def _for_developers(setup: CheckedMatch) -> CheckedMatch:
     """The same match with the developers' view as its window.
 
     Raises:

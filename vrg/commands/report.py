@@ -244,17 +244,19 @@ def _plain(found: "Findings") -> dict[str, Any]:
 
 
 def _write_match(folder: "RunFolder", setup: "MatchSetup", found: dict[str, "Findings"], where: Path) -> None:
+    from vrg.config.loading import load_match
     from vrg.toml_text import with_value
 
     if where.exists():
         raise ConfigError(f"--fitted: expected a file that is not there yet, got {where}")
     if where.resolve().parent != Path(setup.base).resolve():
         raise ConfigError(f"--fitted: expected a file in {setup.base}, as the match names files there, got {where}")
-    text = setup.text
+    match = load_match(Path(setup.origin), base=Path(setup.base), engine=setup.engine)
+    text = match.text
     for player in setup.players:
         if (one := found.get(player.name)) is not None and (new := one.motion(player.robot)):
             motion = {**player.motion, **new}
-            text = with_value(text, ("players", player.number, "motion"), motion)
+            text = with_value(text, ("players", match.player(player.name).number, "motion"), motion)
     write_text(where, text)
     make_console(stderr=True).print(
         f"Written to {escape(str(where))}: in it these robots move as they did, also where `backend` is sim.",

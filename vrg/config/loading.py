@@ -13,7 +13,7 @@ from pydantic import TypeAdapter, ValidationError
 from vrg.config import checks
 from vrg.config.files import HERE, PLACED, MatchFile, TeamTable
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import MatchSetup, PlayerSetup
+from vrg.config.setup import CheckedMatch, MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, FileError, Problem
 from vrg.errors import Path as Place
 from vrg.files import read_text, toml_of
@@ -90,7 +90,7 @@ def read_match(path: Path) -> MatchFile:
 
 def load_match(
     path: Path, *, base: Path | None = None, virtual: bool = False, **overrides: str | int | float | bool | None
-) -> MatchSetup:
+) -> CheckedMatch:
     """Read and check a match file. The players' strategies are not imported; for them see `check_strategies`.
 
     Args:
@@ -112,7 +112,7 @@ def load_match(
 
 def check_match(
     text: str, path: Path, base: Path, *, virtual: bool = False, **overrides: str | int | float | bool | None
-) -> MatchSetup:
+) -> CheckedMatch:
     """Check the text of a match file, which need not have been written yet.
 
     Args:
@@ -153,7 +153,7 @@ def _of_physical_robots(data: Mapping[str, Any]) -> list[Place]:
     return [*found, *(("place", process) for process in place or () if process not in PLACED)]
 
 
-def idle_machines(setup: MatchSetup) -> str:
+def idle_machines(setup: CheckedMatch) -> str:
     """A warning about the machines of a match file on which nothing runs; empty if there are none."""
     if not setup.idle:
         return ""
@@ -166,7 +166,7 @@ def unproved_properties(setup: MatchSetup) -> list[str]:
     return [text for _, settings, robots in setup.backend_settings() for text in settings.unproved(robots)]
 
 
-def check_strategies(setup: MatchSetup, make: Callable[[MatchSetup, str], object]) -> None:
+def check_strategies(setup: CheckedMatch, make: Callable[[MatchSetup, str], object]) -> None:
     """Check that every player's strategy can be made.
 
     Args:
@@ -201,7 +201,7 @@ class _Checker:
         """The machine of each companion, by the companion's name."""
         self.problems: list[Problem] = []
 
-    def check(self, data: dict[str, Any], text: str, origin: str) -> MatchSetup | None:
+    def check(self, data: dict[str, Any], text: str, origin: str) -> CheckedMatch | None:
         """Return the set-up, or None if it cannot be made. The problems are added to `problems`."""
         try:
             file = _FILE.validate_python(data)
@@ -230,7 +230,7 @@ class _Checker:
         self.problems += checks.machine_problems(file, self._companions_at)
         machines, place = checks.machines_of(file, self._companions_at)
         players = [player for index in range(len(file.players)) if (player := self._player(game, file, index))]
-        setup = MatchSetup(
+        setup = CheckedMatch(
             **structs.asdict(file)
             | {
                 # Another machine, or another Python, may have another default.

@@ -7,7 +7,7 @@ import hashlib
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import msgspec
 from msgspec import structs
@@ -81,32 +81,26 @@ class PlayerSetup(PlayerEntry, frozen=True, kw_only=True):
 
 
 class MatchSetup(MatchFile, frozen=True, kw_only=True):
-    """The set-up of a match: the match file with what follows from it.
+    """The set-up of a match, as its processes get it: the values of the match file with what follows from them.
 
     Args:
-        text: the text of the match file, with the overrides and its engine. origin: the path of the file, for messages.
-        base: the folder that its relative paths start from.
+        origin: the path of the match file, for messages. base: the folder that its relative paths start from.
         map: a map's name, or the path of its file. obstacles: the ground that its walls and obstacles cover, m.
         rate: match seconds per real second; 1 with any physical robot, for any rate in the file.
-        wanted_rate: the rate in the file.
         companions: the processes that the players' robots need besides those of the players.
         machines: the machines that the match uses, by name. place: the machine of each process, by the process' name;
             what is missing runs where the match is launched.
-        idle: the further machines of the match file, on which nothing runs.
         developer: its window is the developers' view.
         secret: what keeps the random numbers of the match from those who know its seed; empty if the match is to be
             repeatable by its seed.
         drawn: the numbers of one player, by purpose, in the set-up of its process, which has no secret.
     """
 
-    text: str
     origin: str
     base: str
-    wanted_rate: float
     players: Sequence[PlayerSetup]
     companions: list[Companion]
     obstacles: Sequence[Region] = ()
-    idle: Sequence[str] = ()
     developer: bool = False
     drawn: Mapping[str, int] = msgspec.field(default_factory=dict)
 
@@ -123,20 +117,22 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         text = f"{self.seed} {purpose}".encode()
         return int.from_bytes(hashlib.blake2b(text, key=self.secret.encode(), digest_size=8).digest()) >> 1
 
-    def with_secret(self, secret: str) -> "MatchSetup":
+    def with_secret(self, secret: str) -> Self:
         """Return the same match with a secret of at most 64 bytes; an empty one makes it repeatable by its seed."""
         return structs.replace(self, secret=secret)
 
-    def for_player(self, name: str) -> "MatchSetup":
+    def for_player(self, name: str) -> Self:
         """Return the same match as the process of one player gets it: without what other players' numbers come from.
 
         Raises:
             ConfigError: there is no such player.
         """
         purposes = (team_seed(self.player(name).team), radio_seed(name))
-        return structs.replace(
-            self, secret="", seed=0, text="", drawn={purpose: self.draw(purpose) for purpose in purposes}
-        )
+        return structs.replace(self, secret="", seed=0, drawn={purpose: self.draw(purpose) for purpose in purposes})
+
+    def for_processes(self) -> "MatchSetup":
+        """Return the same match without what only its launcher needs, such as the text of its file."""
+        return MatchSetup(**{field: getattr(self, field) for field in MatchSetup.__struct_fields__})
 
     @property
     def keys(self) -> Keys:
@@ -259,7 +255,7 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         known, guess = ", ".join(names), did_you_mean(name, names)
         raise ConfigError(f"expected the name of a player of this match ({known}), got {name!r}{guess}")
 
-    def substituted(self, name: str, strategy: str) -> "MatchSetup":
+    def substituted(self, name: str, strategy: str) -> Self:
         """Return the same match in which a player plays by another strategy.
 
         Raises:
@@ -280,27 +276,45 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
             return machine
         return (found.via if found is not None else None) or self.place.get("router", HERE)
 
-    def all_here(self) -> "MatchSetup":
+    def all_here(self) -> Self:
         """Return the same match on one machine."""
         return structs.replace(self, machines={}, place={})
 
-    def for_developers(self) -> "MatchSetup":
+    def for_developers(self) -> Self:
         """Return the same match with the developers' view as its window."""
         return structs.replace(self, developer=True)
 
-    def at_rate(self, rate: float) -> "MatchSetup":
+    def at_rate(self, rate: float) -> Self:
         """Return the same match at another rate; 0 means as fast as the processor allows."""
         return structs.replace(self, rate=rate)
 
 
+def unknown_match(name: str) -> MatchSetup:
+    """What is known of a match of which only its name is: no robots, and no obstacles."""
+    return MatchSetup(name=name, game="", map="", rules={}, players=(), companions=[], origin="", base="")
+
+
+class CheckedMatch(MatchSetup, frozen=True, kw_only=True):
+    """A match file that was checked: the set-up of its match with the text that it was read from.
+
+    Args:
+        text: the text of the match file, with the overrides and its engine.
+        wanted_rate: the rate in the file. idle: the further machines of the file, on which nothing runs.
+    """
+
+    text: str
+    wanted_rate: float
+    idle: Sequence[str] = ()
+
+
 def write_setup(setup: MatchSetup, path: Path) -> None:
-    """Write a set-up for the processes of a match. Other users of the machine cannot read it.
+    """Write a set-up for the processes of a match, without the text of its file. Other users cannot read it.
 
     Raises:
         LaunchError: the file cannot be written.
     """
     try:
-        write_whole(path, msgspec.json.encode(setup), 0o600)
+        write_whole(path, msgspec.json.encode(setup.for_processes()), 0o600)
     except OSError as error:
         raise LaunchError(f"{path}: cannot be written: {error.strerror}: choose another place") from error
 

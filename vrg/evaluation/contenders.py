@@ -11,7 +11,7 @@ from typing import NamedTuple
 from msgspec import Struct, structs
 
 from vrg.bus.names import normal
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED
@@ -74,7 +74,7 @@ def short(name: str) -> str:
     return words.encode()[:_LONGEST].decode(errors="ignore").strip() or "strategy"
 
 
-def teams_of(setup: MatchSetup, first: str | None = None) -> tuple[str, str]:
+def teams_of(setup: CheckedMatch, first: str | None = None) -> tuple[str, str]:
     """The two teams of a match, in the order of the match file.
 
     Args:
@@ -94,7 +94,7 @@ def teams_of(setup: MatchSetup, first: str | None = None) -> tuple[str, str]:
     return (teams[1], teams[0]) if first == teams[1] else (teams[0], teams[1])
 
 
-def with_strategies(setup: MatchSetup, by_team: dict[str, str]) -> MatchSetup:
+def with_strategies(setup: CheckedMatch, by_team: dict[str, str]) -> CheckedMatch:
     """Return the same match in which every player of one of these teams plays by the strategy of the team."""
     for player in (player for player in setup.players if player.team in by_team):
         setup = setup.substituted(player.name, seen_from(Path(setup.base), by_team[player.team]))
@@ -110,7 +110,7 @@ def seen_from(base: Path, target: str) -> str:
 
 
 def unable(
-    setup: MatchSetup,
+    setup: CheckedMatch,
     found: Sequence[Contender],
     jobs: int,
     *,

@@ -14,7 +14,7 @@ from msgspec import Struct, structs
 
 import vrg
 from vrg import __version__
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Pairing, ScheduledGame
@@ -137,7 +137,7 @@ class Definition(Struct, frozen=True, kw_only=True):
 
 
 def define(
-    setup: MatchSetup, found: Sequence[Contender], *, seed: int, limit: float, origin: Origin | None = None
+    setup: CheckedMatch, found: Sequence[Contender], *, seed: int, limit: float, origin: Origin | None = None
 ) -> Definition:
     """Define an experiment.
 
@@ -159,7 +159,7 @@ def define(
     )
 
 
-def written(setup: MatchSetup, strategies: dict[str, str], secret: str = "") -> MatchSetup:
+def written(setup: CheckedMatch, strategies: dict[str, str], secret: str = "") -> CheckedMatch:
     """Return the match in which each team plays by its strategy, with its text.
 
     Args:
@@ -179,7 +179,7 @@ def written(setup: MatchSetup, strategies: dict[str, str], secret: str = "") -> 
     return structs.replace(playing, text=text)
 
 
-def _hashes(setup: MatchSetup, contender: Contender) -> Iterator[tuple[str, str]]:
+def _hashes(setup: CheckedMatch, contender: Contender) -> Iterator[tuple[str, str]]:
     """The hashes of VRG, of the package or the file of a strategy, of the files beside it, and of the map."""
     yield "the code of VRG", code_of_vrg()
     if file_of(contender.target) is None:

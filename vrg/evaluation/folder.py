@@ -9,7 +9,7 @@ import msgspec
 from msgspec import Struct
 
 from vrg.config.loading import load_match
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.evaluation.experiment import Definition, written
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
@@ -92,7 +92,7 @@ class ExperimentFolder:
         """The command that plays a game again at the rate of a clock."""
         return self.again(game) + (" --rate 1" if self.definition.origin is None else "")
 
-    def write_match(self, setup: MatchSetup, game: ScheduledGame) -> MatchSetup:
+    def write_match(self, setup: CheckedMatch, game: ScheduledGame) -> CheckedMatch:
         """Write the match file of a game, with all files that it names, and return the match of this file.
 
         Args:
@@ -123,7 +123,7 @@ class ExperimentFolder:
                     raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
 
-    def branch(self, setup: MatchSetup, game: ScheduledGame) -> Branch | None:
+    def branch(self, setup: CheckedMatch, game: ScheduledGame) -> Branch | None:
         """The branch of a game; None if it is played from the beginning.
 
         Args:

@@ -15,7 +15,7 @@ from pathlib import Path
 import msgspec
 from msgspec import structs
 
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import LaunchError
 from vrg.evaluation import playing
 from vrg.evaluation.games import FAILED, Played
@@ -70,7 +70,7 @@ class GameProcess:
     def __init__(
         self,
         server: ForkServer,
-        setup: MatchSetup,
+        setup: CheckedMatch,
         seed: int,
         folder: Path,
         limit: float,
@@ -129,7 +129,7 @@ class GameProcess:
         self._process.wait(EXIT_TIMEOUT)
 
 
-def seals(setup: MatchSetup) -> bool:
+def seals(setup: CheckedMatch) -> bool:
     """True if a strategy of a match is sealed when games of it are played: by default one that is a file."""
     return any(setup.sandboxed(player.name, seats=True) for player in setup.players)
 

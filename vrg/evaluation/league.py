@@ -11,7 +11,7 @@ from pathlib import Path
 
 from msgspec import structs
 
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
 from vrg.evaluation.contenders import TRIAL, Contender, Unable, teams_of, unable, with_strategies
 from vrg.evaluation.entries import Source
@@ -33,7 +33,7 @@ _TAIL = 4000
 
 def admit(
     folder: LeagueFolder,
-    setup: MatchSetup,
+    setup: CheckedMatch,
     sources: Iterable[Source],
     target_of: Callable[[str], str],
     now: str,
@@ -97,7 +97,7 @@ class League(Games):
     """
 
     def __init__(
-        self, folder: LeagueFolder, setup: MatchSetup, there: Collection[str], more: Callable[[int], bool]
+        self, folder: LeagueFolder, setup: CheckedMatch, there: Collection[str], more: Callable[[int], bool]
     ) -> None:
         super().__init__(folder, setup)
         self.folder: LeagueFolder = folder

@@ -11,7 +11,7 @@ import msgspec
 from msgspec import Struct, structs
 
 from vrg.bus.messages import DISQUALIFIED, Call
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.errors import ConfigError, FileError, LaunchError, VrgError
@@ -106,7 +106,7 @@ class LeagueFolder(ExperimentFolder):
     """
 
     def __init__(
-        self, path: Path, definition: Definition, setup: MatchSetup | None = None, *, another: bool = False
+        self, path: Path, definition: Definition, setup: CheckedMatch | None = None, *, another: bool = False
     ) -> None:
         self._record: IO[bytes] | None = None
         self._another = another
@@ -125,7 +125,7 @@ class LeagueFolder(ExperimentFolder):
         self._know()
 
     @staticmethod
-    def _make(path: Path, setup: MatchSetup) -> None:
+    def _make(path: Path, setup: CheckedMatch) -> None:
         """Make the folder of a league with its match; what an attempt that was interrupted has left is replaced."""
         try:
             path.mkdir(mode=0o700, parents=True, exist_ok=True)

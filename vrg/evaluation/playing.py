@@ -18,7 +18,7 @@ from msgspec import structs
 
 from vrg.bus.messages import DISQUALIFIED, EMERGENCY_STOP, RefereeState, Stage
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.match import state_after
@@ -37,7 +37,7 @@ from vrg.runs.judged import judge_run
 from vrg.runs.run_folder import RunFolder
 
 
-def played(setup: MatchSetup, folder: RunFolder, limit: float, apart: ForkServer | None = None) -> Played:
+def played(setup: CheckedMatch, folder: RunFolder, limit: float, apart: ForkServer | None = None) -> Played:
     """Play a match in this process, and return what `judged` cannot find out later.
 
     Args:
@@ -73,7 +73,7 @@ def _ended(state: RefereeState) -> str:
     return OVER if state.stage is Stage.GAME_OVER else BROKEN_OFF
 
 
-def judged(setup: MatchSetup, folder: RunFolder, reported: Played) -> Played:
+def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
     """The result of a match by its journal, after the rule book has judged it again.
 
     This must be a process in which no strategy has ever been.
@@ -122,7 +122,7 @@ def _by_nobody(entry: Entry, failing: Sequence[str]) -> str | None:
     return f"an official has decided, but there is none: {official.action}"
 
 
-def invalid(setup: MatchSetup, reported: Played, why: str) -> Played:
+def invalid(setup: CheckedMatch, reported: Played, why: str) -> Played:
     """A match that is not valid: it is lost for the team whose code alone was in the process of its referee."""
     sealed = missing() is None
     teams = list(dict.fromkeys(player.team for player in setup.players))
@@ -163,7 +163,7 @@ def main(arguments: Sequence[str]) -> int:
     if sealed:
         apart.start_as_fork()
     try:
-        setup, reported = msgspec.json.decode(pipe.recv_bytes(), type=tuple[MatchSetup, Played | None])
+        setup, reported = msgspec.json.decode(pipe.recv_bytes(), type=tuple[CheckedMatch, Played | None])
         threading.Thread(target=_end_with, args=(os.dup(pipe.fileno()),), daemon=True).start()
         run = RunFolder(folder)
         result = judged(setup, run, reported) if reported else played(setup, run, limit, apart if sealed else None)

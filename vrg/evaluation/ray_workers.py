@@ -23,7 +23,7 @@ from typing import Any
 from msgspec import Struct
 
 from vrg.config.loading import load_match
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import LaunchError
 from vrg.evaluation.experiment import code_of_vrg
 from vrg.evaluation.folder import ExperimentFolder
@@ -101,7 +101,7 @@ class RayWorkers(Workers):
         """The games that are being played."""
         return [running.game for running in self._played]
 
-    def start(self, game: ScheduledGame, setup: MatchSetup, limit: float) -> None:
+    def start(self, game: ScheduledGame, setup: CheckedMatch, limit: float) -> None:
         """Start a game; see `Workers.start`. The worker reads its match from the match file, which travels there."""
         source = self._folder.match_file(game).parent
         if source not in self._matches:

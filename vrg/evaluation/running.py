@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from vrg.bus.stopping import StopSignal
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import FAILED, GameRecord, Pairing, Played, ScheduledGame
 from vrg.evaluation.series import Series
@@ -20,10 +20,10 @@ class Games:
         folder: the open folder of the games. setup: the match as its user has written it.
     """
 
-    def __init__(self, folder: ExperimentFolder, setup: MatchSetup) -> None:
+    def __init__(self, folder: ExperimentFolder, setup: CheckedMatch) -> None:
         self.folder = folder
         self._match = setup
-        self._setups: dict[tuple[Pairing, str], MatchSetup] = {}
+        self._setups: dict[tuple[Pairing, str], CheckedMatch] = {}
 
     def run(
         self,
@@ -73,7 +73,7 @@ class Games:
         """True if a game that is being played is not needed any more."""
         return False
 
-    def setup_of(self, game: ScheduledGame) -> MatchSetup:
+    def setup_of(self, game: ScheduledGame) -> CheckedMatch:
         """The match of a game, whose file is written when it is asked for the first time.
 
         Raises:
@@ -109,7 +109,7 @@ class Experiment(Games):
     def __init__(
         self,
         folder: ExperimentFolder,
-        setup: MatchSetup,
+        setup: CheckedMatch,
         series: Mapping[Pairing, Series],
         left_out: Sequence[tuple[str, str]] = (),
     ) -> None:
@@ -139,7 +139,7 @@ class Experiment(Games):
         return self.completed + sum(series.left for series in self.series.values())
 
     @property
-    def setup(self) -> MatchSetup:
+    def setup(self) -> CheckedMatch:
         """Some match of the experiment."""
         return next(iter(self._setups.values()))
 

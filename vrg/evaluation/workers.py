@@ -4,7 +4,7 @@ import shutil
 from collections.abc import Iterator
 from typing import Self
 
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import Played, ScheduledGame
@@ -22,7 +22,7 @@ class Workers:
         setup: a match of the experiment; what its game and its engine need is loaded in advance.
     """
 
-    def __init__(self, jobs: int, folder: ExperimentFolder, setup: MatchSetup) -> None:
+    def __init__(self, jobs: int, folder: ExperimentFolder, setup: CheckedMatch) -> None:
         self.jobs = jobs
         self._folder = folder
         self._running: dict[GameProcess, ScheduledGame] = {}
@@ -43,7 +43,7 @@ class Workers:
         """The games that are being played."""
         return list(self._running.values())
 
-    def start(self, game: ScheduledGame, setup: MatchSetup, limit: float) -> None:
+    def start(self, game: ScheduledGame, setup: CheckedMatch, limit: float) -> None:
         """Start a game.
 
         Args:

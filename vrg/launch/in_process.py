@@ -15,7 +15,7 @@ from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import NOISE, MatchSetup, radio_seed
+from vrg.config.setup import NOISE, CheckedMatch, MatchSetup, radio_seed
 from vrg.coordinator.evidence import TINY
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.coordinator.rulebook import Observation
@@ -110,7 +110,7 @@ def assemble(
 
 
 def play(
-    setup: MatchSetup,
+    setup: CheckedMatch,
     journal: Journal,
     *,
     watchers: Sequence[Node] = (),

@@ -16,7 +16,7 @@ from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.config.loading import check_strategies, load_match
-from vrg.config.setup import MatchSetup, write_setup
+from vrg.config.setup import CheckedMatch, MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, installed
 from vrg.kinds import HUD
@@ -81,7 +81,7 @@ class Played:
         return self.state is not None and self.state.stage is Stage.GAME_OVER
 
 
-def prepare(setup: MatchSetup, way: Way) -> MatchSetup:
+def prepare(setup: CheckedMatch, way: Way) -> CheckedMatch:
     """The set-up with which a match is played in this way.
 
     Raises:
@@ -101,13 +101,13 @@ def prepare(setup: MatchSetup, way: Way) -> MatchSetup:
     return setup
 
 
-def new_run(setup: MatchSetup, runs: Path, show: Show) -> RunFolder:
+def new_run(setup: CheckedMatch, runs: Path, show: Show) -> RunFolder:
     """Make the folder of a run, with the files that its match names.
 
     Raises:
         LaunchError: it cannot be made.
     """
-    folder = RunFolder.create(runs, setup.name, datetime.now(), setup.text)
+    folder = RunFolder.create(runs, setup.name, datetime.now())
     try:
         keep(setup, folder)
     except OSError as error:
@@ -120,7 +120,7 @@ def new_run(setup: MatchSetup, runs: Path, show: Show) -> RunFolder:
     return folder
 
 
-def play(setup: MatchSetup, folder: RunFolder, show: Show, server: ForkServer, way: Way) -> Played:
+def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer, way: Way) -> Played:
     """Play a match to its end, and write its result and its plot. SIGINT and SIGTERM break it off.
 
     Args:
@@ -218,7 +218,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _play_in_steps(
-    setup: MatchSetup, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool
+    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool
 ) -> tuple[RefereeState | None, LaunchError | None]:
     """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
 

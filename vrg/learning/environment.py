@@ -14,7 +14,7 @@ from vrg.agents.player import PERIOD
 from vrg.bus.messages import DISQUALIFIED, Call, RefereeState
 from vrg.bus.node import Node
 from vrg.config.loading import check_strategies
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import ConfigError
 from vrg.games import learning_of
 from vrg.launch.nodes.strategy import strategy_of
@@ -100,7 +100,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
 
     def __init__(
         self,
-        match: str | Path | MatchSetup,
+        match: str | Path | CheckedMatch,
         *,
         learners: Sequence[str] | None = None,
         opponents: Mapping[str, str] | None = None,
@@ -328,7 +328,7 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
         if self._learning.talks or name not in self.possible_agents:
             strategy_of(setup, name)
 
-    def _start(self, setup: MatchSetup) -> Episode:
+    def _start(self, setup: CheckedMatch) -> Episode:
         """Make the nodes of a match, with what it leaves behind if it is recorded."""
         watchers: list[Node] = []
         if self.render_mode is not None:

@@ -6,14 +6,14 @@ from pathlib import Path
 from msgspec import structs
 
 from vrg.config.loading import load_match, match_path
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
 from vrg.games import GAMES, STRATEGIES, file_of, has_name
 from vrg.hal.sim.engines import ENGINES
 from vrg.registry import did_you_mean, expected_one_of
 
 
-def match_of(match: str | Path | MatchSetup, *, engine: str | None, lasers: bool | None) -> MatchSetup:
+def match_of(match: str | Path | CheckedMatch, *, engine: str | None, lasers: bool | None) -> CheckedMatch:
     """The match of an environment: on this machine alone, as fast as possible, and with robots that are put on their
     marks.
 
@@ -24,7 +24,7 @@ def match_of(match: str | Path | MatchSetup, *, engine: str | None, lasers: bool
     Raises:
         ConfigError: there is no such match, it has problems, or a robot of it is a physical one.
     """
-    if isinstance(match, MatchSetup):
+    if isinstance(match, CheckedMatch):
         setup = match
         if engine is not None:
             ENGINES.get(engine)
@@ -43,7 +43,7 @@ def match_of(match: str | Path | MatchSetup, *, engine: str | None, lasers: bool
     return setup.all_here().at_rate(0.0)
 
 
-def with_opponents(setup: MatchSetup, opponents: Mapping[str, str]) -> tuple[MatchSetup, set[str]]:
+def with_opponents(setup: CheckedMatch, opponents: Mapping[str, str]) -> tuple[CheckedMatch, set[str]]:
     """The match with other strategies, and the names of the players that have them.
 
     Args:
@@ -69,7 +69,7 @@ def with_opponents(setup: MatchSetup, opponents: Mapping[str, str]) -> tuple[Mat
     return setup, set(wanted)
 
 
-def learners_of(setup: MatchSetup, learners: Sequence[str] | None, opponents: set[str]) -> list[str]:
+def learners_of(setup: CheckedMatch, learners: Sequence[str] | None, opponents: set[str]) -> list[str]:
     """The players that learn, in the order of the match file.
 
     Args:

@@ -7,7 +7,7 @@ from pathlib import Path
 from msgspec import structs
 
 from vrg.bus.messages import RefereeState, Stage
-from vrg.config.setup import MatchSetup, write_setup
+from vrg.config.setup import CheckedMatch, write_setup
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.learning.puppet import TARGET
@@ -31,9 +31,9 @@ class MatchRecord:
         LaunchError: the folder cannot be made. JournalError: the journal cannot be opened.
     """
 
-    def __init__(self, parent: Path, setup: MatchSetup, driven: Collection[str] = ()) -> None:
+    def __init__(self, parent: Path, setup: CheckedMatch, driven: Collection[str] = ()) -> None:
         self._setup = setup = _written(setup)
-        self._folder = RunFolder.create(parent, setup.name, datetime.now(), setup.text)
+        self._folder = RunFolder.create(parent, setup.name, datetime.now())
         self._open = True
         keep(setup, self._folder)
         puppets = {name: structs.replace(setup.player(name), strategy=TARGET) for name in driven}
@@ -56,7 +56,7 @@ class MatchRecord:
         write_result(self._setup, self._folder, state, ended_of(state) if over and state else "broken off")
 
 
-def _written(setup: MatchSetup) -> MatchSetup:
+def _written(setup: CheckedMatch) -> CheckedMatch:
     """The same match, whose text has what an environment plays otherwise than the match file says."""
     text = setup.text
     for path, value in (

@@ -10,7 +10,7 @@ import gymnasium
 import numpy as np
 import numpy.typing as npt
 
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
 from vrg.learning.environment import METADATA, MatchEnvironment
 from vrg.learning.matches import match_of
@@ -42,7 +42,7 @@ class PlayerEnvironment(gymnasium.Env[npt.NDArray[Any], npt.NDArray[Any]]):
 
     metadata = METADATA
 
-    def __init__(self, match: str | Path | MatchSetup, player: str | None = None, **options: Any) -> None:
+    def __init__(self, match: str | Path | CheckedMatch, player: str | None = None, **options: Any) -> None:
         if "learners" in options:
             raise ConfigError("learners: expected `player`, as one player learns here; several do in MatchEnvironment")
         setup = match_of(match, engine=options.get("engine", "planar"), lasers=options.get("lasers"))

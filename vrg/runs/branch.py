@@ -19,7 +19,7 @@ from vrg.bus.messages import Stage
 from vrg.bus.node import Node
 from vrg.bus.stopping import StopSignal
 from vrg.config.loading import check_strategies, load_match
-from vrg.config.setup import MatchSetup, read_setup, write_setup
+from vrg.config.setup import CheckedMatch, MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import TINY, Exhibit, read_evidence
 from vrg.errors import ConfigError, GivenUpError, LaunchError
 from vrg.launch import in_process
@@ -107,7 +107,7 @@ def play_branch(
     setup = _as_played(of)
     make = strategy_of if apart is None else apart.tried
     check_strategies(reduce(amended, changes, setup), make)
-    folder = RunFolder.create(runs, setup.name, now, setup.text)
+    folder = RunFolder.create(runs, setup.name, now)
     with _written(folder):
         keep(setup, folder)
         keep_layout(setup, folder)
@@ -125,7 +125,7 @@ def play_branch(
     return folder
 
 
-def _as_played(of: RunFolder) -> MatchSetup:
+def _as_played(of: RunFolder) -> CheckedMatch:
     """The match of a run, in the engine that it had: what its file leaves out may be another one on this machine."""
     recorded = read_setup(of.setup)
     # The clock tells the rate, at which nothing is paced here.
@@ -149,7 +149,7 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
     last_instant(of)
     before = branch_of(of)
     setup = _as_played(of)
-    folder = RunFolder.create(runs, setup.name, now, setup.text)
+    folder = RunFolder.create(runs, setup.name, now)
     with _written(folder):
         keep(setup, folder)
         write_setup(setup, folder.setup)
@@ -165,7 +165,7 @@ def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None"
 
 
 def play_on(
-    setup: MatchSetup,
+    setup: CheckedMatch,
     of: RunFolder,
     folder: RunFolder,
     *,

@@ -9,9 +9,9 @@ from typing import Any, Final
 import msgspec
 from msgspec import Struct, structs
 
-from vrg.config.loading import check_match
+from vrg.config.loading import check_match, load_match
 from vrg.config.rules import rulebook_of
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.coordinator.rulebook import RuleBook
 from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.files import decoded, read_bytes, write_whole
@@ -112,7 +112,7 @@ def kept(strategy: str, folder: RunFolder) -> str:
     return target
 
 
-def amended(setup: MatchSetup, change: Change) -> MatchSetup:
+def amended(setup: CheckedMatch, change: Change) -> CheckedMatch:
     """The match as it goes on after a change.
 
     Its `settings` may name fields of [rules] and [radio], and `seed`. Another seed changes the noise of sensors, what
@@ -140,14 +140,16 @@ def books_of(setup: MatchSetup, folder: RunFolder) -> tuple[RuleBook[Any], list[
     """The rule book of a match, and those that took its place, each with the match time in s from which it counts.
 
     Args:
-        setup: the match as its file has it. folder: its run folder, with the changes.
+        setup: the match as it began. folder: its run folder, with its file and the changes.
 
     Raises:
         ConfigError: the rules cannot be played with this set-up. LaunchError: the changes cannot be read.
     """
-    later, now = list[tuple[float, RuleBook[Any]]](), setup
-    for change in changes_in(folder):
+    later, changes = list[tuple[float, RuleBook[Any]]](), changes_in(folder)
+    if changes:
+        now = setup if isinstance(setup, CheckedMatch) else load_match(folder.match_file, engine=setup.engine)
+    for change in changes:
         before, now = now, amended(now, change)
         if now.rules != before.rules:
-            later.append((change.time, rulebook_of(structs.replace(now, seed=setup.seed))))
+            later.append((change.time, rulebook_of(structs.replace(setup, rules=now.rules))))
     return rulebook_of(setup), later

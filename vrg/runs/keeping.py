@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.files import write_json, write_whole
 from vrg.games import file_of
 from vrg.hal.sensors.depiction import Rays
@@ -27,7 +27,7 @@ FILES = "files"
 """The folder for files that are not beside the match file."""
 
 
-def files_of(setup: MatchSetup) -> "Kept":
+def files_of(setup: CheckedMatch) -> "Kept":
     """The files that a match names: strategies and modules beside them, the map, and what backends and sources read."""
     base = Path(setup.base)
     kept = Kept(base, setup.text)
@@ -85,15 +85,18 @@ def copy_into(folder: RunFolder, copies: Mapping[Path, Path]) -> None:
             shutil.copy2(source, target)
 
 
-def keep(setup: MatchSetup, folder: RunFolder) -> None:
-    """Copy the files that a match names into its run folder.
+def keep(setup: CheckedMatch, folder: RunFolder) -> None:
+    """Write the match file into the run folder, with copies of the files that it names.
 
     Raises:
-        OSError: one cannot be copied.
+        OSError: one cannot be copied; the match file then names them where they are.
     """
-    kept = files_of(setup)
-    copy_into(folder, kept.copies)
-    write_whole(folder.match_file, kept.text.encode())
+    kept, text = files_of(setup), setup.text
+    try:
+        copy_into(folder, kept.copies)
+        text = kept.text
+    finally:
+        write_whole(folder.match_file, text.encode())
 
 
 def keep_layout(setup: MatchSetup, folder: RunFolder) -> None:

@@ -50,13 +50,12 @@ class RunFolder:
         self.plot = path / "trajectories.png"
 
     @classmethod
-    def create(cls, parent: Path, match: str, now: datetime, text: str) -> "RunFolder":
-        """Make a folder that no other run has, with the match file in it.
+    def create(cls, parent: Path, match: str, now: datetime) -> "RunFolder":
+        """Make a folder that no other run has.
 
         Args:
             parent: the folder to make it in. match: the name of the match.
             now: the local real time, for the folder's name.
-            text: the text of the match file as it is played, overrides included.
 
         Raises:
             LaunchError: the folder cannot be made.
@@ -67,7 +66,6 @@ class RunFolder:
             try:
                 folder.path.mkdir(parents=True)
                 folder.prepare()
-                folder.match_file.write_text(text, encoding="utf-8")
             except FileExistsError as error:
                 if not parent.is_dir():  # such as a link to nothing
                     raise _unusable(parent, error) from error
