@@ -18,6 +18,7 @@ from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.commands import sensors, topic
 from vrg.commands.matches import Attached
+from vrg.config.setup import unknown_match
 from vrg.errors import BusError, ConfigError, LaunchError
 from vrg.hal.sensors import png
 from vrg.hal.sensors.battery import Battery
@@ -70,7 +71,7 @@ def run(monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
         for module in (sensors, topic):
             monkeypatch.setattr(module, "listening", listening)
         monkeypatch.setattr(topic, "which_match", lambda _: ("m", "tcp/127.0.0.1:1"))
-        monkeypatch.setattr(sensors, "attached", lambda _: Attached("m", "tcp/127.0.0.1:1"))
+        monkeypatch.setattr(sensors, "attached", lambda _: Attached("m", "tcp/127.0.0.1:1", None, unknown_match("m")))
         monkeypatch.setattr(sensors, "first_state", lambda *_: OVER)
         monkeypatch.setattr(sensors, "RENEW", 0.0)
         monkeypatch.setattr(sensors, "PICTURE_TIMEOUT", 5.0 if bus.pictures else 0.2)

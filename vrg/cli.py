@@ -35,7 +35,7 @@ def _nodes() -> Table:
     """A command for each kind of process. Those of other packages are imported only when they are asked for."""
     from vrg.kinds import BUILT_IN, KINDS  # noqa: PLC0415 - most commands run no process
 
-    about = {kind.name: f"{kind.about[:1].upper()}{kind.about[1:]}" for kind in BUILT_IN}
+    about = {kind.name: _sentence(kind.about) for kind in BUILT_IN}
     listed = {name: about.get(name, "A kind of another package") for name in KINDS.names()}
     listed |= {"strategy": "What `vrg play --lockstep` starts on another machine by ssh"}
     listed |= {"host": "What `vrg play` starts on another machine by ssh"}
@@ -47,23 +47,27 @@ def _node(name: str) -> Callable[..., None]:
     return function
 
 
-SHOW: Table = {
-    "Show a running match": {
-        "window": ("vrg.commands.show:window", "The window of the spectator; several may be open"),
-        "hud": ("vrg.commands.show:hud", "The head-up display of a player, with Goto, Manual and Reset"),
-        "developer": ("vrg.commands.show:developer", "All players, sensors, streams and processes"),
-        "commander": ("vrg.commands.show:commander", "A team is commanded here, with a gamepad or the keyboard"),
-        "web": ("vrg.commands.page:web", "The match in browsers"),
-        "3d": ("vrg.commands.three:three", "The match in three dimensions, in browsers"),
-        "foxglove": ("vrg.commands.page:foxglove", "All that a recording holds, in Foxglove"),
-        "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
-        "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
-        "ssl": ("vrg.commands.show:ssl", "A match for the tools of the RoboCup Small Size League"),
-        "ros": ("vrg.commands.ros:ros", "A match in ROS 2, without ROS"),
-        "processes": ("vrg.commands.show:processes", "The processes of a match on all its machines"),
-        "diagram": ("vrg.commands.show:diagram", "The statechart of a player, as Mermaid"),
+def _views() -> Table:
+    """The commands that show a running match: the kinds of processes that do, and those that need none of the match."""
+    from vrg.kinds import BUILT_IN  # noqa: PLC0415 - as above
+
+    kinds = {kind.shown: (kind.command, _sentence(kind.about)) for kind in BUILT_IN if kind.shown}
+    return {
+        "Show a running match": kinds
+        | {
+            "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
+            "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
+            "ssl": ("vrg.commands.show:ssl", "A match for the tools of the RoboCup Small Size League"),
+            "processes": ("vrg.commands.show:processes", "The processes of a match on all its machines"),
+            "diagram": ("vrg.commands.show:diagram", "The statechart of a player, as Mermaid"),
+        }
     }
-}
+
+
+def _sentence(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:]}"
+
+
 RUN: Table = {
     "Look at a recorded run; RUN is the newest in the folder runs, if none is named": {
         "list": ("vrg.commands.run:list_runs", "The runs in a folder, the newest first, and how they ended"),
@@ -102,7 +106,7 @@ COMMANDS: Table = {
         "check": ("vrg.commands.play:check", "Find out whether a match file can be played"),
     },
     "Watch and decide": {
-        "show": (SHOW, "Watch a running match: window, hud, developer, web, sensors ..."),
+        "show": (_views, "Watch a running match: window, hud, developer, web, sensors ..."),
         "official": ("vrg.commands.official:app", "Decide: halt, resume, end, overrule, place, substitute"),
         "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
         "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),
@@ -149,7 +153,8 @@ class Commands(TyperGroup):
         """The command that is asked for. If there is none, the message tells which may be meant, also in a group."""
         if self.get_command(ctx, args[0]) is None and args[0][:1] != "-":
             known = {name: name for name in self.list_commands(ctx)}
-            for group, (what, _) in (pair for listed in self.table.values() for pair in listed.items()):
+            for group, (entry, _) in (pair for listed in self.table.values() for pair in listed.items()):
+                what = entry() if callable(entry) else entry
                 if isinstance(what, Mapping):
                     known |= {name: f"{group} {name}" for listed in what.values() for name in listed}
             meant = close_to(args[0], known)

@@ -28,6 +28,7 @@ class Kind:
         pulse: the kind of node as which it beats; empty for that of this name.
         named: what its name is the name of, in one word; empty if it needs none.
         command: the `module:function` of the command that runs one beside a match, where that takes more than its name.
+        shown: the name of that command in `vrg show`; empty if it is none of them.
         stop_order: processes of a lower number are stopped first.
         essential: the match is given up without it.
         keeps: it writes files into the run folder that it needs to go on.
@@ -45,6 +46,7 @@ class Kind:
     pulse: str = ""
     named: str = ""
     command: str = ""
+    shown: str = ""
     stop_order: int = 1
     essential: bool = False
     keeps: bool = False
@@ -86,38 +88,41 @@ PLAYER = Kind(
     node="vrg.launch.nodes.player:player", named="player", stop_order=0, essential=True, plays=True,
 )  # fmt: skip
 SPECTATOR = Kind(
-    name="spectator", about="a window that shows the match", seats=_DECIDES, process="spectator",
+    name="spectator", about="a window that shows the match; several may be open", seats=_DECIDES, process="spectator",
     node="vrg.launch.nodes.windows:spectator", runner=_WINDOW, command="vrg.commands.show:window",
+    shown="window",
 )  # fmt: skip
 DEVELOPER = Kind(
-    name="developer", about="the developers' view", seats=_DECIDES, pulse="spectator",
-    node="vrg.launch.nodes.windows:developer", runner=_WINDOW, command="vrg.commands.show:developer",
+    name="developer", about="the developers' view: all players, sensors, streams and processes", seats=_DECIDES,
+    pulse="spectator", node="vrg.launch.nodes.windows:developer", runner=_WINDOW,
+    command="vrg.commands.show:developer", shown="developer",
 )  # fmt: skip
 HUD = Kind(
-    name="hud", about="the head-up display of a player", seats=(SeatKind.HUD,),
+    name="hud", about="the head-up display of a player, with Goto, Manual and Reset", seats=(SeatKind.HUD,),
     node="vrg.launch.nodes.windows:hud", runner=_WINDOW, named="player",
-    command="vrg.commands.show:hud",
+    command="vrg.commands.show:hud", shown="hud",
 )  # fmt: skip
 COMMANDER = Kind(
     name="commander", about="commands a team with a gamepad or the keyboard", seats=(SeatKind.COMMANDER,),
-    command="vrg.commands.show:commander", named="team",
+    command="vrg.commands.show:commander", shown="commander", named="team",
 )  # fmt: skip
 WEB = Kind(
-    name="web", about="the page for browsers", seats=_DECIDES, process="web", pulse="spectator",
-    node="vrg.launch.nodes.web:web", command="vrg.commands.page:web", views=True,
+    name="web", about="the match in browsers", seats=_DECIDES, process="web", pulse="spectator",
+    node="vrg.launch.nodes.web:web", command="vrg.commands.page:web", shown="web", views=True,
 )  # fmt: skip
 FOXGLOVE = Kind(
-    name="foxglove", about="what Foxglove connects to", seats=_DECIDES, process="foxglove", pulse="spectator",
-    node="vrg.launch.nodes.foxglove:foxglove", command="vrg.commands.page:foxglove", views=True,
+    name="foxglove", about="all that a recording holds, in Foxglove", seats=_DECIDES, process="foxglove",
+    pulse="spectator", node="vrg.launch.nodes.foxglove:foxglove", command="vrg.commands.page:foxglove",
+    shown="foxglove", views=True,
 )  # fmt: skip
 THREE = Kind(
     # Nobody decides anything there, so it prefers the seat that may not.
-    name="three", about="the match in three dimensions", seats=_WATCHES, process="3d", pulse="spectator",
-    node="vrg.launch.nodes.three:three", command="vrg.commands.three:three", views=True,
+    name="three", about="the match in three dimensions, in browsers", seats=_WATCHES, process="3d", pulse="spectator",
+    node="vrg.launch.nodes.three:three", command="vrg.commands.three:three", shown="3d", views=True,
 )  # fmt: skip
 ROS = Kind(
-    name="ros", about="the match in ROS 2", seats=_DECIDES, process="ros", pulse="spectator",
-    node="vrg.launch.nodes.ros:ros", command="vrg.commands.ros:ros", views=True,
+    name="ros", about="the match in ROS 2, without ROS", seats=_DECIDES, process="ros", pulse="spectator",
+    node="vrg.launch.nodes.ros:ros", command="vrg.commands.ros:ros", shown="ros", views=True,
 )  # fmt: skip
 
 BUILT_IN: Final = (

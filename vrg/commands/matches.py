@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +20,6 @@ from vrg.commands.options import KEYS_VARIABLE, exit_if_interrupted, stoppable
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import Kind
 from vrg.launch import running
-from vrg.regions import Region
 from vrg.registry import did_you_mean
 
 if TYPE_CHECKING:
@@ -34,14 +33,14 @@ class Attached:
 
     Args:
         name: its name. endpoint: of its router. typed_keys: the folder of keys that was typed, if one was.
-        setup: its set-up; None if it is not known on this machine.
+        setup: its set-up; where that is not known on this machine, one without robots and obstacles.
         run: its run folder; None if that is not on this machine.
     """
 
     name: str
     endpoint: str
-    typed_keys: Path | None = None
-    setup: "MatchSetup | None" = None
+    typed_keys: Path | None
+    setup: "MatchSetup"
     run: Path | None = None
 
     @property
@@ -49,32 +48,23 @@ class Attached:
         """Its keys on the bus."""
         return Keys(self.name)
 
-    @property
-    def sizes(self) -> Mapping[str, tuple[float, float]]:
-        """The length and width of the robots, m, by name."""
-        return {} if self.setup is None else {player.name: player.robot.size for player in self.setup.players}
-
-    @property
-    def obstacles(self) -> Sequence[Region]:
-        """The ground that the map's walls and obstacles cover, m."""
-        return () if self.setup is None else self.setup.obstacles
-
     def known_setup(self) -> "MatchSetup":
         """Its set-up.
 
         Raises:
             ConfigError: it is not known on this machine.
         """
-        if self.setup is None:
+        if not self.setup.players:
             raise ConfigError(f"{self.name} runs on another machine: type its match file in place of its name")
         return self.setup
 
-    def serve(self, kind: Kind, name: str = "", run: Path | None = None) -> None:
+    def serve(self, kind: Kind, name: str = "", run: Path | None = None, secret: str = "") -> None:
         """Run a node of it in this process until it ends; see `vrg.launch.serving.serve`."""
         from vrg.launch.serving import serve  # a decision needs no node
 
         keys = keys_of(self.endpoint, self.typed_keys)
-        exit_if_interrupted(serve(kind, self.known_setup(), router=self.endpoint, run=run, name=name, keys=keys))
+        stop = serve(kind, self.setup, router=self.endpoint, run=run, name=name, keys=keys, secret=secret)
+        exit_if_interrupted(stop)
 
 
 def which_match(on: MatchOptions) -> tuple[str, str]:
@@ -93,19 +83,17 @@ def attached(on: MatchOptions) -> Attached:
     Raises:
         ConfigError: it is not clear which match is meant.
     """
-    from vrg.config.setup import read_setup  # a decision needs no set-up
+    from vrg.config.setup import read_setup, unknown_match  # a decision needs no set-up
     from vrg.runs.run_folder import RunFolder
 
     name, router, setup = _named(on)
     found, endpoint = running.find(name, router, DEFAULT_ENDPOINT)
     here = next((m for m in running.running() if (m.match, m.router) == (found, endpoint)), None)
-    if here is None:
-        return Attached(found, endpoint, on.keys, setup)
-    run = RunFolder(Path(here.run))
-    try:
-        return Attached(found, endpoint, on.keys, setup or read_setup(run.setup), run.path)
-    except LaunchError:
-        return Attached(found, endpoint, on.keys)
+    if here is not None:
+        run = RunFolder(Path(here.run))
+        with suppress(LaunchError):
+            return Attached(found, endpoint, on.keys, setup or read_setup(run.setup), run.path)
+    return Attached(found, endpoint, on.keys, setup or unknown_match(found))
 
 
 def _named(on: MatchOptions) -> "tuple[str | None, str | None, MatchSetup | None]":

@@ -3,7 +3,6 @@
 `vrg play` shares how they choose a port, make the tokens of the page, and print where people find it.
 """
 
-import os
 import socket
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,8 +15,6 @@ import typer
 from rich.console import Console
 
 from vrg.bus.credentials import is_official
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
@@ -39,28 +36,16 @@ _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKi
 
 def web(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -> None:
     """Show a running match in browsers. Without the official's keys everybody may only watch."""
-    from vrg.launch.context import DISPLAY_PERIOD
-    from vrg.ui.web.node import WebNode
-    from vrg.ui.web.server import WebServer
-
+    _need_server()
     host, port = web_address(listen)
     found, seats = attached(on), WEB.seats_of("")
-    credentials = credentials_for(found.endpoint, on.keys, *seats)
-    official = is_official(credentials)
+    official = is_official(credentials_for(found.endpoint, on.keys, *seats))
     with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
-        if state is not None:
-            page = open_page(host, port, [player.name for player in state.players], deciding=official, tls=tls)
-            print_links(page, make_console())
-            node = WebNode(
-                f"web-{os.getpid()}",
-                Mailbox(),
-                found.keys,
-                WebServer(page, found.name),
-                sizes=found.sizes,
-                obstacles=found.obstacles,
-            )
-            run_node(node, session, found.keys, stop, idle=DISPLAY_PERIOD)
+    if state is not None:
+        page = open_page(host, port, [player.name for player in state.players], deciding=official, tls=tls)
+        print_links(page, make_console())
+        found.serve(WEB, secret=page.encoded())
 
 
 def foxglove(on: MatchOptions, listen: ListenOption = None) -> None:
@@ -108,14 +93,18 @@ def open_page(
         ConfigError: the tokens in the folder cannot be read.
         LaunchError: the port is not free, this machine has no such address, or what serves pages is not installed.
     """
-    if find_spec("aiohttp") is None:
-        raise LaunchError(missing("aiohttp"))
+    _need_server()
     known = None if keys is None else known_page(keys)
     if known is not None:
         port = port or known.port
     found = port_at(host, port, DEFAULT_PORT, "the page")
     page = admission(host, found, players, deciding=deciding, known=known)
     return encrypted(page) if tls or page.certificate else page
+
+
+def _need_server() -> None:
+    if find_spec("aiohttp") is None:
+        raise LaunchError(missing("aiohttp"))
 
 
 def encrypted(page: Admission) -> Admission:

@@ -2,20 +2,17 @@
 
 import os
 from collections.abc import Sequence
-from contextlib import ExitStack
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from vrg.bus.credentials import is_official
-from vrg.bus.process import run_node
-from vrg.bus.session import DEFAULT_ENDPOINT, joined
+from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached, connected, credentials_for
+from vrg.commands.matches import attached, credentials_for
 from vrg.commands.options import listening_address
 from vrg.errors import ConfigError
 from vrg.kinds import ROS
-from vrg.launch.running import gone
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
@@ -41,23 +38,12 @@ def ros(
 
     ROS nodes use rmw_zenoh; docs/ros.md has what they must set.
     """
-    from vrg.launch.nodes.ros import ros_node
-
     found = attached(on)
     setup, secured = found.known_setup(), not found.endpoint.startswith("tcp/")
-    where, seats = ros_address(domain, to, secured=secured), ROS.seats_of("")
-    credentials = credentials_for(found.endpoint, on.keys, *seats)
-    official = is_official(credentials)
-    with connected(found.endpoint, on.keys, *seats) as (stop, session), ExitStack() as stack:
-        node = ros_node(
-            setup,
-            where,
-            lambda router: stack.enter_context(joined(router, stop)) if router else session,
-            name=f"ros-{os.getpid()}",
-            official=official,
-        )
-        typer.echo(ros_place(setup, where, found.endpoint, drives=official))
-        run_node(node, session, setup.keys, stop, finished=gone(found.name, found.endpoint))
+    where = ros_address(domain, to, secured=secured)
+    official = is_official(credentials_for(found.endpoint, on.keys, *ROS.seats_of("")))
+    typer.echo(ros_place(setup, where, found.endpoint, drives=official))
+    found.serve(ROS, where)
 
 
 def typed_domain() -> int:

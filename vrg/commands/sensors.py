@@ -107,7 +107,7 @@ def _check_player(found: Attached, session: Session, player: str, stop: Stop) ->
     Raises:
         LaunchError: there is none.
     """
-    match = found.setup or first_state(session, found.keys, stop)
+    match = found.setup if found.setup.players else first_state(session, found.keys, stop)
     names = [] if match is None else [known.name for known in match.players]
     if names and player not in names:
         raise LaunchError(f"PLAYER: {expected_one_of(names, player)}")

@@ -4,13 +4,11 @@ import contextlib
 import ipaddress
 import os
 import time
-from functools import partial
 from typing import Annotated, Final
 
 import typer
 from rich.console import Console
 
-from vrg.bus.credentials import is_official
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
@@ -42,25 +40,8 @@ POLL = 0.05
 def window(on: MatchOptions, run: RunOption = None) -> None:
     """Watch a match in a window; several may. Closing the window does not end the match."""
     need_display()
-    from vrg.launch.serving import run_window
-    from vrg.runs.explaining import explain
-    from vrg.ui.spectator import Spectator  # pygame takes half a second to load
-
     found = attached(on)
-    seats = SPECTATOR.seats_of("")
-    credentials = credentials_for(found.endpoint, on.keys, *seats)
-    with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
-        node = Spectator(
-            f"window-{os.getpid()}",
-            Mailbox(),
-            found.keys,
-            sizes=found.sizes,
-            obstacles=found.obstacles,
-            run=run or found.run,
-            explain=None if found.run is None else partial(explain, found.run),
-            official=is_official(credentials),
-        )
-        run_window(node, session, found.keys, stop, gone(found.name, found.endpoint))
+    found.serve(SPECTATOR, run=run or found.run)
 
 
 def hud(player: PlayerArgument, on: MatchOptions) -> None:
@@ -98,7 +79,8 @@ def commander(team: TeamArgument, on: MatchOptions) -> None:
         if team not in teams:
             raise LaunchError(f"TEAM: {expected_one_of(teams, team)}")
         own = None if credentials is None else [p.name for p in state.players if p.team == team]
-        node = Commander(team, Mailbox(), found.keys, sizes=found.sizes, obstacles=found.obstacles, seated=own)
+        sizes = {player.name: player.robot.size for player in found.setup.players}
+        node = Commander(team, Mailbox(), found.keys, sizes=sizes, obstacles=found.setup.obstacles, seated=own)
         try:
             run_window(node, session, found.keys, stop, gone(found.name, found.endpoint))
         except DuplicateNodeError:

@@ -10,6 +10,7 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.kinds import ROS
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
+from vrg.launch.running import gone
 from vrg.ros.graph import RosNode
 from vrg.ros.publisher import RosPublisher
 from vrg.ros.wire import ros_name
@@ -48,5 +49,6 @@ def ros_node(
 
 def ros(on: NodeContext) -> Made:
     """What shows the match to ROS 2."""
-    node = ros_node(on.setup, on.name, on.join, name=ROS.process, official=on.official)
-    return Made(node, {"idle": DISPLAY_PERIOD})
+    node = ros_node(on.setup, on.name, on.join, name=on.named(ROS.process), official=on.official)
+    options = {"idle": DISPLAY_PERIOD}
+    return Made(node, options if on.own else {**options, "finished": gone(on.setup.name, on.router)})

@@ -9,20 +9,21 @@ from vrg.ui.web.node import WebNode
 from vrg.ui.web.server import WebServer
 
 
-def web_node(setup: MatchSetup, admission: str) -> WebNode:
+def web_node(setup: MatchSetup, admission: str, name: str) -> WebNode:
     """Make the node that shows a match to browsers.
 
     Args:
-        admission: where it is served, and who may do what: an encoded `vrg.ui.web.admission.Admission`.
+        name: of the node. admission: where it is served, and who may do what: an encoded
+            `vrg.ui.web.admission.Admission`.
 
     Raises:
         ValueError: the admission cannot be read.
     """
     sizes = {player.name: player.robot.size for player in setup.players}
     audience = WebServer(read_admission(admission), setup.name)
-    return WebNode(WEB.process, Mailbox(), setup.keys, audience, sizes=sizes, obstacles=setup.obstacles)
+    return WebNode(name, Mailbox(), setup.keys, audience, sizes=sizes, obstacles=setup.obstacles)
 
 
 def web(on: NodeContext) -> Made:
     """The page."""
-    return Made(web_node(on.setup, on.secret), {"idle": DISPLAY_PERIOD})
+    return Made(web_node(on.setup, on.secret, on.named(WEB.process)), {"idle": DISPLAY_PERIOD})
