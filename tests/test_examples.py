@@ -23,9 +23,9 @@ def test_a_match_with_players_of_ones_own_is_played(tmp_path: Path) -> None:
         summary = make_reader(stream).get_summary()
     assert summary is not None
     topics = {channel.topic for channel in summary.channels.values()}
-    robot = next(topic.split("/")[2] for topic in topics if topic.endswith("/pose"))
-    recorded = {f"/robot/{robot}/{what}" for what in ("pose", "twist", "command", "battery", "laser/front")}
-    assert {"/field", "/scene", *recorded} <= topics
+    robot = next(topic.split("/")[2] for topic in topics if topic.endswith("/report"))
+    recorded = {"/poses", "/referee/state", f"/player/{robot}/report"}
+    assert {"/view/field", "/view/scene", f"/view/robot/{robot}", f"/view/{robot}/laser/front", *recorded} <= topics
     layout = json.loads((run / "foxglove-layout.json").read_text())
     assert any(robot in line["value"] for line in layout["configById"]["Plot!speed"]["paths"])
 

@@ -277,7 +277,7 @@ BUDGETS = {
     "coordinator": 2_050,
     "evaluation": 1_840,
     "hal": 1_520,
-    "recording": 1_510,
+    "recording": 1_220,
     "shared values": 1_470,
     "ros": 1_410,
     "runs": 1_420,

@@ -1,6 +1,5 @@
 """What is exported of recorded runs: what players saw and did, and which runs are refused."""
 
-import dataclasses
 import shutil
 from functools import partial
 from pathlib import Path
@@ -155,12 +154,6 @@ def test_the_mode_of_a_strategy_does_not_tell_who_drove(mode: str, flags: Path) 
         reports[:] = [(stamp, structs.replace(report, mode=mode)) for stamp, report in reports]
     again = list(decisions(setup, recorded))
     assert [(d.driver, d.able) for d in again] == [(d.driver, d.able) for d in found]
-
-
-def test_a_recording_that_does_not_tell_whom_the_referee_drove_is_refused(flags: Path) -> None:
-    recorded = dataclasses.replace(recorded_in(flags), leases=False)
-    with pytest.raises(ConfigError, match="got one of an older release"):
-        list(decisions(read_setup(RunFolder(flags).setup), recorded))
 
 
 def test_a_player_that_learned_was_driven_by_a_program(tmp_path: Path) -> None:

@@ -48,9 +48,8 @@ def reading(heading: float) -> m.SensorMessage:
 def test_it_is_recorded_in_a_match(installed: None, tmp_path: Path) -> None:
     setup, folder = load_match(GAMES.get("race").default_match()), RunFolder(tmp_path)
     play(setup, open_journal(setup, folder), watchers=[recorder_node(setup, folder)], limit=1.0)
-    found = [
-        (s.name, json.loads(r.data)) for s, _, r in messages_of(folder.recording, topics="/robot/jade/compass/main")
-    ]
+    said = messages_of(folder.recording, topics="/robot/jade/sensor/compass/main")
+    found = [(schema.name, json.loads(message.data)) for schema, _, message in said]
     assert len(found) >= 5
     assert {name for name, _ in found} == {"vrg.Compass"}
     assert found[0][1]["heading"] == pytest.approx(0.0, abs=0.1)

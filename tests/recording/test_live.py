@@ -122,14 +122,13 @@ def test_a_recorder_shows_a_match_as_it_happens_and_who_comes_late_its_newest_me
         play()
 
     async def look(viewer: Viewer) -> None:
-        wanted = {"/scene", "/field", "/referee/state", "/referee/calls", "/robot/nemo/twist"}
+        wanted = {"/view/scene", "/view/field", "/referee/state", "/view/calls", "/poses"}
         await viewer.until(lambda: wanted <= set(viewer.heard), play)
-        assert viewer.heard["/scene"][-1]["entities"]
-        assert viewer.heard["/field"][0]["entities"], "it was written before the viewer came"
-        newest = viewer.heard["/robot/nemo/twist"][0]
-        assert newest["timestamp"]["sec"] + newest["timestamp"]["nsec"] / 1e9 >= 0.9, "and it has missed the first ones"
-        (channel,) = [channel for channel in viewer.channels.values() if channel["topic"] == "/robot/nemo/twist"]
-        assert (channel["encoding"], channel["schemaName"]) == ("json", "vrg.Twist")
+        assert viewer.heard["/view/scene"][-1]["entities"]
+        assert viewer.heard["/view/field"][0]["entities"], "it was written before the viewer came"
+        assert viewer.heard["/clock"][0]["time"] >= 0.9, "and it has missed the first ones"
+        (channel,) = [channel for channel in viewer.channels.values() if channel["topic"] == "/poses"]
+        assert (channel["encoding"], channel["schemaName"]) == ("json", "vrg.Poses")
         assert json.loads(channel["schema"])["type"] == "object"
 
     try:

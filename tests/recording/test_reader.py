@@ -13,15 +13,14 @@ from zstandard import ZstdError
 from tests.recording.recordings import go_on, messages_of, record
 from tests.ui import synthetic
 from vrg.errors import MessageError
-from vrg.recording.foxglove import heading_of, pose_of
-from vrg.recording.reader import Setting, read_calls, read_setting, read_tracks
+from vrg.recording.reader import Setting, calls_of, read_tracks, setting_of
 from vrg.recording.recorded import read_recorded
 
 
 def test_calls_are_told_in_words_and_kept_in_numbers(file):
-    words = [json.loads(message.data)["message"] for _, _, message in messages_of(file, topics="/referee/calls")]
+    words = [json.loads(message.data)["message"] for _, _, message in messages_of(file, topics="/view/calls")]
     assert words == [call.text for call in synthetic.calls(40.0)]
-    calls = read_calls(file)
+    calls = calls_of(read_recorded(file))
     assert [(c.number, c.rule, c.players, c.poses, c.clock, c.round) for c in calls] == [
         (c.number, c.rule, c.players, c.poses, c.clock, 1) for c in synthetic.calls(40.0)
     ]
@@ -46,7 +45,8 @@ def test_tracks_are_read_back_with_roles_over_time(file):
 
 
 def test_the_game_and_the_zones_of_each_round_are_read_back(file):
-    assert read_setting(file) == Setting("sharks-and-minnows", {1: synthetic.zones(1), 2: synthetic.zones(2)})
+    zones = {number: synthetic.zones(number) for number in (1, 2)}
+    assert setting_of(read_recorded(file)) == Setting("sharks-and-minnows", zones)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.9])
@@ -89,8 +89,3 @@ def test_when_the_world_steps_back_in_time_the_track_is_what_happened(path):
     go_on(recorder, 4.0, 6.0)
     recorder.stop()
     np.testing.assert_allclose(read_tracks(path)["nemo"].times, np.arange(60) / 10)
-
-
-@pytest.mark.parametrize("theta", [0.0, 1.0, -3.0, 3.1, 7.0])
-def test_a_heading_survives_its_quaternion(theta):
-    assert np.exp(1j * heading_of(pose_of(0.0, 0.0, theta).orientation)) == pytest.approx(np.exp(1j * theta))

@@ -8,16 +8,18 @@ import pytest
 from msgspec import Struct
 
 from vrg.bus.messages import Zone
+from vrg.bus.topics import Keys
 from vrg.hal.sensors import SENSORS
-from vrg.recording import foxglove, records
+from vrg.recording import foxglove
 from vrg.recording.schemas import json_schema
 from vrg.regions import Circle, Polygon, Rectangle, Sector
 from vrg.types import Pose
 
-RECORDS = [
-    one for module in (foxglove, records) for one in vars(module).values()
+VIEWS = [
+    one for one in vars(foxglove).values()
     if isinstance(one, type) and issubclass(one, Struct) and one is not Struct
 ]  # fmt: skip
+MESSAGES = {line.message for line in Keys.lines()}
 READINGS = [SENSORS.get(name).message for name in SENSORS.names()]
 
 
@@ -43,8 +45,8 @@ def refuse(schema, path="it"):
                 pytest.fail(f"{here}: unsupported type {other}")
 
 
-@pytest.mark.parametrize("record", [*RECORDS, *READINGS])
-def test_viewers_accept_the_schema_of_every_record_and_of_every_sensor(record):
+@pytest.mark.parametrize("record", [*VIEWS, *sorted(MESSAGES, key=str), *READINGS])
+def test_viewers_accept_the_schema_of_every_message_and_of_every_view(record):
     text = json_schema(record)
     refuse(json.loads(text))
     assert b"$ref" not in text

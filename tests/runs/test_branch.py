@@ -13,6 +13,7 @@ from unittest import mock
 import pytest
 
 from tests.command_line import invoke
+from tests.recording.recordings import messages_of
 from tests.tiny import TINY
 from vrg.bus.messages import Call, Stage
 from vrg.commands.branching import Progress, progress_of
@@ -27,7 +28,6 @@ from vrg.games import strategies_of
 from vrg.launch import in_process
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
-from vrg.recording.mcap_reading import records_in
 from vrg.runs.branch import last_instant, play_branch
 from vrg.runs.change import Change, branch_of
 from vrg.runs.judged import judge_run
@@ -225,8 +225,9 @@ def test_only_what_is_changed_differs_from_then_on(run: RunFolder, tmp_path: Pat
 
 
 def readings_of(folder: RunFolder) -> dict[float, bytes]:
-    records = records_in(folder.recordings())
-    return {time: data for topic, _, time, data in records if topic == "/robot/ann/gps/main"}
+    [recording] = folder.recordings()
+    found = messages_of(recording, topics="/view/ann/gps/main")
+    return {message.log_time / 1e9: message.data for _, _, message in found}
 
 
 def read_calls(folder: RunFolder) -> list[Call]:

@@ -24,6 +24,7 @@ from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.recording import reader
+from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.recording.stops import Incident, IncidentKind, Rest, RobotStop, StopOutcome, Trajectory
 from vrg.runs.certificate import Certificate, certificate_of, data_of, summary_line
 from vrg.runs.events import Event, EventKind, EventLog
@@ -240,7 +241,7 @@ def stop_in_a_dead_world(
         at: the match time of the last clock, s. back: that from which the next world goes on, if it is another one.
     """
     run, setup, _ = played(folder, "", until=at + TICK)
-    ann = reader.read_motions(run.recordings())["ann"]
+    ann = reader.motions_of(read_recorded(run.recordings()))["ann"]
     log = EventLog(run.events)
     log.write(Event(what=EventKind.BEGAN, monotonic=50.0))
     for after, rolled, v in measured:
@@ -252,18 +253,18 @@ def stop_in_a_dead_world(
     log.write(Event(what=EventKind.ENDED, monotonic=103.0, time=at))
     virtual = certificate_of(setup, run)
     assert [stop.real for stop in virtual.stops] == [False] * 4, "virtual robots stand because the world stands"
-    read, since = reader.read_motions, at if back is None else back
+    read, since = reader.motions_of, at if back is None else back
 
-    def as_recorded(path: Sequence[Path]) -> dict[str, Trajectory]:
+    def as_recorded(recorded: RecordedMatch) -> dict[str, Trajectory]:
         """The next world has begun with every robot at rest."""
-        motions = read(path)
+        motions = read(recorded)
         v = [v if t < since - TICK / 2 else 0.0 for t, v in zip(ann.times, ann.v, strict=True)]
         rests = [rest if rest.end < since else Rest(rest.begin) for rest in ann.rests if rest.begin < since - TICK / 2]
         if not any(rest.end > since for rest in rests):
             rests.append(Rest(since))
         return {**motions, "ann": replace(ann, physical=True, v=v, rests=rests)}
 
-    monkeypatch.setattr(reader, "read_motions", as_recorded)
+    monkeypatch.setattr(reader, "motions_of", as_recorded)
     return next(stop for stop in certificate_of(setup, run).stops if stop.robot == "ann"), ann
 
 

@@ -5,11 +5,9 @@ from collections.abc import Sequence
 
 import pytest
 
-from vrg.bus.messages import BY_OFFICIAL, EMERGENCY_STOP, Call, Stage
+from vrg.bus.messages import BY_OFFICIAL, EMERGENCY_STOP, Call, Estop, EstopRelease, Stage
 from vrg.coordinator.journal import Record
 from vrg.coordinator.match import Checkpoint
-from vrg.recording.foxglove import time_of
-from vrg.recording.records import EstopRecord
 from vrg.recording.stops import Incident, IncidentKind
 from vrg.runs.events import Event, EventKind
 from vrg.runs.incidents import LAUNCHER_NAME, RunData, incidents_of
@@ -23,7 +21,7 @@ class Run:
     def __init__(self, *, logged: bool = True) -> None:
         self.records: list[Record] = []
         self.events: list[Event] = []
-        self.estops: list[tuple[float, EstopRecord]] = []
+        self.estops: list[tuple[float, Estop | EstopRelease]] = []
         self._calls = 0
         self._halted: str | None = None
         if logged:
@@ -153,7 +151,7 @@ def test_without_a_log_the_recording_tells_of_emergency_stops_and_without_it_the
     run = Run(logged=False).call("halt", 5.0, "emergency stop by eve: a dog").call("resume", 8.0)
     [journal] = run.incidents()
     assert (journal.kind, journal.time, journal.until, journal.resolution) == (IncidentKind.ESTOP, 5.0, 8.0, 0.1)
-    run.estops = [(4.94, EstopRecord(time_of(4.94), True, "eve", "a dog"))]
+    run.estops = [(4.94, Estop(by="eve", reason="a dog"))]
     [recorded] = run.incidents()
     assert (recorded.kind, recorded.time, recorded.until) == (IncidentKind.ESTOP, 4.94, 8.0)
     assert recorded.what == journal.what

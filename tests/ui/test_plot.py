@@ -13,7 +13,8 @@ from tests.ui import synthetic
 from tests.ui.pictures import kept_axes
 from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION
-from vrg.recording.reader import read_calls, read_tracks
+from vrg.recording.reader import calls_of, read_tracks
+from vrg.recording.recorded import read_recorded
 from vrg.regions import Circle, Rectangle
 from vrg.ui import plot
 from vrg.ui.labels import Labels
@@ -69,7 +70,7 @@ def test_a_zone_of_any_shape_is_drawn_with_its_name_in_its_middle(recorded, draw
 
 
 def test_many_calls_are_numbered_and_told_in_the_legend(recorded, drawn, tmp_path):
-    [tag, _] = read_calls(recorded)
+    [tag, _] = calls_of(read_recorded(recorded))
     calls = [tag_at(tag, n) for n in range(12)]
     plot_trajectories(recorded, tmp_path / "plot.png", calls=calls)
     [legend] = drawn[0].figure.legends
@@ -82,7 +83,7 @@ def test_many_calls_are_numbered_and_told_in_the_legend(recorded, drawn, tmp_pat
 
 
 def test_a_few_calls_are_told_beside_their_marks(recorded, drawn, tmp_path):
-    [tag, _] = read_calls(recorded)
+    [tag, _] = calls_of(read_recorded(recorded))
     plot_trajectories(recorded, tmp_path / "plot.png", calls=[tag_at(tag, n) for n in range(8)])
     assert {f"gill 0:{n:02d}.0 by bruce" for n in range(8)} <= set(words(drawn[0]))
 
@@ -194,7 +195,7 @@ def test_tracks_without_a_referee_are_plotted_whole(recorded, drawn, tmp_path):
         )
         for name, track in read_tracks(recorded).items()
     }
-    plot_trajectories(silent, tmp_path / "plot.png", calls=read_calls(recorded))
+    plot_trajectories(silent, tmp_path / "plot.png", calls=calls_of(read_recorded(recorded)))
     assert [axes.get_title() for axes in drawn] == ["", ""]
     assert "gill 0:09.0 with bruce" in words(drawn[0])
 

@@ -11,9 +11,7 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.colours import VERMILLION
 from vrg.games.game import Moment
-from vrg.recording.foxglove import Time
-from vrg.recording.reader import Thought
-from vrg.recording.records import CallRecord
+from vrg.recording.reader import RecordedCall, Thought
 from vrg.ui import plot, view
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.draw import Painter
@@ -64,7 +62,9 @@ def axes():
     return axes, plot.Labels(metre, (0.0, 0.0, 10.0, 10.0), [])
 
 
-CALL = CallRecord(Time(5, 0), 1, "dispatch", "", ["ann"], [], 1.0, 1)
+CALL = RecordedCall(
+    number=1, rule="dispatch", text="", players=("ann",), poses=(), clock=1.0, time=5.0, round=1,
+)  # fmt: skip
 
 
 def test_what_the_first_player_of_a_call_expected_is_in_the_plot(axes):

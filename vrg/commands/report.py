@@ -99,10 +99,11 @@ def findings_of(
         learned: what the fusion centre has learned of the odometry of each.
     """
     from vrg.fitting.report import findings
-    from vrg.recording.drives import Drive, read_drives
+    from vrg.recording.reader import Drive, drives_of
+    from vrg.recording.recorded import read_recorded
 
     recordings = folder.recordings()
-    drives = read_drives(recordings) if recordings else {}
+    drives = drives_of(read_recorded(recordings)) if recordings else {}
     found: dict[str, Findings] = {}
     for name, errors in learned.items():
         drive = drives.get(name, Drive())

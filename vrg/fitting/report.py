@@ -1,6 +1,6 @@
 """The findings of a match about one robot: how it follows commands, and what its odometry errs by."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from vrg.fitting.likeness import GROUPS, Errors, Likeness, likeness, spans_of
@@ -74,7 +74,7 @@ def findings(
     model: RobotModel,
     commands: Commands,
     motions: Motions,
-    poses: list[tuple[float, Pose]],
+    poses: Sequence[tuple[float, Pose]],
     learned: Mapping[str, tuple[float, float]],
 ) -> Findings:
     """The findings of a match about a robot.

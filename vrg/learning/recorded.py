@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 from msgspec import structs
 
-from vrg.agents.player import BY_REFEREE
 from vrg.agents.strategy import View
 from vrg.bus.messages import PlayerStatus, RefereeState, Report, Stage
 from vrg.config.rules import rulebook_of
@@ -96,16 +95,9 @@ def decisions(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Decision]:
         setup: of the match, as it was played: with its secret, if it had one.
 
     Raises:
-        ConfigError: as `check`; or the model of a robot is not known; or the referee has driven robots, and a recording
-            of an older release does not tell when.
+        ConfigError: as `check`; or the model of a robot is not known.
     """
     check(setup)
-    # A player that the referee drives always reports this; its strategy may, too.
-    if not recorded.leases and any(r.mode == BY_REFEREE for reports in recorded.reports.values() for _, r in reports):
-        raise ConfigError(
-            f"{setup.origin}: expected a recording that tells when the referee drove robots, got one of an older "
-            "release: leave this run out, or play the match again"
-        )
     learning, track, motion = learning_of(setup.game), _Track(recorded), VelocityEstimator()
     limits = rulebook_of(setup).speed_limits()
     robots = {player.name: player.robot for player in setup.players}

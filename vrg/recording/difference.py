@@ -37,7 +37,7 @@ class Difference:
 
 
 def first_difference(there: Sequence[Path], here: Sequence[Path], torn: list[Path]) -> Difference | None:
-    """The first record in which two recordings differ; None if there is none, as far as both go.
+    """The first message in which two recordings differ; None if there is none, as far as both go.
 
     Args:
         there, here: the parts of each, in their order. torn: where to note the parts that are torn or damaged.
@@ -50,17 +50,17 @@ def first_difference(there: Sequence[Path], here: Sequence[Path], torn: list[Pat
         if one is None or other is None:
             if torn:
                 return None
-            topic, _, time, _ = one or other
+            topic, time, _ = one or other
             words = ("nothing more", "one more record")
             return Difference(time, topic, "", words if one is None else words[::-1])
-        if (one[0], one[2]) != (other[0], other[2]):
-            first = min(one, other, key=lambda record: record[2])
-            return Difference(first[2], first[0], "", (_named(one), _named(other)))
-        if one[3] != other[3]:
-            found = next(_fields(*(_read(data, one[0]) for data in (one[3], other[3]))), None)
+        if one[:2] != other[:2]:
+            first = min(one, other, key=lambda record: record[1])
+            return Difference(first[1], first[0], "", (_named(one), _named(other)))
+        if one[2] != other[2]:
+            found = next(_fields(*(_read(data, one[0]) for data in (one[2], other[2]))), None)
             # Texts may differ where values do not, as those of 0 and -0.
-            field, *values = found or ("", *(data.decode(errors="replace") for data in (one[3], other[3])))
-            return Difference(one[2], one[0], field, (_shown(values[0]), _shown(values[1])))
+            field, *values = found or ("", *(data.decode(errors="replace") for data in (one[2], other[2])))
+            return Difference(one[1], one[0], field, (_shown(values[0]), _shown(values[1])))
     return None
 
 
@@ -76,8 +76,8 @@ def _read(data: bytes, topic: str) -> Any:
         raise MessageError(f"{topic}: expected JSON: {error}") from None
 
 
-def _named(record: tuple[str, dict[str, str], float, bytes]) -> str:
-    return f"{record[0]} of {record[2]:.3f} s"
+def _named(record: tuple[str, float, bytes]) -> str:
+    return f"{record[0]} of {record[1]:.3f} s"
 
 
 def _fields(one: Any, other: Any, place: str = "") -> Iterator[tuple[str, Any, Any]]:

@@ -206,8 +206,3 @@ def pose_of(x: float, y: float, theta: float, z: float = 0.0) -> Pose:
     """A planar pose in m and rad, `z` m above ground."""
     half = theta / 2
     return Pose(Vector3(x, y, z), Quaternion(0.0, 0.0, math.sin(half), math.cos(half)))
-
-
-def heading_of(orientation: Quaternion) -> float:
-    """The heading in rad, -pi to pi, of a rotation about the vertical axis."""
-    return math.remainder(2 * math.atan2(orientation.z, orientation.w), 2 * math.pi)

@@ -5,16 +5,16 @@ RosOut there.
 """
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
+from vrg.bus.names import chunk_of
 from vrg.types import Vector
 
+VIEW: Final = "/view/"
+"""The beginning of the topics that only viewers read."""
 FIELD_OF_VIEW: Final = 45.0
 """The vertical angle of the camera's view, degrees."""
-_PLAIN: Final = re.compile(r"[\w/.-]+", re.ASCII)
-"""A topic that a path to a value of a message may hold without quotation marks."""
 
 
 def foxglove_layout(scans: Mapping[str, Sequence[str]], middle: Vector, width: float) -> dict[str, Any]:
@@ -24,8 +24,8 @@ def foxglove_layout(scans: Mapping[str, Sequence[str]], middle: Vector, width: f
         scans: the sensors of each robot that are drawn as scans, such as `laser/front`, by the robot's name.
         middle: where the camera looks, m. width: how much of the field it shows, m.
     """
-    shown = ["/map", "/field", "/scene"]
-    hidden = [f"/robot/{robot}/{sensor}" for robot, sensors in scans.items() for sensor in sensors]
+    shown = [f"{VIEW}{part}" for part in ("map", "field", "scene")]
+    hidden = [f"{VIEW}{robot}/{sensor}" for robot, sensors in scans.items() for sensor in sensors]
     panels: dict[str, dict[str, Any]] = {
         "3D!match": {
             "cameraState": {
@@ -41,13 +41,15 @@ def foxglove_layout(scans: Mapping[str, Sequence[str]], middle: Vector, width: f
                 **{topic: {"visible": False, "pointSize": 3} for topic in hidden},
             },
         },
-        "RosOut!calls": {"topicToRender": "/referee/calls", "minLogLevel": 1, "searchTerms": []},
+        "RosOut!calls": {"topicToRender": f"{VIEW}calls", "minLogLevel": 1, "searchTerms": []},
         "StateTransitions!stage": {
             "paths": [{"value": "/referee/state.stage", "label": "stage", "timestampMethod": "receiveTime"}],
             "isSynced": True,
         },
-        "Plot!speed": _plot("Speed, m/s", scans, "twist", "v"),
-        "Plot!battery": _plot("Battery, 0 to 1", scans, "battery", "charge"),
+        "Plot!speed": _plot("Speed, m/s", {robot: f"/poses.bodies[:]{{name==\"{robot}\"}}.twist.v" for robot in scans}),
+        "Plot!battery": _plot(
+            "Battery, 0 to 1", {robot: f"/player/{chunk_of(robot)}/report.battery" for robot in scans}
+        ),
     }  # fmt: skip
     return {
         "configById": panels,
@@ -63,15 +65,11 @@ def foxglove_layout(scans: Mapping[str, Sequence[str]], middle: Vector, width: f
     }
 
 
-def _plot(title: str, robots: Mapping[str, Sequence[str]], topic: str, value: str) -> dict[str, Any]:
+def _plot(title: str, values: Mapping[str, str]) -> dict[str, Any]:
+    """A plot of values, whose paths are by their labels."""
     paths = [
-        {
-            "value": f"{_quoted(f'/robot/{robot}/{topic}')}.{value}",
-            "label": robot,
-            "enabled": True,
-            "timestampMethod": "receiveTime",
-        }
-        for robot in robots
+        {"value": path, "label": label, "enabled": True, "timestampMethod": "receiveTime"}
+        for label, path in values.items()
     ]
     return {
         "title": title,
@@ -81,10 +79,6 @@ def _plot(title: str, robots: Mapping[str, Sequence[str]], topic: str, value: st
         "legendDisplay": "left",
         "isSynced": True,
     }
-
-
-def _quoted(topic: str) -> str:
-    return topic if _PLAIN.fullmatch(topic) else f'"{topic}"'
 
 
 def _split(direction: str, first: object, second: object, percentage: int) -> dict[str, Any]:

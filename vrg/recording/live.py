@@ -56,15 +56,14 @@ class LiveServer:
         except RuntimeError as error:
             raise OSError(f"no server for Foxglove at {host}:{port}: {error}") from error
 
-    def write(self, topic: str, record: Struct, stamp: float, sequence: int, *, physical: bool = False) -> None:
+    def write(self, topic: str, record: Struct, stamp: float, sequence: int) -> None:
         """Send a message; see `vrg.recording.mcap_file.McapFile.write`."""
         channel = self._channels.get(topic)
         if channel is None:
             kind = type(record)
             schema = foxglove.Schema(name=schema_name(kind), encoding="jsonschema", data=json_schema(kind))
-            metadata = {"physical": "true"} if physical else {}
             channel = self._channels[topic] = foxglove.Channel(
-                topic, message_encoding="json", schema=schema, metadata=metadata, context=self._context
+                topic, message_encoding="json", schema=schema, context=self._context
             )
         self._newest[topic] = self._encode(record), round(stamp * 1e9)
         channel.log(self._newest[topic][0], log_time=self._newest[topic][1])

@@ -47,12 +47,11 @@ class McapFile:
             self.abandon()
             raise
 
-    def write(self, topic: str, record: Struct, stamp: float, sequence: int, *, physical: bool = False) -> None:
+    def write(self, topic: str, record: Struct, stamp: float, sequence: int) -> None:
         """Add a message.
 
         Args:
             stamp: match time, s. sequence: the publisher's.
-            physical: the topic is of a physical robot. It counts for the first message of a topic.
         """
         channel = self._channels.get(topic)
         if channel is None:
@@ -60,8 +59,7 @@ class McapFile:
             if kind not in self._schemas:
                 schema = self._writer.register_schema(schema_name(kind), "jsonschema", json_schema(kind))
                 self._schemas[kind] = schema
-            metadata = {"physical": "true"} if physical else {}
-            channel = self._writer.register_channel(topic, "json", self._schemas[kind], metadata)
+            channel = self._writer.register_channel(topic, "json", self._schemas[kind])
             self._channels[topic] = channel
         time = round(stamp * 1e9)
         self._writer.add_message(channel, time, self._encode(record), time, sequence)

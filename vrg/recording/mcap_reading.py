@@ -1,4 +1,4 @@
-"""Reads the records of recordings, in the order in which they were written.
+"""Reads the messages in recordings, in the order in which they were written.
 
 A file that is torn, because its recorder was killed or its disk was full, is read as far as it goes.
 """
@@ -6,19 +6,22 @@ A file that is torn, because its recorder was killed or its disk was full, is re
 import struct
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import Final
 
+import mcap.records
 import msgspec
 import zstandard
 from mcap.exceptions import EndOfFile, McapError
-from mcap.records import Channel, Chunk, McapRecord, Message
+from mcap.records import Channel, Chunk, McapRecord
 from mcap.stream_reader import StreamReader, breakup_chunk
 
+from vrg.bus.messages import Message
+from vrg.bus.topics import Keys
 from vrg.errors import FileError, MessageError
 from vrg.files import decoded, opened
+from vrg.hal.sensors import message_class
+from vrg.recording.layout import VIEW
 from vrg.recording.schemas import schema_name
-
-R = TypeVar("R", bound=msgspec.Struct)
 
 LONGEST: Final = 16_000_000
 """The bytes that a chunk may have, also unpacked. A recorder begins a new one after 1 MiB, and a picture may follow."""
@@ -28,10 +31,38 @@ _DAMAGED: Final = (McapError, struct.error, zstandard.ZstdError, ValueError, Loo
 """Those where the bytes of a record are not such as it has."""
 
 
-def records_in(
-    path: Path | Sequence[Path], torn: list[Path] | None = None
-) -> Iterator[tuple[str, dict[str, str], float, bytes]]:
-    """Read every record of a recording that is whole.
+_KEYS = Keys("recorded")
+"""The key map by which topics are recognised: they are the keys of a match below the part that names it."""
+_EARLIER = ("/scene", "/map")
+"""Topics that recordings of earlier releases have, and no other."""
+
+
+def messages_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> Iterator[tuple[str, float, Message]]:
+    """Read the messages of a recording that are whole; see `records_in`.
+
+    Yields:
+        the key of each below that of the match, such as `/robot/ann/pose`; its match time in s; and the message.
+
+    Raises:
+        OSError: a file cannot be read.
+        MessageError: it is not a recording of this release, or one of its messages is no such message.
+    """
+    decoders: dict[str, msgspec.json.Decoder[Message] | None] = {}
+    for topic, stamp, data in records_in(path, torn):
+        if topic not in decoders:
+            known = _KEYS.topic_of(f"{_KEYS.root}{topic}", message_class)
+            decoders[topic] = None if known is None else msgspec.json.Decoder(known.type)
+        decoder = decoders[topic]
+        if decoder is not None:  # readings of a sensor that is not installed here are left out
+            try:
+                message = decoded(decoder, data)
+            except FileError as error:
+                raise MessageError(f"{topic}: expected {schema_name(decoder.type)}: {error}") from None
+            yield topic, stamp, message
+
+
+def records_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> Iterator[tuple[str, float, bytes]]:
+    """Read the JSON of every message of a recording that is whole, without what only viewers read.
 
     A chunk that is damaged is left out. What stands behind the last chunk whose end can be found is left out, too.
 
@@ -40,11 +71,11 @@ def records_in(
         torn: where to note the files that are torn or damaged.
 
     Yields:
-        the topic, the channel's metadata, the match time in s, and the JSON of the record.
+        the topic, the match time in s, and the JSON.
 
     Raises:
         OSError: a file cannot be read.
-        MessageError: it is not an MCAP file.
+        MessageError: it is not an MCAP file, or one of an earlier release.
     """
     if not isinstance(path, Path):
         for part in path:
@@ -71,9 +102,15 @@ def records_in(
             whole = whole and unpacked is not None
             for inner in unpacked or ():
                 if isinstance(inner, Channel):
-                    channels[inner.id] = inner
-                elif isinstance(inner, Message) and (channel := channels.get(inner.channel_id)) is not None:
-                    yield channel.topic, channel.metadata, inner.log_time / 1e9, inner.data
+                    if inner.topic in _EARLIER:
+                        raise MessageError(
+                            f"{path}: expected a recording of this release, got one of an earlier VRG: look at it with "
+                            "that, or with Foxglove; `vrg run judge` needs the evidence alone"
+                        )
+                    if not inner.topic.startswith(VIEW):
+                        channels[inner.id] = inner
+                elif isinstance(inner, mcap.records.Message) and (channel := channels.get(inner.channel_id)):
+                    yield channel.topic, inner.log_time / 1e9, inner.data
     if not whole and torn is not None:
         torn.append(path)
 
@@ -89,15 +126,3 @@ def _unpacked(chunk: Chunk) -> list[McapRecord] | None:
         return breakup_chunk(chunk, validate_crc=True) if size <= LONGEST else None
     except _DAMAGED:
         return None
-
-
-def decode(data: bytes, record: type[R], topic: str) -> R:
-    """Decode the JSON of one record.
-
-    Raises:
-        MessageError: it is not such a record.
-    """
-    try:
-        return decoded(msgspec.json.Decoder(record), data)
-    except FileError as error:
-        raise MessageError(f"{topic}: expected {schema_name(record)}: {error}") from None

@@ -1,23 +1,22 @@
-"""Reads a recording back: where each robot was, and what the referee called.
+"""What a recording tells: where each robot was and how it moved, what the referee called, what players thought.
 
-A file that is torn, because its recorder was killed or its disk was full, is read as far as it goes.
+Each is a function of the messages, which are read in one pass; see `vrg.recording.recorded`.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import structs
 
-from vrg.bus.messages import FieldObject, Sighting, Stage, Stroke, Zone, at_rest
-from vrg.recording.foxglove import PoseInFrame, SceneUpdate, heading_of
-from vrg.recording.mcap_reading import decode, records_in
-from vrg.recording.records import CallRecord, EstopRecord, RestRecord, SightingsRecord, StateRecord, TwistRecord
-from vrg.recording.sketches import strokes_of
+from vrg.bus.messages import Body, Call, Clock, FieldObject, RefereeState, Sighting, Stage, Stroke, Zone, at_rest
+from vrg.recording.recorded import RecordedMatch, newest, read_recorded
 from vrg.recording.stops import MAX_POSE_INTERVAL, Rest, Trajectory, rests_of
-from vrg.types import STILL, Twist
+from vrg.types import Pose, Twist
 
 
 @dataclass(frozen=True)
@@ -59,24 +58,8 @@ class Setting:
     objects: Sequence[FieldObject] = ()
 
 
-_Referee = tuple[str, str, int, bool]
-"""The referee's last state of a player: its role, its state, the round, and whether that is being played."""
-
-
-@dataclass
-class _Samples:
-    physical: bool
-    poses: list[tuple[float, float, float, float]] = field(default_factory=list)
-    referee: list[_Referee] = field(default_factory=list)
-
-    def add(self, time: float, record: PoseInFrame, said: _Referee) -> None:
-        # After a restart from a snapshot time steps back: what was recorded beyond it did not happen.
-        while self.poses and self.poses[-1][0] >= time:
-            self.poses.pop()
-            self.referee.pop()
-        position = record.pose.position
-        self.poses.append((time, position.x, position.y, heading_of(record.pose.orientation)))
-        self.referee.append(said)
+_Seen = tuple[float, Body, RefereeState | None]
+"""Where a robot was at a match time, s, and what the referee had said by then."""
 
 
 def read_tracks(path: Path | Sequence[Path], torn: list[Path] | None = None) -> dict[str, RobotPoses]:
@@ -88,43 +71,48 @@ def read_tracks(path: Path | Sequence[Path], torn: list[Path] | None = None) -> 
 
     Raises:
         OSError: the file cannot be read.
-        MessageError: it is not a recording of this program.
+        MessageError: it is not a recording of this release.
     """
-    samples: dict[str, _Samples] = {}
-    roles: dict[str, tuple[str, str]] = {}
-    match = (0, False)
-    for topic, metadata, stamp, data in records_in(path, torn):
-        if topic == "/referee/state":
-            state = decode(data, StateRecord, topic)
-            roles = {p.name: (p.role, p.state) for p in state.players}
-            match = (state.round, state.stage == Stage.PLAY_ROUND)
-        elif (name := _robot_of_pose(topic)) is not None:
-            if name not in samples:
-                samples[name] = _Samples(metadata.get("physical") == "true")
-            samples[name].add(stamp, decode(data, PoseInFrame, topic), (*roles.get(name, ("", "")), *match))
-    return {name: _track(name, of) for name, of in samples.items()}
+    recorded = read_recorded(path)
+    if torn is not None:
+        torn += recorded.torn
+    return tracks_of(recorded)
 
 
-def read_calls(path: Path | Sequence[Path]) -> list[CallRecord]:
-    """Read the referee's calls in the order of their numbers. Argument and errors are those of `read_tracks`."""
-    topic = "/referee/event"
-    calls = [decode(data, CallRecord, topic) for at, _, _, data in records_in(path) if at == topic]
-    return sorted(calls, key=lambda call: call.number)
+def tracks_of(recorded: RecordedMatch) -> dict[str, RobotPoses]:
+    """Each robot's track, by name."""
+    found: dict[str, list[_Seen]] = {}
+    for stamp, poses in recorded.poses:
+        state = newest(recorded.states, stamp)
+        for body in poses.bodies:
+            found.setdefault(body.name, []).append((stamp, body, state))
+    return {name: _track(name, seen) for name, seen in found.items()}
 
 
-def read_setting(path: Path | Sequence[Path]) -> Setting:
-    """Read the game and its field. Argument and errors are those of `read_tracks`."""
-    game = ""
+class RecordedCall(Call, frozen=True, kw_only=True):
+    """A call of the referee, with the match time at which it was made, s, and the round that was being played."""
+
+    time: float
+    round: int
+
+
+def calls_of(recorded: RecordedMatch) -> list[RecordedCall]:
+    """The referee's calls in the order of their numbers."""
+    found = []
+    for stamp, call in recorded.calls:
+        state = newest(recorded.states, stamp)
+        found.append(RecordedCall(**structs.asdict(call), time=stamp, round=0 if state is None else state.round))
+    return sorted(found, key=lambda call: call.number)
+
+
+def setting_of(recorded: RecordedMatch) -> Setting:
+    """The game and its field."""
     zones: dict[int, tuple[Zone, ...]] = {}
-    objects: tuple[FieldObject, ...] = ()
-    for topic, _, _, data in records_in(path):
-        if topic == "/referee/state":
-            state = decode(data, StateRecord, topic)
-            game = state.game
-            if state.stage == Stage.PLAY_ROUND or state.round not in zones:
-                zones[state.round] = state.zones
-            objects = state.objects
-    return Setting(game, zones, objects)
+    for _, state in recorded.states:
+        if state.stage == Stage.PLAY_ROUND or state.round not in zones:
+            zones[state.round] = state.zones
+    last = recorded.states[-1][1] if recorded.states else None
+    return Setting("" if last is None else last.game, zones, () if last is None else last.objects)
 
 
 @dataclass(frozen=True)
@@ -137,28 +125,45 @@ class Thought:
 
     player: str
     time: float
-    strokes: list[Stroke]
+    strokes: Sequence[Stroke]
 
 
-def read_sightings(path: Path | Sequence[Path]) -> dict[str, list[Sighting]]:
-    """Read the sightings that each player has reported. Argument and errors are those of `read_tracks`."""
-    found: dict[str, list[Sighting]] = {}
-    for topic, _, _, data in records_in(path):
-        match topic.split("/"):
-            case ["", "player", name, "sightings"]:
-                found.setdefault(name, []).extend(decode(data, SightingsRecord, topic).seen)
-    return found
+def sightings_of(recorded: RecordedMatch) -> dict[str, list[Sighting]]:
+    """The sightings that each player has reported."""
+    return {name: [s for _, told in of for s in told.seen] for name, of in recorded.sightings.items()}
 
 
-def read_sketches(path: Path | Sequence[Path]) -> list[Thought]:
-    """Read what players have sketched, in the order of time. Argument and errors are those of `read_tracks`."""
-    found = []
-    for topic, _, stamp, data in records_in(path):
-        match topic.split("/"):
-            case ["", "player", name, "sketch"]:
-                entities = decode(data, SceneUpdate, topic).entities
-                found.append(Thought(name, stamp, [s for entity in entities for s in strokes_of(entity)]))
+def thoughts_of(recorded: RecordedMatch) -> list[Thought]:
+    """What players have sketched, in the order of time."""
+    found = [Thought(name, stamp, s.strokes) for name, of in recorded.sketches.items() for stamp, s in of]
     return sorted(found, key=lambda thought: thought.time)
+
+
+@dataclass(frozen=True)
+class Drive:
+    """The motion of one robot, and its commands. Each entry begins with its match time, s, and they are in that order.
+
+    Args:
+        commands: the motions that it was commanded to make, after all limits.
+        motions: its pose since its odometry began, and its velocity, as it measured them.
+        poses: where it was on the map.
+    """
+
+    commands: Sequence[tuple[float, Twist]] = ()
+    motions: Sequence[tuple[float, Pose, Twist]] = ()
+    poses: Sequence[tuple[float, Pose]] = ()
+
+
+def drives_of(recorded: RecordedMatch) -> dict[str, Drive]:
+    """How the robots were driven that the fusion centre located, by name."""
+    return {
+        name: Drive(
+            recorded.commands.get(name, ()),
+            [(stamp, motion.odometry, motion.twist) for stamp, motion in motions],
+            [(stamp, measured.pose) for stamp, measured in recorded.measured.get(name, ())],
+        )
+        for name, motions in recorded.motions.items()
+    }
 
 
 SAME_PLACE = 1e-6
@@ -167,104 +172,111 @@ MEASURED_PLACE = 0.03
 """The distance in m below which two places of a physical robot are the same, as far as fixes tell."""
 
 
+class _Start(NamedTuple):
+    """The beginning of a rest, or of a motion.
+
+    Args:
+        since: the match time of the tick of the world at which it began, s. at_rest: whether it is a rest.
+        resolution: how long before that it was last known to move, or to be at rest somewhere else, s.
+        stayed: whether the robot was seen shortly before, or before at the same place.
+    """
+
+    since: float
+    at_rest: bool
+    resolution: float
+    stayed: bool
+
+
 @dataclass
 class _Moves:
-    """The motion of one robot in a recording: places, velocities, and the times at which it came to rest or moved."""
+    """The motion of one robot in a recording: places, speeds, and the times at which it came to rest or moved."""
 
     physical: bool
     places: list[tuple[float, float, float]] = field(default_factory=list)
-    twists: list[tuple[float, Twist]] = field(default_factory=list)
-    rests: list[tuple[float, RestRecord, bool]] = field(default_factory=list)
-    """Each record with its match time, and whether the robot was seen shortly before, or before at the same place."""
+    twists: list[Twist] = field(default_factory=list)
+    starts: list[_Start] = field(default_factory=list)
+    _rest: float | None = None
+    _known: tuple[float, int] | None = None
+    """When it was last known to move, or to be at rest as was seen then: match time in s, and the epoch."""
 
-    def step_back(self, time: float) -> None:
-        """Drop what was recorded beyond a match time to which the world has stepped back: it did not happen."""
-        while self.places and self.places[-1][0] >= time:
-            self.places.pop()
-        while self.twists and self.twists[-1][0] >= time:
-            self.twists.pop()
-        while self.rests and self.rests[-1][0] >= time:
-            self.rests.pop()
+    def add(self, stamp: float, body: Body, clock: Clock | None) -> None:
+        """Add where it was at a match time, s. Not all poses are recorded, but each tells since when it is at rest.
 
-    def add_rest(self, time: float, record: RestRecord) -> None:
-        """Add a record of a rest, after the place at the same time."""
-        (before, *there), (now, *here) = self.places[-2:] if len(self.places) > 1 else ((-math.inf, 0.0, 0.0),) * 2
+        Args:
+            clock: the last one before.
+        """
+        self.places.append((stamp, body.pose.x, body.pose.y))
+        self.twists.append(body.twist)
+        measured, moves, epoch = stamp - body.age, not at_rest(body.twist), 0 if clock is None else clock.epoch
+        same = bool(self.starts) and self._rest == body.rest
+        if moves or same:
+            self._known = measured, epoch
+        # Of a physical robot that is not measured any more its next place tells whether it has moved.
+        if same or (body.physical and body.rest is None and not moves):
+            return
+        self._rest = body.rest
+        since = measured if body.rest is None else body.rest
+        resolution = clock.time / clock.tick if clock is not None and clock.tick else 0.0
+        known, its_epoch = self._known or (since, epoch)
+        # A physical robot is measured less often than the world ticks. A world that goes on from a snapshot knows
+        # nothing of the time before, of which perhaps nothing was heard.
+        if body.physical or its_epoch != epoch:
+            resolution = max(resolution, since - known)
+        self.starts.append(_Start(since, body.rest is not None, round(resolution, 6), self._stayed()))
+
+    def _stayed(self) -> bool:
+        if len(self.places) < 2:
+            return False
+        (before, *there), (now, *here) = self.places[-2:]
         # A world that was started again during a HALT counts rests anew.
         # So does one in which a physical robot was not measured for a while.
         seen = now - before <= MAX_POSE_INTERVAL and not self.physical
-        stayed = seen or math.dist(there, here) < (MEASURED_PLACE if self.physical else SAME_PLACE)
-        self.rests.append((time, record, before > -math.inf and stayed))
+        return seen or math.dist(there, here) < (MEASURED_PLACE if self.physical else SAME_PLACE)
 
     def motion(self, name: str) -> Trajectory:
-        speeds = dict(self.twists)
         times = [time for time, _, _ in self.places]
-        twists = [speeds.get(time, STILL) for time in times]
-        # A recording of an older release does not tell since when; then the samples alone must do.
-        rests = self._spells() if self.rests else rests_of(times, list(map(at_rest, twists)))
+        # Of a physical robot that was never measured the samples alone tell when it was at rest.
+        rests = self._spells() if self.starts else rests_of(times, list(map(at_rest, self.twists)))
         return Trajectory(
             name, self.physical, times, [p[1] for p in self.places], [p[2] for p in self.places],
-            [twist.speed for twist in twists], rests,
+            [twist.speed for twist in self.twists], rests,
         )  # fmt: skip
 
     def _spells(self) -> list[Rest]:
         spells: list[Rest] = []
-        begun: RestRecord | None = None
-        for _, record, seen in self.rests:
+        begun: _Start | None = None
+        for start in self.starts:
             if begun is not None:
-                if record.at_rest and (seen or record.since <= begun.since):
+                if start.at_rest and (start.stayed or start.since <= begun.since):
                     # It has moved for less than the time between two records, or a world that began anew counts anew.
                     continue
-                spells.append(Rest(begun.since, max(begun.since, record.since - record.resolution), begun.resolution))
-            begun = record if record.at_rest else None
+                spells.append(Rest(begun.since, max(begun.since, start.since - start.resolution), begun.resolution))
+            begun = start if start.at_rest else None
         return spells if begun is None else [*spells, Rest(begun.since, resolution=begun.resolution)]
 
 
-def read_motions(path: Path | Sequence[Path]) -> dict[str, Trajectory]:
-    """Read how each robot moved and stood, by name. Argument and errors are those of `read_tracks`."""
+def motions_of(recorded: RecordedMatch) -> dict[str, Trajectory]:
+    """How each robot moved and stood, by name."""
     found: dict[str, _Moves] = {}
-    for topic, metadata, stamp, data in records_in(path):
-        match topic.split("/"):
-            case ["", "robot", name, "pose"]:
-                moves = found.setdefault(name, _Moves(metadata.get("physical") == "true"))
-                moves.step_back(stamp)
-                position = decode(data, PoseInFrame, topic).pose.position
-                moves.places.append((stamp, position.x, position.y))
-            case ["", "robot", name, "twist"] if name in found:
-                found[name].twists.append((stamp, decode(data, TwistRecord, topic).twist))
-            case ["", "robot", name, "rest"] if name in found:
-                found[name].add_rest(stamp, decode(data, RestRecord, topic))
+    for stamp, poses in recorded.poses:
+        clock = newest(recorded.clocks, stamp)
+        for body in poses.bodies:
+            found.setdefault(body.name, _Moves(body.physical)).add(stamp, body, clock)
     return {name: moves.motion(name) for name, moves in found.items()}
 
 
-def read_estops(path: Path | Sequence[Path]) -> list[tuple[float, EstopRecord]]:
-    """Read the orders that engaged and released the emergency stop, with the match time of each, s.
-
-    Argument and errors are those of `read_tracks`.
-    """
-    topic = "/estop"
-    return [(stamp, decode(data, EstopRecord, topic)) for at, _, stamp, data in records_in(path) if at == topic]
-
-
-def _track(name: str, samples: _Samples) -> RobotPoses:
-    poses = np.array(samples.poses, dtype=np.float64).reshape(-1, 4)
+def _track(name: str, seen: Sequence[_Seen]) -> RobotPoses:
+    said = [state for _, _, state in seen]
+    own = [None if state is None else state.player(name) for state in said]
     return RobotPoses(
         name=name,
-        physical=samples.physical,
-        times=poses[:, 0],
-        x=poses[:, 1],
-        y=poses[:, 2],
-        theta=poses[:, 3],
-        roles=[role for role, _, _, _ in samples.referee],
-        states=[state for _, state, _, _ in samples.referee],
-        rounds=np.array([number for _, _, number, _ in samples.referee], dtype=np.int64),
-        playing=np.array([playing for _, _, _, playing in samples.referee], dtype=np.bool_),
+        physical=seen[0][1].physical,
+        times=np.array([stamp for stamp, _, _ in seen]),
+        x=np.array([body.pose.x for _, body, _ in seen]),
+        y=np.array([body.pose.y for _, body, _ in seen]),
+        theta=np.array([math.remainder(body.pose.theta, math.tau) for _, body, _ in seen]),
+        roles=["" if player is None else player.role for player in own],
+        states=["" if player is None else player.state for player in own],
+        rounds=np.array([0 if state is None else state.round for state in said], dtype=np.int64),
+        playing=np.array([state is not None and state.stage == Stage.PLAY_ROUND for state in said], dtype=np.bool_),
     )
-
-
-def _robot_of_pose(topic: str) -> str | None:
-    """The robot whose pose this topic is, or None for another topic."""
-    match topic.split("/"):
-        case ["", "robot", name, "pose"]:
-            return name
-        case _:
-            return None

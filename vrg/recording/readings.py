@@ -1,4 +1,4 @@
-"""The records of sensors' readings: types that viewers draw, where there is one, otherwise the message as it is."""
+"""What is recorded of readings: a type that viewers draw, where there is one, otherwise the message as it is."""
 
 import math
 from typing import Any, Final
@@ -19,8 +19,8 @@ _DIGITS: Final = 6
 
 def records_of(
     reading: SensorMessage, spec: SensorSpec | None, at: fg.Time, name: str, where: Pose | None
-) -> list[tuple[str, Struct]]:
-    """The records of one reading, each with what its topic ends in after the topic of the sensor.
+) -> list[Struct]:
+    """What is recorded of one reading: types of `vrg.recording.foxglove`, or the message.
 
     Args:
         spec: of the sensor; None if it is not known. Then the message is recorded as it is.
@@ -29,17 +29,17 @@ def records_of(
     """
     match None if spec is None else spec.depict(reading):
         case Rays() as rays:
-            return [] if where is None else [("", _scan(rays, at, where))]
+            return [] if where is None else [_scan(rays, at, where)]
         case Cones() as cones:
-            drawn = [] if where is None else [("/cones", fg.SceneUpdate([], [cones_entity(name, cones, where, at)]))]
+            drawn = [] if where is None else [fg.SceneUpdate([], [cones_entity(name, cones, where, at)])]
             fields = {name: _rounded(getattr(reading, name)) for name in reading.__struct_fields__}
-            return [("", structs.replace(reading, **fields)), *drawn]
+            return [structs.replace(reading, **fields), *drawn]
         case Picture() as picture:
-            return [("", fg.CompressedImage(at, name, picture.png, "png"))]
+            return [fg.CompressedImage(at, name, picture.png, "png")]
         case Fix() as fix:
             return _place(fix, at)
         case _:
-            return [("", reading)]
+            return [reading]
 
 
 def _scan(rays: Rays, at: fg.Time, where: Pose) -> fg.LaserScan:
@@ -50,13 +50,13 @@ def _scan(rays: Rays, at: fg.Time, where: Pose) -> fg.LaserScan:
     return fg.LaserScan(at, fg.FRAME_ID, fg.pose_of(pose.x, pose.y, pose.theta), rays.first, end, ranges, [])
 
 
-def _place(fix: Fix, at: fg.Time) -> list[tuple[str, Struct]]:
+def _place(fix: Fix, at: fg.Time) -> list[Struct]:
     """The place on the earth in degrees. Without a fix there is no record: a viewer would show the place (0, 0)."""
     if fix.latitude is None or fix.longitude is None:
         return []
     # The ninth decimal of a degree is a tenth of a millimetre.
     latitude, longitude = round(math.degrees(fix.latitude), 9), round(math.degrees(fix.longitude), 9)
-    return [("", fg.LocationFix(at, fg.FRAME_ID, latitude, longitude))]
+    return [fg.LocationFix(at, fg.FRAME_ID, latitude, longitude)]
 
 
 def _rounded(value: Any) -> Any:

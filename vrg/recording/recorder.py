@@ -1,23 +1,15 @@
 """The recorder: a match in one MCAP file that Foxglove and Lichtblick open, and `vrg.recording.reader` reads back.
 
-Topics:
+It writes what was published, one topic a key: `/referee/state`, `/poses`, `/player/NAME/report` and so on are the keys
+of the bus below that of the match, and what is on them are the messages, as JSON. Of the clock the newest one is
+written with what arrived until then. Beside them are the views that a viewer cannot make of messages:
 
-- `/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/field`: the zones as outlines,
-  when they change. `/map`: walls and obstacles, once.
-- `/robot/<robot>/pose`: where the world shows a robot. `/robot/<robot>/measured`: a physical robot's measured pose.
-- `/robot/<robot>/motion`: what a robot that the fusion centre locates has measured of its motion.
-  `/robot/<robot>/fix/<source>`: where a source of fixes has seen it.
-- `/robot/<robot>/twist`: how it moves. `/robot/<robot>/command`: the motion that was last commanded, after all
-  limits.
-- `/robot/<robot>/rest`: whether it is at rest, and since which tick of the world, when that changes.
-- `/robot/<robot>/battery`: the charge of its battery, when it changes by a thousandth.
-- `/robot/<robot>/<kind>/<sensor>`: the readings of its sensors, as their specs want it: see `vrg.recording.readings`.
-- `/player/<player>/report`: what a player says of itself, when it changes.
-- `/player/<player>/sightings`: the unknown robots that it has reported to the referee.
-- `/player/<player>/sketch`: what it wants to be shown about what it thinks, at most once in SKETCH_EVERY.
-- `/referee/state`: the state of the match.
-- `/estop`: the orders that engage and release the emergency stop.
-- `/referee/calls`: the calls in words for the viewer's log panel. `/referee/event`: the same with players and places.
+- `/view/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/view/field`: the zones as
+  outlines, when they change. `/view/map`: walls and obstacles, once.
+- `/view/robot/NAME`: where the world shows a robot. `/view/sketch/NAME`: what a player has sketched, in the scene.
+- `/view/NAME/KIND/SENSOR`: the scan, the picture, the cones or the place on the earth of a sensor, as its spec wants
+  it. A scan and a picture are not written as messages besides: see `vrg.recording.readings`.
+- `/view/calls`: the calls in words for the viewer's log panel.
 
 Times are match time in ns.
 """
@@ -29,7 +21,6 @@ from pathlib import Path
 from typing import BinaryIO, ClassVar, Final
 
 from msgspec import Struct
-from msgspec.structs import replace
 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
@@ -41,23 +32,11 @@ from vrg.games import UNKNOWN_GAME, game_of
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.spec import Recorded
 from vrg.recording import foxglove as fg
+from vrg.recording.layout import VIEW
 from vrg.recording.mcap_file import McapFile
 from vrg.recording.readings import records_of
-from vrg.recording.records import (
-    BatteryRecord,
-    CallRecord,
-    EstopRecord,
-    MotionRecord,
-    PlayerRecord,
-    ReportRecord,
-    RestRecord,
-    SightingsRecord,
-    StateRecord,
-    TwistRecord,
-)
-from vrg.recording.scene import flag_entity, obstacle_entity, robot_entity, zone_entity
+from vrg.recording.scene import flag_entity, obstacle_entity, robot_entity, sketch_entity, zone_entity
 from vrg.recording.sink import Sink
-from vrg.recording.sketches import sketch_entity
 from vrg.regions import Region
 from vrg.types import Pose
 
@@ -114,18 +93,15 @@ class Recorder(Node):
         self._models = dict(models or {})
         self._obstacles = tuple(obstacles)
         self._map_written = not self._obstacles
+        self._root = keys.root
         self._clock = mailbox.subscribe(keys.clock)
-        self._poses = mailbox.subscribe(keys.poses)
-        self._measured = mailbox.subscribe(keys.robot_pose())
-        self._motions = mailbox.subscribe(keys.motion())
-        self._fixes = mailbox.subscribe(keys.fixes())
         self._state = mailbox.subscribe(keys.referee_state)
         self._calls = mailbox.subscribe(keys.referee_event)
-        self._reports = mailbox.subscribe(keys.report())
-        self._sightings = mailbox.subscribe(keys.sightings())
         self._sketches = mailbox.subscribe(keys.sketch())
-        self._estops = mailbox.subscribe(keys.estop)
-        self._releases = mailbox.subscribe(keys.estop_release)
+        self._poses = mailbox.subscribe(keys.poses)
+        self._orders = [mailbox.subscribe(topic) for topic in (keys.estop, keys.estop_release)]
+        plain = (keys.report(), keys.sightings(), keys.robot_pose(), keys.motion(), keys.fixes())
+        self._plain = [mailbox.subscribe(topic) for topic in plain]
         specs = [spec for model in self._models.values() for spec in model.sensors]
         wanted = dict.fromkeys(spec.message for spec in specs if spec.recorded is not Recorded.NONE)
         self._sensors = [mailbox.subscribe(keys.sensor(message)) for message in wanted]
@@ -134,21 +110,17 @@ class Recorder(Node):
         """The match time at which the recording ends, s."""
         self._flushed = 0.0
         self._pending = False
-        self._said: dict[str, m.Report] = {}
+        self._ticked: Received[m.Clock] | None = None
+        """The clock that was written last."""
         self._waiting: dict[str, Received[m.Sketch]] = {}
         """The newest sketch of each player that is still to be written."""
         self._sketched: dict[str, tuple[m.Sketch | None, float]] = {}
         self._readings: dict[str, m.SensorMessage] = {}
         """The newest reading of each sensor of which only changes are written, by topic."""
-        self._charge: dict[str, float] = {}
-        self._rest: dict[str, float | None] = {}
-        self._known: dict[str, tuple[float, int]] = {}
-        """When each robot was last known to move, or to be at rest as is written: match time in s, and the epoch."""
         self._where: dict[str, Pose] = {}
         self._game_name, self._game = "", UNKNOWN_GAME
         self._roles: dict[str, tuple[str, str]] = {}
         self._zones: tuple[m.Zone, ...] | None = None
-        self._round = 0
         self._objects: tuple[m.FieldObject, ...] = ()
 
     @property
@@ -192,125 +164,63 @@ class Recorder(Node):
             self._file.abandon()
             self._file = None
 
-    def _write(self, topic: str, record: Struct, of: Received[m.Message], *, physical: bool = False) -> None:
+    def _write(self, topic: str, record: Struct, of: Received[m.Message]) -> None:
         assert self._file is not None
-        self._file.write(topic, record, of.stamp, of.sequence, physical=physical)
+        self._file.write(topic, record, of.stamp, of.sequence)
         self._pending = True
 
+    def _keep(self, received: Received[m.Message]) -> None:
+        """Write a message as it was published."""
+        self._write(received.key.removeprefix(self._root), received.body, received)
+
+    def _show(self, view: str, record: Struct, of: Received[m.Message]) -> None:
+        """Write what viewers show of a message."""
+        self._write(f"{VIEW}{view}", record, of)
+
     def _write_arrivals(self) -> None:
-        # The state comes first, so that a reader knows each player's role before its pose.
+        clock = self._clock.latest
+        if clock is not None and clock is not self._ticked:
+            self._ticked = clock
+            self._keep(clock)
+        # The state comes before poses, so that each player's role is known.
         for state in self._state.take():
             self._write_state(state)
         for call in self._calls.take():
-            self._write_call(call)
-        for estop in self._estops.take():
-            self._write_estop(estop)
-        for release in self._releases.take():
-            self._write_estop(release)
-        for report in self._reports.take():
-            self._write_report(report)
-        for sightings in self._sightings.take():
-            record = SightingsRecord(fg.time_of(sightings.stamp), sightings.body.seen)
-            self._write(f"/player/{name_in(sightings.key)}/sightings", record, sightings)
+            self._keep(call)
+            words = fg.Log(fg.time_of(call.stamp), 2, call.body.text, call.body.rule, "", call.body.number)
+            self._show("calls", words, call)
+        for order in (order for inlet in self._orders for order in inlet.take()):
+            # Commands hear no clock, so their stamps do not tell the match time.
+            stamp = order.stamp or (clock.stamp if clock is not None else 0.0)
+            self._keep(Received(order.key, stamp, order.sequence, order.body))
+        for inlet in self._plain:
+            for received in inlet.take():
+                self._keep(received)
         self._waiting |= {name_in(sketch.key): sketch for sketch in self._sketches.take()}
         for player, sketch in list(self._waiting.items()):
             if self._write_sketch(player, sketch):
                 del self._waiting[player]
         for poses in self._poses.take():
             self._write_poses(poses)
-        self._write_located()
-        for inlet in self._sensors:
-            for reading in inlet.take():
+        for sensor in self._sensors:
+            for reading in sensor.take():
                 self._write_reading(reading)
-
-    def _write_located(self) -> None:
-        """Write what locates robots: their motion, the fixes, and the poses that follow."""
-        for measured in self._measured.take():
-            self._write_pose(f"/robot/{name_in(measured.key)}/measured", measured.body.pose, measured)
-        for motion in self._motions.take():
-            told = MotionRecord(fg.time_of(motion.stamp), motion.body.odometry, motion.body.twist)
-            self._write(f"/robot/{name_in(motion.key)}/motion", told, motion)
-        for fixes in self._fixes.take():
-            for fix in fixes.body.fixes:
-                self._write_pose(f"/robot/{fix.robot}/fix/{name_in(fixes.key)}", fix.pose, fixes)
-
-    def _write_pose(self, topic: str, pose: Pose, of: Received[m.Message]) -> None:
-        """Write where a robot was measured to be."""
-        record = fg.PoseInFrame(fg.time_of(of.stamp), fg.FRAME_ID, fg.pose_of(pose.x, pose.y, pose.theta))
-        self._write(topic, record, of, physical=True)
 
     def _write_state(self, received: Received[m.RefereeState]) -> None:
         state = received.body
+        self._keep(received)
         if state.game != self._game_name:
             self._game_name, self._game = state.game, game_of(state.game)
         if state.stage is m.Stage.GAME_OVER:
             self._ends = min(self._ends, received.stamp + self.linger)
         self._roles = {p.name: (p.role, p.state) for p in state.players}
-        self._round, self._objects = state.round, state.objects
+        self._objects = state.objects
         if state.zones != self._zones:
             self._zones = state.zones
             # Each update is whole: a viewer that jumps to an instant reads only the last one before it.
             at = fg.time_of(received.stamp)
             update = fg.SceneUpdate([fg.everything(at)], self._zone_entities(state.zones, at))
-            self._write("/field", update, received)
-        record = StateRecord(
-            fg.time_of(received.stamp), state.game, state.stage.value, state.halted or "", state.way_out or "",
-            state.waiting, state.clock, state.total, state.round, state.rounds, state.score, state.winner or "",
-            state.estop,
-            tuple(
-                PlayerRecord(
-                    p.name, p.team, p.role, p.state, p.may_move,
-                    () if p.mark is None else (p.mark,), () if p.lease is None else (p.lease,),
-                )
-                for p in state.players
-            ),
-            state.zones, state.auctions, state.objects, state.numbers, state.ended or "",
-            state.unproved,
-        )  # fmt: skip
-        self._write("/referee/state", record, received)
-
-    def _write_call(self, received: Received[m.Call]) -> None:
-        call, at = received.body, fg.time_of(received.stamp)
-        self._write("/referee/calls", fg.Log(at, 2, call.text, call.rule, "", call.number), received)
-        record = CallRecord(
-            at,
-            call.number,
-            call.rule,
-            call.text,
-            call.players,
-            call.poses,
-            call.clock,
-            self._round,
-            call.why,
-            call.cause,
-        )
-        self._write("/referee/event", record, received)
-
-    def _write_estop(self, received: Received[m.Estop] | Received[m.EstopRelease]) -> None:
-        order, clock = received.body, self._clock.latest
-        # Commands hear no clock, so their stamps do not tell the match time.
-        stamp = received.stamp or (clock.stamp if clock is not None else 0.0)
-        record = EstopRecord(fg.time_of(stamp), isinstance(order, m.Estop), order.by, order.reason)
-        written: Received[m.Message] = Received(received.key, stamp, received.sequence, order)
-        self._write("/estop", record, written)
-
-    def _write_report(self, received: Received[m.Report]) -> None:
-        report, player = received.body, name_in(received.key)
-        at = fg.time_of(received.stamp)
-        if report.command is not None:
-            self._write(f"/robot/{player}/command", TwistRecord.of(at, report.command), received)
-        if report.battery is not None and self._charge.get(player) != (charge := round(report.battery, 3)):
-            self._charge[player] = charge
-            self._write(f"/robot/{player}/battery", BatteryRecord(at, charge), received)
-        report = replace(report, command=None, battery=None)
-        # Players repeat themselves to show that they live; a viewer wants the changes.
-        if self._said.get(player) == report:
-            return
-        self._said[player] = report
-        record = ReportRecord(
-            at, report.mode, report.armed, report.manual, report.fault or "", report.latched, report.estop
-        )
-        self._write(f"/player/{player}/report", record, received)
+            self._show("field", update, received)
 
     def _write_sketch(self, player: str, received: Received[m.Sketch]) -> bool:
         """Write a sketch that is due; return whether it need not be looked at again."""
@@ -322,10 +232,10 @@ class Recorder(Node):
         if sketch.strokes and 0.0 <= now - stamp < SKETCH_EVERY:
             return False
         self._sketched[player] = (sketch, now)
+        self._keep(received)
         colour = self._game.style(*self._roles.get(player, ("robot", ""))).colour
-        at = fg.time_of(received.stamp)
-        update = fg.SceneUpdate([], [sketch_entity(player, sketch, colour, at)])
-        self._write(f"/player/{player}/sketch", update, received)
+        drawn = sketch_entity(player, sketch, colour, fg.time_of(received.stamp))
+        self._show(f"sketch/{player}", fg.SceneUpdate([], [drawn]), received)
         return True
 
     def _now(self, received: Received[m.Sketch]) -> float:
@@ -334,19 +244,17 @@ class Recorder(Node):
         return received.stamp if clock is None else max(clock.body.time, received.stamp)
 
     def _write_poses(self, received: Received[m.Poses]) -> None:
+        self._keep(received)
         at = fg.time_of(received.stamp)
         if not self._map_written:
             self._map_written = True
             blocks = [obstacle_entity(obstacle, number, at) for number, obstacle in enumerate(self._obstacles)]
-            self._write("/map", fg.SceneUpdate([], blocks), received)
+            self._show("map", fg.SceneUpdate([], blocks), received)
         entities = []
         for body in received.body.bodies:
             self._where[body.name] = body.pose
             pose = fg.pose_of(body.pose.x, body.pose.y, body.pose.theta)
-            in_frame = fg.PoseInFrame(at, fg.FRAME_ID, pose)
-            self._write(f"/robot/{body.name}/pose", in_frame, received, physical=body.physical)
-            self._write(f"/robot/{body.name}/twist", TwistRecord.of(at, body.twist), received)
-            self._write_rest(body, received)
+            self._show(f"robot/{body.name}", fg.PoseInFrame(at, fg.FRAME_ID, pose), received)
             role, state = self._roles.get(body.name, ("robot", ""))
             colour, model = self._game.style(role, state).colour, self._models.get(body.name)
             entities.append(robot_entity(body.name, pose, model, colour, state or role, at, physical=body.physical))
@@ -354,29 +262,7 @@ class Recorder(Node):
             carried = self._where.get(thing.carrier or "")
             place = (thing.x, thing.y) if carried is None else (carried.x, carried.y)
             entities.append(flag_entity(thing.name, place, self._game.team_style(thing.team or "").colour, at))
-        self._write("/scene", fg.SceneUpdate([], entities), received)
-
-    def _write_rest(self, body: m.Body, received: Received[m.Poses]) -> None:
-        """Write whether a robot is at rest if that has changed. Not all poses are heard, but each tells since when."""
-        name, measured = body.name, received.stamp - body.age
-        clock = self._clock.latest
-        epoch = 0 if clock is None else clock.body.epoch
-        moves, same = not m.at_rest(body.twist), name in self._rest and self._rest[name] == body.rest
-        if moves or same:
-            self._known[name] = measured, epoch
-        # Of a physical robot that is not measured any more its next place tells whether it has moved.
-        if same or (body.physical and body.rest is None and not moves):
-            return
-        self._rest[name] = body.rest
-        since = measured if body.rest is None else body.rest
-        resolution = clock.body.time / clock.body.tick if clock is not None and clock.body.tick else 0.0
-        known, its_epoch = self._known.get(name, (since, epoch))
-        # A physical robot is measured less often than the world ticks. A world that goes on from a snapshot knows
-        # nothing of the time before, of which perhaps nothing was heard.
-        if body.physical or its_epoch != epoch:
-            resolution = max(resolution, since - known)
-        record = RestRecord(fg.time_of(received.stamp), body.rest is not None, since, round(resolution, 6))
-        self._write(f"/robot/{name}/rest", record, received)
+        self._show("scene", fg.SceneUpdate([], entities), received)
 
     def _zone_entities(self, zones: Sequence[m.Zone], at: fg.Time) -> list[fg.SceneEntity]:
         team = self._game.team_style
@@ -385,13 +271,16 @@ class Recorder(Node):
     def _write_reading(self, received: Received[m.SensorMessage]) -> None:
         _, _, _, coded, _, kind, sensor = received.key.split("/")
         robot, reading = name_of(coded), received.body
-        topic, model = f"/robot/{robot}/{kind}/{sensor}", self._models.get(robot)
+        model = self._models.get(robot)
         spec = None if model is None else model.spec(kind, name_of(sensor))
         if spec is not None and spec.recorded is Recorded.CHANGES:
-            if self._readings.get(topic) == reading:
+            if self._readings.get(received.key) == reading:
                 return
-            self._readings[topic] = reading
+            self._readings[received.key] = reading
         # A viewer draws a reading where the sensor was; before the first pose its place is not known.
         where, at = self._where.get(robot), fg.time_of(received.stamp)
-        for end, record in records_of(reading, spec, at, f"{robot}/{sensor}", where):
-            self._write(topic + end, record, received)
+        for record in records_of(reading, spec, at, f"{robot}/{sensor}", where):
+            if isinstance(record, m.SensorMessage):
+                self._keep(Received(received.key, received.stamp, received.sequence, record))
+            else:
+                self._show(f"{robot}/{kind}/{sensor}", record, received)

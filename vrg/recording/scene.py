@@ -5,7 +5,7 @@ A robot has the colour of its role. A physical robot's box has a white rim, as i
 
 from typing import Final
 
-from vrg.bus.messages import Zone
+from vrg.bus.messages import Sketch, Zone
 from vrg.colours import GREEN, GREY, Rgb
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.depiction import Cones
@@ -19,6 +19,12 @@ FLAG_HEIGHT: Final = 0.9
 """The height of a flag's pole, m."""
 SONAR_HEIGHT: Final = 0.2
 """The height above ground in which the cones of a sonar are drawn, m."""
+STROKE_HEIGHT: Final = 0.05
+"""The height at which strokes are drawn, m above the ground, so that zones do not hide them."""
+_DOT: Final = fg.Vector3(0.12, 0.12, 0.12)
+"""The size of a dot, m."""
+STROKE_WIDTH: Final = 0.04
+"""The width of a line, m."""
 UNKNOWN_SIZE: Final = fg.Vector3(0.5, 0.4, 0.25)
 """Length, width and height in m of a robot whose model is not known."""
 
@@ -90,6 +96,24 @@ def cones_entity(name: str, heard: Cones, body: Pose, at: fg.Time) -> fg.SceneEn
     pose = fg.pose_of(round(body.x, 3), round(body.y, 3), body.theta, SONAR_HEIGHT)
     cones = [fg.TriangleListPrimitive(pose, points, _ECHO, [])]
     return fg.SceneEntity(at, fg.FRAME_ID, name, _SHORT, False, [], [], [], [], cones if points else [])
+
+
+def sketch_entity(player: str, sketch: Sketch, colour: Rgb, at: fg.Time) -> fg.SceneEntity:
+    """The sketch of a player in the scene: dots are spheres, lines are lines with a dot at the end."""
+    shade = colour_of(colour)
+    dots, lines, texts = [], [], []
+    for stroke in sketch.strokes:
+        x, y = stroke.points[-1]
+        if len(stroke.points) == 1:
+            dots.append(fg.SpherePrimitive(fg.pose_of(x, y, 0.0, STROKE_HEIGHT), _DOT, shade))
+        else:
+            points = [fg.Vector3(x, y, STROKE_HEIGHT) for x, y in stroke.points]
+            lines.append(fg.LinePrimitive(0, fg.pose_of(0.0, 0.0, 0.0), STROKE_WIDTH, False, points, shade))
+        if stroke.label:
+            place = fg.pose_of(x, y, 0.0, 4 * STROKE_HEIGHT)
+            texts.append(fg.TextPrimitive(place, True, 0.2, False, shade, stroke.label))
+    name = f"sketch:{player}"
+    return fg.SceneEntity(at, fg.FRAME_ID, name, _FOREVER, False, [], [], lines, texts, spheres=dots)
 
 
 def _rim(top: fg.Pose, size: fg.Vector3) -> fg.LinePrimitive:

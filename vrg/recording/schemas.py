@@ -1,4 +1,4 @@
-"""The JSON schema of each record, in the few words that viewers understand.
+"""The JSON schema of each type in a recording, in the few words that viewers understand.
 
 The readers in Foxglove and in Lichtblick refuse a whole channel for one word that they do not know. They know objects
 with `properties`, arrays of anything but arrays, strings (also base64), booleans and numbers. They know no references,
@@ -11,27 +11,14 @@ import msgspec
 from msgspec import Struct
 
 from vrg.recording import foxglove as fg
-from vrg.recording import records
-
-_NAMES: Final[dict[type[Struct], str]] = {
-    records.StateRecord: "vrg.RefereeState",
-    records.ReportRecord: "vrg.Report",
-    records.CallRecord: "vrg.Call",
-    records.TwistRecord: "vrg.Twist",
-    records.MotionRecord: "vrg.Motion",
-    records.RestRecord: "vrg.Rest",
-    records.EstopRecord: "vrg.Estop",
-    records.BatteryRecord: "vrg.Battery",
-}
 
 _Node = dict[str, Any]
 _TYPE_WORDS: Final[dict[type, str]] = {str: "string", bool: "boolean", int: "integer", float: "number"}
 
 
 def schema_name(kind: type[Struct]) -> str:
-    """The name of a record's schema: one that viewers know for a type of `vrg.recording.foxglove`, or an own one."""
-    room = "foxglove" if kind.__module__ == fg.__name__ else "vrg"
-    return _NAMES.get(kind, f"{room}.{kind.__name__}")
+    """The name of a type's schema: one that viewers know for a type of `vrg.recording.foxglove`, or an own one."""
+    return f"{'foxglove' if kind.__module__ == fg.__name__ else 'vrg'}.{kind.__name__}"
 
 
 def json_schema(kind: type[Struct]) -> bytes:

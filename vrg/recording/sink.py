@@ -15,12 +15,11 @@ class Sink(Protocol):
 
     path: Path | None
 
-    def write(self, topic: str, record: Struct, stamp: float, sequence: int, *, physical: bool = False) -> None:
+    def write(self, topic: str, record: Struct, stamp: float, sequence: int) -> None:
         """Add a message.
 
         Args:
             stamp: match time, s. sequence: the publisher's.
-            physical: the topic is of a physical robot. It counts for the first message of a topic.
         """
 
     def flush(self) -> None:

@@ -118,18 +118,20 @@ def _recording(folder: RunFolder, notes: list[str]) -> tuple[list[Trajectory], l
     if not parts:
         notes.append("There is no recording, so it is not known how the robots stopped: was --no-record given?")
         return [], []
-    from vrg.recording.reader import read_estops, read_motions  # noqa: PLC0415 - numpy takes time to load
+    from vrg.recording.reader import motions_of  # noqa: PLC0415 - numpy takes time to load
+    from vrg.recording.recorded import read_recorded  # noqa: PLC0415 - as above
 
     try:
-        motions, estops = list(read_motions(parts).values()), read_estops(parts)
+        recorded = read_recorded(parts)
     except (OSError, MessageError) as error:
         notes.append(f"The recording cannot be read: {error}.")
         return [], []
+    motions = list(motions_of(recorded).values())
     if not motions:
         notes.append("The recording holds no pose of a robot: it ended before the match began.")
     if len(parts) > 1:
         notes.append(f"The recorder was started again: the recording has {len(parts)} parts with gaps between them.")
-    return motions, estops
+    return motions, recorded.estops
 
 
 def _in_real_time(

@@ -10,11 +10,10 @@ import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from vrg.bus.messages import EMERGENCY_STOP
+from vrg.bus.messages import EMERGENCY_STOP, Estop, EstopRelease
 from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.journal import Record
 from vrg.launch.listening import REFEREE, WORLD
-from vrg.recording.records import EstopRecord
 from vrg.recording.stops import Incident, IncidentKind
 from vrg.runs.events import Event, EventKind
 
@@ -50,7 +49,7 @@ class RunData:
 
     records: Sequence[Record]
     events: Sequence[Event]
-    estops: Sequence[tuple[float, EstopRecord]]
+    estops: Sequence[tuple[float, Estop | EstopRelease]]
     players: Sequence[str]
     physical: Sequence[str] = ()
     companions: Sequence[str] = ()
@@ -96,7 +95,7 @@ def _estop(of: RunData, called: float, until: float, what: str) -> Incident:
     orders = [
         (e.time or 0.0, e.what is EventKind.ESTOP) for e in of.events if e.what in (EventKind.ESTOP, EventKind.RELEASE)
     ]
-    orders = orders if logged else [(time, order.engaged) for time, order in of.estops]
+    orders = orders if logged else [(time, isinstance(order, Estop)) for time, order in of.estops]
     behind, late = max(of.tick, of.match_time(MAX_REFEREE_LAG)), of.match_time(ESTOP_HALT_DELAY)
     engaged = max((time for time, engages in orders if engages and time <= called + behind), default=None)
     released = any(engaged is not None and engaged < time < called - late for time, engages in orders if not engages)

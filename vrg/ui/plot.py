@@ -21,8 +21,8 @@ from vrg.colours import WHITE, Rgb
 from vrg.files import write_whole
 from vrg.games import UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment
-from vrg.recording.reader import RobotPoses, read_calls, read_setting, read_tracks
-from vrg.recording.records import CallRecord
+from vrg.recording.reader import RecordedCall, RobotPoses, calls_of, setting_of, tracks_of
+from vrg.recording.recorded import read_recorded
 from vrg.regions import Bounds, Region, surrounding
 from vrg.regions import Polygon as Outlined
 from vrg.types import Pose
@@ -56,7 +56,7 @@ def plot_trajectories(
     recording: Path | Sequence[Path] | Mapping[str, RobotPoses],
     out_png: Path,
     *,
-    calls: Sequence[CallRecord] | None = None,
+    calls: Sequence[RecordedCall] | None = None,
     zones: Mapping[int, Sequence[Zone]] | None = None,
     thoughts: Thoughts | None = None,
     obstacles: Sequence[Region] = (),
@@ -86,13 +86,15 @@ def plot_trajectories(
         ValueError: there is no track to plot.
     """
     if not isinstance(recording, Mapping):
-        tracks = read_tracks(recording, torn)
-        calls = read_calls(recording) if calls is None else calls
-        setting = read_setting(recording)
+        recorded = read_recorded(recording)
+        if torn is not None:
+            torn += recorded.torn
+        tracks, setting = tracks_of(recorded), setting_of(recorded)
+        calls = calls_of(recorded) if calls is None else calls
         zones = setting.zones if zones is None else zones
         game = game or setting.game
         objects = setting.objects
-        thoughts = Thoughts.read(recording) if thoughts is None else thoughts
+        thoughts = Thoughts.of(recorded) if thoughts is None else thoughts
     else:
         tracks, objects = dict(recording), ()
     if not any(track.times.size for track in tracks.values()):
@@ -141,7 +143,7 @@ class Plotted:
 
     game: Game
     tracks: Mapping[str, RobotPoses]
-    calls: Sequence[CallRecord]
+    calls: Sequence[RecordedCall]
     zones: Mapping[int, Sequence[Zone]]
     objects: Sequence[FieldObject]
     obstacles: Sequence[Region]
@@ -184,7 +186,7 @@ def _turned(region: Region) -> Region:
 
 
 def _draw_part(
-    axes: Axes, shown: Plotted, part: "Part", calls: Sequence[tuple[CallRecord, Moment, str]], metre: float
+    axes: Axes, shown: Plotted, part: "Part", calls: Sequence[tuple[RecordedCall, Moment, str]], metre: float
 ) -> None:
     """Draw a panel; `calls` are those of it that are marked, with the words beside them."""
     here, colours = shown.zones.get(part.round, ()), _colours(shown.tracks, part, shown.game)
@@ -207,7 +209,7 @@ def _draw_part(
         _draw_call(axes, call, moment.sign, words, labels)
 
 
-def _moments(game: Game, calls: Sequence[CallRecord]) -> Mapping[str, Moment]:
+def _moments(game: Game, calls: Sequence[RecordedCall]) -> Mapping[str, Moment]:
     """The rules whose calls are marked."""
     if game is not UNKNOWN_GAME:
         return game.marked
@@ -233,11 +235,10 @@ class Part:
         within = (track.times >= self.begin - _NEARLY) & (track.times < self.end - _NEARLY)
         return _played(track, self.round) & within
 
-    def has(self, call: CallRecord) -> bool:
+    def has(self, call: RecordedCall) -> bool:
         """True if a call was made in it."""
-        time = call.timestamp.sec + call.timestamp.nsec / 1e9
         in_round = self.round in (call.round, 0) or call.round == 0
-        return in_round and (not self.words or self.begin - _NEARLY < time <= self.end + _NEARLY)
+        return in_round and (not self.words or self.begin - _NEARLY < call.time <= self.end + _NEARLY)
 
 
 def _parts(tracks: Mapping[str, RobotPoses]) -> list[Part]:
@@ -368,13 +369,13 @@ def _draw_track(axes: Axes, track: RobotPoses, part: Part, colour: Colour, label
     labels.write(axes, track.name, (float(x[-1]), float(y[-1])), colour, bold=True)
 
 
-def _draw_call(axes: Axes, call: CallRecord, sign: str, words: str, labels: Labels) -> None:
+def _draw_call(axes: Axes, call: RecordedCall, sign: str, words: str, labels: Labels) -> None:
     here = (call.poses[0].x, call.poses[0].y)
     axes.plot(*here, sign, color="none", markeredgecolor="black", markersize=15, markeredgewidth=1.2, zorder=6)
     labels.write(axes, words, here, (0.0, 0.0, 0.0), bold=False)
 
 
-def _words_of(call: CallRecord, moments: Mapping[str, Moment]) -> str:
+def _words_of(call: RecordedCall, moments: Mapping[str, Moment]) -> str:
     """The player, the time and the others who took part: `nemo 0:09.0 by bruce`."""
     whom, *others = call.players or [call.rule]
     return f"{whom} {clock_text(call.clock)}" + (f" {moments[call.rule].others} {', '.join(others)}" if others else "")
@@ -390,7 +391,7 @@ def _listed(number: int, words: str) -> Line2D:
 
 
 def _legend(
-    tracks: Mapping[str, RobotPoses], parts: Sequence[Part], calls: Sequence[CallRecord], game: Game
+    tracks: Mapping[str, RobotPoses], parts: Sequence[Part], calls: Sequence[RecordedCall], game: Game
 ) -> Iterator[Line2D]:
     both = {track.physical for track in tracks.values()} == {True, False}
     whole = Part(0, -math.inf, math.inf)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Final
 
 from matplotlib.axes import Axes
@@ -11,8 +10,8 @@ from msgspec import structs
 
 from vrg.bus.messages import Sighting
 from vrg.games.game import Moment
-from vrg.recording.reader import Thought, read_sightings, read_sketches
-from vrg.recording.records import CallRecord
+from vrg.recording.reader import RecordedCall, Thought, sightings_of, thoughts_of
+from vrg.recording.recorded import RecordedMatch
 from vrg.ui.labels import Colour, Labels
 
 _DASHES: Final = (0, (2, 2))
@@ -32,9 +31,9 @@ class Thoughts:
     sketches: Sequence[Thought] = ()
 
     @classmethod
-    def read(cls, recording: Path | Sequence[Path]) -> "Thoughts":
-        """Read them from a recording or its parts. Errors are those of `read_tracks`."""
-        return cls(read_sightings(recording), read_sketches(recording))
+    def of(cls, recorded: RecordedMatch) -> "Thoughts":
+        """Those of a recorded match."""
+        return cls(sightings_of(recorded), thoughts_of(recorded))
 
     def turned(self) -> "Thoughts":
         """The same, a quarter turn clockwise about the origin."""
@@ -71,7 +70,7 @@ class Thoughts:
             axes.plot(x, y, ".", color=colours.get(name), markersize=3.5, alpha=0.6, zorder=2.5)
 
     def draw_at(
-        self, axes: Axes, call: CallRecord, moment: Moment, colours: Mapping[str, Colour], labels: Labels
+        self, axes: Axes, call: RecordedCall, moment: Moment, colours: Mapping[str, Colour], labels: Labels
     ) -> None:
         """Draw what the first player of a call sketched when the call was made, where the game asks for that."""
         thought = self._at(call) if moment.thought else None
@@ -87,12 +86,11 @@ class Thoughts:
                 axes.plot(*end, "+", color=colour, markersize=10, markeredgewidth=1.6, zorder=6)
                 labels.write(axes, stroke.label, end, colour, bold=False)
 
-    def _at(self, call: CallRecord) -> Thought | None:
+    def _at(self, call: RecordedCall) -> Thought | None:
         """The first sketch after a call that has a label, which explains the most; or else the first one."""
-        at = call.timestamp.sec + call.timestamp.nsec / 1e9
         then = [
             t
             for t in self.sketches
-            if call.players and t.player == call.players[0] and t.strokes and -1e-6 <= t.time - at <= _SOON
+            if call.players and t.player == call.players[0] and t.strokes and -1e-6 <= t.time - call.time <= _SOON
         ]
         return next((t for t in then if any(stroke.label for stroke in t.strokes)), then[0] if then else None)
