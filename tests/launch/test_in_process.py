@@ -304,7 +304,7 @@ def test_a_recording_and_a_window_show_the_walls_of_the_map(tmp_path: Path) -> N
     with run.recording.open("rb") as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
-    assert "/map" in {channel.topic for channel in summary.channels.values()}
+    assert "/view/map" in {channel.topic for channel in summary.channels.values()}
     window = spectator_node(setup, "window", tmp_path)
     assert window._builder.build(True).obstacles == load_map("courtyard").obstacles
 
