@@ -19,10 +19,10 @@ from msgspec import structs
 
 from vrg.agents.player import PERIOD
 from vrg.launch import in_process
+from vrg.launch.apart import Strategies
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.sandbox.seal import missing
-from vrg.launch.stepping import Apart
 from vrg.runs.run_folder import RunFolder
 
 WAYS = ("one process", "lockstep", "lockstep, sealed")
@@ -44,7 +44,7 @@ def play(way: str, server: ForkServer, engine: str, seconds: float, seed: int) -
         setup = write_match(Path(name), ROBOTS, engine=engine, lasers=False, seed=seed)
         apart = None
         if way != WAYS[0]:
-            apart = Apart(server, every=True, deadline=60.0)
+            apart = Strategies(server, every=True, deadline=60.0)
             setup = structs.replace(setup, sandbox=way == WAYS[2])
         folder = RunFolder(Path(name))
         folder.prepare()

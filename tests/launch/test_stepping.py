@@ -3,7 +3,7 @@
 import os
 import re
 import signal
-import time
+import socket
 from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
@@ -16,23 +16,26 @@ import pytest
 from tests.command_line import invoke
 from tests.tiny import TINY
 from vrg.agents.strategy import ForfeitError, Strategy, View
+from vrg.agents.telling import Payload
+from vrg.blame import DecisionTimeoutError
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.config.loading import load_match
-from vrg.config.setup import write_setup
+from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import StrategyError
 from vrg.hal.models import robot_model
-from vrg.launch import apart, in_process, stepping
-from vrg.launch.apart import StrategyApart
-from vrg.launch.fork_server import ForkServer, fork_server
+from vrg.launch import apart, in_process
+from vrg.launch.apart import Strategies, StrategyApart, StrategyHere
+from vrg.launch.bounds import BUDGET
+from vrg.launch.deciding import Decided, Ready
+from vrg.launch.fork_server import Child, ForkServer, fork_server
 from vrg.launch.in_process import Ending
 from vrg.launch.nodes.referee import open_journal
-from vrg.launch.repeating import RepeatedStrategy
-from vrg.launch.stepping import Apart
+from vrg.launch.remote.wire import frame
 from vrg.runs.branch import repeat_match
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
-from vrg.runs.step_log import Digest, Missed, StepLog, Unmade, read_steps
+from vrg.runs.step_log import Digest, Line, Missed, StepLog, Unmade, read_steps
 from vrg.types import Twist
 
 MATCH = TINY.replace('name = "ann"', 'name = "ann"\nstrategy = "odd.py:Odd"')
@@ -87,7 +90,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def play(home: Path, name: str, apart: Apart | None, *watchers: Node) -> tuple[RunFolder, Ending]:
+def play(home: Path, name: str, apart: Strategies | None, *watchers: Node) -> tuple[RunFolder, Ending]:
     setup = load_match(home / "tiny.toml").at_rate(0.0)
     folder = RunFolder.create(home / name, setup.name, NOW)
     keep(setup, folder)
@@ -98,7 +101,7 @@ def play(home: Path, name: str, apart: Apart | None, *watchers: Node) -> tuple[R
     return folder, ending
 
 
-def repeated(of: RunFolder, home: Path, name: str, apart: Apart | None) -> RunFolder:
+def repeated(of: RunFolder, home: Path, name: str, apart: Strategies | None) -> RunFolder:
     for file in ("slow", "raises", "broken", "once"):
         (home / file).unlink(missing_ok=True)
     return repeat_match(of, home / name, NOW, apart, Stop())  # type: ignore[arg-type]
@@ -115,7 +118,7 @@ def same(one: RunFolder, other: RunFolder) -> None:
 
 def test_over_processes_a_match_is_the_same_as_in_one(home: Path, server: ForkServer) -> None:
     alone, _ = play(home, "alone", None)
-    spread, _ = play(home, "spread", Apart(server, every=True, deadline=60.0))
+    spread, _ = play(home, "spread", Strategies(server, every=True, deadline=60.0))
     same(alone, spread)
     digests = [line for line in read_steps(alone.steps) if isinstance(line, Digest)]
     assert len(digests) > 7
@@ -124,53 +127,105 @@ def test_over_processes_a_match_is_the_same_as_in_one(home: Path, server: ForkSe
 
 def test_what_a_player_is_too_late_for_is_forfeited_in_a_repetition_too(home: Path, server: ForkServer) -> None:
     (home / "slow").touch()
-    folder, ending = play(home, "late", Apart(server, every=True, deadline=0.1))
+    folder, ending = play(home, "late", Strategies(server, every=True, deadline=0.1))
     found = missed(folder)
     assert {line.player for line in found} >= {"ann"}
     first = next(line for line in found if line.player == "ann")
     assert first.asked, "it was asked, and its answer came too late"
     assert not ending.failures
     same(folder, repeated(folder, home, "again", None))
-    same(folder, repeated(folder, home, "spread", Apart(server, every=True)))
+    same(folder, repeated(folder, home, "spread", Strategies(server, every=True)))
 
 
 def test_a_process_that_is_killed_is_killed_in_a_repetition_too(home: Path, server: ForkServer) -> None:
-    folder, ending = play(home, "killed", Apart(server, every=True, deadline=60.0), Killer(4.0, signal.SIGKILL))
+    folder, ending = play(home, "killed", Strategies(server, every=True, deadline=60.0), Killer(4.0, signal.SIGKILL))
     (gone,) = missed(folder)
     assert (gone.player, gone.hung) == ("ann", False)
     assert "the process of the strategy is gone" in gone.failure
     assert len(ending.failures) == 1
     same(folder, repeated(folder, home, "again", None))
-    same(folder, repeated(folder, home, "spread", Apart(server, every=True)))
+    same(folder, repeated(folder, home, "spread", Strategies(server, every=True)))
 
 
 def test_a_frozen_process_is_given_up(home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stepping, "BUDGET", 0.5)
-    folder, ending = play(home, "frozen", Apart(server, every=True, deadline=0.2), Killer(4.0, signal.SIGSTOP))
+    monkeypatch.setattr(apart, "BUDGET", 0.5)
+    folder, ending = play(home, "frozen", Strategies(server, every=True, deadline=0.2), Killer(4.0, signal.SIGSTOP))
     found = [line for line in missed(folder) if line.player == "ann"]
     assert found[0].asked
     assert found[-1].hung or ending.time < 10.0
     same(folder, repeated(folder, home, "again", None))
 
 
-def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(
-    home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(apart, "BUDGET", 0.2)
-    setup, folder = load_match(home / "tiny.toml"), RunFolder(home / "run")
-    strategy = StrategyApart(server, setup, "ann", folder, sealed=False)
-    os.kill(strategy.pid, signal.SIGSTOP)
-    view: Any = SimpleNamespace(robot=setup.player("ann").robot, obstacles=(), picture=bytes(5_000_000))
-    strategy.send(view)
-    assert strategy.gone
-    with pytest.raises(StrategyError, match="is gone"):
+class ByHand(ForkServer, Child):
+    """A process of a strategy whose answers this test writes, and its server."""
+
+    def __init__(self) -> None:
+        self.stream, self.theirs = socket.socketpair()
+        self.killed = False
+        self.theirs.sendall(frame(Ready((), "{}")))
+
+    def run(self, *_: object, **__: object) -> Child:
+        return self
+
+    def poll(self) -> int | None:
+        return 0 if self.killed else None
+
+    def send_signal(self, number: int) -> None:
+        self.killed = True
+
+    pid = 0
+
+
+def seen(setup: MatchSetup, **more: object) -> Any:
+    return SimpleNamespace(time=1.0, robot=setup.player("ann").robot, obstacles=(), **more)
+
+
+def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(home: Path) -> None:
+    setup, now, written, process = load_match(home / "tiny.toml"), [0.0], list[Line](), ByHand()
+    options: Any = {"sealed": False, "deadline": 0.0, "write": written.append, "now": lambda: now[0]}
+    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), **options)
+    view = seen(setup, picture=bytes(5_000_000))
+    for now[0] in (0.0, BUDGET):
+        strategy.send(view)
+        with pytest.raises(ForfeitError):
+            strategy.act(view)
+    now[0] += 0.1
+    with pytest.raises(DecisionTimeoutError, match="a decision may take 5 s"):
         strategy.act(view)
+    assert process.killed
+    assert [(line.asked, line.hung) for line in written if isinstance(line, Missed)] == [
+        (True, False), (False, False), (False, True)
+    ]  # fmt: skip
+
+
+def test_one_that_begins_to_answer_and_does_not_end_forfeits_the_step(home: Path) -> None:
+    setup, process = load_match(home / "tiny.toml"), ByHand()
+    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), sealed=False, deadline=0.0)
+    strategy.send(view := seen(setup))
+    process.theirs.sendall(b"\0\0")
+    with pytest.raises(ForfeitError):
+        strategy.act(view)
+    assert not process.killed
+    strategy.close()
+
+
+def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
+    setup, process = load_match(home / "tiny.toml"), ByHand()
+    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), sealed=False)
+    view = seen(setup, picture=bytes(5_000_000))
+    process.theirs.sendall(frame(Decided(Twist(0.1, 0.0), Payload(), "-")))
+    strategy.send(view)
+    assert strategy.act(view).twist.v == 0.1
+    strategy.send(view)
+    with pytest.raises(StrategyError, match="is gone: it answers what it has not read"):
+        strategy.act(view)
+    assert process.killed
 
 
 def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, server: ForkServer) -> None:
     (home / "raises").touch()
     alone, ending = play(home, "alone", None)
-    spread, other = play(home, "spread", Apart(server, every=True, deadline=60.0))
+    spread, other = play(home, "spread", Strategies(server, every=True, deadline=60.0))
     assert alone.journal.read_bytes() == spread.journal.read_bytes()
     assert ending.failures == other.failures
     assert "RuntimeError: twenty" in ending.failures[0].text
@@ -179,7 +234,7 @@ def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, serve
 
 def test_one_that_cannot_be_made_again_is_out_in_a_repetition_too(home: Path, server: ForkServer) -> None:
     (home / "once").touch()
-    folder, ending = play(home, "unmade", Apart(server, every=True, deadline=60.0))
+    folder, ending = play(home, "unmade", Strategies(server, every=True, deadline=60.0))
     (line,) = [line for line in read_steps(folder.steps) if isinstance(line, Unmade)]
     assert "it cannot be imported any more" in line.why
     assert next(player for player in ending.state.players if player.name == "ann").state == "disqualified"
@@ -217,7 +272,7 @@ def test_a_planner_is_asked_where_its_strategy_was() -> None:
     strategy.planner = strategy  # type: ignore[assignment]
     past = {0.2: Missed(time=0.2, player="ann", asked=True), 0.3: Missed(time=0.3, player="ann", asked=False)}
     written: list[Missed] = []
-    again = RepeatedStrategy(strategy, past, written.append)
+    again = StrategyHere(strategy, past, written.append)
     motions = []
     for now in (0.1, 0.2, 0.3, 0.4):
         view: Any = SimpleNamespace(time=now, me=SimpleNamespace(may_move=True, lease=None))
@@ -230,17 +285,16 @@ def test_a_planner_is_asked_where_its_strategy_was() -> None:
     assert written == list(past.values())
 
 
-def test_one_that_keeps_too_much_is_ended_while_it_plays(home: Path, server: ForkServer) -> None:
+def test_one_that_keeps_too_much_is_ended_while_it_plays(
+    home: Path, server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(apart, "BUDGET", 60.0)
     setup, folder = load_match(home / "tiny.toml"), RunFolder(home / "run")
     strategy = StrategyApart(server, setup, "ann", folder, sealed=True)
     (folder.of_player("ann") / "much").write_bytes(bytes(150_000_000))
-    view: Any = SimpleNamespace(robot=setup.player("ann").robot, obstacles=())
-    deadline = time.monotonic() + 60.0
-    while not strategy.has_answered(0.1):
-        assert time.monotonic() < deadline, "its process is not ended"
-    strategy.send(view)
+    # It is asked for nothing, so it does not answer: it is waited for until it is ended.
     with pytest.raises(StrategyError, match=r"it keeps 1\d\d MB in \d files in its folder"):
-        strategy.skip()
+        strategy.act(seen(setup))
 
 
 def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -119,10 +119,9 @@ def strategy() -> None:
     if sys.stdin.isatty():
         raise SystemExit("vrg node strategy is started by `vrg play --lockstep` on the machines of a match file")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process with threads cannot be sealed
-    from vrg.launch.apart import main
     from vrg.launch.remote.strategies import serve
 
-    raise SystemExit(serve(main))
+    raise SystemExit(serve())
 
 
 def command_of(name: str) -> Callable[..., None]:

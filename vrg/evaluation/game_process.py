@@ -9,7 +9,7 @@ import contextlib
 import os
 from collections.abc import Sequence
 from functools import reduce
-from multiprocessing.connection import wait
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
 import msgspec
@@ -93,7 +93,7 @@ class GameProcess:
                 self._process = self._server.run(playing.__name__, arguments, log)
         except OSError as error:
             raise LaunchError(f"{self.folder}: no game can be played: {error}") from error
-        self.answer = self._process.connection()
+        self.answer = Connection(self._process.detached())
         with contextlib.suppress(OSError):  # `result` tells of a process that has ended
             self.answer.send_bytes(msgspec.json.encode((self._setup, self._told)))
 

@@ -26,10 +26,10 @@ from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.games import has_name
 from vrg.launch import in_process
+from vrg.launch.apart import Strategies
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.sandbox.seal import missing
-from vrg.launch.stepping import Apart
 from vrg.launch.vacancies import disqualification
 from vrg.runs.branch import play_on
 from vrg.runs.change import branch_of
@@ -47,7 +47,7 @@ def played(setup: CheckedMatch, folder: RunFolder, limit: float, apart: ForkServ
     """
     folder.prepare()
     began = time.perf_counter()
-    sealed, setup = None if apart is None else Apart(apart), setup.at_rate(0.0)
+    sealed, setup = None if apart is None else Strategies(apart), setup.at_rate(0.0)
     try:
         branch = branch_of(folder)
         if branch is not None:

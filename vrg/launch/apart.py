@@ -1,162 +1,212 @@
-"""Strategies in sealed processes of their own, in a match that is otherwise played in one process.
+"""The strategies of a match whose nodes are in one process: which decide in processes of their own, and how.
 
-A fork server that knows nothing of the match forks a process for each strategy. So the memory of such a process has
-nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What it answers is decoded,
-and nothing in it is run. It is sealed as a player's process is that `vrg play` seals, and reaches no router.
+A fork server that knows nothing of the match forks a process for each of these (`vrg.launch.deciding`). So the memory
+of such a process has nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What
+it answers is decoded, and nothing in it is run. It is sealed like the players' processes of `vrg play`, and reaches no
+router. In lockstep a strategy that does not answer in time forfeits the step, and holds up nothing.
+
+What a player has missed is written to the log of steps. When the match is played again, here or in a process of its
+own, it is missed again.
 """
 
 import contextlib
-import os
 import pickle
-import signal
-import socket
-import struct
-import sys
 import threading
-import traceback
-from collections.abc import Sequence
-from multiprocessing.connection import Connection
+import time
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import msgspec
-from msgspec import Struct, structs
 
-from vrg import __version__
-from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
-from vrg.agents.telling import Once, Payload, sendable
-from vrg.blame import DecisionTimeoutError, failure_of, tell_of_refusals
+from vrg.agents.strategy import Action, ForfeitError, RemoteStrategy, Strategy, View, decided, planned
+from vrg.blame import DecisionTimeoutError
+from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
-from vrg.errors import ConfigError, StrategyError, VrgError
+from vrg.errors import ConfigError, LaunchError, MessageError, StrategyError
 from vrg.hal.models import RobotModel
-from vrg.launch.bounds import BUDGET, BoundedOutput, MemoryBound, printing_to
+from vrg.launch import deciding
+from vrg.launch.bounds import BUDGET
+from vrg.launch.deciding import Answer, Decided, Failed, Job
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.nodes.strategy import strategy_class, strategy_of
-from vrg.launch.remote.strategies import RemoteStarter, files_of
-from vrg.launch.remote.wire import BANNER
+from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.remote.channel import Channel
+from vrg.launch.remote.ssh import Connection
+from vrg.launch.remote.strategies import job_elsewhere
+from vrg.launch.remote.wire import BANNER, Frames
 from vrg.launch.sandbox.excess import excess
-from vrg.launch.sandbox.player import policy_of
-from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
-from vrg.runs.run_folder import RunFolder
-from vrg.types import Twist
+from vrg.runs.run_folder import RunFolder, scratch_folder
+from vrg.runs.step_log import Line, Missed, Unmade
 
-_LONGEST = 1_000_000
-"""The number of bytes that an answer may have."""
+DEADLINE: Final = 1.0
+"""The real time in s after which a player that does not answer forfeits a step."""
+LOADING_TIMEOUT = 20.0
+"""The real time in s that a strategy may take to be imported and made."""
 _LOOK = 0.2
 """The real time in s between two looks at a strategy that is being made."""
 _SELDOM = 5
 """The looks between two of which at what it keeps, once it has been made."""
 _END = 2.0
 """The real time in s within which a process that was killed has ended."""
+_GREETING = 100_000
+"""The number of bytes that a login shell on another machine may print before."""
+
+_Past = Mapping[float, Missed]
+_Write = Callable[[Line], None]
 
 
-class _Job(Struct, frozen=True):
-    """The ingredients of a strategy: the set-up of its player's process, the player, and the run folder.
-
-    Args:
-        sealed: True seals the process before. make: False only imports the class.
-        version: that of VRG. files: those that are to be written there first, by their paths; None where this file
-            system is the match's own.
-    """
-
-    setup: MatchSetup
-    name: str
-    run: str
-    sealed: bool
-    make: bool
-    version: str = __version__
-    files: dict[str, bytes] | None = None
-
-
-class _Ready(Struct, frozen=True, tag=True):
-    """The strategy has been made; errors of its answers have this text, with what is wrong in place of `{}`."""
-
-    priorities: tuple[str, ...]
-    complaint: str
-
-
-class _Decided(Struct, frozen=True, tag=True):
-    """The decision of the strategy."""
-
-    twist: Twist
-    payload: Payload
-    mode: str
-
-
-class _Failed(Struct, frozen=True, tag=True):
-    """It could not be made, or has raised something; `final` as in `StrategyError`."""
-
-    words: str
-    final: bool
-
-
-_answers = msgspec.msgpack.Decoder(_Ready | _Decided | _Failed)
-
-
-class StrategyApart(RemoteStrategy):
-    """The strategy of a player in a sealed process of its own. It is asked, and fails, as if it were here.
-
-    What it prints goes to its log in the run folder.
+class SteppedStrategy(RemoteStrategy):
+    """A strategy that misses the steps that it has missed when the match was played before.
 
     Args:
-        server: starts its process: a fork, which knows what the server knows, or one on another machine.
-        patience: the longest real time in s that it may take to be made; None for as long as it takes.
-        sealed: False does not seal it. make: False only imports the class of the strategy, which then cannot decide.
-
-    Raises:
-        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in this time.
+        past: what it has missed, by the match time in s. write: notes what it misses.
     """
 
-    def __init__(
-        self,
-        server: ForkServer | RemoteStarter,
-        setup: MatchSetup,
-        name: str,
-        run: RunFolder,
-        *,
-        patience: float | None = None,
-        sealed: bool = True,
-        make: bool = True,
-    ) -> None:
-        super().__init__(name, setup.player(name).robot)
-        job = _job_of(setup, name, run, sealed=sealed, make=make, away=isinstance(server, RemoteStarter))
-        run.prepare()
-        (run.logs / f"{name}.json").touch()
-        with (run.logs / f"{name}.log").open("ab") as log:
-            self._process = server.run(__name__, (), log)
-        self._pipe = self._process.connection()
+    def __init__(self, name: str, robot: RobotModel, past: _Past, write: _Write) -> None:
+        super().__init__(name, robot)
+        self._past, self._write = past, write
         self._mode = "-"
-        self._known: RobotModel | None = None
-        self._sent: View | None = None
-        with contextlib.suppress(OSError):
-            self._pipe.send_bytes(msgspec.json.encode(job))
-        self._why, self._made, self._over = "", threading.Event(), threading.Event()
-        threading.Thread(target=self._watch, args=(run.path, patience), daemon=True).start()
-        try:
-            ready = self._answer()
-            if isinstance(ready, _Decided):
-                raise self._ended("it has decided before it was asked")
-        except StrategyError as error:
-            target = setup.player(name).strategy
-            if self._why:
-                raise ConfigError(f"{target}: {self._why}") from None
-            raise ConfigError(f"{target}: the strategy ends its program when it is imported or made") from error
-        finally:
-            self._made.set()
-        if isinstance(ready, _Failed):
-            self.close()
-            raise ConfigError(ready.words)
-        self._bound_waiting()
-        # Each strategy has its own, so they are no attribute of the class.
-        self.priorities = ready.priorities  # type: ignore[misc]
-        self._complaint = ready.complaint
 
     @property
     def mode(self) -> str:
         """The mode of the strategy, in its own words."""
         return self._mode
 
-    def _watch(self, run: Path, patience: float | None) -> None:
+    def act(self, view: View) -> Action:
+        """Return the decision of the strategy.
+
+        Raises:
+            ForfeitError: it has not answered in time.
+            StrategyError: it has failed, or its process has ended.
+            DecisionTimeoutError: it takes too long.
+        """
+        missed = self._missed(view)
+        if missed is None:
+            return self._decided(view)
+        self._write(missed)
+        if missed.failure:
+            self.close()
+            raise missed.error
+        if missed.asked:
+            # Of what it decided too late nothing was heard, also not that it failed, which is another line.
+            with contextlib.suppress(BaseException):
+                self._decided(view)
+        raise ForfeitError
+
+    @abstractmethod
+    def _decided(self, view: View) -> Action:
+        """Its decision, after its planner."""
+
+    def _missed(self, view: View) -> Missed | None:
+        return self._past.get(round(view.time, 6))
+
+
+class StrategyHere(SteppedStrategy):
+    """A strategy in this process, of a match in which it has missed steps."""
+
+    def __init__(self, strategy: Strategy, past: _Past, write: _Write) -> None:
+        super().__init__(strategy.name, strategy.robot, past, write)
+        self.priorities = strategy.priorities  # type: ignore[misc]
+        self._strategy = strategy
+
+    def send(self, view: View) -> None:
+        """It decides in `act`."""
+
+    def _decided(self, view: View) -> Action:
+        action, self._mode = decided(self._strategy, view)
+        return replace(action, twist=planned(self._strategy, view, action.twist))
+
+    def complaint(self, what: str) -> StrategyError:
+        """See `Strategy.complaint`."""
+        return self._strategy.complaint(what)
+
+
+class StrategyApart(SteppedStrategy):
+    """The strategy of a player in a process of its own. It is asked, and fails, as if it were here.
+
+    What it prints goes to its log in the run folder.
+
+    Args:
+        server: forks its process. machine: the name of the machine on which it decides.
+        sealed: False does not seal it. make: False only imports the class of the strategy, which then cannot decide.
+        deadline: the real time in s after which it forfeits a step, which is then noted; None waits for it.
+        past, write: see `SteppedStrategy`. now: returns the real time, s.
+
+    Raises:
+        ConfigError: there is no such player, or its strategy cannot be imported or made, or not in LOADING_TIMEOUT.
+        LaunchError: the machine cannot be reached, or has no VRG. OSError: no process can be started.
+    """
+
+    def __init__(
+        self,
+        server: ForkServer,
+        setup: MatchSetup,
+        name: str,
+        run: RunFolder,
+        *,
+        sealed: bool,
+        machine: str = HERE,
+        make: bool = True,
+        deadline: float | None = None,
+        past: _Past | None = None,
+        write: _Write = lambda _: None,
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
+        super().__init__(name, setup.player(name).robot, past or {}, write)
+        self._deadline, self._now = deadline, now
+        self._known: RobotModel | None = None
+        self._asked = self._late = False
+        self._since = 0.0
+        self._failed: StrategyError | None = None
+        self._answers: list[Answer] = []
+        self._why, self._made, self._over = "", threading.Event(), threading.Event()
+        run.prepare()
+        (run.logs / f"{name}.json").touch()
+        log = run.logs / f"{name}.log"
+        # A union is no class.
+        frames: Frames[Answer] = Frames(Answer, BANNER if machine in setup.hosts else b"")  # type: ignore[arg-type]
+        if machine in setup.hosts:
+            job = job_elsewhere(setup, name, sealed=sealed)
+            self._reach(Connection(machine, setup.hosts[machine], log, "node strategy", frames), machine)
+        else:
+            job = Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make)
+            with log.open("ab") as file:
+                self._process = server.run(deciding.__name__, (), file)
+            pipe = self._process.detached()
+            self._channel = Channel(pipe, pipe, frames)
+        self._send(msgspec.json.encode(job))
+        threading.Thread(target=self._watch, args=(run.path,), daemon=True).start()
+        while not self._has_answered(_LOOK):
+            pass
+        self._made.set()
+        target = setup.player(name).strategy
+        ready = self._answers.pop(0) if self._answers else None
+        if isinstance(ready, deciding.Ready):
+            # Each strategy has its own, so they are no attribute of the class.
+            self.priorities = ready.priorities  # type: ignore[misc]
+            self._complaint = ready.complaint
+            return
+        self.close()
+        why = self._why or "the strategy ends its program when it is imported or made"
+        raise ConfigError(ready.words if isinstance(ready, Failed) else f"{target}: {why}")
+
+    def _reach(self, connection: Connection[Answer], machine: str) -> None:
+        """Wait until its process on another machine has come up.
+
+        Raises:
+            LaunchError: it does not.
+        """
+        self._process, self._channel = connection.process, connection.channel
+        # ssh itself gives up a machine that does not answer.
+        while self._channel.frames.banner:
+            self._has_answered(_LOOK)
+            if self._channel.frames.banner and (self._channel.closed or self._channel.received > _GREETING):
+                connection.end()
+                raise LaunchError(f"{machine}: {connection.why_ended()}")
+
+    def _watch(self, run: Path) -> None:
         """End a process that takes too long to be made, even if it has begun to answer, or that keeps too much."""
         looks = 0
         while not self._over.wait(_LOOK):
@@ -165,50 +215,107 @@ class StrategyApart(RemoteStrategy):
             greedy = excess(run, self.name, self._process.pid) if making or looks % _SELDOM == 0 else None
             if greedy is not None:
                 self._why = f"while the strategy is made, {greedy}" if making else greedy
-            elif making and patience is not None and looks * _LOOK >= patience:
-                lasts = f"the strategy is still being made after {patience:g} s"
+            elif making and looks * _LOOK >= LOADING_TIMEOUT:
+                lasts = f"the strategy is still being made after {LOADING_TIMEOUT:g} s"
                 self._why = f"{lasts}: look for a loop outside of its methods"
             if self._why:
                 self._process.kill()
                 return
 
-    def _bound_waiting(self) -> None:
-        """Wait for an answer of which only a part comes no longer than for one that does not come."""
-        with socket.socket(fileno=os.dup(self._pipe.fileno())) as stream:
-            stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("ll", int(BUDGET) + 1, 0))
-
     def send(self, view: View) -> None:
-        """Send it a view. That its process has ended is found out by `act`."""
+        """Send it a view, unless it still decides by an earlier one. That its process has ended `act` finds out."""
+        missed = self._missed(view)
+        if missed is not None and (missed.failure or not missed.asked):
+            return
+        if self._late and self._has_answered(0.0):
+            self._late = False
+            try:
+                self._taken()
+            except StrategyError as error:
+                self._failed = error
+        self._asked = not self._late and self._failed is None
+        if not self._asked:
+            return
+        if self._channel.backlog and not self._channel.closed:
+            self._end("it answers what it has not read")  # what waits for it must not become more and more
         told: dict[str, Any] = dict(vars(view))
         if view.robot is self._known:
             del told["robot"], told["obstacles"]  # the longest parts, and always the same
-        self._known, self._sent = view.robot, view
-        data = pickle.dumps(told, pickle.HIGHEST_PROTOCOL)
-        # A process that reads nothing must not hold up the match, however long a view with pictures is.
-        with contextlib.suppress(OSError), socket.socket(fileno=os.dup(self._pipe.fileno())) as stream:
-            stream.settimeout(BUDGET)
-            try:
-                stream.sendall(len(data).to_bytes(4, "big") + data)
-            except TimeoutError:
-                self.close()
-            finally:
-                stream.settimeout(None)
+        self._known, self._since = view.robot, self._now()
+        self._send(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
 
-    def act(self, view: View) -> Action:
-        """Return the decision of the strategy.
+    def _send(self, data: bytes) -> None:
+        self._channel.send_bytes(len(data).to_bytes(4, "big") + data)
+
+    def _decided(self, view: View) -> Action:
+        if self._deadline is None:
+            self._has_answered(BUDGET + 1.0)
+            return self._taken()
+        if self._failed is not None:
+            raise self._noted(view, failure=str(self._failed), final=self._failed.final).error
+        try:
+            if self._asked and self._has_answered(max(0.0, self._since + self._deadline - self._now())):
+                return self._taken()
+        except StrategyError as error:
+            # Its own code, or somebody's signal: only the former would come again by itself.
+            self._noted(view, failure=str(error), final=error.final)
+            raise
+        except DecisionTimeoutError as error:
+            self._noted(view, failure=str(error), hung=True)
+            raise
+        if self._now() - self._since > BUDGET:
+            self.close()
+            why = str(self.complaint(f"a decision may take {BUDGET:g} s"))
+            raise self._noted(view, failure=why, hung=True).error
+        self._late = True
+        self._noted(view)
+        raise ForfeitError
+
+    def _noted(self, view: View, *, failure: str = "", final: bool = False, hung: bool = False) -> Missed:
+        time, name = round(view.time, 6), self.name
+        missed = Missed(time=time, player=name, asked=self._asked, failure=failure, final=final, hung=hung)
+        self._write(missed)
+        return missed
+
+    def _has_answered(self, patience: float) -> bool:
+        """True if its answer is there, or its process has ended.
+
+        Args:
+            patience: the longest real time in s to wait for that.
+        """
+        until = self._now() + patience
+        try:
+            while not self._answers and not self._channel.closed:
+                self._answers += self._channel.pump(max(0.0, until - self._now()))
+                if self._now() >= until:
+                    break
+        except MessageError as error:
+            self._end(str(error))
+        except DecisionTimeoutError as error:
+            self.close()
+            raise DecisionTimeoutError(str(self.complaint(str(error)))) from None
+        except BaseException:
+            self.close()  # it still decides, and its answer would be taken for that to the next question
+            raise
+        return bool(self._answers) or self._channel.closed
+
+    def _taken(self) -> Action:
+        """Take its answer.
 
         Raises:
-            StrategyError: it has failed, or its process has ended.
-            DecisionTimeoutError: it takes too long.
+            StrategyError: it has failed, or its process has ended or was given up.
         """
-        if self._sent is not view:
-            self.send(view)
-        answer = self._decided()
+        answer = self._answers.pop(0) if self._answers else None
+        if isinstance(answer, Failed):
+            self.close()
+            raise StrategyError(answer.words, final=answer.final)
+        if not isinstance(answer, Decided):
+            raise self._end("it has ended" if answer is None else f"it has answered {type(answer).__name__}")
         self._mode, payload = answer.mode, answer.payload
         try:
             say = None if payload.say is None else msgspec.msgpack.decode(payload.say)
         except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise self._ended(f"it has answered what cannot be read: {error}") from None
+            raise self._end(f"it has answered what cannot be read: {error}") from None
         return Action(
             answer.twist,
             say,
@@ -217,200 +324,111 @@ class StrategyApart(RemoteStrategy):
             None if payload.sketch is None else payload.sketch.strokes,
         )
 
-    @property
-    def pid(self) -> int:
-        """The process id of its process, or of the ssh that holds it."""
-        return self._process.pid
-
-    @property
-    def gone(self) -> bool:
-        """True if its process has ended, or was given up."""
-        return self._pipe.closed
-
-    def has_answered(self, patience: float) -> bool:
-        """True if its answer is there, or its process has ended.
-
-        Args:
-            patience: the longest real time in s to wait for that.
-        """
-        try:
-            return self._pipe.closed or self._pipe.poll(patience)
-        except OSError:
-            return True
-
-    def skip(self) -> None:
-        """Take its answer, and forget it.
-
-        Raises:
-            StrategyError: it has failed, or its process has ended.
-        """
-        self._decided()
-
     def complaint(self, what: str) -> StrategyError:
         """The error about a wrong answer; only the strategy's own process knows where the answer comes from."""
         return StrategyError(self._complaint.replace("{}", what))
 
     def close(self) -> None:
         """End its process. Idempotent."""
-        self._over.set()
-        if not self._pipe.closed:
-            self._pipe.close()
+        if not self._over.is_set():
+            self._over.set()
+            self._channel.close()
             self._process.kill()
             self._process.wait(_END)
 
-    def _decided(self) -> _Decided:
-        try:
-            answer = self._answer()
-        except DecisionTimeoutError as error:
-            raise DecisionTimeoutError(str(self.complaint(str(error)))) from None
-        if isinstance(answer, _Failed):
-            self.close()
-            raise StrategyError(answer.words, final=answer.final)
-        if not isinstance(answer, _Decided):
-            raise self._ended(f"it has answered {type(answer).__name__}")
-        return answer
-
-    def _answer(self) -> _Ready | _Decided | _Failed:
-        try:
-            answer: _Ready | _Decided | _Failed = _answers.decode(self._pipe.recv_bytes(_LONGEST))
-            return answer
-        except (EOFError, OSError):
-            raise self._ended("it has ended") from None
-        except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
-            raise self._ended(str(error)) from None
-        except BaseException:
-            self.close()  # it still decides, and its answer would be taken for that to the next question
-            raise
-
-    def _ended(self, why: str) -> StrategyError:
+    def _end(self, why: str) -> StrategyError:
+        """End its process, and return why it is gone."""
+        self._why = self._why or why
         self.close()
-        return StrategyError(f"the process of the strategy is gone: {self._why or why}")
+        return StrategyError(f"the process of the strategy is gone: {self._why}")
 
 
-def _job_of(setup: MatchSetup, name: str, run: RunFolder, *, sealed: bool, make: bool, away: bool) -> _Job:
-    """The job of a strategy's process.
-
-    Args:
-        away: True if that is on another machine.
-
-    Raises:
-        ConfigError: there is no such player, or its files cannot be read.
-    """
-    files = None
-    if away:
-        target, files = files_of(setup, name)
-        setup = structs.replace(setup.substituted(name, target), base="", origin="", map="")
-    return _Job(setup.for_player(name), name, str(run.path.resolve()), sealed, make, files=files)
-
-
-class _TwoWay:
-    """A connection of two pipes, as ssh has them."""
-
-    def __init__(self, reader: int, writer: int) -> None:
-        self._reader, self._writer = Connection(reader, writable=False), Connection(writer, readable=False)
-        self.recv_bytes, self.send_bytes = self._reader.recv_bytes, self._writer.send_bytes
-
-
-def _written(job: _Job, home: Path) -> _Job:
-    """The job, once its files are written to a folder.
-
-    Raises:
-        ConfigError: it comes from another version of VRG, or they cannot be written.
-    """
-    if job.version != __version__:
-        raise ConfigError(f"expected VRG {__version__} as on this machine, got {job.version}: install one on both")
-    try:
-        for name, data in (job.files or {}).items():
-            path = home / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data)
-        run = RunFolder(home)
-        run.prepare()
-        (run.logs / f"{job.name}.json").touch()
-        os.chdir(home)
-    except OSError as error:
-        raise ConfigError(f"{home}: cannot be written: {error.strerror}") from None
-    setup = structs.replace(job.setup, base=str(home), origin=str(run.match_file))
-    return structs.replace(job, setup=setup, run=str(home))
-
-
-def main(arguments: Sequence[str] = ()) -> int:
-    """Be the process of a strategy: make it, and answer on the standard input until that is closed.
+@dataclass(frozen=True)
+class Strategies:
+    """Makes the strategies of a match, here or in processes of their own. What was missed is missed again.
 
     Args:
-        arguments: `away` and the folder for its files, if the match is on another machine; the answers then go to the
-            standard output.
+        server: forks these processes; None lets all decide here.
+        every: True for all strategies; False for those alone that are to be sealed in a match with seats.
+        strangers: True seals all strategies of files, here, whatever the match file says: it is a stranger's as well.
+        deadline: the real time in s after which one forfeits a step, if the match was not played before; None waits.
+        run: the run folder; None without one, and then all decide here.
+        past: the log of the match when it was played before. write: adds to the log of steps.
+        now: returns the match time in s; None before the first step.
     """
-    from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
 
-    pipe: Connection | _TwoWay
-    if arguments:
-        pipe = _TwoWay(os.dup(0), os.dup(1))
-        os.write(1, BANNER)
-        os.dup2(2, 1)
-    else:
-        pipe = Connection(os.dup(0))
-    with open(os.devnull, "rb") as nothing:
-        os.dup2(nothing.fileno(), 0)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    time = [0.0]
-    try:
-        job = msgspec.json.decode(pipe.recv_bytes(), type=_Job)
-        if arguments:
-            job = _written(job, Path(arguments[1]))
-        setproctitle(f"vrg strategy {job.name} in {Path(job.run).name}")
-        if job.sealed:
-            seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
-            tell_of_refusals(REFUSAL_ADVICE)
-        sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
-        # The seal bounds memory, too.
-        memory = contextlib.nullcontext() if job.sealed else MemoryBound(job.setup.memory)
-        with memory, printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
-            if not job.make:
-                strategy_class(job.setup.player(job.name).strategy, Path(job.setup.base))
-                pipe.send_bytes(msgspec.msgpack.encode(_Ready((), "")))
-                return 0
-            strategy = strategy_of(job.setup, job.name)
-            ready = _Ready(tuple(map(str, strategy.priorities)), str(strategy.complaint("{}")))
-            pipe.send_bytes(msgspec.msgpack.encode(ready))
-            _answer(strategy, pipe, time)
-    except EOFError:
-        pass
-    except BaseException as error:  # a student's code may raise anything, also while it is imported
-        failure = error if isinstance(error, VrgError) else failure_of(error)
-        final = isinstance(failure, StrategyError) and failure.final
-        if not isinstance(error, ConfigError):
-            traceback.print_exception(failure.__cause__ or failure, file=sys.__stdout__)
-        with contextlib.suppress(OSError):
-            pipe.send_bytes(msgspec.msgpack.encode(_Failed(str(failure), final)))
-    return 0
+    server: ForkServer | None = None
+    every: bool = False
+    strangers: bool = False
+    deadline: float | None = None
+    run: RunFolder | None = None
+    past: Sequence[Line] = ()
+    write: _Write = lambda _: None
+    now: Callable[[], float | None] = lambda: None
+    _opened: list[StrategyApart] = field(default_factory=list, init=False)
 
+    def is_apart(self, setup: MatchSetup, name: str) -> bool:
+        """True if the strategy of a player decides in a process of its own."""
+        if self.server is None or self.run is None:
+            return False
+        return self.every or self._is_strangers(setup, name) or setup.sandboxed(name, seats=True)
 
-def _answer(strategy: Strategy, pipe: Connection | _TwoWay, time: list[float]) -> None:
-    """Decide whenever a view comes.
+    def _is_strangers(self, setup: MatchSetup, name: str) -> bool:
+        return self.strangers and setup.strategy_file(name) is not None
 
-    Args:
-        time: its only item is set to the match time, s.
+    def tried(self, setup: MatchSetup, name: str) -> None:
+        """Import and make the strategy of a player where it would decide, to find out whether that can be done.
 
-    Raises:
-        StrategyError: the strategy has failed. EOFError: the pipe is closed.
-    """
-    same: dict[str, Any] = {}
-    warn_once = Once()
-    while True:
-        told = pickle.loads(pipe.recv_bytes())
-        told = same | told
-        same = {name: told[name] for name in ("robot", "obstacles")}
-        view = View(**told)
-        time[0] = view.time
-        action, mode = decided(strategy, view)
-        payload, problems = sendable(action)
-        for problem in problems:
-            if warn_once(problem):
-                print(strategy.complaint(problem))
-        twist = planned(strategy, view, action.twist)
-        pipe.send_bytes(msgspec.msgpack.encode(_Decided(twist, payload, mode)))
+        Raises:
+            ConfigError: it cannot.
+        """
+        with scratch_folder() as place:
+            trial = replace(self, run=RunFolder(place))
+            trial.maker(setup, name)()
+            trial.close()
 
+    def maker(self, setup: MatchSetup, name: str) -> Callable[[], Strategy]:
+        """A function that makes the strategy of a player, for the first time or again."""
+        mine = [line for line in self.past if isinstance(line, Missed | Unmade) and line.player == name]
+        missed = {line.time: line for line in mine if isinstance(line, Missed)}
+        unmade = {line.time: line.why for line in mine if isinstance(line, Unmade)}
 
-if __name__ == "__main__":
-    sys.exit(main())
+        def make() -> Strategy:
+            now = self.now()
+            try:
+                if now is not None and (why := unmade.get(round(now, 6))) is not None:
+                    raise ConfigError(why)
+                return self._made(setup, name, missed)
+            except ConfigError as error:
+                if now is not None:
+                    self.write(Unmade(time=round(now, 6), player=name, why=str(error)))
+                raise
+
+        return make
+
+    def close(self) -> None:
+        """End all that decide in processes of their own. Idempotent."""
+        for strategy in self._opened:
+            strategy.close()
+
+    def _made(self, setup: MatchSetup, name: str, missed: _Past) -> Strategy:
+        """Make a strategy.
+
+        Raises:
+            ConfigError: it cannot be made.
+        """
+        if self.server is None or self.run is None or not self.is_apart(setup, name):
+            strategy = strategy_of(setup, name)
+            return StrategyHere(strategy, missed, self.write) if missed else strategy
+        from vrg.launch.serving import is_sealed  # noqa: PLC0415 - it loads the bus, which no other match here needs
+
+        sealed = not self.every or self._is_strangers(setup, name) or is_sealed(setup, name, seats=False)
+        try:
+            made = StrategyApart(
+                self.server, setup, name, self.run, sealed=sealed, deadline=None if self.past else self.deadline,
+                machine=HERE if self.strangers else setup.place.get(name, HERE), past=missed, write=self.write,
+            )  # fmt: skip
+        except (LaunchError, OSError) as error:
+            raise ConfigError(str(error)) from None
+        self._opened.append(made)
+        return made

@@ -17,7 +17,7 @@ import sys
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from typing import IO, TYPE_CHECKING
+from typing import IO
 
 import psutil
 
@@ -25,9 +25,6 @@ from vrg.bus.stopping import StopSignal
 from vrg.errors import LaunchError
 from vrg.launch import forking
 from vrg.system import POSIX, end_group
-
-if TYPE_CHECKING:
-    from multiprocessing.connection import Connection
 
 UNKNOWN_STATUS = 255
 """The exit status that is assumed for a process whose end was not seen, because the server died before it."""
@@ -54,8 +51,8 @@ class Child(ABC):
         self.pid = pid
         self.stream = stream
 
-    def connection(self) -> "Connection":
-        """The other end of its standard input, by which it answers, too; `stream` is it no longer.
+    def detached(self) -> int:
+        """The descriptor of the other end of its standard input, by which it answers, too; `stream` is it no longer.
 
         Raises:
             LaunchError: on Windows it cannot answer.
@@ -63,9 +60,7 @@ class Child(ABC):
         if not isinstance(self.stream, socket.socket):
             self.kill()
             raise LaunchError("strategies and games in processes that answer need Linux or macOS")
-        from multiprocessing.connection import Connection  # noqa: PLC0415 - most processes do not answer so
-
-        return Connection(self.stream.detach())
+        return self.stream.detach()
 
     @abstractmethod
     def poll(self) -> int | None:

@@ -3,7 +3,7 @@
 import gc
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
@@ -22,13 +22,13 @@ from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
 from vrg.files import write_json
 from vrg.hal.backends import BACKENDS
+from vrg.launch.apart import Strategies
 from vrg.launch.bounds import DecisionAlarm, MemoryBound
 from vrg.launch.contained import ContainedPlayer, Failure
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.tracker import tracker_node
 from vrg.launch.nodes.world import world_node
-from vrg.launch.repeating import Strategies
 from vrg.runs.change import Change, amended
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Ended, Line, StepLog
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from vrg.coordinator.coordinator import Coordinator
     from vrg.hal.can.workshop.simulation import Simulation
     from vrg.hal.sim.node import WorldNode
-    from vrg.launch.stepping import Apart
 
 P = TypeVar("P", bound=Node)
 
@@ -121,7 +120,7 @@ def play(
     stop: StopSignal | None = None,
     logs: Path | None = None,
     changes: Sequence[Change] = (),
-    apart: "Apart | None" = None,
+    apart: Strategies | None = None,
     steps: StepLog | None = None,
     past: Sequence[Line] = (),
 ) -> Ending:
@@ -150,8 +149,13 @@ def play(
     simulation = emulation(setup)
     executor: Lockstep | None = None
     alarm, memory = DecisionAlarm(stop), MemoryBound(setup.memory)
-    folder = None if logs is None else RunFolder(logs.parent)
-    strategies = Strategies(apart, folder, steps, past, lambda: None if executor is None else executor.time)
+    strategies = replace(
+        apart or Strategies(),
+        run=None if logs is None else RunFolder(logs.parent),
+        past=past,
+        write=(lambda _: None) if steps is None else steps.write,
+        now=lambda: None if executor is None else executor.time,
+    )
 
     def contained(name: str) -> ContainedPlayer:
         return ContainedPlayer(

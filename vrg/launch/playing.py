@@ -21,6 +21,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, installed
 from vrg.kinds import HUD
 from vrg.launch import in_process
+from vrg.launch.apart import DEADLINE, Strategies
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
@@ -28,7 +29,6 @@ from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.over_processes import Launch, Show
 from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
-from vrg.launch.stepping import DEADLINE, Apart
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import conclusion, ended_of, plot, summary, write_result
@@ -141,7 +141,7 @@ def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer,
         server.stop = stop
         if way.steps:
             setup = setup if way.paced else setup.at_rate(0.0)
-            apart = Apart(server, every=True, deadline=way.deadline) if way.lockstep else None
+            apart = Strategies(server, every=True, deadline=way.deadline) if way.lockstep else None
             state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=way.paced)
         else:
             state, failure = Launch(setup, folder, show, server, way.secured, way.keys).play(stop, over)
@@ -181,7 +181,7 @@ def strangers(
     sandbox: bool,
     lockstep: bool = False,
     announce: Callable[[str], None] = lambda _: None,
-) -> Iterator[Apart | None]:
+) -> Iterator[Strategies | None]:
     """Where the strategies of a recorded match decide that is played again: by default those of files are sealed.
 
     Args:
@@ -202,7 +202,7 @@ def strangers(
     if files:
         announce((_sealed if sealed else _unsealed)(list(files)))
     with fork_server(wanted=sealed or lockstep) as server:
-        yield Apart(server, every=lockstep, strangers=sealed) if sealed or lockstep else None
+        yield Strategies(server, every=lockstep, strangers=sealed) if sealed or lockstep else None
 
 
 def _sealed(names: Sequence[str]) -> str:
@@ -218,7 +218,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _play_in_steps(
-    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Apart | None, *, paced: bool
+    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Strategies | None, *, paced: bool
 ) -> tuple[RefereeState | None, LaunchError | None]:
     """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
 

@@ -8,20 +8,17 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
 
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.games import has_name
-from vrg.launch import apart
+from vrg.launch import deciding
+from vrg.launch.apart import StrategyApart
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.sandbox.seal import missing
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.system import POSIX
-
-LOADING_TIMEOUT: Final = 20.0
-"""The real time in s that a strategy may take to be imported and made."""
 
 
 def untried() -> str | None:
@@ -75,10 +72,7 @@ class Trial:
 
     def _try(self, setup: MatchSetup, name: str, *, make: bool) -> None:
         if untried() is None:
-            sealed = missing() is None
-            apart.StrategyApart(
-                self.server, setup, name, self.run, patience=LOADING_TIMEOUT, sealed=sealed, make=make
-            ).close()
+            StrategyApart(self.server, setup, name, self.run, sealed=missing() is None, make=make).close()
 
 
 @contextmanager
@@ -90,5 +84,5 @@ def trial(server: ForkServer | None = None) -> Iterator[Trial]:
     """
     with ExitStack() as stack:
         place = stack.enter_context(scratch_folder())
-        server = server or stack.enter_context(fork_server(preload=[apart.__name__]))
+        server = server or stack.enter_context(fork_server(preload=[deciding.__name__]))
         yield Trial(server, RunFolder(place))

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Sequence
 from datetime import datetime
 from functools import reduce
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msgspec import structs
 
@@ -23,6 +22,7 @@ from vrg.config.setup import CheckedMatch, MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import TINY, Exhibit, read_evidence
 from vrg.errors import ConfigError, GivenUpError, LaunchError
 from vrg.launch import in_process
+from vrg.launch.apart import Strategies
 from vrg.launch.in_process import Ending
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
@@ -32,9 +32,6 @@ from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import ended_of, plot, write_result
 from vrg.runs.run_folder import RunFolder, delete
 from vrg.runs.step_log import Ended, StepLog, read_steps
-
-if TYPE_CHECKING:
-    from vrg.launch.stepping import Apart
 
 
 def last_instant(folder: RunFolder) -> float:
@@ -83,7 +80,7 @@ def play_branch(
     *,
     progress: Callable[[float], None],
     stop: StopSignal,
-    apart: "Apart | None" = None,
+    apart: Strategies | None = None,
 ) -> RunFolder:
     """Play a recorded match again up to an instant, and on from there with changes.
 
@@ -132,7 +129,7 @@ def _as_played(of: RunFolder) -> CheckedMatch:
     return load_match(of.match_file, engine=recorded.engine).at_rate(recorded.rate)
 
 
-def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: "Apart | None", stop: StopSignal) -> RunFolder:
+def repeat_match(of: RunFolder, runs: Path, now: datetime, apart: Strategies | None, stop: StopSignal) -> RunFolder:
     """Play a recorded match again up to where it ended.
 
     Args:
@@ -172,7 +169,7 @@ def play_on(
     watchers: Sequence[Node] = (),
     progress: Callable[[float], None] = lambda _: None,
     stop: StopSignal | None = None,
-    apart: "Apart | None" = None,
+    apart: Strategies | None = None,
     limit: float = 3600.0,
     whole: bool = False,
 ) -> Ending:

@@ -241,10 +241,10 @@ def test_numbers_that_mean_nothing_do_no_harm(playing: Bench, value: float) -> N
 def test_nothing_waits_for_an_ssh_that_does_not_end(playing: Bench) -> None:
     connection = playing.host._connection
     assert connection is not None
-    connection._process.send_signal(signal.SIGSTOP)
+    connection.process.send_signal(signal.SIGSTOP)
     # It must have stopped: of several signals that are pending, the one that ends it would be taken first.
     deadline = time.monotonic() + 60.0
-    while psutil.Process(connection._process.pid).status() != psutil.STATUS_STOPPED:
+    while psutil.Process(connection.process.pid).status() != psutil.STATUS_STOPPED:
         assert time.monotonic() < deadline, "it does not stop"
         time.sleep(0.01)
     while playing.host.is_at(StartupStep.LOADED):
@@ -254,7 +254,7 @@ def test_nothing_waits_for_an_ssh_that_does_not_end(playing: Bench) -> None:
     playing.now += RECONNECT_PERIOD
     playing.play()
     assert not connection.gone, "the machine is back although it has not ended"
-    connection._process.kill()
+    connection.process.kill()
 
 
 def test_only_an_honest_failure_ends_the_match(playing: Bench) -> None:

@@ -158,8 +158,8 @@ class RemoteHost:
         self._has_played = False
         self._failure: str | None = None
         self._script: Iterator[None] = iter(())
-        self._connection: Connection | None = None
-        self._lost: list[Connection] = []
+        self._connection: Connection[wire.ToLauncher] | None = None
+        self._lost: list[Connection[wire.ToLauncher]] = []
         # These hold for the present connection, or for the last one.
         self._silence = Silence(0.0)
         self._tried = self._beaten = self._arrived = -math.inf
@@ -288,7 +288,9 @@ class RemoteHost:
         self._tried = now
         self._silence = Silence(now)
         self._home, self._sent, self._done = "", 0, 0
-        self._connection = Connection(self.machine, self._reached, self._folder.logs / f"host-{self.machine}.log")
+        frames: wire.Frames[wire.ToLauncher] = wire.Frames(wire.ToLauncher, wire.BANNER)  # type: ignore[arg-type]  # a union is no class
+        log = self._folder.logs / f"host-{self.machine}.log"
+        self._connection = Connection(self.machine, self._reached, log, "node host", frames)
         self._script = self._bring_up()
 
     def _lose(self, why: str) -> None:

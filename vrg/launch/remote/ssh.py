@@ -1,20 +1,24 @@
-"""Brings up the agent on another machine with the system's OpenSSH.
+"""Runs commands of `vrg` on other machines with the system's OpenSSH.
 
 OpenSSH and no library: what a person has set up for `ssh HOST` then works here too, such as the configuration, known
 hosts, the key agent, jump hosts and shared connections.
 """
 
-import contextlib
 import os
 import shlex
+import signal
 import subprocess
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from vrg.config.files import Machine
 from vrg.errors import LaunchError
+from vrg.launch.fork_server import Spawned
 from vrg.launch.remote.channel import Channel
-from vrg.launch.remote.wire import BANNER, Frames, ToLauncher
+from vrg.launch.remote.wire import Frames
 from vrg.system import POSIX
+
+M = TypeVar("M")
 
 SSH = "VRG_SSH"
 """The environment variable that holds the command for ssh, if it is not `ssh`."""
@@ -63,73 +67,45 @@ def advice(message: str, name: str, host: str) -> str:
     return f"{found}{'; ' if found else ''}`ssh {host} true` must work without a question"
 
 
-def command_for(machine: Machine, what: str) -> list[str]:
-    """The command that runs a command of `vrg` on another machine.
-
-    Raises:
-        LaunchError: the environment names no command for ssh; or this is Windows.
-    """
-    if not POSIX:
-        raise LaunchError("a match on Windows cannot use other machines: play it with --here")
-    return [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} {what}"]
-
-
-def why_ended(status: int | None, printed: bytes, name: str, machine: Machine, log: Path) -> str:
-    """Why such a command has ended, in words.
-
-    Args:
-        status: its exit status. printed: what it has printed. name: the machine's name in the match file. log: its log.
-    """
-    lines = [line for line in printed.decode(errors="replace").splitlines() if line.strip()]
-    message = lines[-1].removeprefix("vrg: ") if lines else ""
-    if status == _SSH_FAILED:
-        return f"{message.rstrip('.: ') or 'ssh has failed'}: {advice(message, name, machine.host)}"
-    if status == _NO_COMMAND or "No such file" in message:
-        return (
-            f"{message}: install VRG there, or write where it is into [machines.{name}], such as "
-            '`vrg = "~/vrg/.venv/bin/vrg"`'
-        )
-    return f"it has ended with status {status}: {message or 'without a word'} (log: {log})"
-
-
-class Connection:
-    """An agent on another machine, and the ssh that holds it.
+class Connection(Generic[M]):
+    """A command of `vrg` that runs on another machine, and the ssh that holds it.
 
     Args:
         name: the machine's name in the match file. machine: how it is reached. log: the file for its output.
+        what: the command. frames: cuts what it sends into messages.
 
     Attributes:
-        channel: the messages to the agent and from it.
+        process: that of ssh. channel: the messages to the command and from it.
 
     Raises:
-        LaunchError: there is no ssh.
+        LaunchError: there is no ssh; or this is Windows.
     """
 
-    def __init__(self, name: str, machine: Machine, log: Path) -> None:
+    def __init__(self, name: str, machine: Machine, log: Path, what: str, frames: Frames[M]) -> None:
+        if not POSIX:
+            raise LaunchError("a match on Windows cannot use other machines: play it with --here")
         self._name = name
         self._machine = machine
         self._log = log
         self._log_begins = log.stat().st_size if log.exists() else 0
-        command = command_for(machine, "node host")
+        command = [*_ssh(), *_OPTIONS, machine.host, "--", f"exec {machine.vrg} {what}"]
         try:
             errors = log.open("ab")
         except OSError as error:
             raise LaunchError(f"{log}: cannot be written: {error.strerror}") from error
         with errors:
             try:
-                self._process = subprocess.Popen(
+                process = subprocess.Popen(
                     command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, start_new_session=True
                 )
             except OSError as error:
                 raise LaunchError(f"{command[0]} cannot be run: {error.strerror}: install OpenSSH's client") from error
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
-        self._frames: Frames[ToLauncher] = Frames(ToLauncher, BANNER)  # type: ignore[arg-type]  # a union is no class
-        self.channel = Channel(
-            os.dup(self._process.stdout.fileno()), os.dup(self._process.stdin.fileno()), self._frames
-        )
-        self._process.stdin.close()
-        self._process.stdout.close()
+        assert process.stdin is not None
+        assert process.stdout is not None
+        self.channel = Channel(os.dup(process.stdout.fileno()), os.dup(process.stdin.fileno()), frames)
+        self.process = Spawned(process, process.stdin)
+        process.stdin.close()
+        process.stdout.close()
 
     @property
     def ended(self) -> bool:
@@ -139,29 +115,36 @@ class Connection:
     @property
     def gone(self) -> bool:
         """True if ssh has ended."""
-        return self._process.poll() is not None
+        return self.process.poll() is not None
 
     def why_ended(self) -> str:
-        """Why there is no agent, in words."""
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(_END)
+        """Why the command does not run there, in words."""
+        self.process.wait(_END)
+        status = self.process.poll()
         with self._log.open("rb") as log:
             log.seek(self._log_begins)
-            printed = log.read() or self._frames.skipped
-        return why_ended(self._process.poll(), printed, self._name, self._machine, self._log)
+            printed = log.read() or self.channel.frames.skipped
+        lines = [line for line in printed.decode(errors="replace").splitlines() if line.strip()]
+        message = lines[-1].removeprefix("vrg: ") if lines else ""
+        if status == _SSH_FAILED:
+            given = advice(message, self._name, self._machine.host)
+            return f"{message.rstrip('.: ') or 'ssh has failed'}: {given}"
+        if status == _NO_COMMAND or "No such file" in message:
+            return (
+                f"{message}: install VRG there, or write where it is into [machines.{self._name}], such as "
+                '`vrg = "~/vrg/.venv/bin/vrg"`'
+            )
+        return f"it has ended with status {status}: {message or 'without a word'} (log: {self._log})"
 
     def end(self, *, patience: float | None = None) -> None:
-        """Close the connection, and let ssh end. The agent then stops its processes and ends. Idempotent.
+        """Close the connection, and let ssh end. The command then ends, too. Idempotent.
 
         Args:
             patience: the real time in s that ssh may take to end by itself before it is killed; None does not wait.
         """
         self.channel.close()
         if not self.gone and not patience:
-            self._process.terminate()
-        if patience is not None:
-            try:
-                self._process.wait(patience or _END)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
+            self.process.send_signal(signal.SIGTERM)
+        if patience is not None and not self.process.wait(patience or _END):
+            self.process.kill()
+            self.process.wait(_END)

@@ -1,106 +1,75 @@
-"""Starts strategies on other machines, for a match in lockstep: each is what an ssh of its own runs there."""
+"""Strategies on other machines, for a match in lockstep: each is what an ssh of its own runs there."""
 
 import contextlib
 import os
 import select
 import shutil
 import signal
-import socket
-import subprocess
 import tempfile
-from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import IO
 
+from msgspec import structs
+
+from vrg import __version__
 from vrg.bus.stopping import stop_on_signals
-from vrg.config.files import Machine
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import file_of
 from vrg.launch.code_files import imported, readable_parts
-from vrg.launch.fork_server import Child, Spawned
-from vrg.launch.remote.ssh import command_for, why_ended
-from vrg.launch.remote.wire import BANNER
+from vrg.launch.deciding import Job, decide
+from vrg.launch.remote.travel import take_in
+from vrg.launch.remote.wire import BANNER, FilePart
+from vrg.runs.run_folder import RunFolder
 
 _LOOK = 0.2
-"""The longest real time in s to wait for the next byte."""
-_GREETING = 100_000
-"""The number of bytes that a login shell may print before."""
+"""The longest real time in s between two looks at whether this is to stop."""
 
 
-class RemoteStarter:
-    """Starts processes of strategies on one machine, in place of a fork server.
-
-    Args:
-        name: its name in the match file. machine: how it is reached.
-    """
-
-    def __init__(self, name: str, machine: Machine) -> None:
-        self._name, self._machine = name, machine
-
-    def run(self, module: str, arguments: Sequence[str], log: IO[bytes]) -> Child:
-        """Start a process that answers as `vrg.launch.apart.main` does.
-
-        Args:
-            log: the file for what it prints, and ssh.
-
-        Raises:
-            LaunchError: that machine cannot be reached, or has no VRG.
-        """
-        began, command = log.tell(), command_for(self._machine, "node strategy")
-        ours, theirs = socket.socketpair()
-        with theirs:
-            try:
-                process = subprocess.Popen(
-                    command, stdin=theirs.fileno(), stdout=theirs.fileno(), stderr=log, start_new_session=True
-                )
-            except OSError as error:
-                ours.close()
-                raise LaunchError(f"{command[0]} cannot be run: {error.strerror}: install OpenSSH's client") from error
-        skipped = bytearray()
-        while not skipped.endswith(BANNER):
-            # ssh itself gives up a machine that does not answer.
-            there = select.select([ours], [], [], _LOOK)[0]
-            byte = ours.recv(1) if there else b""
-            skipped += byte
-            if (there and not byte) or len(skipped) > _GREETING:
-                process.kill()
-                ours.close()
-                process.wait()
-                path = Path(log.name)
-                with path.open("rb") as written:
-                    written.seek(began)
-                    printed = written.read() or bytes(skipped)
-                why = why_ended(process.returncode, printed, self._name, self._machine, path)
-                raise LaunchError(f"{self._name}: {why}")
-        return Spawned(process, ours)
-
-
-def files_of(setup: MatchSetup, name: str) -> tuple[str, dict[str, bytes]]:
-    """The strategy of a player as it is named in a folder with its files alone, and these by their paths there.
+def job_elsewhere(setup: MatchSetup, name: str, *, sealed: bool) -> Job:
+    """The job of a strategy's process on another machine, with the files of the strategy.
 
     Raises:
         ConfigError: there is no such player, or a file cannot be read.
     """
-    code, strategy = setup.strategy_file(name), setup.player(name).strategy
-    if code is None:
-        return strategy, {}
-    parts = [part for path in (code, *imported(code)) for part in readable_parts(path.resolve())]
+    code, target, files = setup.strategy_file(name), setup.player(name).strategy, {}
+    if code is not None:
+        parts = [part for path in (code, *imported(code)) for part in readable_parts(path.resolve())]
+        try:
+            files = {part.relative_to(code.parent).as_posix(): part.read_bytes() for part in parts}
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"{target}: cannot be sent to another machine: {error}") from None
+        if (file := file_of(target)) is not None:
+            setup = setup.substituted(name, f"{code.name}{target.removeprefix(file)}")
+    setup = structs.replace(setup, base="", origin="", map="")
+    return Job(setup.for_player(name), name, "", sealed, make=True, files=files)
+
+
+def _placed(home: Path, job: Job) -> Job:
+    """The job, once its files are written to a folder.
+
+    Raises:
+        ConfigError: it comes from another version of VRG, or they cannot be written.
+    """
+    if job.version != __version__:
+        raise ConfigError(f"expected VRG {__version__} as on this machine, got {job.version}: install one on both")
     try:
-        files = {part.relative_to(code.parent).as_posix(): part.read_bytes() for part in parts}
-    except (OSError, ValueError) as error:
-        raise ConfigError(f"{strategy}: cannot be sent to another machine: {error}") from None
-    file = file_of(strategy)
-    return strategy if file is None else f"{code.name}{strategy.removeprefix(file)}", files
+        for name, data in job.files.items():
+            take_in(home, FilePart(name, data, begins=True))
+        run = RunFolder(home)
+        run.prepare()
+        (run.logs / f"{job.name}.json").touch()
+        os.chdir(home)
+    except OSError as error:
+        raise ConfigError(f"{home}: cannot be written: {error.strerror}") from None
+    setup = structs.replace(job.setup, base=str(home), origin=str(run.match_file))
+    return structs.replace(job, setup=setup, run=str(home))
 
 
-def serve(main: Callable[[Sequence[str]], int]) -> int:
+def serve() -> int:
     """Run a strategy on this machine for a match elsewhere, until it or the connection of ssh ends.
 
     Nothing is left of it then, whatever its code does.
-
-    Args:
-        main: runs it, in a process of its own; its arguments are the word `away`, and the folder for its files.
 
     Raises:
         LaunchError: this is not Linux.
@@ -113,7 +82,10 @@ def serve(main: Callable[[Sequence[str]], int]) -> int:
         status = 1
         try:
             os.setsid()
-            status = main(["away", home])
+            reader, writer = os.dup(0), os.dup(1)
+            os.write(1, BANNER)
+            os.dup2(2, 1)
+            status = decide(reader, writer, partial(_placed, Path(home)))
         finally:
             os._exit(status)
     with stop_on_signals() as stop:

@@ -249,25 +249,26 @@ class Frames(Generic[M]):
         kind: the union of the types of the messages. banner: what precedes the first frame; all before it is skipped.
 
     Attributes:
+        banner: as long as that has not come; empty afterwards.
         skipped: the last bytes that came before the banner, for a message about why it did not come.
     """
 
     def __init__(self, kind: type[M], banner: bytes = b"") -> None:
         self._decoder = msgspec.msgpack.Decoder(kind)
-        self._banner = banner
+        self.banner = banner
         self._data = bytearray()
         self.skipped = b""
 
     def feed(self, data: bytes) -> None:
         """Take in bytes."""
         self._data += data
-        if self._banner:
-            before, banner, rest = self._data.partition(self._banner)
+        if self.banner:
+            before, banner, rest = self._data.partition(self.banner)
             self.skipped = bytes(before[-2000:])
             # The banner may come in pieces.
             self._data = rest if banner else before[-2000:]
             if banner:
-                self._banner = b""
+                self.banner = b""
 
     def next(self) -> M | None:
         """The next message; None until all of it has come.
@@ -275,7 +276,7 @@ class Frames(Generic[M]):
         Raises:
             MessageError: what comes next is no frame of this release.
         """
-        if self._banner or len(self._data) < 4:
+        if self.banner or len(self._data) < 4:
             return None
         end = 4 + int.from_bytes(self._data[:4], "big")
         if end > 4 + MAX_MESSAGE_SIZE:

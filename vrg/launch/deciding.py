@@ -1,0 +1,164 @@
+"""The process of a strategy that decides apart from its match: it makes the strategy, and answers each view.
+
+`vrg.launch.apart` is the side of the match. From there come a `Job` as JSON and then views, which are pickled. Back go
+messages of `Answer` as MessagePack, and nothing that would be run: a student's code may write there, too. Four bytes
+before each tell its length, the most significant first.
+"""
+
+import contextlib
+import os
+import pickle
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import msgspec
+from msgspec import Struct
+
+from vrg import __version__
+from vrg.agents.strategy import Strategy, View, decided, planned
+from vrg.agents.telling import Once, Payload, sendable
+from vrg.blame import failure_of, tell_of_refusals
+from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError, StrategyError, VrgError
+from vrg.launch.bounds import BoundedOutput, MemoryBound, printing_to
+from vrg.launch.nodes.strategy import strategy_class, strategy_of
+from vrg.launch.sandbox.player import policy_of
+from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
+from vrg.runs.run_folder import RunFolder
+from vrg.types import Twist
+
+
+class Job(Struct, frozen=True):
+    """The ingredients of a strategy: the set-up of its player's process, the player, and the run folder.
+
+    Args:
+        sealed: True seals the process before. make: False only imports the class.
+        version: that of VRG. files: those that another machine needs, by their paths.
+    """
+
+    setup: MatchSetup
+    name: str
+    run: str
+    sealed: bool
+    make: bool
+    version: str = __version__
+    files: Mapping[str, bytes] = {}
+
+
+class Ready(Struct, frozen=True, tag=True):
+    """The strategy has been made; errors of its answers have this text, with what is wrong in place of `{}`."""
+
+    priorities: tuple[str, ...]
+    complaint: str
+
+
+class Decided(Struct, frozen=True, tag=True):
+    """The decision of the strategy."""
+
+    twist: Twist
+    payload: Payload
+    mode: str
+
+
+class Failed(Struct, frozen=True, tag=True):
+    """It could not be made, or has raised something; `final` as in `StrategyError`."""
+
+    words: str
+    final: bool
+
+
+Answer = Ready | Decided | Failed
+
+
+class _Pipe:
+    """What comes from the match, and what goes there."""
+
+    def __init__(self, reader: int, writer: int) -> None:
+        self._reader, self._writer = Connection(reader, writable=False), Connection(writer, readable=False)
+        self.receive = self._reader.recv_bytes
+
+    def send(self, answer: Answer) -> None:
+        """Send an answer."""
+        self._writer.send_bytes(msgspec.msgpack.encode(answer))
+
+
+def main(_arguments: Sequence[str] = ()) -> int:
+    """Be the process of a strategy of a match on this machine: see `decide`. The standard input goes both ways."""
+    return decide(os.dup(0), os.dup(0))
+
+
+def decide(reader: int, writer: int, placed: Callable[[Job], Job] = lambda job: job) -> int:
+    """Make a strategy, and answer until the match closes its end.
+
+    Args:
+        reader, writer: the descriptors of what comes from the match and of what goes there.
+        placed: what becomes of the job before; it may raise a ConfigError.
+    """
+    from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name
+
+    pipe = _Pipe(reader, writer)
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    time = [0.0]
+    try:
+        job = placed(msgspec.json.decode(pipe.receive(), type=Job))
+        setproctitle(f"vrg strategy {job.name} in {Path(job.run).name}")
+        if job.sealed:
+            seal(policy_of(job.setup, job.name, router=None, run=RunFolder(Path(job.run)), seat=None))
+            tell_of_refusals(REFUSAL_ADVICE)
+        sys.stdout.reconfigure(line_buffering=True, encoding="utf-8", errors="backslashreplace")  # type: ignore[union-attr]
+        # The seal bounds memory, too.
+        memory = contextlib.nullcontext() if job.sealed else MemoryBound(job.setup.memory)
+        with memory, printing_to(BoundedOutput(sys.stdout, lambda: time[0])):
+            if not job.make:
+                strategy_class(job.setup.player(job.name).strategy, Path(job.setup.base))
+                pipe.send(Ready((), ""))
+                return 0
+            strategy = strategy_of(job.setup, job.name)
+            pipe.send(Ready(tuple(map(str, strategy.priorities)), str(strategy.complaint("{}"))))
+            _answer(strategy, pipe, time)
+    except EOFError:
+        pass
+    except BaseException as error:  # a student's code may raise anything, also while it is imported
+        failure = error if isinstance(error, VrgError) else failure_of(error)
+        final = isinstance(failure, StrategyError) and failure.final
+        if not isinstance(error, ConfigError):
+            traceback.print_exception(failure.__cause__ or failure, file=sys.__stdout__)
+        with contextlib.suppress(OSError):
+            pipe.send(Failed(str(failure), final))
+    return 0
+
+
+def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
+    """Decide whenever a view comes.
+
+    Args:
+        time: its only item is set to the match time, s.
+
+    Raises:
+        StrategyError: the strategy has failed. EOFError: the pipe is closed.
+    """
+    same: dict[str, Any] = {}
+    warn_once = Once()
+    while True:
+        told = pickle.loads(pipe.receive())
+        told = same | told
+        same = {name: told[name] for name in ("robot", "obstacles")}
+        view = View(**told)
+        time[0] = view.time
+        action, mode = decided(strategy, view)
+        payload, problems = sendable(action)
+        for problem in problems:
+            if warn_once(problem):
+                print(strategy.complaint(problem))
+        pipe.send(Decided(planned(strategy, view, action.twist), payload, mode))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
