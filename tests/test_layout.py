@@ -285,7 +285,7 @@ BUDGETS = {
     "faults": 1_300,
     "agents": 1_270,
     "config": 860,  # what processes get is a thing of its own, without the text of the match file
-    "launch/sandbox": 640,
+    "launch/sandbox": 630,
     "navigation": 400,
     "fitting": 380,
     "seats": 300,

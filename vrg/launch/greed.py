@@ -5,13 +5,12 @@ import queue
 import re
 import threading
 from collections.abc import Collection, Iterator, Sequence
-from pathlib import Path
 
 import psutil
 
 from vrg.launch.managed import ManagedProcess
 from vrg.launch.process_log import FLOOD_SIZE, FLOOD_WINDOW
-from vrg.launch.sandbox.excess import excess
+from vrg.launch.sandbox.excess import excess, proc_text
 
 CHECK_PERIOD = 1.0
 """The real time in s between two looks at what the processes use."""
@@ -88,9 +87,5 @@ def _memory(pids: Collection[int]) -> dict[int, int]:
 
 def _page_tables(pid: int) -> int:
     """The memory in bytes that the kernel needs to know where a process' memory is; 0 where it does not tell."""
-    try:
-        status = Path(f"/proc/{pid}/status").read_text(encoding="ascii", errors="replace")
-    except OSError:
-        return 0
-    found = _PAGE_TABLES.search(status)
+    found = _PAGE_TABLES.search(proc_text(pid, "status"))
     return 1024 * int(found[1]) if found else 0

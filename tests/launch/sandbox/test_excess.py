@@ -3,6 +3,7 @@
 import contextlib
 import mmap
 import os
+import re
 import shutil
 import socket
 import threading
@@ -42,6 +43,24 @@ def test_many_threads_or_sockets_are_too_many(own: Path, tmp_path: Path, monkeyp
         for end in (end for _ in range(2) for end in socket.socketpair()):
             stack.enter_context(end)
         assert "sockets" in (excess(tmp_path, "ann", os.getpid()) or "")
+
+
+def test_no_name_that_a_process_gives_itself_hides_its_threads(
+    own: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(bounds, "THREADS", 2)
+    stop, before = threading.Event(), Path("/proc/self/comm").read_text()
+    others = [threading.Thread(target=stop.wait) for _ in range(3)]
+    for thread in others:
+        thread.start()
+    Path("/proc/self/comm").write_text("Threads:\t1")
+    try:
+        assert re.fullmatch(r"it has \d+ threads", excess(tmp_path, "ann", os.getpid()) or "")
+    finally:
+        Path("/proc/self/comm").write_text(before)
+        stop.set()
+        for thread in others:
+            thread.join()
 
 
 def test_a_large_file_is_too_large_and_takes_no_room_itself(own: Path, tmp_path: Path) -> None:

@@ -7,8 +7,6 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-import psutil
-
 from vrg.runs.run_folder import RunFolder
 from vrg.types import printable
 
@@ -31,16 +29,10 @@ def excess(run: Path, name: str, pid: int) -> str | None:
         run: the run folder. name: of the player. pid: its process.
     """
     folder = RunFolder(run).of_player(name)
-    if not folder.is_dir():
+    # Counted, and not read: in its status the name comes first that a process gives itself.
+    threads = len(_names(pid, "task")) if folder.is_dir() else 0
+    if not threads:
         return None
-    try:
-        threads = psutil.Process(pid).num_threads()
-    except psutil.Error:
-        return None
-    return None if (why := _excess(folder, pid, threads)) is None else printable(why)
-
-
-def _excess(folder: Path, pid: int, threads: int) -> str | None:
     sockets, unlinked = _open(pid)
     if threads > THREADS or sockets > SOCKETS:
         return f"it has {threads} threads" if threads > THREADS else f"it has {sockets} sockets"
@@ -48,7 +40,23 @@ def _excess(folder: Path, pid: int, threads: int) -> str | None:
     size += unlinked + _mapped(pid)
     if why is None and (size > MAX_FOLDER_SIZE or count > ENTRIES):
         why = f"it keeps {size // 1_000_000} MB in {count} files in its folder"
-    return why
+    return None if why is None else printable(why)
+
+
+def proc_text(pid: int, name: str) -> str:
+    """The text of a file of the kernel about a process; empty if that has ended, or where there is no such file."""
+    try:
+        return Path(f"/proc/{pid}/{name}").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return ""
+
+
+def _names(pid: int, folder: str) -> list[str]:
+    """The names in a folder of the kernel about a process; none if that has ended."""
+    try:
+        return os.listdir(f"/proc/{pid}/{folder}")
+    except OSError:
+        return []
 
 
 def _kept(folder: Path) -> tuple[int, int, str | None]:
@@ -102,25 +110,15 @@ def _open(pid: int) -> tuple[int, int]:
 
 def _descriptors(pid: int) -> Iterator[os.stat_result]:
     """The open files of a process; none if it has ended."""
-    try:
-        names = os.listdir(f"/proc/{pid}/fd")
-    except OSError:
-        return
-    for name in names:
-        try:
+    for name in _names(pid, "fd"):
+        with contextlib.suppress(OSError):
             yield os.stat(f"/proc/{pid}/fd/{name}")
-        except OSError:
-            continue
 
 
 def _mapped(pid: int) -> int:
     """The size of deleted files that a process has mapped, bytes: they stay on the disk without a descriptor."""
-    try:
-        lines = Path(f"/proc/{pid}/maps").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return 0
     size = 0
-    for line in lines:
+    for line in proc_text(pid, "maps").splitlines():
         if line.endswith("(deleted)") and " 00:00 " not in line:
             begin, _, end = line.split(" ", 1)[0].partition("-")
             size += int(end, 16) - int(begin, 16)
