@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Any, Final, TextIO
+from typing import Any, Final, NoReturn, TextIO
 
 import psutil
 
@@ -202,10 +202,7 @@ class DecisionAlarm:
             looks = looks + 1 if self._deciding and decision == self._decisions else 0
             decision = self._decisions
             if looks * _LOOK >= _STUCK:
-                where = place_of_frame(sys._current_frames().get(main))
-                text = f"vrg: a strategy ignores the signals that end a decision ({where}): the match is ended"
-                print(text, file=sys.__stderr__, flush=True)
-                os._exit(1)
+                _end_match("ignores the signals that end a decision", sys._current_frames().get(main))
 
     def _look(self, _number: int, frame: FrameType | None) -> None:
         # Signals are handled, so nothing is stuck. Setting the kernel's timer for each decision would cost more than
@@ -217,14 +214,16 @@ class DecisionAlarm:
         self._looks += 1
         stopping = self._stop is not None and self._stop.is_set()
         if self._looks * _LOOK >= BUDGET + _STUBBORN:
-            where = place_of_frame(frame)
-            print(
-                f"vrg: a strategy cannot be interrupted ({where}): the match is ended", file=sys.__stderr__, flush=True
-            )
-            os._exit(1)
+            _end_match("cannot be interrupted", frame)
         if stopping or self._looks * _LOOK >= BUDGET:
             why = "the match is to stop" if stopping else f"a decision may take {BUDGET:g} s"
             raise DecisionTimeoutError(f"it was still deciding after {self._looks * _LOOK:g} s ({why})")
+
+
+def _end_match(why: str, frame: FrameType | None) -> NoReturn:
+    """End this program, as a strategy does not end its decision, and tell where in its code that is."""
+    print(f"vrg: a strategy {why} ({place_of_frame(frame)}): the match is ended", file=sys.__stderr__, flush=True)
+    os._exit(1)
 
 
 class Footprint:
