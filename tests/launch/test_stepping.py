@@ -27,7 +27,7 @@ from vrg.hal.models import robot_model
 from vrg.launch import apart, in_process
 from vrg.launch.apart import Strategies, StrategyApart, StrategyHere
 from vrg.launch.bounds import BUDGET
-from vrg.launch.deciding import Decided, Ready
+from vrg.launch.deciding import Decided, Failed, Ready
 from vrg.launch.fork_server import Child, ForkServer, fork_server
 from vrg.launch.in_process import Ending
 from vrg.launch.nodes.referee import open_journal
@@ -207,6 +207,26 @@ def test_one_that_begins_to_answer_and_does_not_end_forfeits_the_step(home: Path
         strategy.act(view)
     assert not process.killed
     strategy.close()
+
+
+def test_what_comes_too_late_is_forgotten_but_for_a_failure(home: Path) -> None:
+    setup, written, process = load_match(home / "tiny.toml"), list[Line](), ByHand()
+    options: Any = {"sealed": False, "deadline": 0.0, "write": written.append}
+    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), **options)
+    view = seen(setup)
+    for late in (Decided(Twist(0.1, 0.0), Payload(), "-"), Failed("it is out of fuel", final=True)):
+        strategy.send(view)
+        with pytest.raises(ForfeitError):
+            strategy.act(view)
+        process.theirs.sendall(frame(late))
+    strategy.send(view)
+    with pytest.raises(StrategyError, match="out of fuel"):
+        strategy.act(view)
+    lines = [line for line in written if isinstance(line, Missed)]
+    assert [(line.asked, line.failure, line.final) for line in lines] == [
+        (True, "", False), (True, "", False), (False, "it is out of fuel", True)
+    ]  # fmt: skip
+    assert process.killed
 
 
 def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:

@@ -159,7 +159,6 @@ class StrategyApart(SteppedStrategy):
         self._known: RobotModel | None = None
         self._asked = self._late = False
         self._since = 0.0
-        self._failed: StrategyError | None = None
         self._answers: list[Answer] = []
         self._why, self._made, self._over = "", threading.Event(), threading.Event()
         run.prepare()
@@ -227,13 +226,13 @@ class StrategyApart(SteppedStrategy):
         missed = self._missed(view)
         if missed is not None and (missed.failure or not missed.asked):
             return
+        failed = False
         if self._late and self._has_answered(0.0):
             self._late = False
-            try:
-                self._taken()
-            except StrategyError as error:
-                self._failed = error
-        self._asked = not self._late and self._failed is None
+            failed = not self._answers or not isinstance(self._answers[0], Decided)
+            if not failed:
+                del self._answers[0]  # of what it has decided too late nothing is heard
+        self._asked = not self._late and not failed
         if not self._asked:
             return
         if self._channel.backlog and not self._channel.closed:
@@ -251,10 +250,8 @@ class StrategyApart(SteppedStrategy):
         if self._deadline is None:
             self._has_answered(BUDGET + 1.0)
             return self._taken()
-        if self._failed is not None:
-            raise self._noted(view, failure=str(self._failed), final=self._failed.final).error
         try:
-            if self._asked and self._has_answered(max(0.0, self._since + self._deadline - self._now())):
+            if not self._late and self._has_answered(max(0.0, self._since + self._deadline - self._now())):
                 return self._taken()
         except StrategyError as error:
             # Its own code, or somebody's signal: only the former would come again by itself.
