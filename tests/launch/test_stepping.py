@@ -22,7 +22,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.errors import StrategyError
+from vrg.errors import LaunchError, StrategyError
 from vrg.hal.models import robot_model
 from vrg.launch import apart, in_process
 from vrg.launch.apart import Strategies, StrategyApart, StrategyHere
@@ -240,6 +240,27 @@ def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
     with pytest.raises(StrategyError, match="is gone: it answers what it has not read"):
         strategy.act(view)
     assert process.killed
+
+
+@pytest.mark.parametrize(
+    ("printed", "told"),
+    [
+        ("echo 'Permission denied (publickey).' >&2; exit 255", "lab2: .*: put your key there by `ssh-copy-id"),
+        ("exec yes welcome", r"lab2: it has ended with status -\d+: welcome"),
+    ],
+    ids=["refused", "greets for ever"],
+)
+def test_a_machine_that_cannot_be_used_is_named_with_what_it_has_printed(
+    home: Path, monkeypatch: pytest.MonkeyPatch, printed: str, told: str
+) -> None:
+    (home / "ssh").write_text(f"#!/bin/sh\n{printed}\n")
+    (home / "ssh").chmod(0o700)
+    monkeypatch.setenv("VRG_SSH", str(home / "ssh"))
+    placed = MATCH.replace('name = "ann"', 'name = "ann"\nmachine = "lab2"')
+    (home / "tiny.toml").write_text(f'{placed}[machines.lab2]\nhost = "lab2"\n')
+    setup = load_match(home / "tiny.toml")
+    with pytest.raises(LaunchError, match=told):
+        StrategyApart(ForkServer(), setup, "ann", RunFolder(home / "run"), sealed=False, machine="lab2")
 
 
 def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, server: ForkServer) -> None:
