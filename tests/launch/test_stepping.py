@@ -353,6 +353,6 @@ def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkey
     found = invoke("run", "diff", *runs)
     assert found.exit_code == 1
     assert "The match files differ" in found.output
-    assert re.search(r"Recordings: at .* s, /robot/ann/\w+, .*: .* there, .* here", found.output), found.output
+    assert re.search(r"Recordings: at .* s, /player/ann/\w+, .*: .* there, .* here", found.output), found.output
     assert "Digests: the first that differ are those of" in found.output
     assert "Journals: the first lines that differ are" in found.output
