@@ -11,6 +11,7 @@ from threading import Event as Stop
 from types import SimpleNamespace
 from typing import Any
 
+import msgspec
 import pytest
 
 from tests.command_line import invoke
@@ -178,6 +179,15 @@ class ByHand(ForkServer, Child):
 
 def seen(setup: MatchSetup, **more: object) -> Any:
     return SimpleNamespace(time=1.0, robot=setup.player("ann").robot, obstacles=(), **more)
+
+
+def test_the_process_of_a_strategy_gets_no_seed_not_even_in_the_text_of_the_match(home: Path) -> None:
+    setup, process = load_match(home / "tiny.toml"), ByHand()
+    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), sealed=False)
+    size = int.from_bytes(process.theirs.recv(4), "big")
+    sent = msgspec.json.decode(process.theirs.recv(size, socket.MSG_WAITALL))["setup"]
+    strategy.close()
+    assert (sent["name"], sent["seed"], sent.get("text")) == ("tiny", 0, None)
 
 
 def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(home: Path) -> None:

@@ -121,14 +121,17 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         """Return the same match with a secret of at most 64 bytes; an empty one makes it repeatable by its seed."""
         return structs.replace(self, secret=secret)
 
-    def for_player(self, name: str) -> Self:
+    def for_player(self, name: str) -> "MatchSetup":
         """Return the same match as the process of one player gets it: without what other players' numbers come from.
+
+        These come from the seed, which the text of the match file has, too.
 
         Raises:
             ConfigError: there is no such player.
         """
         purposes = (team_seed(self.player(name).team), radio_seed(name))
-        return structs.replace(self, secret="", seed=0, drawn={purpose: self.draw(purpose) for purpose in purposes})
+        drawn = {purpose: self.draw(purpose) for purpose in purposes}
+        return structs.replace(self.for_processes(), secret="", seed=0, drawn=drawn)
 
     def for_processes(self) -> "MatchSetup":
         """Return the same match without what only its launcher needs, such as the text of its file."""
