@@ -10,7 +10,7 @@ NAMES = ("world", "ann", "bob")
 def beating(pulses: Pulses, names: tuple[str, ...], start: float, seconds: float) -> float:
     """Everybody of these beats twice a second for a while; when that ends."""
     for step in range(int(seconds * 2)):
-        pulses.feel(names, start + step / 2)
+        pulses.record(names, start + step / 2)
     return start + seconds
 
 
@@ -33,7 +33,7 @@ def test_who_falls_silent_while_others_beat_hangs(pulses: Pulses) -> None:
 def test_a_stall_that_hit_everybody_is_no_hang_of_anybody(pulses: Pulses) -> None:
     """After a minute one of them comes back first, and the others a moment later."""
     assert pulses.silence(65.0) > 60.0
-    pulses.feel(["world"], 65.0)
+    pulses.record(["world"], 65.0)
     assert pulses.hung() == []
     now = beating(pulses, ("world",), 65.5, 1.0)
     assert pulses.hung() == []

@@ -62,7 +62,7 @@ class Pacer:
         """Take in clock messages; return whether the world was restarted since the last ones.
 
         Args:
-            now: the real time, s. cut: True if nothing has come for a while, and the router is away.
+            now: the real time, s. cut: True if nothing was received for a while, and the router is away.
         """
         restarted = False
         # A process that was frozen finds a message that was sent while it was, and must not take it for the next one.

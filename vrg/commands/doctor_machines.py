@@ -104,7 +104,7 @@ def _clock(host: RemoteHost) -> list[Finding]:
         return []
     quickest = min(host.trips)
     offset = quickest.wall_offset
-    found = [Finding("link", None, f"a word there and back has taken {1000 * quickest.took:.0f} ms over ssh")]
+    found = [Finding("link", None, f"a message there and back has taken {1000 * quickest.took:.0f} ms over ssh")]
     if abs(offset) > _ODD:
         way = "ahead of" if offset > 0 else "behind"
         text = f"is {abs(offset):.0f} s {way} this machine's: no match minds, but the times in logs differ"

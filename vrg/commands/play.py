@@ -56,10 +56,10 @@ def play(match: GameArgument, options: PlayOptions) -> None:
     options.check()
     # The fork server loads what the match's processes need while this process loads the code that checks match files.
     with fork_server(wanted=not (options.in_process or options.dry_run)) as server:
-        from vrg.commands.playing import play_match, wants_again
+        from vrg.commands.playing import play_match, wants_replay
 
         played = play_match(match, options, server)
-    if played is not None and wants_again(played[0]):
+    if played is not None and wants_replay(played[0]):
         from vrg.commands.replay import replay_window
         from vrg.ui.replay import show
 

@@ -101,7 +101,7 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
     return Show(console, window=window, record=options.record, page=page, served=served, ready=ready)
 
 
-def wants_again(folder: RunFolder) -> bool:
+def wants_replay(folder: RunFolder) -> bool:
     """True, once, if the user of the window wants to watch the match again."""
     wanted = folder.again.exists()
     folder.again.unlink(missing_ok=True)

@@ -88,7 +88,7 @@ def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
         damage: list[str] = []
         judgement, wrong = judge_run(setup, folder, records, damage)
         entries = (entry for seen in read_evidence(folder.evidence) for entry in seen.tick.entries)
-        officials = [words for entry in entries if (words := _by_nobody(entry, reported.failing))]
+        officials = [words for entry in entries if (words := _without_officials(entry, reported.failing))]
         calls = [call for record in records for call in record.calls]
         standing = records[-1].standing if records else None
         state = state_after(rulebook_of(setup), standing)
@@ -107,7 +107,7 @@ def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
     )
 
 
-def _by_nobody(entry: Entry, failing: Sequence[str]) -> str | None:
+def _without_officials(entry: Entry, failing: Sequence[str]) -> str | None:
     """The act of a person in an entry of the evidence, which no comparison has; None if there is none.
 
     A player whose code has failed for good, as `failing` tells, is disqualified by a decision, too.

@@ -91,10 +91,10 @@ class Location:
         fed = None if self._feed is None else self._feed.latest
         if self._feed is not None and not self.fused:
             if fed is None:
-                raise StaleDataError(f"{self._name}: expected its pose on {self.topic.key}, but none has come yet")
+                raise StaleDataError(f"{self._name}: expected its pose on {self.topic.key}, but none was received yet")
             return StampedPose(fed.body.pose, fed.stamp, abs(self._mailbox.now - fed.stamp), publish=False)
         if odometry is None:
-            raise StaleDataError(f"{self._name}: expected its odometry, but none has come yet")
+            raise StaleDataError(f"{self._name}: expected its odometry, but none was received yet")
         if self.fused:
             return self._fused(odometry, fed)
         if self._begin_anew:
@@ -108,7 +108,9 @@ class Location:
         if not self._ways or stamp > self._ways[-1][0]:
             self._ways.append((stamp, pose))
         if found is None:
-            raise StaleDataError(f"{self._name}: expected where it is from the fusion centre, but nothing has come yet")
+            raise StaleDataError(
+                f"{self._name}: expected where it is from the fusion centre, but nothing was received yet"
+            )
         unseen = found.body.unseen + max(0.0, stamp - found.stamp)
         if unseen > LOST:
             since = "yet" if unseen > stamp else f"for {unseen:.1f} s"

@@ -25,7 +25,7 @@ class Pulses:
         self._heard_at = now
         self._last: dict[str, float] = {}
 
-    def feel(self, names: Iterable[str], now: float) -> None:
+    def record(self, names: Iterable[str], now: float) -> None:
         """Take in that pulses of these processes have arrived by `now`."""
         felt = list(names)
         if not felt:

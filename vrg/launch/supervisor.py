@@ -142,7 +142,7 @@ class Supervisor:
         Raises:
             LaunchError: a process ended before it was ready, or makes no progress. The message has the end of its log.
         """
-        self._feel_pulses()
+        self._take_pulses()
         self._go_on_ending()
         if self._router is not None and self._router.exit_status is not None:
             self._check_start(self._router)
@@ -220,12 +220,12 @@ class Supervisor:
         Raises:
             LaunchError: an essential process has died too often.
         """
-        self._feel_pulses()
+        self._take_pulses()
         self._go_on_ending()
         now = time.monotonic()
         for process in list(self.processes):
             if process.exit_status is not None and not self._is_out(process):
-                self._bury(process, now)
+                self._reap(process, now)
         self._find_hung(now)
         for process, why in self._greed.look(self.processes, now):
             if not self._is_out(process):
@@ -328,7 +328,7 @@ class Supervisor:
         """The state of each of the processes."""
         return [process.status(self.machine) for process in self.processes]
 
-    def _feel_pulses(self) -> None:
+    def _take_pulses(self) -> None:
         if self._session is not None:
             self._session.receive()
         self._mailbox.handover(0.0)
@@ -336,14 +336,14 @@ class Supervisor:
         alive = [p for p in self.processes if p.spec.pulse in felt and p.pid is not None]
         for process in [*alive, *(p for p in self.processes if p.spec.says and not p.ready and p.has_said)]:
             self._is_ready(process)
-        self._pulses.feel((process.spec.name for process in alive), time.monotonic())
+        self._pulses.record((process.spec.name for process in alive), time.monotonic())
 
     def _is_ready(self, process: ManagedProcess) -> None:
         if not process.ready:
             process.ready = True
             self._notes.note(EventKind.READY, process.spec.name)
 
-    def _bury(self, process: ManagedProcess, now: float) -> None:
+    def _reap(self, process: ManagedProcess, now: float) -> None:
         name, status = process.spec.name, process.exit_status
         how = _how_it_ended(status)
         self._pulses.forget(name)

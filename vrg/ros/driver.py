@@ -181,7 +181,7 @@ class RosDriver(Driver):
             now = self._clock.now()
             age = self._reported.age(now)
             if age == math.inf:
-                raise StaleDataError(f"{self.name}: expected odometry on {self._odom}, but none has come yet")
+                raise StaleDataError(f"{self.name}: expected odometry on {self._odom}, but none was received yet")
             fault = self._fault()
             return Readings(
                 stamp=self._now() - age,

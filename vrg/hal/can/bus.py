@@ -43,7 +43,7 @@ class CanBus:
         link: how to reach the bus.
         on_frame: called with every data and remote frame of others, on the receive thread.
         on_trouble: called with what is wrong with the bus, in words, on the receive thread.
-        on_quiet: called on the receive thread, when nothing has come for a moment that passes the filters, with the
+        on_quiet: called on the receive thread, when nothing was received for a moment that passes the filters, with the
             monotonic time in s up to which all that was on the bus has been heard.
     """
 

@@ -90,7 +90,7 @@ class CanDriver(Driver):
             raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
         state = self._train.state()
         if state.age == math.inf:
-            raise StaleDataError(f"{self.name}: expected encoder estimates, but none has come yet")
+            raise StaleDataError(f"{self.name}: expected encoder estimates, but none was received yet")
         return Readings(
             stamp=self._now() - state.age,
             age=state.age,

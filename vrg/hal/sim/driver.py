@@ -86,7 +86,7 @@ class SimDriver(Driver):
             raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
         received = self._states.latest
         if received is None:
-            raise StaleDataError(f"{self.name}: expected a reading, but none has come yet: is the world running?")
+            raise StaleDataError(f"{self.name}: expected a reading, but none was received yet: is the world running?")
         state = received.body
         return Readings(
             stamp=received.stamp,

@@ -162,7 +162,7 @@ class RemoteHost:
         self._lost: list[Connection[wire.ToLauncher]] = []
         # These hold for the present connection, or for the last one.
         self._silence = Silence(0.0)
-        self._tried = self._beaten = self._arrived = -math.inf
+        self._tried = self._beat_sent = self._arrived = -math.inf
         self._sent = self._done = 0
         self._stopping: dict[int, int] = {}
         self._fetching: int | None = None
@@ -280,8 +280,8 @@ class RemoteHost:
                 self._lose("" if self._has_played else self._connection.why_ended())
             elif silence > (patient := AWAY_TIMEOUT if self._step is StartupStep.PLAYS else STARTING):
                 self._lose(f"nothing was heard of {self._reached.host} for {patient:g} s")
-            elif self._home and now - self._beaten >= HEARTBEAT_PERIOD:
-                self._beaten = now
+            elif self._home and now - self._beat_sent >= HEARTBEAT_PERIOD:
+                self._beat_sent = now
                 self._send(wire.Beat(now))
 
     def _connect(self, now: float) -> None:

@@ -88,7 +88,7 @@ class SslSource(RealSource):
         return {"packets": dict(self._counts), "unknown": dict(self._unknown)}
 
     def _nothing(self, silence: float) -> str:
-        """That nothing has come for some time, s, in words."""
+        """That nothing was received for some time, s, in words."""
         where = f"{self._settings.address}:{self._settings.port}"
         return f"nothing has come to {where} for {silence:.0f} s: does vision run, and is `interface` of its network?"
 

@@ -266,7 +266,7 @@ class Port:
         )
 
     def _look(self, opened: int) -> None:
-        """Tell of trouble once, and that nothing has come for a while."""
+        """Tell of trouble once, and that nothing was received for a while."""
         if not self._open or opened != self._opened:
             return
         now, trouble = self._wire.clock.now(), self._wire.trouble
