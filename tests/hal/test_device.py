@@ -283,7 +283,7 @@ class TestPhysicalRobots:
             fused.driver.samples.append(Sample(fused.time, 0.0, odometry))
 
         drives(0.0)
-        with pytest.raises(StaleDataError, match="a: expected where it is from the fusion centre"):
+        with pytest.raises(StaleDataError, match="a: expected its place from the fusion centre"):
             fused.device.read()
         then, known = fused.time, Uncertainty(1e-4, 0.0, 1e-4, 1e-4)
         said = [(said.stamp, said.body) for said in fused.reported()]

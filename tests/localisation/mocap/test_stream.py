@@ -89,7 +89,7 @@ def test_a_system_that_falls_silent_is_told_of_and_found_again(make: Make, serve
     stream = make(natnet(server, patience=0.5))
     newest(stream)
     server.silent = True
-    until(stream, "nothing has come from localhost for 0.5 s")
+    until(stream, "nothing was received from localhost for 0.5 s")
     stream.take()
     server.silent = False
     newest(stream)
@@ -106,7 +106,7 @@ def test_a_body_that_is_made_later_has_no_name_before_the_next_connection(make: 
     server.shown = {"ann": ANN, "late": ANN, "later": ANN}
     wait_until(lambda: [body.name for body in newest(stream).bodies] == ["", "ann", "late"], "a body without a name")
     server.silent = True
-    until(stream, "nothing has come")
+    until(stream, "nothing was received")
     server.silent = False
     wait_until(lambda: [body.name for body in newest(stream).bodies] == ["ann", "late", "later"], "its name")
 
@@ -116,7 +116,7 @@ def test_a_system_that_is_not_there_holds_nothing_up(make: Make) -> None:
     server = Server([])
     server.silent = True
     stream = make(natnet(server, patience=0.3))
-    until(stream, "nothing has come from localhost for 0.3 s")
+    until(stream, "nothing was received from localhost for 0.3 s")
     server.close()
     until(make(Request("optitrack", {"hostname": "no.such.host.invalid"}, 50.0, 30.0)), "no.such.host.invalid: ")
     until(make(Request("nonsense", {}, 50.0, 3.0)), "Unknown motion capture type")

@@ -272,5 +272,5 @@ def test_that_nothing_comes_is_told_once(make: type[Bench], caplog: pytest.LogCa
     ahead = 4.0
     for _ in range(3):
         bench.tick()
-    assert [text for text in caplog.messages if "nothing has come to 127.0.0.1" in text] == caplog.messages
+    assert [text for text in caplog.messages if "nothing was received at 127.0.0.1" in text] == caplog.messages
     assert len(caplog.messages) == 1
