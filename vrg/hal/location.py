@@ -108,9 +108,7 @@ class Location:
         if not self._ways or stamp > self._ways[-1][0]:
             self._ways.append((stamp, pose))
         if found is None:
-            raise StaleDataError(
-                f"{self._name}: expected where it is from the fusion centre, but nothing was received yet"
-            )
+            raise StaleDataError(f"{self._name}: expected its place from the fusion centre, but none was received yet")
         unseen = found.body.unseen + max(0.0, stamp - found.stamp)
         if unseen > LOST:
             since = "yet" if unseen > stamp else f"for {unseen:.1f} s"

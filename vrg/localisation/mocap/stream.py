@@ -123,8 +123,8 @@ class Stream:
     def _ending(self, status: int) -> str:
         if POSIX and status == -signal.SIGALRM:
             return (
-                f"nothing was received from {self._host} for {self._patience:g} s: is it on, does it stream, and is `host` "
-                "right?"
+                f"nothing was received from {self._host} for {self._patience:g} s: is it on, does it stream, and "
+                "is `host` right?"
             )
         return f"what listens to {self._host} has ended with status {status}: does `system` fit what runs there?"
 

@@ -90,9 +90,8 @@ class SslSource(RealSource):
     def _nothing(self, silence: float) -> str:
         """That nothing was received for some time, s, in words."""
         where = f"{self._settings.address}:{self._settings.port}"
-        return (
-            f"nothing was received at {where} for {silence:.0f} s: does vision run, and is `interface` of its network?"
-        )
+        advice = "does vision run, and is `interface` of its network?"
+        return f"nothing was received at {where} for {silence:.0f} s: {advice}"
 
     def _read(self, packet: Packet) -> Seen | None:
         read = read_vision if self._settings.packets == "vision" else read_tracker
