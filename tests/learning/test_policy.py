@@ -18,11 +18,10 @@ from tests.command_line import invoke
 from tests.learning.making import GAMES_LEARNED, Situation, short_match
 from vrg.agents.strategy import Action
 from vrg.bus.messages import DISQUALIFIED, Stage
-from vrg.commands.evaluating import _entered
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.coordinator.journal import NoJournal
 from vrg.errors import ConfigError
-from vrg.evaluation.contenders import contenders, seen_from
+from vrg.evaluation.contenders import contenders, entered, seen_from
 from vrg.games import GAMES, file_of, has_name
 from vrg.launch.in_process import play
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
@@ -331,9 +330,9 @@ def test_a_folder_of_policies_and_players_is_a_field_of_a_tournament(tmp_path: P
         "from vrg.agents import Strategy\nclass A(Strategy):\n    def act(self, view): ...\n"
     )
     (tmp_path / "notes.txt").write_text("")
-    entered, wrong = _entered([str(tmp_path)], folders=True)
-    assert [name for name, _ in entered] == ["a", "b"]
-    assert entered[1][1] == str(tmp_path / "b.npz")
+    found, wrong = entered([str(tmp_path)], folders=True)
+    assert [contender.label for contender in found] == ["a", "b"]
+    assert found[1].target == str(tmp_path / "b.npz")
     assert not wrong
 
 

@@ -1,6 +1,5 @@
 """The command `vrg league`: a tournament that goes on for weeks, between strategies that their authors change."""
 
-import secrets
 import time
 from dataclasses import dataclass
 from datetime import datetime
@@ -11,9 +10,8 @@ import typer
 from rich.markup import escape
 
 from vrg.bus.stopping import stop_on_signals
-from vrg.commands.evaluating import show
+from vrg.commands.compare import JobsOption, TeamMatchOption, show
 from vrg.commands.groups import CommandGroup
-from vrg.commands.league_check import LIMIT, JobsOption, check, match_of
 from vrg.commands.options import (
     TIME,
     EngineOption,
@@ -23,16 +21,14 @@ from vrg.commands.options import (
     lasting,
     make_console,
 )
-from vrg.config.targets import whole_target
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
 
 if TYPE_CHECKING:
-    from vrg.commands.league_pages import LeaguePages
-    from vrg.config.setup import CheckedMatch
+    from collections.abc import Sequence
+
     from vrg.evaluation.entries import Source
-    from vrg.evaluation.league import League
-    from vrg.evaluation.league_folder import LeagueFolder
+    from vrg.evaluation.games import GameRecord
 
 app = CommandGroup(no_args_is_help=True)
 
@@ -50,9 +46,7 @@ FolderArgument = Annotated[Path, typer.Argument(metavar="FOLDER", help="The fold
 class SettingOptions:
     """The settings of a league, which are fixed when it is made."""
 
-    match: Annotated[
-        str | None, typer.Option("--match", metavar="GAME|match.toml", help="A match of two teams, or a game's name.")
-    ] = None
+    match: TeamMatchOption = None
     engine: EngineOption = None
     lasers: LasersOption = None
     limit: Annotated[
@@ -77,12 +71,11 @@ def play(
 
     The first call makes the league, and needs --match. Each call goes on where the one before has stopped.
     """
-    from vrg.commands.league_pages import LeaguePages
     from vrg.evaluation import standings
     from vrg.evaluation.contenders import TRIAL
-    from vrg.evaluation.entries import entries_in
-    from vrg.evaluation.league import League, admit
-    from vrg.evaluation.league_folder import playing
+    from vrg.evaluation.league import League, admit, entries_of, write_errors
+    from vrg.evaluation.league_pages import LeaguePages
+    from vrg.evaluation.league_settings import match_of, open_league
     from vrg.evaluation.workers import Workers
     from vrg.launch.sandbox.seal import missing
 
@@ -94,12 +87,11 @@ def play(
     where = pages or out / "pages"
     most = 100 if games is None and seconds is None else games
     until = None if seconds is None else time.monotonic() + seconds
-    with _opened(out, settings, new_release=new_release) as league_folder:
-        owners = {entry: version.file for entry, version in playing(league_folder.versions).items()}
-        sources = entries_in(folder, without=(out.resolve(), where.resolve()), owner=lambda name: owners.get(name, ""))
+    with open_league(out, **vars(settings), new_release=new_release) as league_folder:
+        sources = entries_of(league_folder, folder, where)
         setup = match_of(league_folder.path)
         console.print(f"{len(sources)} entries; each new version plays {TRIAL:g} s alone before it takes part")
-        for version in admit(league_folder, setup, sources, whole_target, _now(), jobs or cores()):
+        for version in admit(league_folder, setup, sources, _now(), jobs or cores()):
             what = "plays from now on" if not version.problem else "does not pass the check"
             console.print(f"{escape(version.entry)}: version {version.number} {what}", soft_wrap=True)
 
@@ -108,7 +100,13 @@ def play(
 
         league = League(league_folder, setup, {source.entry for source in sources}, more)
         site = LeaguePages(where, league, f"League {folder.resolve().name}, {league_folder.definition.game}")
-        _write(league, site, sources, reloads=True)
+
+        def write(*, reloads: bool) -> None:
+            now = _now()
+            site.write(now, reloads=reloads)
+            write_errors(league_folder, sources, now)
+
+        write(reloads=True)
         if resting := league.resting:
             console.print(f"withdrawn, so that they play no more: {escape(', '.join(resting))}", soft_wrap=True)
         if len(league.active) < 2:
@@ -120,86 +118,83 @@ def play(
                 nonlocal written
                 if time.monotonic() - written > WRITTEN_EVERY:
                     console.print(f"{len(league.rows) - before} games played", soft_wrap=True)
-                    _write(league, site, sources, reloads=True)
+                    write(reloads=True)
                     written = time.monotonic()
 
             if len(league.active) > 1:
                 league.run(Workers(jobs or cores(), league_folder, setup), stop, finished)
-            _write(league, site, sources, reloads=False)
-            table = [r for r in standings.rated(league.fit) if r.label in {v.label for v in league.playing.values()}]
-            show(console, standings.board(table, league.rows))
+            write(reloads=False)
+            show(console, standings.board(league.table, league.rows))
             words = f"{len(league.rows) - before} games played, {len(league.rows)} in all"
             console.print(f"{words}; the table: {where / 'index.html'}", soft_wrap=True, markup=False)
         exit_if_interrupted(stop)
 
 
-app.command()(check)
+@app.command()
+def check(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The file of a strategy, or a folder with one.")],
+    match: TeamMatchOption = None,
+    league: Annotated[
+        Path | None, typer.Option("--league", help="Folder of a league whose match it plays, against its leader.")
+    ] = None,
+    engine: EngineOption = None,
+    lasers: LasersOption = None,
+    jobs: JobsOption = None,
+) -> None:
+    """Do with a strategy what a league does: read it, let it play alone, and let it play both sides of a game, sealed.
 
-
-def _opened(out: Path, settings: SettingOptions, *, new_release: bool) -> "LeagueFolder":
-    """The open folder of a league, which is made if there is none.
-
-    Raises:
-        ConfigError: it cannot be made with these settings, or was made with others.
+    The opponents are the strategies that come with the game, or the leader of a league.
     """
-    from msgspec import structs
-
-    from vrg import __version__
     from vrg.config.loading import load_match, match_path
-    from vrg.evaluation.contenders import teams_of
-    from vrg.evaluation.experiment import Definition, code_of_vrg
-    from vrg.evaluation.folder import DEFINITION, read_definition
-    from vrg.evaluation.league_folder import LeagueFolder
+    from vrg.evaluation.contenders import TRIAL
+    from vrg.evaluation.games import OUTCOMES
+    from vrg.evaluation.league_check import check_entry
+    from vrg.evaluation.league_settings import match_of
+    from vrg.launch.sandbox.seal import missing
+    from vrg.runs.run_folder import scratch_folder
 
-    code = {"the code of VRG": code_of_vrg()}
-    made = (out / DEFINITION).is_file()
-    if not made and settings.match is None:
-        raise ConfigError([f"{out}: there is no league yet: name its game or match file, such as `--match roboflag`"])
-    secret = match_of(out).secret if made else secrets.token_hex(16)
+    console = make_console()
+    if bool(match) == (league is not None):
+        raise ConfigError(["expected either --match, such as `--match roboflag`, or --league"])
+    if league is not None and (engine is not None or lasers is not None):
+        raise ConfigError(["expected neither --engine nor --lasers: a league has its own"])
+    if league is not None and not (league / "versions.jsonl").is_file():
+        league = league / "league"
+        if not (league / "versions.jsonl").is_file():
+            raise ConfigError([f"--league: expected the folder of a league, found none in {league.parent}"])
+    if league is None:
+        setup = load_match(match_path(match or ""), engine=engine or "planar", lasers=lasers)
+    else:
+        setup = match_of(league)
+    if (lacking := missing()) is not None:
+        console.print(f"[yellow]it is not sealed as in a league: {escape(lacking)}[/yellow]", soft_wrap=True)
 
-    def wanted_by(engine: str, lasers: bool | None) -> "CheckedMatch":
-        path = match_path(settings.match or "")
-        return load_match(path, engine=engine, lasers=lasers, sandbox=True, secret=secret)
+    def read(source: "Source") -> None:
+        number = "1 file" if len(source.files) == 1 else f"{len(source.files)} files"
+        console.print(f"{escape(source.name)}: {number}, SHA-256 {source.digest[:12]}...", soft_wrap=True)
 
-    if not made:
-        wanted = wanted_by(settings.engine or "planar", settings.lasers)
-        definition = Definition(
-            match=wanted.text,
-            game=wanted.game,
-            teams=teams_of(wanted),
-            seed=settings.seed or 0,
-            limit=settings.limit or LIMIT,
-            contenders=[],
-            code=code,
-        )
-        return LeagueFolder(out, definition, wanted)
-    before, kept = read_definition(out), match_of(out)
-    asked = (None, kept.lasers)
-    same = {
-        "--match": settings.match is None or before.match in [wanted_by(kept.engine, on).text for on in asked],
-        "--engine": settings.engine in (None, kept.engine),
-        "--lasers": settings.lasers in asked,
-        "--limit": settings.limit in (None, before.limit),
-        "--seed": settings.seed in (None, before.seed),
-    }
-    if other := [option for option in same if not same[option]]:
-        what = f"{', '.join(other)}: the league was made with another value, and all its games depend on it"
-        raise ConfigError([f"{out}: {what}: leave it out, or make another league with --output"])
-    now = structs.replace(before, vrg=__version__, code=code)
-    if not new_release and (differences := now.differences(before)):
-        what = "older games may not be played again as they were, and count as before"
-        raise ConfigError([f"{out}: {'; '.join(differences)}: --new-release goes on all the same: {what}"])
-    return LeagueFolder(out, now, another=new_release)
+    def tries() -> None:
+        console.print(f"it plays {TRIAL:g} s alone")
 
+    def played(rows: "Sequence[GameRecord] | None") -> None:
+        if rows is None:
+            console.print("nothing in the league plays yet: there is no opponent")
+        for row in rows or ():
+            game = row.game
+            score = row.score((game.first_team, game.second_team))
+            line = f"as {game.first_team} against {game.pairing.second}: {OUTCOMES[row.points]}, {score}"
+            console.print(line, markup=False, soft_wrap=True)
 
-def _write(league: "League", site: "LeaguePages", sources: "list[Source]", *, reloads: bool) -> None:
-    """Write the pages, and the errors of each entry."""
-    from vrg.evaluation.league import errors_of
-
-    now, of = _now(), {source.entry: source for source in sources}
-    site.write(now, reloads=reloads)
-    for entry in {*of, *(version.entry for version in league.folder.versions)}:
-        league.folder.write_errors(entry, errors_of(league.folder, of.get(entry), entry, now))
+    try:
+        with scratch_folder() as place:
+            problems = check_entry(file, setup, league, place, jobs or cores(), read=read, tries=tries, played=played)
+    except KeyboardInterrupt:
+        raise typer.Exit(130) from None
+    if problems:
+        for problem in problems:
+            console.print(problem, markup=False, soft_wrap=True)
+        raise typer.Exit(1)
+    console.print("[bold]it can play in a league[/bold]")
 
 
 def _now() -> str:

@@ -12,11 +12,13 @@ from msgspec import Struct, structs
 
 from vrg.bus.names import normal
 from vrg.config.setup import CheckedMatch
+from vrg.config.targets import class_in, whole_target
 from vrg.errors import ConfigError
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import FAILED
-from vrg.games import file_of
+from vrg.games import STRATEGIES, file_of, is_strategy_file
 from vrg.runs.run_folder import scratch_folder
+from vrg.types import printable
 
 TRIAL = 30.0
 """The match time in s of the game that a strategy plays alone before it takes part."""
@@ -43,6 +45,54 @@ class Unable(NamedTuple):
 
     problem: str
     overdue: bool = False
+
+
+class LeftOut(NamedTuple):
+    """A strategy that takes no part: its name, and the reason in a line."""
+
+    name: str
+    why: str
+
+
+def entered(typed: Sequence[str], *, folders: bool) -> tuple[list[Contender], list[LeftOut]]:
+    """The strategies that were typed, and those that cannot be found. A file gives its strategy its own name.
+
+    Args:
+        folders: whether a folder stands for all files of Python and of policies in it.
+
+    Raises:
+        ConfigError: one is a folder, and may not be.
+    """
+    found, wrong = list[tuple[str, str]](), list[LeftOut]()
+    for target in typed:
+        folder = Path(target)
+        for file in _files(folder) if folders and folder.is_dir() else [folder]:
+            own = is_strategy_file(str(file))
+            if file.suffix != ".py" and not own:
+                whole = whole_target(target)
+                if ":" in target or target in STRATEGIES:
+                    found.append((target.rpartition(":")[2], whole))
+                else:
+                    wrong.append(left_out(target, STRATEGIES.unknown(target)))
+                continue
+            try:
+                str(file).encode()
+                found.append((file.stem, whole_target(str(file) if own else f"{file}:{class_in(file)}")))
+            except UnicodeEncodeError:
+                wrong.append(left_out(ascii(file.stem), "its name is not in UTF-8: give the file another one"))
+            except ConfigError as error:
+                wrong.append(left_out(file.stem, str(error)))
+    return contenders([target for _, target in found], [name for name, _ in found]), wrong
+
+
+def left_out(name: str, why: str) -> LeftOut:
+    """A strategy that takes no part. Others have written the words, so signs that control a terminal are taken out."""
+    return LeftOut(printable(name), printable(" ".join(why.split())))
+
+
+def _files(folder: Path) -> list[Path]:
+    """The files of strategies in a folder, except those whose names begin with `.` or `_`."""
+    return [file for file in sorted(folder.glob("[!._]*")) if file.suffix == ".py" or is_strategy_file(file.name)]
 
 
 def contenders(targets: Sequence[str], names: Sequence[str] = ()) -> list[Contender]:

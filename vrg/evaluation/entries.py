@@ -55,6 +55,17 @@ class Source(Struct, frozen=True, kw_only=True):
         parts = (f"{name}\0{hashlib.sha256(data).hexdigest()}\n" for name, data in sorted(self.files.items()))
         return hashlib.sha256("".join(parts).encode("utf-8", "surrogateescape")).hexdigest()
 
+    def write(self, folder: Path) -> Path:
+        """Write its files into a folder, and return that of its strategy there.
+
+        Raises:
+            OSError: they cannot be written.
+        """
+        for name, data in self.files.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(data)
+        return folder / self.main
+
 
 def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[[str], str]) -> list[Source]:
     """The entries in a folder, sorted by name. What begins with `.` or `_` is none, nor is a folder without strategy.

@@ -2,6 +2,7 @@
 
 import os
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import IO, Self, TypeVar
 
@@ -259,6 +260,18 @@ def write_text(folder: Path, name: str, text: str) -> None:
         write_whole(folder / name, text.encode())
     except OSError as error:
         raise LaunchError(f"{folder}: {name} cannot be written: {error.strerror}: free some space") from None
+
+
+def write_report(folder: Path, parts: Iterable[str]) -> None:
+    """Write the report on an experiment into its folder.
+
+    Args:
+        parts: of it, as Markdown; empty ones are left out.
+
+    Raises:
+        LaunchError: it cannot be written.
+    """
+    write_text(folder, "report.md", "\n\n".join(part.strip() for part in parts if part.strip()) + "\n")
 
 
 def _end(strategy: str) -> str:

@@ -1,6 +1,6 @@
 """A game of an evaluation, and what came out of it."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from msgspec import Struct
 
@@ -12,6 +12,11 @@ FAILED = "failed"
 """The game was given up, or its process died. It counts as a draw."""
 INVALID = "not valid"
 """The rule book judges otherwise than the referee of the game: something has changed that referee or its record."""
+
+LIMIT = 3600.0
+"""The match time in s after which a game is broken off, if no other one is given."""
+OUTCOMES = {1.0: "won", 0.5: "drawn", 0.0: "lost"}
+"""What the points of a strategy in a game mean, in words."""
 
 
 class Pairing(Struct, frozen=True, order=True):
@@ -116,6 +121,10 @@ class GameRecord(Struct, frozen=True, kw_only=True):
     def winner(self) -> str | None:
         """The label of the strategy that has won; None if none has."""
         return self.label(self.played.winner or "")
+
+    def score(self, teams: Iterable[str]) -> str:
+        """The points of these teams in the game's own count, such as `2 : 1`; a dash where they are not known."""
+        return " : ".join(str(self.played.score.get(team, "-")) for team in teams)
 
     def calls_on(self, rule: str, label: str) -> int | None:
         """The number of calls of a rule on players of a strategy; None if no team played by it."""

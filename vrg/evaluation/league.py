@@ -12,15 +12,16 @@ from pathlib import Path
 from msgspec import structs
 
 from vrg.config.setup import CheckedMatch
+from vrg.config.targets import whole_target
 from vrg.errors import ConfigError
 from vrg.evaluation.contenders import TRIAL, Contender, Unable, teams_of, unable, with_strategies
-from vrg.evaluation.entries import Source
+from vrg.evaluation.entries import Source, entries_in
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.games import GameRecord, Pairing, ScheduledGame
 from vrg.evaluation.league_folder import LeagueFolder, Version, playing
 from vrg.evaluation.matchmaking import next_pairing
 from vrg.evaluation.running import Games
-from vrg.evaluation.standings import Fit, fit
+from vrg.evaluation.standings import Fit, Rating, fit, rated
 from vrg.types import printable
 
 _LONGEST = 2000
@@ -31,18 +32,30 @@ _TAIL = 4000
 """The number of bytes of the end of a player's log that it has."""
 
 
+def entries_of(league: LeagueFolder, folder: Path, pages: Path) -> list[Source]:
+    """The entries that authors have put into a folder.
+
+    Args:
+        league: it may lie there, and so may its pages.
+
+    Raises:
+        ConfigError: the folder cannot be read.
+    """
+    owners = {entry: version.file for entry, version in playing(league.versions).items()}
+    others = league.path.resolve(), pages.resolve()
+    return entries_in(folder, without=others, owner=lambda name: owners.get(name, ""))
+
+
 def admit(
     folder: LeagueFolder,
     setup: CheckedMatch,
     sources: Iterable[Source],
-    target_of: Callable[[str], str],
     now: str,
     jobs: int,
 ) -> list[Version]:
     """Take in what has changed: copy each new version, and let it play alone, sealed, before it takes part.
 
     Args:
-        target_of: the strategy of a file, as a match file names it, by its path; raises a ConfigError if it has none.
         now: the wall time, as `Version.since`. jobs: the number of games at a time.
 
     Returns:
@@ -65,7 +78,7 @@ def admit(
         new = Version(entry=source.entry, number=number, digest=source.digest, file=source.name, since=now)
         copy = folder.store(new.label, source)
         try:
-            target = target_of(str(copy))
+            target = whole_target(str(copy))
             with_strategies(setup, dict.fromkeys(teams_of(setup), target))
             waiting[Contender(label=new.label, target=target)] = new
         except ConfigError as error:
@@ -127,6 +140,12 @@ class League(Games):
             self._fit = len(self.rows), fit(sorted(played | {v.label for v in self.playing.values()}), self.rows)
         return self._fit[1]
 
+    @property
+    def table(self) -> list[Rating]:
+        """The ratings of the versions by which the entries play now, the strongest first."""
+        current = {version.label for version in self.playing.values()}
+        return [rating for rating in rated(self.fit) if rating.label in current]
+
     def upcoming(self, running: Sequence[ScheduledGame]) -> ScheduledGame | None:
         """The other half of a pair of games that was begun, or the pair of those whose turn it is that makes the
         ratings certain fastest."""
@@ -151,6 +170,20 @@ def _half(taken: Sequence[ScheduledGame], active: Collection[str]) -> tuple[Pair
         if (game.pairing, other := game.number ^ 1) not in there and {*game.pairing.labels} <= {*active}:
             return game.pairing, other
     return None
+
+
+def write_errors(folder: LeagueFolder, sources: Iterable[Source], now: str) -> None:
+    """Write the errors of each entry; see `errors_of`.
+
+    Args:
+        sources: the entries as they are now. now: the wall time.
+
+    Raises:
+        LaunchError: they cannot be written.
+    """
+    of = {source.entry: source for source in sources}
+    for entry in {*of, *(version.entry for version in folder.versions)}:
+        folder.write_errors(entry, errors_of(folder, of.get(entry), entry, now))
 
 
 def errors_of(folder: LeagueFolder, source: Source | None, entry: str, now: str) -> str:

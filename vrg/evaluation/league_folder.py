@@ -161,13 +161,9 @@ class LeagueFolder(ExperimentFolder):
         folder = self._store / label
         try:
             delete(folder)
-            for name, data in source.files.items():
-                file = folder / name
-                file.parent.mkdir(parents=True, exist_ok=True)
-                file.write_bytes(data)
+            return source.write(folder)
         except OSError as error:
             raise LaunchError(f"{folder}: cannot be written: {error.strerror}: free some space") from None
-        return folder / source.main
 
     def in_store(self, target: str) -> str:
         """A strategy of the store as the record has it: without the folder of the versions."""

@@ -29,7 +29,7 @@ class Games:
         self,
         workers: Workers,
         stop: StopSignal,
-        finished: Callable[[GameRecord], None],
+        finished: Callable[[GameRecord], None] = lambda _: None,
         looked: Callable[[int], None] = lambda _: None,
     ) -> None:
         """Play until no more game is needed, or until `stop` is set.

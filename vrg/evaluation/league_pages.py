@@ -10,13 +10,12 @@ from pathlib import Path
 from vrg.errors import LaunchError
 from vrg.evaluation import standings
 from vrg.evaluation.folder import write_text
-from vrg.evaluation.games import GameRecord, Pairing
+from vrg.evaluation.games import OUTCOMES, GameRecord, Pairing
 from vrg.evaluation.league import League
 from vrg.ui.animation import animated
 from vrg.ui.leaderboard import Block, Cell, Link, page
 
 INDEX, CROSS = "index.html", "cross.html"
-_WORDS = {1.0: "won", 0.5: "drawn", 0.0: "lost"}
 
 
 class LeaguePages:
@@ -52,8 +51,7 @@ class LeaguePages:
         """
         league = self._league
         self._rated = {rating.label: rating for rating in standings.rated(league.fit)}
-        current = {version.label for version in league.playing.values()}
-        table = [rating for rating in self._rated.values() if rating.label in current]
+        table = league.table
         self._write(INDEX, self._index(table, now, reloads=reloads))
         self._write(CROSS, self._cross(table))
         for entry, name in self._pages.items():
@@ -139,10 +137,9 @@ class LeaguePages:
         points = row.points if is_first else 1.0 - row.points
         side = row.game.first_team if is_first else row.game.second_team
         sides = sorted(self._league.folder.definition.teams, key=lambda team: team != side)
-        score = " : ".join(str(row.played.score.get(team, "-")) for team in sides)
         against = self._link(other.label)
-        numbers = [str(own.number), side, score, str(row.game.seed)]
-        return [Link(str(number), _game(number)), against, _WORDS[points], *numbers]
+        numbers = [str(own.number), side, row.score(sides), str(row.game.seed)]
+        return [Link(str(number), _game(number)), against, OUTCOMES[points], *numbers]
 
     def _of_game(self, number: int, row: GameRecord) -> str:
         league, game = self._league, row.game
