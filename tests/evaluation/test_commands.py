@@ -47,6 +47,11 @@ def test_a_comparison_prints_and_writes_what_it_has_found(vrg: Vrg, tmp_path: Pa
     assert "games are in here already" in again.out
     assert "games played" not in again.out
     assert again.out.splitlines()[-1] == done.out.splitlines()[-1]
+    (out / "comparison.png").unlink()
+    (out / "comparison.png").mkdir()
+    failed = vrg(*command, "--output", "here")
+    assert failed.status == 1
+    assert "here: comparison.png cannot be written: Is a directory" in failed.err
 
 
 def test_a_tournament_prints_and_writes_a_cross_table_and_ratings(vrg: Vrg, tmp_path: Path) -> None:

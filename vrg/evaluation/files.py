@@ -76,15 +76,20 @@ def rated(found: Sequence[Rating]) -> Columns:
     }
 
 
+def table(columns: Columns) -> pa.Table:
+    """The columns as a table of Arrow."""
+    return pa.table({column: pa.array(values, kind) for column, (kind, values) in columns.items()})
+
+
 def write(folder: Path, name: str, columns: Columns) -> None:
     """Write a table as `name.csv` and `name.parquet`.
 
     Raises:
         LaunchError: it cannot be written.
     """
-    table = pa.table({column: pa.array(values, kind) for column, (kind, values) in columns.items()})
+    found = table(columns)
     try:
-        csv.write_csv(table, folder / f"{name}.csv", csv.WriteOptions(quoting_style="needed"))
-        parquet.write_table(table, folder / f"{name}.parquet")
+        csv.write_csv(found, folder / f"{name}.csv", csv.WriteOptions(quoting_style="needed"))
+        parquet.write_table(found, folder / f"{name}.parquet")
     except OSError as error:
         raise LaunchError(f"{folder}: the table {name} cannot be written: {error}") from None

@@ -2,7 +2,8 @@
 
 import os
 import shlex
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Self, TypeVar
 
@@ -237,17 +238,28 @@ def read_records(path: Path, kind: type[R]) -> list[R]:
     return list(found)
 
 
+@contextmanager
+def writing(what: str) -> Iterator[None]:
+    """Raise a LaunchError if something cannot be written.
+
+    Args:
+        what: it, as the error begins.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise LaunchError(f"{what} cannot be written: {error.strerror}: free some space") from None
+
+
 def write_record(file: IO[bytes], record: Struct) -> None:
     """Write a record at the end of a file of records, and wait until it is on disk.
 
     Raises:
         LaunchError: it cannot be written.
     """
-    try:
+    with writing(f"{file.name}:"):
         file.write(_json.encode(record) + b"\n")
         os.fsync(file.fileno())
-    except OSError as error:
-        raise LaunchError(f"{file.name}: cannot be written: {error.strerror}: free some space") from None
 
 
 def write_text(folder: Path, name: str, text: str) -> None:
@@ -256,10 +268,8 @@ def write_text(folder: Path, name: str, text: str) -> None:
     Raises:
         LaunchError: it cannot be written.
     """
-    try:
+    with writing(f"{folder}: {name}"):
         write_whole(folder / name, text.encode())
-    except OSError as error:
-        raise LaunchError(f"{folder}: {name} cannot be written: {error.strerror}: free some space") from None
 
 
 def write_report(folder: Path, parts: Iterable[str]) -> None:

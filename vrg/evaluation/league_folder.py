@@ -18,7 +18,7 @@ from vrg.errors import ConfigError, FileError, LaunchError, VrgError
 from vrg.evaluation.contenders import Contender
 from vrg.evaluation.entries import Source
 from vrg.evaluation.experiment import Definition
-from vrg.evaluation.folder import ExperimentFolder, read_records, write_record
+from vrg.evaluation.folder import ExperimentFolder, read_records, write_record, writing
 from vrg.evaluation.games import ScheduledGame
 from vrg.files import decoded, read_bytes, write_whole
 from vrg.runs.keeping import keep
@@ -127,7 +127,7 @@ class LeagueFolder(ExperimentFolder):
     @staticmethod
     def _make(path: Path, setup: CheckedMatch) -> None:
         """Make the folder of a league with its match; what an attempt that was interrupted has left is replaced."""
-        try:
+        with writing(f"{path}:"):
             path.mkdir(mode=0o700, parents=True, exist_ok=True)
             if {file.name for file in path.iterdir()} - {"match", ".gitignore"}:
                 what = "expected an empty folder, found other files: choose another --output"
@@ -137,8 +137,6 @@ class LeagueFolder(ExperimentFolder):
             (path / "match").mkdir()
             keep(setup, RunFolder(path / "match"))
             (path / ".gitignore").write_text("*\n")
-        except OSError as error:
-            raise LaunchError(f"{path}: cannot be written: {error.strerror}: free some space") from None
 
     def add(self, version: Version) -> None:
         """Write a version to the record.
@@ -159,11 +157,9 @@ class LeagueFolder(ExperimentFolder):
             LaunchError: it cannot be written.
         """
         folder = self._store / label
-        try:
+        with writing(f"{folder}:"):
             delete(folder)
             return source.write(folder)
-        except OSError as error:
-            raise LaunchError(f"{folder}: cannot be written: {error.strerror}: free some space") from None
 
     def in_store(self, target: str) -> str:
         """A strategy of the store as the record has it: without the folder of the versions."""
@@ -172,13 +168,11 @@ class LeagueFolder(ExperimentFolder):
     def keep(self, game: ScheduledGame, written: Path) -> None:
         """Keep the journal of a game, and its trace."""
         source, target = RunFolder(written), self.kept(game)
-        try:
+        with writing(f"{target}:"):
             target.mkdir(parents=True, exist_ok=True)
             if source.journal.exists():
                 shutil.copy2(source.journal, target)
             write_whole(target / "trace.json", msgspec.json.encode(_trace(source)))
-        except OSError as error:
-            raise LaunchError(f"{target}: cannot be written: {error.strerror}: free some space") from None
 
     def kept(self, game: ScheduledGame) -> Path:
         """The folder of what is kept of a game."""
@@ -203,14 +197,12 @@ class LeagueFolder(ExperimentFolder):
             LaunchError: they cannot be written.
         """
         file = self.errors / f"{entry}.txt"
-        try:
+        with writing(f"{file}:"):
             if not text:
                 file.unlink(missing_ok=True)
                 return
             self.errors.mkdir(mode=0o700, exist_ok=True)
             write_whole(file, text.encode(errors="backslashreplace"), 0o600)
-        except OSError as error:
-            raise LaunchError(f"{file}: cannot be written: {error.strerror}: free some space") from None
 
     def close(self) -> None:
         """See ExperimentFolder.close."""

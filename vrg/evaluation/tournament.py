@@ -1,7 +1,7 @@
 """A tournament: each strategy has played against each other one, and all are rated."""
 
 from vrg.evaluation import files, report, standings
-from vrg.evaluation.folder import write_report, write_text
+from vrg.evaluation.folder import write_report, write_text, writing
 from vrg.evaluation.games import GameRecord
 from vrg.evaluation.running import Experiment
 from vrg.ui.crosstable import plot_cross_table
@@ -35,7 +35,7 @@ class Tournament:
         """Write the tables, the report, the picture and the leaderboard into the folder.
 
         Raises:
-            LaunchError: one cannot be written. OSError: it is the picture.
+            LaunchError: one cannot be written.
         """
         folder, series = self._experiment.folder, self._experiment.series
         write_leaderboard(self._experiment, None)
@@ -45,7 +45,8 @@ class Tournament:
         title = f"{folder.definition.game}, {len(self.rows)} games; *: a difference was found"
         labels, marks = [r.label for r in self.rated], [(r.value, r.sigma) for r in self.rated]
         shares = [[None if now is None else now.share for now in line] for line in self._crossed]
-        plot_cross_table(folder.path / "tournament.png", title, labels, shares, self._cells, marks)
+        with writing(f"{folder.path}: tournament.png"):
+            plot_cross_table(folder.path / "tournament.png", title, labels, shares, self._cells, marks)
         lines = "\n".join(f"- {text}" for text in [*self.sentences, *self.remarks])
         write_report(folder.path, [f"# {title}", report.markdown(self.board), report.markdown(self.table), lines])
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Picture:
-    """A picture of a run: a file that a notebook shows.
+    """A picture: a file that a notebook shows.
 
     Args:
         path: of the PNG file.
@@ -38,6 +38,13 @@ class Picture:
 
     def __repr__(self) -> str:
         return str(self.path)
+
+    def html(self, text: str) -> str:
+        """It as a part of a page, with a text for those who do not see it; empty if there is no such file."""
+        if not self.path.is_file():
+            return ""
+        data = base64.b64encode(self._repr_png_()).decode()
+        return f'<img alt="{text}" style="max-width: 100%" src="data:image/png;base64,{data}">'
 
     def _repr_png_(self) -> bytes:
         return self.path.read_bytes()
@@ -250,11 +257,7 @@ class Run:
         rows = [("match", self.setup.name), ("game", f"{self.setup.game}, seed {self.setup.seed}, {self.setup.engine}")]
         rows += [("end", self.conclusion), ("calls", str(len(self.calls))), ("folder", str(self.path))]
         lines = "".join(f"<tr><th>{html.escape(what)}</th><td>{html.escape(text)}</td></tr>" for what, text in rows)
-        picture = ""
-        if self._folder.plot.is_file():
-            data = base64.b64encode(self._folder.plot.read_bytes()).decode()
-            picture = f'<img alt="trajectories" style="max-width: 100%" src="data:image/png;base64,{data}">'
-        return f"<table>{lines}</table>{picture}"
+        return f"<table>{lines}</table>{Picture(self._folder.plot).html('trajectories')}"
 
 
 def by_player(setup: MatchSetup, wanted: Mapping[str, str]) -> dict[str, str]:
