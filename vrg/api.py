@@ -15,8 +15,9 @@ from vrg.launch.over_processes import Show
 from vrg.launch.playing import Way, new_run, prepare
 from vrg.launch.playing import play as play_setup
 from vrg.launch.trial import trial
+from vrg.runs.change import by_player
 from vrg.runs.judged import Judged, judge_folder
-from vrg.runs.run import Run, by_player
+from vrg.runs.run import Run
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 

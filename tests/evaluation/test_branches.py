@@ -123,11 +123,24 @@ def test_a_file_may_be_edited_while_the_games_run(vrg: Vrg, run: str, match: Pat
     found = contenders([f"{match.parent}/mine.py:Twin", "sharks-and-minnows"])
     with ExperimentFolder(match.parent / "out", define(setup, found, seed=0, limit=60.0, origin=origin)) as folder:
         game = folder.definition.game_of(Pairing(found[0].label, found[1].label), 0)
-        first = folder.branch(setup, game)
+        first = folder.branch(game)
         (match.parent / "mine.py").write_text("raise ValueError")
-        second = folder.branch(setup, game)
+        second = folder.branch(game)
         assert first is not None
         assert first == second
         copy = Path(first.changes[-1].strategy.rpartition(":")[0])
         assert copy.read_text() == TWIN
         assert str(copy) in folder.again(game)
+
+
+def test_the_command_of_a_game_gives_the_strategy_to_a_player_with_the_name_of_its_team_too(
+    vrg: Vrg, run: str, match: Path
+) -> None:
+    file = match.parent / run / "setup.json"
+    file.write_text(file.read_text().replace('"name":"ann"', '"name":"minnows"'))
+    origin = origin_at(RunFolder(match.parent / run), 3.0, "minnows")
+    setup = load_match(match.parent / run / "match.toml")
+    found = contenders(["sharks-and-minnows", f"{match.parent}/players.py:Lazy"])
+    with ExperimentFolder(match.parent / "out", define(setup, found, seed=0, limit=60.0, origin=origin)) as folder:
+        game = folder.definition.game_of(Pairing(found[0].label, found[1].label), 0)
+        assert "--play minnows=sharks-and-minnows --play bob=sharks-and-minnows" in folder.again(game)

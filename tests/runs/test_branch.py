@@ -16,7 +16,7 @@ from tests.command_line import invoke
 from tests.recording.recordings import messages_of
 from tests.tiny import TINY
 from vrg.bus.messages import Call, Stage
-from vrg.commands.branching import Progress, progress_of
+from vrg.commands.replay import changes_of
 from vrg.config.loading import load_match
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import read_setup, write_setup
@@ -29,6 +29,7 @@ from vrg.launch import in_process
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.runs.branch import last_instant, play_branch
+from vrg.runs.brancher import Progress, progress_of
 from vrg.runs.change import Change, branch_of
 from vrg.runs.judged import judge_run
 from vrg.runs.keeping import keep
@@ -170,6 +171,16 @@ def test_the_command_tells_how_both_ended(run: RunFolder, tmp_path: Path, lazy: 
     assert "expected --at too" in str(lacking.exception)
     wrong = invoke("run", "replay", str(run.path), "--at", "4", "--play", "shark")
     assert "expected PLAYER=STRATEGY" in str(wrong.exception)
+
+
+def test_the_name_of_a_player_and_of_its_team_is_that_of_the_player(tmp_path: Path) -> None:
+    (tmp_path / "tiny.toml").write_text(TINY.replace('"ann"', '"minnows"'))
+    setup = load_match(tmp_path / "tiny.toml")
+    for name, players in (("minnows", ["minnows"]), ("bob", ["bob"]), ("sharks", ["shark"])):
+        changes = changes_of(setup, INSTANT, [f"{name}=sharks-and-minnows"], ["rules.passes=3"])
+        assert [(change.time, change.player) for change in changes] == [(INSTANT, ""), *((INSTANT, p) for p in players)]
+    with pytest.raises(ConfigError, match="--play: expected one of sharks, minnows, shark, bob, got 'ann'"):
+        changes_of(setup, INSTANT, ["ann=sharks-and-minnows"], [])
 
 
 def test_what_else_is_printed_tells_nothing_of_the_progress() -> None:

@@ -3,6 +3,8 @@
 import contextlib
 import json
 import sys
+import tomllib
+from collections.abc import Sequence
 from datetime import datetime
 from functools import partial, reduce
 from pathlib import Path
@@ -28,6 +30,7 @@ from vrg.errors import ConfigError, LaunchError, MessageError
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
     from vrg.recording.recorded import RecordedMatch
+    from vrg.runs.change import Change
     from vrg.runs.run_folder import RunFolder
     from vrg.ui.branching import Taken
     from vrg.ui.replay import ReplayWindow
@@ -96,10 +99,10 @@ def _take_up(
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from vrg.bus.stopping import stop_on_signals
-    from vrg.commands.branching import changes_of, compared
     from vrg.config.loading import load_match
     from vrg.launch.playing import strangers
     from vrg.runs.branch import last_instant, play_branch
+    from vrg.runs.brancher import compared
     from vrg.runs.change import amended
 
     setup = load_match(folder.match_file)
@@ -144,6 +147,38 @@ def _take_up(
     return new
 
 
+def changes_of(setup: "MatchSetup", time: float, plays: Sequence[str], sets: Sequence[str]) -> "list[Change]":
+    """The changes that `--play` and `--set` name.
+
+    Args:
+        time: the match time of their instant, s. plays: each PLAYER=STRATEGY, or TEAM=STRATEGY for all its players.
+        sets: each FIELD=VALUE, the value as in a match file; what is none there is a text.
+
+    Raises:
+        LaunchError: one is no such text. ConfigError: there is no such player, team or strategy.
+    """
+    from vrg.runs.change import changes_at
+
+    settings = dict(_split(each, "--set", "FIELD=VALUE, such as rules.passes=3") for each in sets)
+    players = dict(_split(each, "--play", "PLAYER=STRATEGY, such as ann=mine.py:Mine") for each in plays)
+    return changes_at(setup, time, players, {field: _value(text) for field, text in settings.items()}, "--play")
+
+
+def _split(typed: str, option: str, expected: str) -> tuple[str, str]:
+    name, equals, value = typed.partition("=")
+    if not (name and equals and value):
+        raise LaunchError(f"{option}: expected {expected}, got {typed!r}")
+    return name, value
+
+
+def _value(typed: str) -> Any:
+    """A value as TOML has it."""
+    try:
+        return tomllib.loads(f"value = {typed}")["value"]
+    except tomllib.TOMLDecodeError:
+        return typed
+
+
 def replay_window(
     folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs"), sandbox: bool = True
 ) -> "ReplayWindow":
@@ -155,7 +190,7 @@ def replay_window(
     Raises:
         LaunchError: the recording cannot be shown.
     """
-    from vrg.commands.branching import ProcessBrancher, compared
+    from vrg.runs.brancher import ProcessBrancher, compared
     from vrg.runs.change import branch_of
     from vrg.runs.explaining import explain
     from vrg.ui.branching import Taken

@@ -14,7 +14,7 @@ from msgspec import Struct, structs
 
 import vrg
 from vrg import __version__
-from vrg.config.setup import CheckedMatch
+from vrg.config.setup import CheckedMatch, read_setup
 from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Pairing, ScheduledGame
@@ -31,13 +31,19 @@ class Origin(Struct, frozen=True, kw_only=True):
 
     Args:
         run: the path of its run folder. journal: the SHA-256 of its journal.
-        time: the match time of the instant, s. team: that team.
+        time: the match time of the instant, s. team: that team. players: those of the team.
     """
 
     run: str
     journal: str
     time: float
     team: str
+    players: list[str]
+
+    @property
+    def names(self) -> list[str]:
+        """The names by which `by_player` finds the players of the team: its own, unless one of them bears it."""
+        return self.players if self.team in self.players else [self.team]
 
     def branch(self, seed: int, changes: Sequence[Change]) -> Branch:
         """The branch of a game, with the noise of a seed from the instant on.
@@ -62,7 +68,9 @@ def origin_at(folder: RunFolder, time: float, team: str) -> Origin:
         LaunchError: it cannot be taken up there. JournalError: its evidence is damaged.
     """
     check_instant(folder, time)
-    return Origin(run=str(folder.path.resolve()), journal=_hash(folder.journal), time=time, team=team)
+    players = [player.name for player in read_setup(folder.setup).players if player.team == team]
+    run = str(folder.path.resolve())
+    return Origin(run=run, journal=_hash(folder.journal), time=time, team=team, players=players)
 
 
 class Definition(Struct, frozen=True, kw_only=True):

@@ -87,7 +87,8 @@ class ExperimentFolder:
         """The command that plays a game again."""
         if (origin := self.definition.origin) is not None:
             words = ["vrg", "run", "replay", origin.run, "--at", f"{origin.time:g}", "--set", f"seed={game.seed}"]
-            return shlex.join([*words, "--play", f"{origin.team}={self._substitute(game)}"])
+            plays = (word for name in origin.names for word in ("--play", f"{name}={self._substitute(game)}"))
+            return shlex.join([*words, *plays])
         return f"vrg play {shlex.quote(str(self.match_file(game)))} --in-process --seed {game.seed}"
 
     def watch(self, game: ScheduledGame) -> str:
@@ -125,20 +126,16 @@ class ExperimentFolder:
                     raise ConfigError(f"{folder.match_file}: {text}: write its strategy in one line")
         return found
 
-    def branch(self, setup: CheckedMatch, game: ScheduledGame) -> Branch | None:
+    def branch(self, game: ScheduledGame) -> Branch | None:
         """The branch of a game; None if it is played from the beginning.
-
-        Args:
-            setup: its match.
 
         Raises:
             LaunchError: the strategy cannot be copied.
         """
         if (origin := self.definition.origin) is None:
             return None
-        players = [player.name for player in setup.players if player.team == origin.team]
         target = self._substitute(game)
-        return origin.branch(game.seed, [Change(origin.time, player, target) for player in players])
+        return origin.branch(game.seed, [Change(origin.time, player, target) for player in origin.players])
 
     def _substitute(self, game: ScheduledGame) -> str:
         """The strategy by which the team of the origin goes on in a game: of a file a copy, which is made once."""

@@ -51,7 +51,7 @@ class Workers:
             limit: the match time in s after which it is broken off.
         """
         folder = self._folder.playing / self._folder.name_of(game)
-        branch = self._folder.branch(setup, game)
+        branch = self._folder.branch(game)
         self._running[GameProcess(self._server, setup, game.seed, folder, limit, branch)] = game
 
     def finished(self, timeout: float) -> Iterator[tuple[ScheduledGame, Played]]:

@@ -12,10 +12,12 @@ from msgspec import Struct, structs
 from vrg.config.loading import check_match, load_match
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import CheckedMatch, MatchSetup
+from vrg.config.targets import whole_target
 from vrg.coordinator.rulebook import RuleBook
 from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.files import decoded, read_bytes, write_whole
 from vrg.games import file_of, has_name
+from vrg.registry import expected_one_of
 from vrg.runs.keeping import copy_into, files_of_strategy
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
@@ -46,6 +48,47 @@ class Change(Struct, frozen=True):
     def _name(self) -> str:
         """The strategy as people call it: without the folder of its file."""
         return self.strategy if has_name(self.strategy) else Path(self.strategy).name
+
+
+def by_player(setup: MatchSetup, wanted: Mapping[str, str], what: str = "players") -> dict[str, str]:
+    """The strategy of each player of a match that is to have another one.
+
+    Args:
+        wanted: strategies, as people name them, by player, or by team for all its players. A name that a team and one
+            of its players have is that player's.
+        what: where they were named, for errors.
+
+    Raises:
+        ConfigError: there is no such player or team, or the strategy is a file without just one strategy.
+    """
+    found: dict[str, str] = {}
+    names = [player.name for player in setup.players]
+    teams = list(dict.fromkeys(player.team for player in setup.players))
+    for name, strategy in wanted.items():
+        if not isinstance(strategy, str):
+            raise ConfigError(
+                [f"{what}.{name}: expected the name of a strategy, or of a file with one, got {strategy!r}"]
+            )
+        own = [name] if name in names else [player.name for player in setup.players if player.team == name]
+        if not own:
+            raise ConfigError([f"{what}: {expected_one_of(list(dict.fromkeys([*teams, *names])), name)}"])
+        found |= dict.fromkeys(own, whole_target(strategy))
+    return found
+
+
+def changes_at(
+    setup: MatchSetup, time: float, players: Mapping[str, str], settings: Mapping[str, Any], what: str = "players"
+) -> list[Change]:
+    """The changes of an instant.
+
+    Args:
+        time: its match time, s. players, what: see `by_player`. settings: see `Change`.
+
+    Raises:
+        ConfigError: there is no such player, team or strategy.
+    """
+    changes = [Change(time, settings=settings)] if settings else []
+    return changes + [Change(time, name, target) for name, target in by_player(setup, players, what).items()]
 
 
 class Branch(Struct, frozen=True):

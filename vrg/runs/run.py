@@ -11,12 +11,10 @@ from typing import TYPE_CHECKING, Any
 from vrg.bus.messages import Call
 from vrg.bus.stopping import stop_on_signals
 from vrg.config.setup import MatchSetup, read_setup
-from vrg.config.targets import whole_target
 from vrg.coordinator.journal import read_journal
 from vrg.errors import ConfigError, LaunchError
 from vrg.recording.reader import RobotPoses, read_tracks
-from vrg.registry import expected_one_of
-from vrg.runs.change import Change
+from vrg.runs.change import changes_at
 from vrg.runs.result import conclusion, plot, read_result, summary
 from vrg.runs.run_folder import RunFolder
 
@@ -240,8 +238,7 @@ class Run:
             raise ConfigError(
                 ["branch: expected another strategy in `players`, or other values in `settings`, got none"]
             )
-        changes = [Change(at, settings=settings)] if settings else []
-        changes += [Change(at, name, target) for name, target in by_player(self.setup, players or {}).items()]
+        changes = changes_at(self.setup, at, players or {}, settings or {})
         with strangers(self._folder, changes, sandbox=sandbox) as apart, stop_on_signals() as stop:
             try:
                 folder = play_branch(
@@ -258,27 +255,3 @@ class Run:
         rows += [("end", self.conclusion), ("calls", str(len(self.calls))), ("folder", str(self.path))]
         lines = "".join(f"<tr><th>{html.escape(what)}</th><td>{html.escape(text)}</td></tr>" for what, text in rows)
         return f"<table>{lines}</table>{Picture(self._folder.plot).html('trajectories')}"
-
-
-def by_player(setup: MatchSetup, wanted: Mapping[str, str]) -> dict[str, str]:
-    """The strategy of each player of a match that is to have another one.
-
-    Args:
-        wanted: strategies, as people name them, by player, or by team for all its players.
-
-    Raises:
-        ConfigError: there is no such player or team, or the strategy is a file without just one strategy.
-    """
-    found: dict[str, str] = {}
-    names = [player.name for player in setup.players]
-    teams = list(dict.fromkeys(player.team for player in setup.players))
-    for name, strategy in wanted.items():
-        if not isinstance(strategy, str):
-            raise ConfigError(
-                [f"players.{name}: expected the name of a strategy, or of a file with one, got {strategy!r}"]
-            )
-        own = [name] if name in names else [player.name for player in setup.players if player.team == name]
-        if not own:
-            raise ConfigError([f"players: {expected_one_of([*teams, *names], name)}"])
-        found |= dict.fromkeys(own, whole_target(strategy))
-    return found

@@ -1,25 +1,23 @@
-"""Takes a recorded match up from an instant: for the command `vrg run replay`, and for the window that it opens."""
+"""Takes a recorded match up in a process of its own, for the window of a replay."""
 
 import contextlib
 import os
 import subprocess
 import sys
 import tempfile
-import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import msgspec
 from msgspec import Struct
 
 from vrg.config.setup import MatchSetup
-from vrg.config.targets import whole_target
-from vrg.errors import LaunchError, VrgError
+from vrg.errors import VrgError
 from vrg.games import strategies_of
 from vrg.games.game import capitalised
 from vrg.runs.branch import last_instant
-from vrg.runs.change import Change, branch_of
+from vrg.runs.change import branch_of
 from vrg.runs.result import headline, read_result, summary
 from vrg.runs.run_folder import RunFolder
 
@@ -140,39 +138,3 @@ class ProcessBrancher:
                 self._process.communicate()
             self._process = None
             self._errors.close()
-
-
-def changes_of(setup: MatchSetup, time: float, plays: Sequence[str], sets: Sequence[str]) -> list[Change]:
-    """The changes that `--play` and `--set` name.
-
-    Args:
-        time: the match time of their instant, s. plays: each PLAYER=STRATEGY, or TEAM=STRATEGY for all its players.
-        sets: each FIELD=VALUE, the value as in a match file; what is none there is a text.
-
-    Raises:
-        LaunchError: one is no such text. ConfigError: the strategy cannot be found.
-    """
-    changes = []
-    if sets:
-        settings = dict(_split(each, "--set", "FIELD=VALUE, such as rules.passes=3") for each in sets)
-        changes.append(Change(time, settings={field: _value(text) for field, text in settings.items()}))
-    for each in plays:
-        name, strategy = _split(each, "--play", "PLAYER=STRATEGY, such as ann=mine.py:Mine")
-        players = [player.name for player in setup.players if player.team == name and player.name != name]
-        changes += [Change(time, player, whole_target(strategy)) for player in players or [name]]
-    return changes
-
-
-def _split(typed: str, option: str, expected: str) -> tuple[str, str]:
-    name, equals, value = typed.partition("=")
-    if not (name and equals and value):
-        raise LaunchError(f"{option}: expected {expected}, got {typed!r}")
-    return name, value
-
-
-def _value(typed: str) -> Any:
-    """A value as TOML has it."""
-    try:
-        return tomllib.loads(f"value = {typed}")["value"]
-    except tomllib.TOMLDecodeError:
-        return typed
