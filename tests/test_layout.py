@@ -269,8 +269,8 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 10_330,
-    "commands": 4_790,
-    "launch": 5_250,
+    "launch": 5_410,  # it also checks and keeps the drafts of the configurator
+    "commands": 4_630,
     "hal/can": 4_200,
     "games": 3_880,
     "learning": 3_460,

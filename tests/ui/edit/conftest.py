@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from vrg.commands.checking import DraftCheck
-from vrg.commands.drafts import choices_in, recent_matches, save_draft
+from vrg.launch.draft_check import DraftCheck
+from vrg.launch.drafts import choices_in, recent_matches, save_draft
 from vrg.launch.endpoints import free_port
 from vrg.ui.edit.editor import Editor, Tools
 from vrg.ui.edit.server import HOST, EditServer
