@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from tests.tiny import TINY_CAN
-from vrg.commands.can_figure import figure_match
-from vrg.commands.report import doubt_of
+from vrg.config.figure import figure_match
 from vrg.config.loading import read_match
 from vrg.errors import ConfigError
 from vrg.fitting.likeness import Likeness
-from vrg.fitting.report import Findings
+from vrg.fitting.report import Findings, doubt_of
 from vrg.fitting.response import PARAMETERS, Fitted, Response
 
 MORE = """

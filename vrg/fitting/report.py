@@ -1,7 +1,9 @@
 """The findings of a match about one robot: how it follows commands, and what its odometry errs by."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Final
 
 from vrg.fitting.likeness import GROUPS, Errors, Likeness, likeness, spans_of
 from vrg.fitting.response import Fitted, Response, fit
@@ -16,6 +18,24 @@ EXACT, EXACT_TIME = 0.1, 0.02
 """Half of the 95 % interval of a number that is taken into a file: as a share, and of a delay, s."""
 Number = tuple[float, float]
 """A number, and half the width of its 95 % interval."""
+GOOD_FIXES: Final = 0.95
+"""The share of fixes that must be used for a calibration."""
+LIKE: Final = 0.04
+"""The distance in m to its simulation, with all that was found, above which a robot was disturbed."""
+_PLAUSIBLE: Final = {"way": (0.2, 0.02), "turn": (0.25, 0.03), "bend": (0.3, 0.05)}
+"""The most that odometry can be off before something else is wrong, and half the interval that it may have, as shares,
+or rad/m."""
+ROWS: Final = {
+    "delay": ("delay, s", 1.0),
+    "acceleration": ("acceleration, m/s^2", 1.0),
+    "braking": ("braking, m/s^2", 1.0),
+    "friction": ("friction, m/s^2", 1.0),
+    "top": ("top speed, m/s", 1.0),
+    "way": ("ways longer by, %", 100.0),
+    "turn": ("turns longer by, %", 100.0),
+    "bend": ("bend, degrees/m", math.degrees(1.0)),
+}
+"""The name of each number in the report, and the factor to its unit there."""
 
 
 @dataclass(frozen=True)
@@ -97,3 +117,43 @@ def findings(
     spans = spans_of(model, commands, motions, poses)
     means = Errors(**{name: mean for name, (mean, _) in errors.items()})
     return Findings(errors, fitted, likeness(spans, model, fitted, means) if spans else None)
+
+
+def doubt_of(found: Findings, fates: dict[str, int]) -> str | None:
+    """The reason why what was found of a robot is no calibration of it, in words; None if there is none.
+
+    Args:
+        fates: what became of its fixes.
+    """
+    taken, whole = used(fates), sum(fates.values())
+    if taken < GOOD_FIXES * whole:
+        why = "does the source see this robot, is nothing in its way, and are the directions of its motors right?"
+        if fates.get("turned"):
+            why = (
+                "it drives another way than it heads by them: is its tag or its body turned (write `heading`, "
+                'or `prints = "apriltag"` for tags of other programs), or are the directions of its motors wrong?'
+            )
+        return f"{whole - taken} of {whole} fixes were refused: {why}"
+    if isinstance(found.fitted, str):
+        return found.fitted
+    if found.likeness is None:
+        return "it has hardly moved"
+    for name, (most, least) in _PLAUSIBLE.items():
+        mean, half = found.errors[name]
+        if abs(mean) > most or half > least:
+            words, unit = ROWS[name]
+            return (
+                f"{words} {unit * mean:.3g} +- {unit * half:.2g}, expected at most {unit * most:.3g} "
+                f"+- {unit * least:.2g}: are `ratio`, wheels, and directions of motors right, and has it driven enough?"
+            )
+    if found.likeness.after > LIKE:
+        return (
+            f"with all that was found it is still {100 * found.likeness.after:.1f} cm away from where it should be: "
+            "was it disturbed, or is this computer too slow?"
+        )
+    return None
+
+
+def used(fates: dict[str, int]) -> int:
+    """The number of fixes that were used, by what became of each."""
+    return fates.get("used", 0) + fates.get("moved", 0)
