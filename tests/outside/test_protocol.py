@@ -8,14 +8,13 @@ import typer.testing
 
 from vrg.commands import can_options
 from vrg.commands.can import app
-from vrg.commands.can_listening import unheard
 from vrg.errors import ConfigError
 from vrg.hal.backends import BACKENDS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.settings import CanSettings
 from vrg.hal.can.workshop.simulation import Simulation
-from vrg.hal.can.workshop.survey import all_listeners
+from vrg.hal.can.workshop.survey import all_listeners, unheard
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.types import Twist

@@ -11,13 +11,15 @@ from rich.markup import escape
 
 from vrg.bus.stopping import Stop
 from vrg.commands import can_options
-from vrg.commands.can_listening import BusState, listening, table_of, unheard
+from vrg.commands.can_listening import listening, table_of
 from vrg.commands.can_options import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
 from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.listening import BusState
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
+from vrg.hal.can.workshop.survey import unheard
 from vrg.hal.models import robot_model
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from tests.tiny import TINY_CAN
 from vrg.commands import can_control
 from vrg.commands.can import app
-from vrg.commands.can_listening import BusState, listening
+from vrg.commands.can_listening import listening
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.calibration import AxisCalibration, Calibration, calibration_text, load_calibration
 from vrg.hal.can.cia402.codec import Function
@@ -23,6 +23,7 @@ from vrg.hal.can.odrive.messages import AxisState
 from vrg.hal.can.train import DriveTrain
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.listener import Found
+from vrg.hal.can.workshop.listening import BusState
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.testing.driver import arm

@@ -27,6 +27,11 @@ def all_listeners(send: Send, clock: Clock) -> list[Listener]:
     return found
 
 
+def unheard() -> list[str]:
+    """The names of the protocols without a listener, whose drives cannot be found, or stopped, on a bus."""
+    return [name for name in PROTOCOLS.names() if (found := PROTOCOLS.find(name)) and found.listener is None]
+
+
 def who_speaks(frames: Iterable[Frame], clock: Clock) -> str:
     """Describe the senders of these frames, in one line, without asking any of them."""
     survey = Survey(all_listeners(_be_silent, clock))
