@@ -61,6 +61,19 @@ def test_a_run_tells_what_the_match_left(here: Path) -> None:
         run.why(99)
 
 
+def test_a_damaged_result_is_an_error_in_words(here: Path) -> None:
+    path = vrg.play("tiny.toml", record=False).path
+    whole = json.loads((path / "result.json").read_text())
+    changes = ({"score": 3}, {"calls": 7}, {"radio": {"lost": "x"}}, {"play_time": "1"}, {"play_time": 10**400})
+    damaged = [whole | change for change in changes]
+    for content in (*damaged, {}, [], 3, None):
+        (path / "result.json").write_text(json.dumps(content))
+        run = vrg.Run(path)
+        assert run.conclusion == "it has no result"
+        with pytest.raises(LaunchError, match=r"result\.json: cannot be read: .*: `vrg run result` makes it"):
+            _ = run.winner
+
+
 def test_another_strategy_plays_and_the_run_folder_has_it(here: Path) -> None:
     run = vrg.play("tiny.toml", {"minnows": "still.py"}, seed=3)
     assert {track.x.std() < 0.2 for name, track in run.tracks.items() if name != "shark"} == {True}

@@ -114,9 +114,11 @@ class Run:
             LaunchError: there is none, or it is damaged: `vrg run result` makes it.
         """
         try:
-            return read_result(self._folder)
-        except (OSError, ValueError) as error:
+            found = read_result(self._folder)
+            _ = found["winner"], conclusion(found), summary(found)  # all that is told of it
+        except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
             raise LaunchError(f"{self._folder.result}: cannot be read: {error}: `vrg run result` makes it") from None
+        return found
 
     @property
     def winner(self) -> str | None:
