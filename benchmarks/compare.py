@@ -16,30 +16,25 @@ from msgspec import structs
 
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
+from vrg.evaluation.conduct import Entrants, opened, workers_of
 from vrg.evaluation.contenders import contenders
-from vrg.evaluation.experiment import Definition, define
-from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import Pairing
 from vrg.evaluation.playing import judged, played
-from vrg.evaluation.ray_workers import LOCAL, RayWorkers
-from vrg.evaluation.running import Experiment
-from vrg.evaluation.series import Series
-from vrg.evaluation.workers import Workers
+from vrg.evaluation.ray_workers import LOCAL
 from vrg.runs.run_folder import RunFolder
 
 STRATEGY = "sharks-and-minnows"
 
 
-def compared(setup: MatchSetup, definition: Definition, games: int, jobs: int, *, ray: bool = False) -> float:
+def compared(setup: MatchSetup, games: int, jobs: int, *, ray: bool = False) -> float:
     """Play games as `vrg compare` does, or on a cluster of Ray on this computer; return how many a second."""
-    pairing = Pairing(*(contender.label for contender in definition.contenders))
-    series = {pairing: Series(games // 2, 0.95, play_all=True)}
-    with tempfile.TemporaryDirectory() as name, ExperimentFolder(Path(name, "out"), definition) as folder:
-        experiment = Experiment(folder, setup, series)
-        local = None if ray else Workers(jobs, folder, experiment.setup)
-        workers = local or RayWorkers(LOCAL, jobs, jobs, folder)
+    both = Entrants(contenders([STRATEGY, STRATEGY]))
+    with (
+        tempfile.TemporaryDirectory() as name,
+        opened(setup, both, both.pairings(), Path(name, "out"), games=games, play_all=True) as experiment,
+    ):
+        workers = workers_of(experiment, jobs, LOCAL if ray else None)
         began = time.perf_counter()
-        experiment.run(workers, threading.Event(), lambda _: None)
+        experiment.run(workers, threading.Event())
         return games / (time.perf_counter() - began)
 
 
@@ -72,16 +67,13 @@ def main() -> None:
     options = parser.parse_args()
     games, repeat = (2, 1) if options.quick else (options.games, options.repeat)
     setup = load_match(match_path("sharks-and-minnows"), engine="planar", lasers=False)
-    definition = define(setup, contenders([STRATEGY, STRATEGY]), seed=0, limit=3600.0)
-    compared(setup, definition, 2, 1)  # the server of processes loads
+    compared(setup, 2, 1)  # the server of processes loads
     speeds: dict[str, list[float]] = {}
     for _ in range(repeat):
         for jobs in sorted({1, *options.jobs}):
-            speeds.setdefault(f"{jobs} at a time", []).append(compared(setup, definition, games, jobs))
+            speeds.setdefault(f"{jobs} at a time", []).append(compared(setup, games, jobs))
             if options.ray:
-                speeds.setdefault(f"{jobs} at a time, Ray", []).append(
-                    compared(setup, definition, games, jobs, ray=True)
-                )
+                speeds.setdefault(f"{jobs} at a time, Ray", []).append(compared(setup, games, jobs, ray=True))
         speeds.setdefault("in this process", []).append(alone(setup, games))
     show("vrg compare", rows_of(speeds), [], as_json=options.json)
 

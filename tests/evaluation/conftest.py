@@ -13,12 +13,11 @@ from tests.command_line import Vrg, command_line
 from tests.warm import WarmServers
 from vrg.bus.stopping import StopSignal
 from vrg.config.loading import load_match
+from vrg.evaluation.conduct import Entrants, opened
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.experiment import Definition, define
-from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.games import GameRecord, Pairing
+from vrg.evaluation.games import GameRecord
 from vrg.evaluation.running import Experiment
-from vrg.evaluation.series import Series
 from vrg.evaluation.workers import Workers
 
 MATCH = """\
@@ -159,10 +158,12 @@ def experiment(
     match: Path, first: str, second: str, out: str, *, pairs: int, seed: int, limit: float = 3600.0
 ) -> Iterator[Experiment]:
     """An experiment of two strategies in a folder of its own, in which all games are to be played."""
-    defined = definition(match, seed, first, second, limit=limit)
-    with ExperimentFolder(match.parent / out, defined) as folder:
-        pairing = Pairing(*(contender.label for contender in defined.contenders))
-        yield Experiment(folder, load_match(match), {pairing: Series(pairs, 0.95, play_all=True)})
+    both = Entrants(contenders([target(match, first), target(match, second)]))
+    folder, games = match.parent / out, 2 * pairs
+    with opened(
+        load_match(match), both, both.pairings(), folder, games=games, seed=seed, play_all=True, limit=limit
+    ) as running:
+        yield running
 
 
 Play = Callable[..., list[GameRecord]]
