@@ -30,7 +30,7 @@ from vrg.errors import ConfigError
 from vrg.evaluation.games import LIMIT
 
 if TYPE_CHECKING:
-    from vrg.config.setup import MatchSetup
+    from vrg.config.setup import CheckedMatch
     from vrg.evaluation.experiment import Origin
     from vrg.evaluation.folder import ExperimentFolder
     from vrg.evaluation.games import GameRecord
@@ -203,7 +203,7 @@ def _experiment(
             raise typer.Exit(130)
 
 
-def _match_of(options: EvaluationOptions) -> "tuple[MatchSetup, Origin | None]":
+def _match_of(options: EvaluationOptions) -> "tuple[CheckedMatch, Origin | None]":
     """The match of an experiment, and the instant from which its games go on; None for its beginning.
 
     Raises:
