@@ -22,9 +22,9 @@ from vrg.config.figure import figure_match
 from vrg.config.loading import load_match, read_match
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.hal.models import robot_model
-from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import play
 from vrg.runs.findings import findings_of, read_learned
 from vrg.runs.run_folder import RunFolder
 

@@ -28,12 +28,12 @@ from vrg.config.loading import load_match
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.geometry import outline_distance
-from vrg.launch.in_process import play
 from vrg.launch.nodes.referee import open_journal
 from vrg.localisation.camera.detection import TagDetector
 from vrg.localisation.camera.field import FieldView, robot_at
 from vrg.localisation.camera.lens import Lens
 from vrg.localisation.sim.settings import SimSettings
+from vrg.playing.in_process import play
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 

@@ -18,11 +18,11 @@ from common import arguments, median, show, write_match
 from msgspec import structs
 
 from vrg.agents.player import PERIOD
-from vrg.launch import in_process
-from vrg.launch.apart import Strategies
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.sandbox.seal import missing
+from vrg.playing import in_process
+from vrg.playing.apart import Strategies
 from vrg.runs.run_folder import RunFolder
 
 WAYS = ("one process", "lockstep", "lockstep, sealed")

@@ -37,8 +37,8 @@ from vrg.hal.sensors.ins import InsSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast
-from vrg.launch import in_process
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing import in_process
 from vrg.regions import Rectangle
 from vrg.runs.run_folder import RunFolder
 from vrg.segments import nearest_on_segment

@@ -30,8 +30,8 @@ from scipy.stats import binomtest
 from vrg.config.loading import load_match, match_path
 from vrg.games.pursuit_evasion import INTRUDERS, PURSUERS
 from vrg.hal.models import robot_model
-from vrg.launch import in_process
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing import in_process
 from vrg.regions import Polygon
 from vrg.runs.run_folder import RunFolder
 

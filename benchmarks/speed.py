@@ -23,8 +23,8 @@ from common import Cost, Stopwatch, arguments, median, reference, show, write_ma
 
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal
-from vrg.launch import in_process
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing import in_process
 from vrg.runs.run_folder import RunFolder
 
 ROBOTS = (8, 16, 32, 64)

@@ -36,8 +36,8 @@ from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
 from vrg.games.pursuit_evasion import CROSSING, INTRUDER
 from vrg.games.pursuit_evasion.watch import USUAL_SPEED, IntruderDetector
-from vrg.launch import in_process
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing import in_process
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Vector
 

@@ -52,6 +52,6 @@ def warm_servers() -> Iterator[WarmServers]:
     """Strategies are tried by forks of one server that all tests share."""
     servers = WarmServers()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vrg.launch.trial.fork_server", servers.fork_server)
+        patch.setattr("vrg.playing.trial.fork_server", servers.fork_server)
         yield servers
     servers.end()

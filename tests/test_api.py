@@ -119,7 +119,7 @@ def test_an_interrupted_match_keeps_its_run(here: Path, monkeypatch: pytest.Monk
 
         return wait
 
-    monkeypatch.setattr("vrg.launch.playing._pace", pressing)
+    monkeypatch.setattr("vrg.playing.match._pace", pressing)
     with pytest.raises(KeyboardInterrupt, match="the run is kept in runs/tiny-"):
         vrg.play("tiny.toml")
     (folder,) = (here / "runs").iterdir()

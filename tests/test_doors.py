@@ -30,7 +30,7 @@ NOT_EVERYWHERE = ("pybullet", "pybullet_data", "pygame", "ray", "motioncapture")
 INTERRUPTED = """
 from vrg.blame import DecisionTimeoutError
 from vrg.bus.stopping import stop_on_signals
-from vrg.launch.bounds import DecisionAlarm
+from vrg.launch.sandbox.bounds import DecisionAlarm
 
 with stop_on_signals() as stop, DecisionAlarm(stop) as alarm:
     stop.set()

@@ -10,7 +10,7 @@ from tests.command_line import invoke
 from tests.tiny import TINY
 from vrg.errors import FileError
 from vrg.files import read_text, records_of, text_of, write_whole
-from vrg.launch.drafts import choices_in, recent_matches
+from vrg.playing.drafts import choices_in, recent_matches
 
 TEXT = "name = \"café 小明\"\nmap = 'open'\n"
 

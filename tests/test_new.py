@@ -14,8 +14,8 @@ from tests.command_line import Vrg, command_line
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
 from vrg.hal.sim.map import load_map
-from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import Ending, play
 from vrg.runs.run_folder import RunFolder
 from vrg.testing.strategy import StrategyContract
 

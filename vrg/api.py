@@ -12,9 +12,9 @@ from vrg.config.loading import check_match, check_strategies, load_match, match_
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
 from vrg.launch.over_processes import Show
-from vrg.launch.playing import Way, new_run, prepare
-from vrg.launch.playing import play as play_setup
-from vrg.launch.trial import trial
+from vrg.playing.match import Way, new_run, prepare
+from vrg.playing.match import play as play_setup
+from vrg.playing.trial import trial
 from vrg.runs.change import by_player
 from vrg.runs.judged import Judged, judge_folder
 from vrg.runs.run import Run

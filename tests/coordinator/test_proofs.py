@@ -25,9 +25,9 @@ from vrg.coordinator.judging import judge_again, unproved
 from vrg.coordinator.proof import Case, Measure, Relation, with_deviation
 from vrg.coordinator.rulebook import Observation
 from vrg.games import game_of
-from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import play
 from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose, Uncertainty

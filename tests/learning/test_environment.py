@@ -19,7 +19,7 @@ from vrg.errors import ConfigError, StrategyError
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.models.pioneer import P2AT
 from vrg.hal.sim.engines import default_engine
-from vrg.launch import bounds
+from vrg.launch.sandbox import bounds
 from vrg.learning.action import limits_of
 from vrg.learning.environment import MatchEnvironment
 

@@ -23,16 +23,16 @@ from vrg.coordinator.journal import NoJournal
 from vrg.errors import ConfigError
 from vrg.evaluation.contenders import contenders, entered, seen_from
 from vrg.games import GAMES, file_of, has_name
-from vrg.launch.in_process import play
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.policy import Access
-from vrg.launch.trial import trial
 from vrg.learning import policy as policies
 from vrg.learning.action import twist_of
 from vrg.learning.network import Network, initial, layout_of
 from vrg.learning.observation import observe
 from vrg.learning.policy import Policy, PolicyPlayer, load, player_of, save
+from vrg.playing.in_process import play
+from vrg.playing.trial import trial
 from vrg.runs.keeping import files_of, files_of_strategy
 from vrg.runs.run_folder import RunFolder
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.launch.matches import calls_of, played
 from tests.learning.making import GAMES_LEARNED, digest, short_match
+from tests.playing.matches import calls_of, played
 from vrg.agents.strategy import Strategy, decided
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal

@@ -8,8 +8,8 @@ from vrg.bus.messages import Stage
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.games import GAMES
-from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import Ending, play
 from vrg.runs.run_folder import RunFolder
 
 MAP = """

@@ -21,9 +21,9 @@ from vrg.config.loading import load_match
 from vrg.games import GAMES
 from vrg.hal.models import MODELS, RobotModel
 from vrg.hal.sensors import message_class
-from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import play
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui import palette

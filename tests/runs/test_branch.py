@@ -25,9 +25,9 @@ from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import strategies_of
-from vrg.launch import in_process
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing import in_process
 from vrg.runs.branch import last_instant, play_branch
 from vrg.runs.brancher import Progress, progress_of
 from vrg.runs.change import Change, branch_of

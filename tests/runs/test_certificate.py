@@ -20,9 +20,9 @@ from vrg.bus.topics import Topic
 from vrg.commands.stops import rows
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.launch.in_process import play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import play
 from vrg.recording import reader
 from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.recording.stops import Incident, IncidentKind, Rest, RobotStop, StopOutcome, Trajectory

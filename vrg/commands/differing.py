@@ -40,7 +40,7 @@ def repeat(
     the two runs differ.
     """
     from vrg.bus.stopping import stop_on_signals
-    from vrg.launch.playing import strangers
+    from vrg.playing.match import strangers
     from vrg.runs.branch import repeat_match
 
     folder, _ = ended_run(run)

@@ -234,7 +234,7 @@ def _seen_from(folder: Path, targets: Sequence[str]) -> list[str]:
     if not targets:
         return []
     from vrg.games import file_of
-    from vrg.launch.trial import trial  # it loads what checks match files
+    from vrg.playing.trial import trial  # it loads what checks match files
 
     found = []
     with trial() as tried:

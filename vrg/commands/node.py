@@ -119,7 +119,7 @@ def strategy() -> None:
     if sys.stdin.isatty():
         raise SystemExit("vrg node strategy is started by `vrg play --lockstep` on the machines of a match file")
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a process with threads cannot be sealed
-    from vrg.launch.remote.strategies import serve
+    from vrg.playing.elsewhere import serve
 
     raise SystemExit(serve())
 

@@ -208,7 +208,7 @@ def substitute(player: PlayerArgument, strategy: StrategyArgument, on: MatchOpti
     Its process is replaced. A player that is out because it has failed is back from the next round.
     """
     name, endpoint = own_match(on, f"let {player} play by {strategy}")
-    from vrg.launch.trial import trial  # it loads what checks match files
+    from vrg.playing.trial import trial  # it loads what checks match files
 
     target = whole_target(strategy)
     with trial() as tried:

@@ -23,7 +23,7 @@ def check(match: GameArgument) -> None:
         unproved_properties,
     )
     from vrg.config.rules import rulebook_of
-    from vrg.launch.trial import trial, untried
+    from vrg.playing.trial import trial, untried
 
     setup = load_match(match_path(match))
     with trial() as tried:

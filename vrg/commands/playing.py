@@ -17,10 +17,10 @@ from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import ConfigError
 from vrg.hal.sim.engines import BULLET, default_engine
 from vrg.kinds import FOXGLOVE, ROS, SPECTATOR, THREE, WEB
-from vrg.launch.apart import DEADLINE
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.over_processes import Show
-from vrg.launch.playing import Way, new_run, play, prepare, sealing
+from vrg.playing.apart import DEADLINE
+from vrg.playing.match import Way, new_run, play, prepare, sealing
 from vrg.runs.run_folder import RunFolder
 
 

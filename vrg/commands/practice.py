@@ -42,7 +42,7 @@ def practice(
     with fork_server(wanted=not options.in_process) as server, tempfile.TemporaryDirectory() as folder:
         from vrg.commands.playing import play_match
         from vrg.config.loading import load_match
-        from vrg.launch.trial import trial
+        from vrg.playing.trial import trial
 
         lasting = seconds if seconds is not None else 60.0 if options.steps else 0.0
         target = None if strategy is None else whole_target(strategy)

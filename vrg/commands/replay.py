@@ -100,7 +100,7 @@ def _take_up(
 
     from vrg.bus.stopping import stop_on_signals
     from vrg.config.loading import load_match
-    from vrg.launch.playing import strangers
+    from vrg.playing.match import strangers
     from vrg.runs.branch import last_instant, play_branch
     from vrg.runs.brancher import compared
     from vrg.runs.change import amended

@@ -34,7 +34,7 @@ def edit(
 
     Where no browser can be opened, the page is served all the same, for one on another computer.
     """
-    from vrg.launch.drafts import open_draft
+    from vrg.playing.drafts import open_draft
 
     draft = open_draft(match)
     if not has_browser() and not sys.stdin.isatty():
@@ -65,9 +65,9 @@ def begin(runs: Path = Path("runs"), draft: "Draft | None" = None, *, web: bool 
         runs: the folder of run folders. draft: the match file to change; None offers games and recent matches first.
         web: True shows the match in the page once it is played.
     """
-    from vrg.launch.draft_check import DraftCheck
-    from vrg.launch.drafts import choices_in, recent_matches, save_draft
     from vrg.launch.endpoints import free_port
+    from vrg.playing.draft_check import DraftCheck
+    from vrg.playing.drafts import choices_in, recent_matches, save_draft
     from vrg.ui.edit.editor import Editor, Tools
     from vrg.ui.edit.server import HOST, EditServer
 

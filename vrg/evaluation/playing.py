@@ -25,12 +25,12 @@ from vrg.coordinator.match import state_after
 from vrg.errors import VrgError
 from vrg.evaluation.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 from vrg.games import has_name
-from vrg.launch import in_process
-from vrg.launch.apart import Strategies
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.sandbox.seal import missing
 from vrg.launch.vacancies import disqualification
+from vrg.playing import in_process
+from vrg.playing.apart import Strategies
 from vrg.runs.branch import play_on
 from vrg.runs.change import branch_of
 from vrg.runs.judged import judge_run
@@ -43,7 +43,7 @@ def played(setup: CheckedMatch, folder: RunFolder, limit: float, apart: ForkServ
     Args:
         folder: for the journal and the logs.
         limit: the match time in s after which it is broken off.
-        apart: see `vrg.launch.in_process.play`.
+        apart: see `vrg.playing.in_process.play`.
     """
     folder.prepare()
     began = time.perf_counter()

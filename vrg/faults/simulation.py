@@ -23,11 +23,11 @@ from vrg.faults.plan import OF_CAN, RECORDER, REFEREE, WORLD, Fault, FaultKind, 
 from vrg.faults.process import RESTART, Process, WorldProcess
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedClock
-from vrg.launch.in_process import emulation
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.world import world_node
+from vrg.playing.in_process import emulation
 from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:

@@ -32,7 +32,7 @@ from vrg.system import end_group
 PRELOADED = (
     "vrg.launch.child",
     "vrg.agents.player",
-    "vrg.launch.bounds",
+    "vrg.launch.sandbox.bounds",
     "vrg.launch.nodes.player",
     "vrg.bus.session",
     "vrg.hal.sim.driver",

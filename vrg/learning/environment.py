@@ -63,8 +63,8 @@ class MatchEnvironment(ParallelEnv[str, npt.NDArray[Any], npt.NDArray[Any]]):
     worth by the game's table, and 1 or -1 at the end for who wins or loses.
 
     The same seed and the same actions give the same match. If the strategies of the others do not decide within
-    `vrg.launch.bounds.BUDGET` of real time, `step` and `reset` raise StrategyError, as where a strategy fails. One that
-    catches this, too, ends the process. In another thread than the main one nothing is bounded.
+    `vrg.launch.sandbox.bounds.BUDGET` of real time, `step` and `reset` raise StrategyError, as where a strategy fails.
+    One that catches this, too, ends the process. In another thread than the main one nothing is bounded.
 
     A copy, by `copy.deepcopy` or by pickle, goes on from the same instant: it plays the match again by its seed and its
     actions, as strategies may hold anything. It leaves no run folder.

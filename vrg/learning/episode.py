@@ -10,12 +10,12 @@ from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import Journal, NoJournal
 from vrg.errors import ConfigError, LaunchError, StrategyError
-from vrg.launch.bounds import DecisionAlarm
-from vrg.launch.in_process import assemble
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.strategy import strategy_of
+from vrg.launch.sandbox.bounds import DecisionAlarm
 from vrg.learning.puppet import TARGET, Puppet
 from vrg.learning.watch import Watch
+from vrg.playing.in_process import assemble
 from vrg.types import STILL, Twist
 
 LONGEST_PAUSE = 120.0
@@ -30,7 +30,7 @@ class Episode:
     Args:
         setup: the match. driven: the players that programs drive; the others play by their strategies.
         talks: True if the strategies of driven players tell what these tell.
-        journal: the open journal. watchers: further nodes. strict: as for `vrg.launch.in_process.play`.
+        journal: the open journal. watchers: further nodes. strict: as for `vrg.playing.in_process.play`.
         wrap: returns the strategy that a player has in place of its own, if no program drives it.
 
     Attributes:

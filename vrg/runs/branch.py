@@ -21,12 +21,12 @@ from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import CheckedMatch, MatchSetup, read_setup, write_setup
 from vrg.coordinator.evidence import TINY, Exhibit, read_evidence
 from vrg.errors import ConfigError, GivenUpError, LaunchError
-from vrg.launch import in_process
-from vrg.launch.apart import Strategies
-from vrg.launch.in_process import Ending
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
+from vrg.playing import in_process
+from vrg.playing.apart import Strategies
+from vrg.playing.in_process import Ending
 from vrg.runs.change import Branch, Change, amended, branch_of, changes_in, kept, write_branch
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import ended_of, plot, write_result
@@ -179,7 +179,7 @@ def play_on(
     referee has seen the same.
 
     Args:
-        of: the run folder of the recorded match. watchers, stop, apart, limit: see `vrg.launch.in_process.play`.
+        of: the run folder of the recorded match. watchers, stop, apart, limit: see `vrg.playing.in_process.play`.
         progress: called with the match time after each tick.
         whole: True repeats all of the recorded match, with the same changes, and ends where that has ended.
 

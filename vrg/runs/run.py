@@ -233,7 +233,7 @@ class Run:
             LaunchError: the match was not played in steps, or cannot be repeated.
             KeyboardInterrupt: this was broken off.
         """
-        from vrg.launch.playing import strangers  # noqa: PLC0415 - it loads all that plays a match
+        from vrg.playing.match import strangers  # noqa: PLC0415 - it loads all that plays a match
         from vrg.runs.branch import play_branch  # noqa: PLC0415 - as above
 
         if not (players or settings):

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from vrg.config.loading import load_match
-from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.nodes.strategy import strategy_of
+from vrg.playing.in_process import Ending, play
 from vrg.runs.run_folder import RunFolder
 
 

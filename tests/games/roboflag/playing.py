@@ -13,8 +13,8 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.games.roboflag import TAGGED
 from vrg.hal.models import RobotModel
-from vrg.launch.in_process import play
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import play
 from vrg.regions import Rectangle
 from vrg.runs.run_folder import RunFolder
 from vrg.types import STILL, Pose, Twist, Vector

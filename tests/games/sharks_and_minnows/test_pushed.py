@@ -12,8 +12,8 @@ from vrg.config.rules import rulebook_of
 from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import Disagreement, judge_again
-from vrg.launch.in_process import play
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import play
 from vrg.runs.run_folder import RunFolder
 
 MATCH = """\

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.launch import matches
+from tests.playing import matches
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup

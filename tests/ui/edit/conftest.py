@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from vrg.launch.draft_check import DraftCheck
-from vrg.launch.drafts import choices_in, recent_matches, save_draft
 from vrg.launch.endpoints import free_port
+from vrg.playing.draft_check import DraftCheck
+from vrg.playing.drafts import choices_in, recent_matches, save_draft
 from vrg.ui.edit.editor import Editor, Tools
 from vrg.ui.edit.server import HOST, EditServer
 

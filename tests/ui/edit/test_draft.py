@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from vrg.games import GAMES
-from vrg.launch.draft_check import DraftCheck
+from vrg.playing.draft_check import DraftCheck
 from vrg.types import Pose
 from vrg.ui.edit.draft import Draft
 from vrg.ui.edit.placing import fewer, more, with_count

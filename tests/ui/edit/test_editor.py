@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from vrg.launch.draft_check import DraftCheck
-from vrg.launch.drafts import choices_in, recent_matches, save_draft
+from vrg.playing.draft_check import DraftCheck
+from vrg.playing.drafts import choices_in, recent_matches, save_draft
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.edit.choices import Choices

@@ -75,7 +75,7 @@ def _students_code(memory: int) -> Iterator[None]:
     Args:
         memory: the most memory that it may use, MB.
     """
-    from vrg.launch.bounds import (  # noqa: PLC0415 - a player in one process is bounded by its executor
+    from vrg.launch.sandbox.bounds import (  # noqa: PLC0415 - a player in one process is bounded by its executor
         BoundedOutput,
         MemoryBound,
         printing_to,

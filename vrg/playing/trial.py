@@ -12,11 +12,11 @@ from pathlib import Path
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
 from vrg.games import has_name
-from vrg.launch import deciding
-from vrg.launch.apart import StrategyApart
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.sandbox.seal import missing
+from vrg.playing import deciding
+from vrg.playing.apart import StrategyApart
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.system import POSIX
 

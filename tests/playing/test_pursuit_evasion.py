@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from tests.launch import matches
-from tests.launch.matches import calls_of
+from tests.playing import matches
+from tests.playing.matches import calls_of
 from vrg.bus.access import hears
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
@@ -27,7 +27,7 @@ from vrg.coordinator.judging import judge_again, unproved
 from vrg.games.pursuit_evasion import CROSSING, INTRUDERS, PURSUERS
 from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS
-from vrg.launch.in_process import Ending
+from vrg.playing.in_process import Ending
 from vrg.runs.run_folder import RunFolder
 
 TOO_NEAR = 0.35

@@ -17,9 +17,9 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError
 from vrg.games import file_of
 from vrg.launch.code_files import imported, readable_parts
-from vrg.launch.deciding import Job, decide
 from vrg.launch.remote.travel import take_in
 from vrg.launch.remote.wire import BANNER, FilePart
+from vrg.playing.deciding import Job, decide
 from vrg.runs.run_folder import RunFolder
 
 _LOOK = 0.2

@@ -12,7 +12,7 @@ from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError, Problem
 from vrg.games import file_of, has_name
 from vrg.hal.sim.map import load_map
-from vrg.launch.trial import trial
+from vrg.playing.trial import trial
 from vrg.toml_text import without
 from vrg.ui.edit.checking import CheckResult
 from vrg.ui.edit.draft import Draft

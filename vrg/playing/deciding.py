@@ -1,6 +1,6 @@
 """The process of a strategy that decides apart from its match: it makes the strategy, and answers each view.
 
-`vrg.launch.apart` is the side of the match. From there come a `Job` as JSON and then views, which are pickled. Back go
+`vrg.playing.apart` is the side of the match. From there come a `Job` as JSON and then views, which are pickled. Back go
 messages of `Answer` as MessagePack, and nothing that would be run: a student's code may write there, too. Four bytes
 before each tell its length, the most significant first.
 """
@@ -25,8 +25,8 @@ from vrg.agents.telling import Once, Payload, sendable
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
-from vrg.launch.bounds import BoundedOutput, MemoryBound, printing_to
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
+from vrg.launch.sandbox.bounds import BoundedOutput, MemoryBound, printing_to
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.runs.run_folder import RunFolder

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from tests.launch import matches
-from tests.launch.test_in_process import Witness
+from tests.playing import matches
+from tests.playing.test_in_process import Witness
 from vrg.bus.messages import RefereeState, Stage
 from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
-from vrg.launch.in_process import Ending
+from vrg.playing.in_process import Ending
 
 MIXED = Path("examples/mixed.toml")
 PHYSICAL = ("player2", "player5")

@@ -25,14 +25,14 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.errors import LaunchError, StrategyError
 from vrg.hal.models import robot_model
-from vrg.launch import apart, in_process
-from vrg.launch.apart import Strategies, StrategyApart, StrategyHere
-from vrg.launch.bounds import BUDGET
-from vrg.launch.deciding import Decided, Failed, Ready
 from vrg.launch.fork_server import Child, ForkServer, fork_server
-from vrg.launch.in_process import Ending
 from vrg.launch.nodes.referee import open_journal
 from vrg.launch.remote.wire import frame
+from vrg.launch.sandbox.bounds import BUDGET
+from vrg.playing import apart, in_process
+from vrg.playing.apart import Strategies, StrategyApart, StrategyHere
+from vrg.playing.deciding import Decided, Failed, Ready
+from vrg.playing.in_process import Ending
 from vrg.runs.branch import repeat_match
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
@@ -349,7 +349,7 @@ def test_one_that_keeps_too_much_is_ended_while_it_plays(
 
 
 def test_two_runs_are_compared_down_to_the_node_and_the_field(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vrg.launch.playing.plot", lambda *_: None)  # nobody looks at it here
+    monkeypatch.setattr("vrg.playing.match.plot", lambda *_: None)  # nobody looks at it here
     runs = []
     for name, speed in (("odd", "0.4"), ("other", "0.5")):
         (home / f"{name}.py").write_text(ODD.replace("HOME", str(home)).replace("0.4", speed))

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import invoke
-from tests.launch import matches
-from tests.launch.matches import calls_of
+from tests.playing import matches
+from tests.playing.matches import calls_of
 from tests.tiny import TINY, TINY_CAN
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Stage
@@ -19,8 +19,8 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.geometry import compose, inverse
 from vrg.hal.can.calibration import load_calibration
-from vrg.launch.in_process import Ending
 from vrg.localisation.motion import corrected
+from vrg.playing.in_process import Ending
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 
@@ -200,7 +200,7 @@ def test_a_robot_finds_its_own_numbers_by_driving_a_figure(tmp_path: Path, monke
     # With its file it plays as it is, and what is left to be found is little.
     (tmp_path / "known.toml").write_text(text.replace(motor, f'{motor}\ncalibration = "ann.cal.toml"'))
     assert load_match(tmp_path / "known.toml").base == str(tmp_path)
-    monkeypatch.setattr("vrg.launch.playing.plot", lambda *_: None)  # nobody looks at it here
+    monkeypatch.setattr("vrg.playing.match.plot", lambda *_: None)  # nobody looks at it here
     again = ("play", "known.toml", "--in-process", "--headless", "--runs", str(tmp_path / "again"))
     assert invoke(*again).exit_code == 0
     run = str(next((tmp_path / "again").iterdir()))

@@ -13,8 +13,9 @@ import pytest
 
 from tests.system.harness import wait_until
 from vrg.blame import DecisionTimeoutError, OutputFloodError
-from vrg.launch import bounds
-from vrg.launch.bounds import (
+from vrg.launch.process_log import FLOOD_WINDOW, MAX_LOG_SIZE, ProcessLog
+from vrg.launch.sandbox import bounds
+from vrg.launch.sandbox.bounds import (
     OUTPUT_LIMIT,
     OUTPUT_WINDOW,
     Bounded,
@@ -24,7 +25,6 @@ from vrg.launch.bounds import (
     MemoryBound,
     printing_to,
 )
-from vrg.launch.process_log import FLOOD_WINDOW, MAX_LOG_SIZE, ProcessLog
 
 
 def ran(folder: Path, program: str) -> subprocess.CompletedProcess[str]:
@@ -108,7 +108,7 @@ class TestLog:
     def test_a_process_in_an_endless_loop_says_where_it_is(self, tmp_path: Path) -> None:
         program = tmp_path / "stuck.py"
         program.write_text(
-            "from vrg.launch.bounds import say_where_on_request\n"
+            "from vrg.launch.sandbox.bounds import say_where_on_request\n"
             "def spin():\n    while True:\n        pass\n"
             "say_where_on_request()\nprint('ready', flush=True)\nspin()\n"
         )
@@ -141,7 +141,7 @@ class TestStubborn:
     def test_one_that_catches_everything_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
         done = ran(
             tmp_path,
-            "from vrg.launch import bounds\nbounds.BUDGET = bounds._STUBBORN = 0.5\n"
+            "from vrg.launch.sandbox import bounds\nbounds.BUDGET = bounds._STUBBORN = 0.5\n"
             "def act():\n    while True:\n        try:\n            pass\n        except:\n            pass\n"
             "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
             "    while True:\n        try:\n"
@@ -153,7 +153,7 @@ class TestStubborn:
     def test_one_that_ignores_the_signals_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
         done = ran(
             tmp_path,
-            "import signal\nfrom vrg.launch import bounds\nbounds._STUCK = 0.5\n"
+            "import signal\nfrom vrg.launch.sandbox import bounds\nbounds._STUCK = 0.5\n"
             "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
             "    for number in (signal.SIGALRM, signal.SIGVTALRM, signal.SIGTERM):\n"
             "        signal.signal(number, signal.SIG_IGN)\n"
@@ -165,7 +165,7 @@ class TestStubborn:
     def test_one_that_is_in_a_loop_in_c_code_ends_the_process_and_is_named(self, tmp_path: Path) -> None:
         done = ran(
             tmp_path,
-            "from vrg.launch import bounds\nbounds._STUCK = 0.5\n"
+            "from vrg.launch.sandbox import bounds\nbounds._STUCK = 0.5\n"
             "with bounds.DecisionAlarm(None) as alarm, bounds.Bounded(alarm, bounds.Footprint()):\n"
             "    sum(iter(int, 1))\n",
         )

@@ -10,9 +10,9 @@ from tests.command_line import invoke
 from tests.requirements import missing as lacking
 from tests.system.harness import short_match
 from vrg.errors import ConfigError
-from vrg.launch import apart
 from vrg.launch.sandbox.seal import missing
-from vrg.launch.trial import trial
+from vrg.playing import apart
+from vrg.playing.trial import trial
 
 ATTACK = """
 from pathlib import Path

@@ -8,14 +8,14 @@ from pathlib import Path
 import psutil
 import pytest
 
-from tests.launch import matches
-from tests.launch.matches import calls_of
+from tests.playing import matches
+from tests.playing.matches import calls_of
 from tests.system.harness import short_match, wait_until
 from vrg.bus.messages import DISQUALIFIED, Call, Stage
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
-from vrg.launch import bounds
-from vrg.launch.in_process import Ending
+from vrg.launch.sandbox import bounds
+from vrg.playing.in_process import Ending
 
 BROKEN = """
 import sys

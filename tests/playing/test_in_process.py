@@ -16,8 +16,8 @@ from msgspec import structs
 
 from tests.command_line import invoke
 from tests.hal.engine_bench import ENGINE_NAMES
-from tests.launch import matches
-from tests.launch.matches import calls_of
+from tests.playing import matches
+from tests.playing.matches import calls_of
 from tests.tiny import TINY
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Official, OfficialAction, Stage
@@ -30,10 +30,10 @@ from vrg.geometry import outline_distance
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.camera import Camera
 from vrg.hal.sim.map import load_map
-from vrg.launch import playing as how
 from vrg.launch.fork_server import ForkServer
-from vrg.launch.in_process import LINGER, Ending
 from vrg.launch.nodes.windows import spectator_node
+from vrg.playing import match as how
+from vrg.playing.in_process import LINGER, Ending
 from vrg.recording.reader import read_tracks
 from vrg.regions import Rectangle
 from vrg.runs.run_folder import RunFolder

@@ -22,13 +22,13 @@ from vrg.coordinator.rulebook import Observation
 from vrg.errors import ConfigError
 from vrg.files import write_json
 from vrg.hal.backends import BACKENDS
-from vrg.launch.apart import Strategies
-from vrg.launch.bounds import DecisionAlarm, MemoryBound
-from vrg.launch.contained import ContainedPlayer, Failure
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.tracker import tracker_node
 from vrg.launch.nodes.world import world_node
+from vrg.launch.sandbox.bounds import DecisionAlarm, MemoryBound
+from vrg.playing.apart import Strategies
+from vrg.playing.contained import ContainedPlayer, Failure
 from vrg.runs.change import Change, amended
 from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import Ended, Line, StepLog

@@ -20,8 +20,6 @@ from vrg.config.setup import CheckedMatch, MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, installed
 from vrg.kinds import HUD
-from vrg.launch import in_process
-from vrg.launch.apart import DEADLINE, Strategies
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
@@ -29,6 +27,8 @@ from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.over_processes import Launch, Show
 from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
+from vrg.playing import in_process
+from vrg.playing.apart import DEADLINE, Strategies
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import conclusion, ended_of, plot, summary, write_result

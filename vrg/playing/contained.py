@@ -16,8 +16,8 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, GivenUpError, StrategyError
-from vrg.launch.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.process_log import ProcessLog
+from vrg.launch.sandbox.bounds import Bounded, BoundedOutput, DecisionAlarm, Footprint, MemoryBound
 from vrg.launch.strikes import Strikes
 from vrg.launch.vacancies import disqualification
 

@@ -1,6 +1,6 @@
 """The strategies of a match whose nodes are in one process: which decide in processes of their own, and how.
 
-A fork server that knows nothing of the match forks a process for each of these (`vrg.launch.deciding`). So the memory
+A fork server that knows nothing of the match forks a process for each of these (`vrg.playing.deciding`). So the memory
 of such a process has nothing of the match but what its player gets: a set-up of its own, and a view at each tick. What
 it answers is decoded, and nothing in it is run. It is sealed like the players' processes of `vrg play`, and reaches no
 router. In lockstep a strategy that does not answer in time forfeits the step, and holds up nothing.
@@ -27,16 +27,16 @@ from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, LaunchError, MessageError, StrategyError
 from vrg.hal.models import RobotModel
-from vrg.launch import deciding
-from vrg.launch.bounds import BUDGET
-from vrg.launch.deciding import Answer, Decided, Failed, Job
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.strategy import strategy_of
 from vrg.launch.remote.channel import Channel
 from vrg.launch.remote.ssh import Connection
-from vrg.launch.remote.strategies import job_elsewhere
 from vrg.launch.remote.wire import BANNER, Frames
+from vrg.launch.sandbox.bounds import BUDGET
 from vrg.launch.sandbox.excess import excess
+from vrg.playing import deciding
+from vrg.playing.deciding import Answer, Decided, Failed, Job
+from vrg.playing.elsewhere import job_elsewhere
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.runs.step_log import Line, Missed, Unmade
 

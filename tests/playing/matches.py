@@ -9,9 +9,9 @@ from vrg.bus.node import Node
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import read_journal
-from vrg.launch.in_process import Ending, play
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
+from vrg.playing.in_process import Ending, play
 from vrg.runs.run_folder import RunFolder
 
 
