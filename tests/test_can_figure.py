@@ -21,6 +21,7 @@ vrg = "/home/student/vrg/.venv/bin/vrg"
 [place]
 eye = "red"
 spectator = "red"
+referee = "red"
 [localisation.eye]
 source = "sim"
 rate = 20.0
@@ -43,7 +44,7 @@ def test_the_match_keeps_what_the_robot_needs(tmp_path: Path) -> None:
     assert (player["name"], player["machine"], player["backend"]) == ("ann", "red", "can")
     assert player["motion"] == {"v_max": 0.3, "a_max": 0.8}, "it is never faster than its match allows"
     assert found["machines"]["red"]["host"] == "student@red"
-    assert found["place"] == {"eye": "red"}
+    assert found["place"] == {"eye": "red", "referee": "red"}
     assert found["localisation"]["eye"] == {"source": "sim", "rate": 20.0, "errors": {"ann": {"way": 0.1}}}
     assert found["rules"] == {"x": [-4.0, -2.0], "y": [3.0, 5.0], "time": 60.0}
 

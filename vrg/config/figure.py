@@ -9,10 +9,11 @@ from msgspec import structs
 from vrg.config.files import Machine, MatchFile
 from vrg.errors import ConfigError
 from vrg.hal.location import FUSION
+from vrg.kinds import COORDINATOR, RECORDER, WORLD
 
 NAME = "calibrate"
 """The name of the match in which a robot drives the figure."""
-_PLACED = ("world", "coordinator", "recorder", FUSION)
+_PLACED = (WORLD.process, COORDINATOR.process, RECORDER.process, FUSION)
 """The processes that stay on their machines, besides the sources of fixes."""
 FIGURE = "vrg.games.practice.figure:Figure"
 
