@@ -65,7 +65,7 @@ class Way:
 
 
 @dataclass(frozen=True)
-class Played:
+class Outcome:
     """A match that was played.
 
     Args:
@@ -120,7 +120,7 @@ def new_run(setup: CheckedMatch, runs: Path, show: Show) -> RunFolder:
     return folder
 
 
-def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer, way: Way) -> Played:
+def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer, way: Way) -> Outcome:
     """Play a match to its end, and write its result and its plot. SIGINT and SIGTERM break it off.
 
     Args:
@@ -151,7 +151,7 @@ def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer,
         _conclude(setup, folder, last, state, interrupted=stop.is_set(), failure=failure)
     if failure is not None:
         raise failure
-    return Played(state, stop.is_set())
+    return Outcome(state, stop.is_set())
 
 
 def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:
