@@ -31,7 +31,7 @@ from vrg.ui.pads import connected
 from vrg.ui.replay import KEYS as REPLAY_KEYS
 from vrg.ui.spectator import Spectator
 from vrg.ui.window import SIZE, fitting
-from vrg.ui.window_node import OVER, WindowNode
+from vrg.ui.window_node import NOT_SENT, OVER, WindowNode
 
 RIGHT, START, BACK = (
     pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_START, pygame.CONTROLLER_BUTTON_BACK
@@ -187,6 +187,20 @@ def test_without_a_clock_nobody_is_driven_but_everything_can_be_stopped(bench: B
     pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_SPACE, mod=0))
     assert [type(body) for body in bench.tick(live=False)] == [m.Estop]
     assert not bench.node.scene.live
+
+
+def test_a_stop_that_nobody_has_reported_while_the_link_is_cut_is_shown_as_not_sent(bench: Bench) -> None:
+    bench.down(pygame.K_SPACE)
+    assert bench.node.notice != NOT_SENT, "the clock runs: the answer is under way"
+    bench.tick(live=False)
+    assert bench.node.notice == NOT_SENT
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_w, mod=0))
+    bench.tick(live=False)
+    assert bench.node.notice == NOT_SENT, "no other key takes it away"
+    bench.stopped = True
+    bench.tick()
+    assert bench.node.notice != NOT_SENT
+    assert bench.node.stopped
 
 
 def test_start_drives_by_hand_and_nothing_moves_without_the_deadmans_switch(bench: Bench) -> None:

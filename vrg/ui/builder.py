@@ -144,10 +144,14 @@ class SceneBuilder:
         scene = replace(scene, strokes=self._strokes(state), objects=self._objects(state))
         return _with_referee(scene, state, tuple(self._player(p) for p in state.players))
 
+    @property
+    def latched(self) -> bool:
+        """True if the world or the referee has reported last that the emergency stop is engaged."""
+        return (self._clock is not None and self._clock.estop) or (self._state is not None and self._state.estop)
+
     def _stopped(self) -> tuple[bool, str]:
-        latched = (self._clock is not None and self._clock.estop) or (self._state is not None and self._state.estop)
         if not isinstance(self._estop, m.Estop):
-            return latched, ""
+            return self.latched, ""
         by = f"pressed by {self._estop.by}"
         return True, f"{by}: {self._estop.reason}" if self._estop.reason else by
 

@@ -29,6 +29,7 @@ FRAME: Final = 1 / 30
 """The real time in s between two frames, and the match time in s between two driving commands."""
 REFUSED: Final = "Only an official's seat may do that."
 OVER: Final = "The match has ended: nobody hears this any more."
+NOT_SENT: Final = "STOP NOT SENT: it is sent as soon as the match is heard again. Stop the robots by hand!"
 STOPPED: Final = "Because of the emergency stop, {} is given back"
 LOST_PAD: Final = "The gamepad is lost: {} is given back"
 HAND: Final = "You drive {}: arrows, or RB and stick; ESC gives it back"
@@ -90,6 +91,8 @@ class WindowNode(Window, Node):
         self.notice = ""
         self.over = False
         self.official = official
+        self._ordered = False
+        """An emergency stop was ordered here that nobody has reported yet."""
         self.explainer = Explainer(explain)
         self._keys = keys
         self._builder = builder
@@ -152,6 +155,7 @@ class WindowNode(Window, Node):
         if not self.over:
             self.take_in(tick)
         asked = self.handle_events() | self.explainer.look()
+        self._watch_stop(tick)
         if self.closed:
             return
         player = self.driving.player
@@ -170,6 +174,14 @@ class WindowNode(Window, Node):
             if window is not None:
                 self.draw(window, tick, asked=asked)
                 self.show()
+
+    def _watch_stop(self, tick: Tick) -> None:
+        """Show that an emergency stop was not sent. The session keeps it, and publishes it when the link is back."""
+        if self._ordered and (self._builder.latched or self.over):
+            self._ordered = False
+            self.notice = "" if self.notice == NOT_SENT else self.notice
+        elif self._ordered and not tick.live:
+            self.notice = NOT_SENT
 
     def has_ended(self, gone: bool) -> bool:
         """Return whether the match has ended for good; the window then takes nothing in any more.
@@ -224,6 +236,7 @@ class WindowNode(Window, Node):
             self.notice = OVER
         elif act is Act.STOP:
             self.mailbox.publish(self._keys.estop, Estop(by=self._by))
+            self._ordered = not self._builder.latched
         elif act is Act.PAD_LOST:
             self.lose_pad()
         elif act is Act.PAD_UNKNOWN:
