@@ -281,7 +281,7 @@ def test_a_command_does_not_load_the_others() -> None:
 
 
 BUDGETS = {
-    "ui": 10_330,
+    "ui": 10_210,
     "commands": 4_340,
     "hal/can": 4_200,
     "launch": 3_950,

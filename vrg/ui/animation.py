@@ -1,10 +1,12 @@
 """A game as a picture that moves, for a page without a program: where the players were, some times as fast."""
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Final
 
+from markupsafe import Markup
+
 from vrg.types import Vector
+from vrg.ui.pages import rendered
 
 SPEED: Final = 5.0
 """The ratio of its speed to that of the match."""
@@ -14,7 +16,7 @@ _BODY: Final = 0.4
 """The radius of a player, m; robots are smaller, too small to be seen."""
 
 
-def animated(times: Sequence[float], tracks: Mapping[str, Sequence[Vector | None]], first: Sequence[str]) -> str:
+def animated(times: Sequence[float], tracks: Mapping[str, Sequence[Vector | None]], first: Sequence[str]) -> Markup:
     """The game as SVG; empty if nothing is known of it.
 
     Args:
@@ -24,27 +26,19 @@ def animated(times: Sequence[float], tracks: Mapping[str, Sequence[Vector | None
     """
     known = [place for track in tracks.values() for place in track if place is not None]
     if len(times) < 2 or not known:
-        return ""
+        return Markup()
     x_min, x_max = min(x for x, _ in known) - _MARGIN, max(x for x, _ in known) + _MARGIN
     y_min, y_max = min(y for _, y in known) - _MARGIN, max(y for _, y in known) + _MARGIN
-    seconds = f"{(times[-1] - times[0]) / SPEED:.1f}s"
-    parts = []
-    for name, track in tracks.items():
-        places = _filled(track)
-        if not places:
-            continue
+    ways = [
         # Pictures count y downwards.
-        xs, ys = [f"{x - x_min:.2f}" for x, _ in places], [f"{y_max - y:.2f}" for _, y in places]
-        moves = (
-            f'<animate attributeName="{axis}" values="{";".join(values)}" dur="{seconds}" repeatCount="indefinite"/>'
-            for axis, values in (("cx", xs), ("cy", ys))
-        )
-        line = " ".join(f"{x},{y}" for x, y in zip(xs, ys, strict=True))
-        parts.append(f'<g class="{"one" if name in first else "two"}"><polyline points="{line}"/>')
-        parts.append(f'<circle cx="{xs[0]}" cy="{ys[0]}" r="{_BODY}"><title>{escape(name)}</title>{"".join(moves)}')
-        parts.append("</circle></g>")
-    box = f"0 0 {x_max - x_min:.2f} {y_max - y_min:.2f}"
-    return f'<svg viewBox="{box}" role="img" aria-label="where the players were">{"".join(parts)}</svg>'
+        (name, name in first, [f"{x - x_min:.2f}" for x, _ in places], [f"{y_max - y:.2f}" for _, y in places])
+        for name, track in tracks.items()
+        if (places := _filled(track))
+    ]
+    seconds = f"{(times[-1] - times[0]) / SPEED:.1f}"
+    return rendered(
+        "animation.svg", width=x_max - x_min, height=y_max - y_min, radius=_BODY, seconds=seconds, ways=ways
+    )
 
 
 def _filled(track: Sequence[Vector | None]) -> list[Vector]:
