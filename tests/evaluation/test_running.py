@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.evaluation.conftest import OWN, Play, definition, target, timeless
+from tests.evaluation.conftest import OWN, Play, definition, experiment, target, timeless
 from vrg.cli import main
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError, LaunchError
+from vrg.evaluation.comparison import Comparison
 from vrg.evaluation.contenders import contenders, unable
 from vrg.evaluation.experiment import define, written
 from vrg.evaluation.folder import ExperimentFolder
@@ -119,6 +120,18 @@ def test_a_folder_is_not_shared_by_two_experiments(match: Path, change: str, sai
     other = definition(match, 1 if change == "seed" else 0, *names)
     with pytest.raises(ConfigError, match=said):
         ExperimentFolder(match.parent / "out", other)
+
+
+def test_a_comparison_without_games_is_undecided_and_has_nothing_to_plot(match: Path) -> None:
+    with experiment(match, "Lazy", "Ahead", "out", pairs=1, seed=0) as running:
+        found = Comparison(running, 0.95)
+        found.write()
+    assert (found.result, found.rate, found.interval) == ("undecided", None, (0.0, 1.0))
+    assert found.to_arrow().num_rows == 0
+    assert "<img" not in found._repr_html_()
+    assert found.sentence in (found.path / "report.md").read_text()
+    with pytest.raises(LaunchError, match="expected games to plot, found none"):
+        found.plot()
 
 
 def test_a_folder_with_other_files_is_refused(match: Path) -> None:
