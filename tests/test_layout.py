@@ -282,7 +282,7 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 10_210,
-    "commands": 4_340,
+    "commands": 4_280,
     "hal/can": 4_200,
     "launch": 3_950,
     "games": 3_880,
@@ -293,7 +293,7 @@ BUDGETS = {
     "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these
     "hal/can/workshop": 2_310,  # with what listens to a bus for a person
     "coordinator": 2_050,
-    "runs": 1_640,  # it also takes up a match for a window, compares runs, and finds what robots were like
+    "runs": 1_700,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_520,
     "shared values": 1_520,  # vrg.compare
     "ros": 1_410,

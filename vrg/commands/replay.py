@@ -6,7 +6,7 @@ import sys
 import tomllib
 from collections.abc import Sequence
 from datetime import datetime
-from functools import partial, reduce
+from functools import reduce
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Final
 
@@ -25,15 +25,12 @@ from vrg.commands.options import (
     need_display,
 )
 from vrg.commands.three import show_replay
-from vrg.errors import ConfigError, LaunchError, MessageError
+from vrg.errors import LaunchError
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
-    from vrg.recording.recorded import RecordedMatch
     from vrg.runs.change import Change
     from vrg.runs.run_folder import RunFolder
-    from vrg.ui.branching import Taken
-    from vrg.ui.replay import ReplayWindow
 
 _TELL: Final = 0.5
 """The match time in s between two words about how far it is."""
@@ -75,10 +72,13 @@ def replay(
         typer.echo(json.dumps(_told(folder, setup)))
         return
     if in_three:
-        taken = _read(folder, setup)
+        from vrg.runs.replay import read_for_window
+
+        taken = read_for_window(folder, setup)
         typer.echo(taken.note, nl=bool(taken.note))
         show_replay(taken.timeline, setup, at)
         return
+    from vrg.runs.replay import replay_window
     from vrg.ui.replay import show
 
     need_display()
@@ -179,102 +179,11 @@ def _value(typed: str) -> Any:
         return typed
 
 
-def replay_window(
-    folder: "RunFolder", setup: "MatchSetup", *, runs: Path = Path("runs"), sandbox: bool = True
-) -> "ReplayWindow":
-    """Make the window for the recorded match of a run. It is not opened.
-
-    Args:
-        runs: the folder for run folders of matches that are taken up from this one. sandbox: their code is sealed.
-
-    Raises:
-        LaunchError: the recording cannot be shown.
-    """
-    from vrg.runs.brancher import ProcessBrancher, compared
-    from vrg.runs.change import branch_of
-    from vrg.runs.explaining import explain
-    from vrg.ui.branching import Taken
-    from vrg.ui.replay import ReplayWindow, title_of
-
-    def opened(new: "RunFolder") -> Taken:
-        taken = _read(new, setup)
-        return Taken(taken.timeline, f"{compared(folder, new)} {taken.note}".strip(), partial(explain, new.path))
-
-    first = _read(folder, setup)
-    branch = branch_of(folder)
-    note = (
-        first.note if branch is None else f"Not what happened: {branch}; recorded in {branch.of}. {first.note}".strip()
-    )
-    brancher = ProcessBrancher(folder, setup, runs, opened, sandbox=sandbox)
-    return ReplayWindow(
-        first.timeline, title=title_of(setup.name), note=note, run=folder.path, explain=first.explain, brancher=brancher
-    )
-
-
 def _told(folder: "RunFolder", setup: "MatchSetup") -> dict[str, Any]:
     """The content of a recording: its first and last instant, match time in s, and the calls."""
-    taken = _read(folder, setup)
+    from vrg.runs.replay import read_for_window
+
+    taken = read_for_window(folder, setup)
     calls = [{"time": round(call.time, 3), "text": call.text} for call in taken.timeline.calls]
     ends = {"begin": round(taken.timeline.begin, 3), "end": round(taken.timeline.end, 3)}
     return {"run": str(folder.path), **ends, "calls": calls, "note": taken.note}
-
-
-def _read(folder: "RunFolder", setup: "MatchSetup") -> "Taken":
-    """Read the recording of a run for the window.
-
-    Raises:
-        LaunchError: the recording cannot be shown.
-    """
-    from vrg.recording.recorded import read_recorded
-    from vrg.runs.explaining import explain
-    from vrg.ui.branching import Taken
-    from vrg.ui.timeline import Timeline
-
-    try:
-        match = read_recorded(folder.recordings())
-        sizes, strange = _sizes(setup)
-        timeline = Timeline(match, sizes=sizes, obstacles=setup.obstacles)
-    except OSError as error:
-        raise LaunchError(f"{folder.path}: its recording cannot be read: {error}") from None
-    except MessageError as error:
-        hint = "if another version of VRG has recorded it, use that one"
-        raise LaunchError(f"{folder.path}: its recording cannot be shown: {error}: {hint}") from None
-    except ValueError as error:
-        raise LaunchError(f"{folder.path}: its recording cannot be shown: {error}") from None
-    note = " ".join([*_missing(folder, match, timeline.end), *_unknown(setup), *strange])
-    return Taken(timeline, note, partial(explain, folder.path))
-
-
-def _sizes(setup: "MatchSetup") -> tuple[dict[str, tuple[float, float]], list[str]]:
-    """Length and width of the robots in m, by name, and a sentence for those whose model is not known here."""
-    sizes, strange = {}, set[str]()
-    for player in setup.players:
-        try:
-            sizes[player.name] = player.robot.size
-        except ConfigError:
-            strange.add(player.model)
-    return sizes, [
-        f"The robot model {model} is not installed here: its robots are shown 0.5 m long." for model in sorted(strange)
-    ]
-
-
-def _missing(folder: "RunFolder", match: "RecordedMatch", end: float) -> list[str]:
-    """The gaps of the recording, in sentences."""
-    from vrg.ui.scene import clock_text
-
-    last = folder.recordings()[-1]
-    return [
-        f"{part.name} ends in the middle: the match is shown as far as it goes, to {clock_text(end)}."
-        if part == last
-        else f"{part.name} ends in the middle: something is missing before the next part."
-        for part in match.torn
-    ]
-
-
-def _unknown(setup: "MatchSetup") -> list[str]:
-    """A sentence about a game that is not installed."""
-    from vrg.games import UNKNOWN_GAME, game_of
-
-    if game_of(setup.game) is not UNKNOWN_GAME:
-        return []
-    return [f"The game {setup.game} is not installed here: its roles and calls are shown without their own colours."]
