@@ -20,6 +20,12 @@ GREY: Final[Rgb] = (142, 149, 160)
 WHITE: Final[Rgb] = (255, 255, 255)
 
 
+def dulled(colour: Rgb) -> Rgb:
+    """A colour halfway to grey, which is still told from another one."""
+    red, green, blue = ((part + grey) // 2 for part, grey in zip(colour, GREY, strict=True))
+    return red, green, blue
+
+
 def hexadecimal(colour: Rgb) -> str:
     """A colour as browsers and terminals read it, such as `#0c1016`."""
     return "#{:02x}{:02x}{:02x}".format(*colour)

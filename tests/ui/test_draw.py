@@ -9,7 +9,7 @@ import pytest
 from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, content, painted, where
 from vrg.bus import messages as m
-from vrg.colours import GREY, SKY_BLUE, VERMILLION
+from vrg.colours import SKY_BLUE, VERMILLION, dulled
 from vrg.games import GAMES, game_of
 from vrg.games.game import Marker
 from vrg.regions import Circle, Polygon, Rectangle, Sector
@@ -32,7 +32,7 @@ def scene() -> Scene:
 def test_each_player_is_where_it_is_in_the_colour_of_its_role(scene_at, size):
     scene = scene_at(13.5)
     surface, view = painted(scene, size)
-    for name, colour in (("bruce", VERMILLION), ("nemo", SKY_BLUE), ("gill", GREY)):
+    for name, colour in (("bruce", VERMILLION), ("nemo", SKY_BLUE), ("gill", dulled(SKY_BLUE))):
         assert close_to(colours_near(surface, where(scene, view, name)), colour) > 60, name
 
 

@@ -11,7 +11,7 @@ from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, painted, where
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
-from vrg.colours import GREY, ORANGE, PURPLE
+from vrg.colours import ORANGE, PURPLE, dulled
 from vrg.games import GAMES, UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment, Role
 from vrg.recording.recorder import Recorder
@@ -73,7 +73,7 @@ def test_the_window_draws_another_packages_game_in_its_colours(scene_at):
     scene = scene_at(5.0, **CHANGES)
     assert [body.out_of_play for body in scene.bodies[:4]] == [False, False, False, True]
     surface, view = painted(scene)
-    for name, colour in (("bruce", ORANGE), ("nemo", PURPLE), ("marlin", GREY)):
+    for name, colour in (("bruce", ORANGE), ("nemo", PURPLE), ("marlin", dulled(PURPLE))):
         assert close_to(colours_near(surface, where(scene, view, name)), colour) > 60, name
     for plate, colour in ((650, PURPLE), (890, ORANGE)):
         told = close_to(colours_near(surface, (plate, 41), 2), colour)
@@ -85,7 +85,7 @@ def test_the_table_shows_another_packages_game_in_its_colours_and_words(scene_at
     scene = scene_at(5.0, **CHANGES)
     assert status_line(scene) == "0:05.0  Play Round, half 2 of 2; reds 3, blues 1; 2 of 3 players in play"
     text = text_of(table(scene))
-    for sign, colour in (("◆", PURPLE), ("■", ORANGE), ("✕", GREY)):
+    for sign, colour in (("◆", PURPLE), ("■", ORANGE), ("✕", dulled(PURPLE))):
         assert f"38;2;{';'.join(map(str, colour))}m{sign}" in text
     assert "half 2 of 2" in text
     assert "Capture" in text

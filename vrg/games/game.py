@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrg.bus.messages import DISQUALIFIED
-from vrg.colours import BLUE, GREEN, GREY, PURPLE, YELLOW, Rgb
+from vrg.colours import BLUE, GREEN, PURPLE, YELLOW, Rgb, dulled
 from vrg.registry import load_object
 
 if TYPE_CHECKING:
@@ -211,14 +211,13 @@ class Game:
         return state if state in self.out_of_play and len(self.out_of_play) > 1 else ""
 
     def style(self, role: str, state: str = "") -> Style:
-        """The style of a player. Out of play it is a grey cross; an unknown role gets a colour by its name."""
-        if self.is_out(state):
-            return Style(GREY, Marker.CROSS)
-        known = self.role(role)
+        """The style of a player. Out of play it is a cross in a dull colour; an unknown role has one by its name."""
+        known, rest = self.role(role), (GREEN, YELLOW, BLUE, PURPLE)
         if known is not None:
-            return Style(known.colour, known.marker)
-        rest = (GREEN, YELLOW, BLUE, PURPLE)
-        return Style(rest[zlib.crc32(role.encode()) % len(rest)], Marker.SQUARE)
+            own = Style(known.colour, known.marker)
+        else:
+            own = Style(rest[zlib.crc32(role.encode()) % len(rest)], Marker.SQUARE)
+        return Style(dulled(own.colour), Marker.CROSS) if self.is_out(state) else own
 
     def team_style(self, team: str) -> Style:
         """The style of a team: that of its first role, also when its players have changed roles."""

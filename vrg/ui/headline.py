@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from vrg.bus.messages import Stage
-from vrg.colours import Rgb
+from vrg.colours import GREY, Rgb
 from vrg.coordinator.rulebook import DRAW, NOBODY, wins
 from vrg.games import game_of
-from vrg.games.game import Style, capitalised, title
+from vrg.games.game import Marker, Style, capitalised, title
 from vrg.ui import palette
 from vrg.ui.scene import Scene, clock_text
 
@@ -95,7 +95,7 @@ def legend(scene: Scene) -> list[tuple[str, Style | None]]:
     game = game_of(scene.game)
     signs: list[tuple[str, Style | None]] = [(role.name, game.style(role.name)) for role in game.roles]
     if game.out_of_play:
-        signs.append(("out of play", game.style("", next(iter(game.out_of_play)))))
+        signs.append(("out of play", Style(GREY, Marker.CROSS)))
     if scene.obstacles:
         signs.append((WALL, None))
     if {body.physical for body in scene.bodies} == {True, False}:
