@@ -9,6 +9,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import psutil
 import typer
@@ -18,7 +19,15 @@ from vrg.bus.credentials import is_official
 from vrg.bus.seats import Seat, SeatKind
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
-from vrg.commands.options import ListenOption, TlsOption, listening_address, make_console, port_at, web_address
+from vrg.commands.options import (
+    ListenOption,
+    TlsOption,
+    listening_address,
+    make_console,
+    port_at,
+    stoppable,
+    web_address,
+)
 from vrg.commands.show import first_state
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
@@ -28,6 +37,11 @@ from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
 from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission, tls_context
 
+if TYPE_CHECKING:
+    from vrg.ui.timeline import Timeline
+
+CHECKED_EVERY = 1.0
+"""The real time in s between two looks at whether the page is still served."""
 EVERYWHERE = "0.0.0.0"
 """The address to listen on for all other machines."""
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
@@ -100,6 +114,35 @@ def open_page(
     found = port_at(host, port, DEFAULT_PORT, "the page")
     page = admission(host, found, players, deciding=deciding, known=known)
     return encrypted(page) if tls or page.certificate else page
+
+
+def serve_replay(timeline: "Timeline", match: str, since: float | None, listen: str | None) -> None:
+    """Serve a recorded match to browsers until Ctrl-C is pressed.
+
+    Args:
+        match: its name. since: the match time at which the printed links begin, s; None for the first instant.
+        listen: the address that was typed.
+
+    Raises:
+        LaunchError: the port is not free, this machine has no such address, or what serves pages is not installed.
+    """
+    _need_server()
+    from vrg.ui.web.replay import ReplaySite
+
+    host, port = web_address(listen)
+    found = port_at(host, port, DEFAULT_PORT, "the page")
+    site = ReplaySite(host, found, timeline, match)
+    with stoppable() as stop:
+        site.start()
+        for address in reached_at(host):
+            named = f"[{address}]" if ":" in address else address
+            typer.echo(f"recorded match: http://{named}:{found}/{'' if since is None else f'#t={since:g}'}")
+        typer.echo("(Ctrl-C ends it)")
+        try:
+            while not stop.wait(CHECKED_EVERY):
+                site.check()
+        finally:
+            site.stop()
 
 
 def _need_server() -> None:

@@ -16,6 +16,7 @@ from vrg.commands.matches import ended_run, need_recording
 from vrg.commands.options import (
     AtOption,
     JsonOption,
+    ListenOption,
     RunArgument,
     RunsOption,
     SealedOption,
@@ -24,6 +25,7 @@ from vrg.commands.options import (
     has_display,
     need_display,
 )
+from vrg.commands.page import serve_replay
 from vrg.commands.three import show_replay
 from vrg.errors import LaunchError
 
@@ -51,6 +53,8 @@ def replay(
     sandbox: SealedOption = True,
     as_json: JsonOption = False,
     in_three: ThreeOption = False,
+    web: Annotated[bool, typer.Option("--web", help="Show it as a page in browsers.")] = False,
+    listen: ListenOption = None,
 ) -> None:
     """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
 
@@ -71,12 +75,15 @@ def replay(
     if as_json:
         typer.echo(json.dumps(_told(folder, setup)))
         return
-    if in_three:
+    if in_three or web or listen is not None:
         from vrg.runs.replay import read_for_window
 
         taken = read_for_window(folder, setup)
         typer.echo(taken.note, nl=bool(taken.note))
-        show_replay(taken.timeline, setup, at)
+        if in_three:
+            show_replay(taken.timeline, setup, at)
+        else:
+            serve_replay(taken.timeline, setup.name, at, listen)
         return
     from vrg.runs.replay import replay_window
     from vrg.ui.replay import show

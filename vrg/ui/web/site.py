@@ -44,11 +44,14 @@ class Site:
 
     Args:
         host: the address that is listened on. port: its port. page: the file that is served at the top.
+        script: the file of its program, where another one takes the place of `main.js`.
         certificate, private_key: of the page, in PEM; empty serves it without encryption.
     """
 
-    def __init__(self, host: str, port: int, page: str, certificate: str = "", private_key: str = "") -> None:
-        self._host, self._port, self._page = host, port, page
+    def __init__(
+        self, host: str, port: int, page: str, certificate: str = "", private_key: str = "", *, script: str = "main.js"
+    ) -> None:
+        self._host, self._port, self._page, self._script = host, port, page, script
         self._certificate, self._private_key = certificate, private_key
         self._waiting = WaitingRoom(WAITING, VISIT)
         self._foreign = 0
@@ -127,8 +130,10 @@ class Site:
         for file in (files("vrg.ui.web") / "static").iterdir():
             kind = _TYPES.get(file.name.rpartition(".")[2])
             if kind is not None:
-                path = "/" if file.name == self._page else f"/{file.name}"
-                app.router.add_get(path, _file(file.read_bytes(), kind))
+                path, body = f"/{file.name}", file.read_bytes()
+                if file.name == self._page:
+                    path, body = "/", body.replace(b'src="main.js"', f'src="{self._script}"'.encode())
+                app.router.add_get(path, _file(body, kind))
         runner = web.AppRunner(app, handle_signals=False, shutdown_timeout=1.0)
         await runner.setup()
         try:

@@ -48,5 +48,12 @@ export const WORDS = {
   again: "Try again",
 };
 
+/** The words of a recorded match. */
+export const REPLAY = {
+  play: "Play (K)", pause: "Pause (K)", before: "The call before (PAGE UP)", next: "The next call (PAGE DOWN)", time: "Match time", speed: "Speed",
+  recorded: (match) => `${match} · recorded`,
+  lost: "The page is served no more, or not reached. Trying again …",
+};
+
 /** The keys of the official and their buttons, as in the spectator's window: the referee's words name the keys. */
 export const KEYS = { h: "halt", c: "resume", r: "recover", u: "release" };

@@ -1,0 +1,79 @@
+"""A recorded match as a page: what its server answers, and what a browser shows."""
+
+import asyncio
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+
+from tests.chromium import SIZES, Visitor, chromium
+from tests.recording.recordings import record
+from vrg.recording.recorded import read_recorded
+from vrg.ui.timeline import Timeline
+from vrg.ui.web.replay import ReplaySite
+
+
+@pytest.fixture
+def page(port: int, tmp_path: Path) -> Iterator[str]:
+    """The address of the made-up match, recorded for 30 s."""
+    record(tmp_path / "match.mcap", 30.0).stop()
+    site = ReplaySite("127.0.0.1", port, Timeline(read_recorded(tmp_path / "match.mcap")), "final")
+    site.start()
+    yield f"http://127.0.0.1:{port}/"
+    site.stop()
+
+
+def asked(address: str, **headers: str) -> tuple[int, Any]:
+    """The status and the answer to a request."""
+
+    async def ask() -> tuple[int, Any]:
+        async with aiohttp.ClientSession() as session, session.get(address, headers=headers) as answer:
+            kind = answer.content_type
+            return answer.status, await (answer.json() if kind == "application/json" else answer.text())
+
+    return asyncio.run(ask())
+
+
+def test_an_instant_is_whole_and_then_what_is_new_since(page: str) -> None:
+    _, whole = asked(f"{page}at?t=12.3")
+    parts = {part["t"]: part for part in whole}
+    assert list(parts) == ["ground", "state", "strokes", "frame", "calls", "have"]
+    assert parts["frame"]["time"] == 12.3
+    assert [call["number"] for call in parts["calls"]["calls"]] == [1]
+    _, again = asked(f"{page}at?t=12.4&have={','.join(parts['have']['marks'])}")
+    assert [part["t"] for part in again] == ["frame", "have"], "only robots have moved"
+    _, early = asked(f"{page}at?t=1&have={','.join(parts['have']['marks'])}")
+    assert next(part["calls"] for part in early if part["t"] == "calls") == [], "nothing was called by then"
+    assert asked(f"{page}at?t=1e9")[1][3]["time"] == 29.9, "beyond the end is the end"
+
+
+@pytest.mark.parametrize("query", ["", "t=", "t=nan", "t=1&rate=-1", "t=1&rate=1e9", "t=1;2"])
+def test_what_is_no_instant_is_refused_in_words(page: str, query: str) -> None:
+    status, words = asked(f"{page}at?{query}")
+    assert (status, "expected a match time" in words) == (400, True)
+
+
+def test_another_site_gets_nothing(page: str) -> None:
+    for path in ("match", "at?t=1"):
+        status, words = asked(f"{page}{path}", Origin="http://elsewhere")
+        assert (status, "expected a connection of the page" in words) == (403, True)
+
+
+@pytest.mark.parametrize("size", [SIZES[0], SIZES[-1]])
+def test_a_link_to_an_instant_shows_it_and_the_bar_goes_on_from_there(page: str, size: tuple[int, int]) -> None:
+    with chromium() as browser:
+        visitor = Visitor(browser, f"{page}#t=12.3", size)
+        visitor.wait("vrg.match.motion.latest?.time === 12.3 && vrg.field.view")
+        assert not visitor.page.evaluate("vrg.replay.playing")
+        assert len(visitor.page.locator("#replay .ticks i").all()) == 2, "the calls"
+        visitor.page.keyboard.press("PageUp")
+        visitor.wait("vrg.match.calls.length === 1 && vrg.match.motion.latest.time === 9")
+        visitor.page.keyboard.press("Home")
+        visitor.wait("vrg.match.motion.latest.time === 0 && vrg.match.calls.length === 0")
+        visitor.page.keyboard.press("k")
+        visitor.wait("vrg.match.motion.latest.time > 0.5 && vrg.replay.playing")
+        visitor.page.evaluate("location.hash = '#t=29'")
+        visitor.wait("vrg.match.motion.latest.time === 29 && !vrg.replay.playing")
+        assert visitor.errors == []
