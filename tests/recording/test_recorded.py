@@ -12,7 +12,7 @@ from vrg.errors import MessageError
 from vrg.recording.mcap_file import McapFile
 from vrg.recording.recorded import read_recorded
 from vrg.recording.recorder import Recorder
-from vrg.types import Pose
+from vrg.types import Pose, Twist
 
 
 def test_everything_that_windows_hear_comes_back(file):
@@ -106,16 +106,41 @@ class Siesta(Struct):
 
 
 @pytest.mark.parametrize(
-    ("topic", "record", "said"),
+    ("topics", "said"),
     [
-        ("/referee/state", Siesta(), r"/referee/state: expected vrg\.RefereeState: .*siesta|missing"),
-        ("/scene", Siesta(), "one of an earlier VRG"),
+        (["/referee/state"], r"/referee/state: expected vrg\.RefereeState: .*siesta"),
+        (["/robot/ann/pose", "/scene"], "one of an earlier VRG"),
     ],
     ids=["another message", "an earlier release"],
 )
-def test_what_another_version_has_recorded_is_refused(path, topic, record, said):
+def test_what_another_version_has_recorded_is_refused(path, topics, said):
     file = McapFile(path)
-    file.write(topic, record, 0.0, 0)
+    for topic in topics:
+        file.write(topic, Siesta(), 0.0, 0)
     file.finish()
     with pytest.raises(MessageError, match=said):
         read_recorded(path)
+
+
+def test_readings_of_a_sensor_that_are_not_such_as_here_make_nothing_unreadable(path):
+    file = McapFile(path)
+    file.write("/robot/nemo/sensor/ins/ins", Siesta(), 0.0, 0)
+    file.write("/poses", synthetic.poses(1.0), 1.0, 0)
+    file.finish()
+    assert read_recorded(path).poses == [(1.0, synthetic.poses(1.0))]
+
+
+def test_what_was_recorded_out_of_order_after_a_restart_of_the_world_is_kept_and_put_in_order(path):
+    file = McapFile(path)
+    still = m.Motion(odometry=Pose(0.0, 0.0, 0.0), twist=Twist(0.0, 0.0))
+    for topic, message, times in (
+        ("/poses", synthetic.poses(1.0), [1.0, 2.0]),
+        ("/robot/nemo/motion", still, [1.1, 2.0, 1.55, 1.52]),
+        ("/poses", synthetic.poses(1.5), [1.5]),
+    ):
+        for time in times:
+            file.write(topic, message, time, 0)
+    file.finish()
+    match = read_recorded(path)
+    assert [stamp for stamp, _ in match.poses] == [1.0, 1.5]
+    assert [stamp for stamp, _ in match.motions["nemo"]] == [1.1, 1.52, 1.55]

@@ -9,7 +9,8 @@ import pytest
 from tests.system.harness import PLAYERS, STUCK_ONCE, Match, long_match, short_match, wait_until
 from vrg.bus.messages import Stage
 from vrg.coordinator.journal import read_journal
-from vrg.recording.reader import read_calls, read_tracks
+from vrg.recording.reader import calls_of, read_tracks
+from vrg.recording.recorded import read_recorded
 
 pytestmark = pytest.mark.system
 
@@ -38,7 +39,7 @@ def test_a_short_match_is_played_to_its_end(start: Callable[..., Match]) -> None
     tracks = read_tracks(run.recording)
     assert set(tracks) == set(PLAYERS)
     assert all(len(track.times) > 50 for track in tracks.values())
-    assert [call.number for call in read_calls(run.recording)] == [call.number for call in calls]
+    assert [call.number for call in calls_of(read_recorded(run.recording))] == [call.number for call in calls]
     assert run.plot.read_bytes().startswith(b"\x89PNG")
     assert f"{len(calls)} calls were judged again" in match.command("run", "judge", str(run.path))
     for name in ("router", "world", "referee", "recorder", *PLAYERS):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.launch.test_contained import BROKEN
+from tests.playing.test_contained import BROKEN
 from tests.system.harness import Match, long_match
 from vrg.bus.messages import DISQUALIFIED
 

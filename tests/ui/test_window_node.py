@@ -203,6 +203,16 @@ def test_a_stop_that_nobody_has_reported_while_the_link_is_cut_is_shown_as_not_s
     assert bench.node.stopped
 
 
+def test_a_stop_that_was_reported_before_the_link_was_cut_answers_no_new_one(bench: Bench) -> None:
+    bench.stopped = True
+    bench.tick()
+    pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_SPACE, mod=0))
+    bench.tick(live=False)
+    assert bench.node.notice == NOT_SENT, "it may have been released since"
+    bench.tick()
+    assert bench.node.notice != NOT_SENT
+
+
 def test_start_drives_by_hand_and_nothing_moves_without_the_deadmans_switch(bench: Bench) -> None:
     bench.button(START)
     bench.button(START)

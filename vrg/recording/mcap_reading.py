@@ -19,7 +19,6 @@ from vrg.bus.messages import Message
 from vrg.bus.topics import Keys
 from vrg.errors import FileError, MessageError
 from vrg.files import decoded, opened
-from vrg.hal.sensors import message_class
 from vrg.recording.layout import VIEW
 from vrg.recording.schemas import schema_name
 
@@ -50,10 +49,10 @@ def messages_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> 
     decoders: dict[str, msgspec.json.Decoder[Message] | None] = {}
     for topic, stamp, data in records_in(path, torn):
         if topic not in decoders:
-            known = _KEYS.topic_of(f"{_KEYS.root}{topic}", message_class)
+            known = _KEYS.topic_of(f"{_KEYS.root}{topic}")
             decoders[topic] = None if known is None else msgspec.json.Decoder(known.type)
         decoder = decoders[topic]
-        if decoder is not None:  # readings of a sensor that is not installed here are left out
+        if decoder is not None:  # readings of sensors, whose kinds may not be installed here, are left out
             try:
                 message = decoded(decoder, data)
             except FileError as error:
@@ -100,13 +99,14 @@ def records_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> I
             # A recorder writes messages into chunks only, which have a sum of their own.
             unpacked = _unpacked(record) if isinstance(record, Chunk) else []
             whole = whole and unpacked is not None
+            # The first chunk has all topics of an earlier release, before or behind messages that are as they are now.
+            if any(isinstance(inner, Channel) and inner.topic in _EARLIER for inner in unpacked or ()):
+                raise MessageError(
+                    f"{path}: expected a recording of this release, got one of an earlier VRG: look at it with that, or "
+                    "with Foxglove; `vrg run judge` needs the evidence alone"
+                )
             for inner in unpacked or ():
                 if isinstance(inner, Channel):
-                    if inner.topic in _EARLIER:
-                        raise MessageError(
-                            f"{path}: expected a recording of this release, got one of an earlier VRG: look at it with "
-                            "that, or with Foxglove; `vrg run judge` needs the evidence alone"
-                        )
                     if not inner.topic.startswith(VIEW):
                         channels[inner.id] = inner
                 elif isinstance(inner, mcap.records.Message) and (channel := channels.get(inner.channel_id)):

@@ -80,7 +80,7 @@ def read_recorded(path: Path | Sequence[Path]) -> RecordedMatch:
                     match.commands.setdefault(name, []).append((stamp, message.command))
             case _ if (entries := _entries(match, message, topic)) is not None:
                 entries.append((stamp, message))
-    for entries in _published(match):
+    for entries in (*_happened(match), *_published(match)):
         entries.sort(key=lambda entry: entry[0])
     return match
 
@@ -105,11 +105,10 @@ def _take_poses(match: RecordedMatch, poses: m.Poses, stamp: float) -> None:
     received: they count from then on.
     """
     if match.poses and stamp < match.poses[-1][0]:
-        happened: list[Timed[Any]] = [match.clocks, *match.commands.values()]
-        for entries in [*happened, *match.motions.values(), *match.measured.values()]:
+        for entries in _happened(match):
             # Some of the time after it may have been written before the poses.
-            after = [n for n in range(1, len(entries)) if entries[n][0] < entries[n - 1][0]]
-            first = after[-1] if after else len(entries)
+            steps = (n for n in range(1, len(entries)) if entries[n][0] < entries[n - 1][0] > stamp)
+            first = next(steps, len(entries))
             entries[:first] = [entry for entry in entries[:first] if entry[0] < stamp]
         for entries in _published(match):
             for index, (time, message) in enumerate(entries):
@@ -117,6 +116,12 @@ def _take_poses(match: RecordedMatch, poses: m.Poses, stamp: float) -> None:
     while match.poses and match.poses[-1][0] >= stamp:
         match.poses.pop()
     match.poses.append((stamp, poses))
+
+
+def _happened(match: RecordedMatch) -> list[Timed[Any]]:
+    """What robots and the world did, which a world that steps back does take back."""
+    by_name = (match.commands, match.motions, match.measured)
+    return [match.clocks, *(entries for of in by_name for entries in of.values())]
 
 
 def _published(match: RecordedMatch) -> list[Timed[Any]]:

@@ -177,7 +177,8 @@ class WindowNode(Window, Node):
 
     def _watch_stop(self, tick: Tick) -> None:
         """Show that an emergency stop was not sent. The session keeps it, and publishes it when the link is back."""
-        if self._ordered and (self._builder.latched or self.over):
+        # Without a clock it is not known any more whether the stop that was reported last is still engaged.
+        if self._ordered and ((tick.live and self._builder.latched) or self.over):
             self._ordered = False
             self.notice = "" if self.notice == NOT_SENT else self.notice
         elif self._ordered and not tick.live:
@@ -236,7 +237,7 @@ class WindowNode(Window, Node):
             self.notice = OVER
         elif act is Act.STOP:
             self.mailbox.publish(self._keys.estop, Estop(by=self._by))
-            self._ordered = not self._builder.latched
+            self._ordered = True
         elif act is Act.PAD_LOST:
             self.lose_pad()
         elif act is Act.PAD_UNKNOWN:
