@@ -63,7 +63,7 @@ class Attached:
         from vrg.launch.serving import serve  # a decision needs no node
 
         keys = keys_of(self.endpoint, self.typed_keys)
-        stop = serve(kind, self.setup, router=self.endpoint, run=run, name=name, keys=keys, secret=secret)
+        stop = serve(kind, self.setup, router=self.endpoint, run=run, name=name, keys=keys, secret=secret, quiet=True)
         exit_if_interrupted(stop)
 
 

@@ -51,6 +51,7 @@ def serve(
     keys: Path | None = None,
     leash: bool = False,
     secret: str = "",
+    quiet: bool = False,
 ) -> Stop:
     """Run a node of a match until it is stopped, and return the stop, which tells the reason.
 
@@ -61,6 +62,7 @@ def serve(
         run: the run folder. A world goes on from its snapshot there, and a coordinator from its journal, in HALT.
         leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
         secret: see `vrg.launch.context.NodeContext`.
+        quiet: True logs only warnings, and keeps no statistics: a person runs it beside a match.
 
     Raises:
         VrgError: the router or the robot cannot be reached, the set-up has problems, or a node of that name runs.
@@ -78,7 +80,7 @@ def serve(
         folder.prepare()
         _seal(setup, name, router, folder, credentials)
     with ExitStack() as stack:
-        stop = stack.enter_context(child_process(leash))
+        stop = stack.enter_context(child_process(leash, quiet=quiet))
         if sealed:
             log.info("sealed: it reaches the router, reads its own files, and writes in %s", folder.of_player(name))
         session = stack.enter_context(
@@ -100,7 +102,8 @@ def serve(
         made: Made = load_object(kind.node)(context)
         node = made.node
         statistics: Statistics = load_object(kind.runner)(node, session, setup.keys, stop, **made.options)
-        _report(folder if run is not None or sealed or kind.keeps else None, node.name, statistics, node.counted())
+        kept = (run is not None or sealed or kind.keeps) and not quiet
+        _report(folder if kept else None, node.name, statistics, node.counted())
         return stop
 
 
@@ -190,13 +193,15 @@ def serve_router(
 
 
 @contextmanager
-def child_process(leash: bool) -> Iterator[Stop]:
+def child_process(leash: bool, *, quiet: bool = False) -> Iterator[Stop]:
     """Set up logging, signals and the leash of a process.
 
     Args:
         leash: True if the process must stop when its standard input is closed, which happens when its parent dies.
+        quiet: True logs only warnings.
     """
-    logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    level = logging.WARNING if quiet else logging.INFO
+    logging.basicConfig(level=level, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     # zenoh's threads wait for the interpreter's lock, so it must be released sooner than after the default 5 ms.
     sys.setswitchinterval(1e-3)
     with stop_on_signals() as stop:
