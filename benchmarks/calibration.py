@@ -25,7 +25,7 @@ from vrg.hal.models import robot_model
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import play
-from vrg.runs.findings import findings_of, read_learned
+from vrg.runs.robots import findings_of, read_learned
 from vrg.runs.run_folder import RunFolder
 
 RATIO = 50.0

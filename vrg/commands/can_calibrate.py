@@ -128,7 +128,7 @@ def _by_fixes(
     from vrg.config.loading import read_match
     from vrg.fitting.report import doubt_of
     from vrg.launch.fork_server import fork_server
-    from vrg.runs.findings import as_driven, calibration_of, findings_of, read_learned
+    from vrg.runs.robots import as_driven, calibration_of, findings_of, read_learned
 
     if way < LEAST_WAY:
         raise ConfigError(f"--way: expected at least {LEAST_WAY:g} m for the figure, got {way:g} m")

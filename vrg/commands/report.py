@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from vrg.fitting.report import Findings
     from vrg.hal.can.calibration import Calibration
     from vrg.hal.models import RobotModel
+    from vrg.runs.run_folder import RunFolder
 
 
 def report(
@@ -34,7 +35,7 @@ def report(
     Of each robot with `localisation = "fusion"` it prints how it follows commands, what its odometry is off by, and how
     far from it the simulated robot ends up that is given the same commands.
     """
-    from vrg.runs.findings import as_driven, calibration_of, findings_of, read_learned
+    from vrg.runs.robots import as_driven, calibration_of, findings_of, read_learned
 
     folder, setup = ended_run(run)
     told = read_learned(folder)
@@ -51,7 +52,7 @@ def report(
     if player:
         write_calibration(calibration_of(setup, player, found[player], folder), output or Path(f"{player}.cal.toml"))
     if fitted is not None:
-        _write_match(setup, found, fitted)
+        _write_match(setup, found, fitted, folder)
 
 
 def write_calibration(found: "Calibration", where: Path) -> None:
@@ -109,14 +110,14 @@ def _plain(found: "Findings") -> dict[str, Any]:
     return {"numbers": numbers, "likeness": None if found.likeness is None else asdict(found.likeness)}
 
 
-def _write_match(setup: "MatchSetup", found: dict[str, "Findings"], where: Path) -> None:
-    from vrg.runs.findings import fitted_match
+def _write_match(setup: "MatchSetup", found: dict[str, "Findings"], where: Path, run: "RunFolder") -> None:
+    from vrg.runs.robots import fitted_match
 
     if where.exists():
         raise ConfigError(f"--fitted: expected a file that is not there yet, got {where}")
     if where.resolve().parent != Path(setup.base).resolve():
         raise ConfigError(f"--fitted: expected a file in {setup.base}, as the match names files there, got {where}")
-    write_text(where, fitted_match(setup, found))
+    write_text(where, fitted_match(setup, found, run))
     make_console(stderr=True).print(
         f"Written to {escape(str(where))}: in it these robots move as they did, also where `backend` is sim.",
         soft_wrap=True,

@@ -12,14 +12,14 @@ from vrg.runs.run_folder import RunFolder
 from vrg.runs.step_log import parted, read_steps
 
 
-class Finding(NamedTuple):
+class Compared(NamedTuple):
     """A sentence about two runs; `differs` if it is a difference."""
 
     text: str
     differs: bool = True
 
 
-def differences(there: RunFolder, here: RunFolder) -> Iterator[Finding]:
+def differences(there: RunFolder, here: RunFolder) -> Iterator[Compared]:
     """Compare match files, digests of steps, journals and recordings; the first difference of each.
 
     Raises:
@@ -29,13 +29,13 @@ def differences(there: RunFolder, here: RunFolder) -> Iterator[Finding]:
         if not file.is_file():
             raise LaunchError(f"{file}: no such file: expected a run folder with all its files")
     if _content(there.match_file) != _content(here.match_file):
-        yield Finding(f"The match files differ: {there.match_file}, {here.match_file}")
+        yield Compared(f"The match files differ: {there.match_file}, {here.match_file}")
     step = parted(read_steps(there.steps), read_steps(here.steps))
     if step is not None:
-        yield Finding(f"Digests: the first that differ are those of {step[0]:.2f} s, of {', '.join(step[1])}.")
+        yield Compared(f"Digests: the first that differ are those of {step[0]:.2f} s, of {', '.join(step[1])}.")
     line = _journal_line(there.journal, here.journal)
     if line is not None:
-        yield Finding(f"Journals: the first lines that differ are {line[0]}, at {line[1]:.2f} s.")
+        yield Compared(f"Journals: the first lines that differ are {line[0]}, at {line[1]:.2f} s.")
     if there.recordings() and here.recordings():
         torn: list[Path] = []
         try:
@@ -43,9 +43,9 @@ def differences(there: RunFolder, here: RunFolder) -> Iterator[Finding]:
         except OSError as error:
             raise LaunchError(f"a recording cannot be read: {error}") from None
         for part in torn:
-            yield Finding(f"{part} ends in the middle, or is damaged: it was compared as far as it goes.", False)
+            yield Compared(f"{part} ends in the middle, or is damaged: it was compared as far as it goes.", False)
         if difference is not None:
-            yield Finding(f"Recordings: {difference}.")
+            yield Compared(f"Recordings: {difference}.")
 
 
 def _journal_line(there: Path, here: Path) -> tuple[int, float] | None:

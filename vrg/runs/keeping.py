@@ -91,8 +91,9 @@ def keep(setup: CheckedMatch, folder: RunFolder) -> None:
     Raises:
         OSError: one cannot be copied; the match file then names them where they are.
     """
-    kept, text = files_of(setup), setup.text
+    text = setup.text
     try:
+        kept = files_of(setup)
         copy_into(folder, kept.copies)
         text = kept.text
     finally:

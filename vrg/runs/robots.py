@@ -3,10 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, FileError, LaunchError
-from vrg.files import read_json
+from vrg.files import read_json, read_text
 from vrg.fitting.calibration import fitted
 from vrg.fitting.report import Findings, findings
 from vrg.hal.can.base import WheelAxis
@@ -15,6 +14,7 @@ from vrg.hal.can.settings import can_settings
 from vrg.hal.models import RobotModel
 from vrg.recording.reader import Drive, drives_of
 from vrg.recording.recorded import read_recorded
+from vrg.runs.keeping import FILES
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 
@@ -87,15 +87,21 @@ def as_driven(setup: MatchSetup, entry: PlayerSetup, run: RunFolder) -> tuple[li
     return wiring.wheel_axes(model.drivetrain.axes, before), model
 
 
-def fitted_match(setup: MatchSetup, found: dict[str, Findings]) -> str:
-    """The text of the match file with robots that move in simulation as these did, by name.
+def fitted_match(setup: MatchSetup, found: dict[str, Findings], run: RunFolder) -> str:
+    """The text of the match as it was played, with robots that move in simulation as these did, by name.
+
+    It is for a file beside the one that was played. Files from elsewhere it names where their copies are.
 
     Raises:
-        ConfigError: the match file is not there any more, or has problems by now.
+        LaunchError: the match file of the run cannot be read.
     """
-    match = load_match(Path(setup.origin), base=Path(setup.base), engine=setup.engine)
-    text = match.text
+    try:
+        text = read_text(run.match_file)
+    except (OSError, FileError) as error:
+        raise LaunchError(f"{run.match_file}: cannot be read: {error}") from None
+    for quote in "\"'":
+        text = text.replace(f"{quote}{FILES}/", f"{quote}{run.path.resolve().as_posix()}/{FILES}/")
     for player in setup.players:
         if (one := found.get(player.name)) is not None and (new := one.motion(player.robot)):
-            text = with_value(text, ("players", match.player(player.name).number, "motion"), {**player.motion, **new})
+            text = with_value(text, ("players", player.number, "motion"), {**player.motion, **new})
     return text
