@@ -100,6 +100,7 @@ def test_what_cannot_be_done_is_said_with_status_1(vrg: Vrg, arguments: str, sai
     ("arguments", "said"),
     [
         (["win"], "No such command 'win'"),
+        (["hud"], " show hud'?"),
         (["play"], "Missing argument"),
         (["play", "sharks-and-minnows", "--fast"], "No such option"),
         (["play", "sharks-and-minnows", "--rate", "0"], "expected 0.1 to 100 or max, got '0'"),

@@ -121,6 +121,7 @@ def compare(
     Raises:
         ConfigError: the match, a strategy or a number cannot be used, or the folder has other games.
         LaunchError: the folder cannot be written, or no game can be played.
+        ModuleNotFoundError: pyarrow is not installed, in which the games are kept.
         KeyboardInterrupt: it was broken off by Ctrl-C.
     """
     # They need pyarrow, without which a match can be played.

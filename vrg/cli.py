@@ -156,7 +156,8 @@ class Commands(TyperGroup):
             for group, (entry, _) in (pair for listed in self.table.values() for pair in listed.items()):
                 what = entry() if callable(entry) else entry
                 if isinstance(what, Mapping):
-                    known |= {name: f"{group} {name}" for listed in what.values() for name in listed}
+                    for name in (name for listed in what.values() for name in listed):
+                        known.setdefault(name, f"{group} {name}")  # `vrg show hud` rather than `vrg node hud`
             meant = close_to(args[0], known)
             hint = f" Did you mean '{ctx.command_path} {known[meant]}'?" if meant else ""
             ctx.fail(f"No such command '{args[0]}'.{hint}")

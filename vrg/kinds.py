@@ -28,7 +28,7 @@ class Kind:
         pulse: the kind of node as which it beats; empty for that of this name.
         named: what its name is the name of, in one word; empty if it needs none.
         command: the `module:function` of the command that runs one beside a match, where that takes more than its name.
-        shown: the name of that command in `vrg show`; empty if it is none of them.
+        shown: the name of that command in `vrg show`, which lists what comes with VRG; empty if it is none there.
         stop_order: processes of a lower number are stopped first.
         essential: the match is given up without it.
         keeps: it writes files into the run folder that it needs to go on.

@@ -37,17 +37,17 @@ from vrg.runs.judged import judge_run
 from vrg.runs.run_folder import RunFolder
 
 
-def played(setup: CheckedMatch, folder: RunFolder, limit: float, apart: ForkServer | None = None) -> Played:
+def played(setup: CheckedMatch, folder: RunFolder, limit: float, server: ForkServer | None = None) -> Played:
     """Play a match in this process, and return what `judged` cannot find out later.
 
     Args:
         folder: for the journal and the logs.
         limit: the match time in s after which it is broken off.
-        apart: see `vrg.playing.in_process.play`.
+        server: forks the processes of strategies that are to be sealed; None lets all decide in this process.
     """
     folder.prepare()
     began = time.perf_counter()
-    sealed, setup = None if apart is None else Strategies(apart), setup.at_rate(0.0)
+    sealed, setup = None if server is None else Strategies(server), setup.at_rate(0.0)
     try:
         branch = branch_of(folder)
         if branch is not None:
@@ -159,16 +159,16 @@ def main(arguments: Sequence[str]) -> int:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that has started it decides what follows
     logging.basicConfig(level=logging.WARNING)
     faulthandler.enable()
-    apart = ForkServer()
+    server = ForkServer()
     if sealed:
-        apart.start_as_fork()
+        server.start_as_fork()
     try:
         setup, reported = msgspec.json.decode(pipe.recv_bytes(), type=tuple[CheckedMatch, Played | None])
         threading.Thread(target=_end_with, args=(os.dup(pipe.fileno()),), daemon=True).start()
         run = RunFolder(folder)
-        result = judged(setup, run, reported) if reported else played(setup, run, limit, apart if sealed else None)
+        result = judged(setup, run, reported) if reported else played(setup, run, limit, server if sealed else None)
     finally:
-        apart.close()
+        server.close()
     with contextlib.suppress(OSError):
         pipe.send_bytes(msgspec.json.encode(result))
     pipe.close()

@@ -161,6 +161,7 @@ class StrategyApart(SteppedStrategy):
         self._since = 0.0
         self._answers: list[Answer] = []
         self._why, self._made, self._over = "", threading.Event(), threading.Event()
+        self._complaint = "{}"
         run.prepare()
         (run.logs / f"{name}.json").touch()
         log = run.logs / f"{name}.log"
@@ -248,8 +249,10 @@ class StrategyApart(SteppedStrategy):
 
     def _decided(self, view: View) -> Action:
         if self._deadline is None:
-            self._has_answered(BUDGET + 1.0)
-            return self._taken()
+            if self._has_answered(BUDGET + 1.0):
+                return self._taken()
+            self.close()
+            raise DecisionTimeoutError(str(self.complaint(f"a decision may take {BUDGET:g} s")))
         try:
             if not self._late and self._has_answered(max(0.0, self._since + self._deadline - self._now())):
                 return self._taken()

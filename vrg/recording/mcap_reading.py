@@ -102,8 +102,8 @@ def records_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> I
             # The first chunk has all topics of an earlier release, before or behind messages that are as they are now.
             if any(isinstance(inner, Channel) and inner.topic in _EARLIER for inner in unpacked or ()):
                 raise MessageError(
-                    f"{path}: expected a recording of this release, got one of an earlier VRG: look at it with that, or "
-                    "with Foxglove; `vrg run judge` needs the evidence alone"
+                    f"{path}: expected a recording of this release, got one of an earlier VRG: look at it with that, "
+                    "or with Foxglove; `vrg run judge` needs the evidence alone"
                 )
             for inner in unpacked or ():
                 if isinstance(inner, Channel):
