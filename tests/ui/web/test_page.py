@@ -225,6 +225,22 @@ def test_on_a_telephone_what_must_be_read_stands_above_the_field(visit, server, 
     assert bottom["height"] > 80
 
 
+@pytest.mark.parametrize("who", ["", "official"], ids=["viewer", "official"])
+def test_on_a_telephone_all_players_and_the_newest_call_are_seen_without_scrolling(visit, server, who):
+    server.show(parts.parts(crowd(20)), [parts.call(call, "sharks-and-minnows") for call in synthetic.calls(20.0)])
+    page = visit(who, SIZES[2])
+    page.wait("document.querySelectorAll('#players .player').length === 20 && vrg.match.calls.length === 2")
+    hidden = page.page.evaluate("""() => {
+        const inside = (own, list) => own.top >= list.top - 1 && own.bottom <= list.bottom + 1;
+        const box = (element) => element.getBoundingClientRect();
+        const players = document.getElementById("players"), calls = document.getElementById("calls");
+        const cut = [...players.querySelectorAll(".player")].filter((row) => !inside(box(row), box(players)));
+        if (!inside(box(calls.firstElementChild), box(calls))) cut.push(calls.firstElementChild);
+        return cut.map((element) => element.textContent);
+    }""")
+    assert hidden == []
+
+
 def test_robots_are_drawn_where_they_are_and_move(visit, server):
     page = visit()
     for tick in range(3):

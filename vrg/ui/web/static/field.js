@@ -54,6 +54,8 @@ export class Field {
     const key = JSON.stringify([view, width, height, ratio, ui, signs, match.groundNumber]);
     if (key === this.stillOf) return;
     this.stillOf = key;
+    const [x0, y0, x1, y1] = match.ground.box, share = (y1 - y0) / (x1 - x0);
+    document.body.style.setProperty("--field-share", Math.min(share, 1 / share)); // of its height in its width, lying
     this.still.width = this.canvas.width;
     this.still.height = this.canvas.height;
     const c = this.still.getContext("2d", { alpha: false }), { ground, colours } = match;
