@@ -79,6 +79,10 @@ def test_another_strategy_plays_and_the_run_folder_has_it(here: Path) -> None:
     assert {track.x.std() < 0.2 for name, track in run.tracks.items() if name != "shark"} == {True}
     with pytest.raises(ConfigError, match="branch: expected another strategy"):
         run.branch(2.0)
+    with pytest.raises(ConfigError, match="at: expected a match time in s, got '2'"):
+        run.branch("2", settings={"rules.passes": 1})  # type: ignore[arg-type]
+    with pytest.raises(ConfigError, match="settings: expected a table such as"):
+        run.branch(2.0, settings=["rules.passes"])  # type: ignore[arg-type]
     again = run.branch(2.0, settings={"rules.passes": 1}, sandbox=False)
     assert again.winner == run.winner
     assert np.array_equal(again.tracks["ann"].x, run.tracks["ann"].x)
@@ -101,7 +105,8 @@ def test_in_lockstep_a_match_is_the_same(here: Path) -> None:
         ({"players": {"ann": "none.py"}}, "none.py: no such file"),
         ({"players": {"ann": vrg.Run}}, "players.ann: expected the name of a strategy"),
         ({"players": {"ann": "still.py:Nope"}, "how": "processes"}, "Nope"),
-        ({"engine": "warp"}, "engine: expected one of"),
+        ({"engine": "warp"}, "^engine: expected one of"),
+        ({"players": "still.py"}, "players: expected a table such as"),
     ],
 )
 def test_what_cannot_be_played_is_an_error_in_words(here: Path, options: dict[str, Any], words: str) -> None:
@@ -193,6 +198,8 @@ def test_what_cannot_be_compared_is_an_error_in_words(here: Path, options: dict[
 def test_a_folder_without_a_run_is_refused(here: Path) -> None:
     with pytest.raises(LaunchError, match="expected a run folder"):
         vrg.Run(here)
+    with pytest.raises(LaunchError, match="expected the path of a run folder"):
+        vrg.Run(None)  # type: ignore[arg-type]
 
 
 def test_the_notebook_runs(here: Path) -> None:

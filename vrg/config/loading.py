@@ -134,7 +134,10 @@ def check_match(
     checker = _Checker(base)
     setup = checker.check(data, text, str(path))
     if setup is None or checker.problems:
-        raise ConfigError(located(map(checker.numbered, checker.problems), path, original))
+        typed = {(field,) for field, value in overrides.items() if value is not None}
+        apart = [problem for problem in checker.problems if problem.path in typed]  # they are not in the file
+        in_file = (checker.numbered(problem) for problem in checker.problems if problem not in apart)
+        raise ConfigError([*apart, *located(in_file, path, original)])
     return setup
 
 

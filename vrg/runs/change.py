@@ -62,6 +62,7 @@ def by_player(setup: MatchSetup, wanted: Mapping[str, str], what: str = "players
         ConfigError: there is no such player or team, or the strategy is a file without just one strategy.
     """
     found: dict[str, str] = {}
+    _check_table(wanted, what, '{"ann": "mine.py"}')
     names = [player.name for player in setup.players]
     teams = list(dict.fromkeys(player.team for player in setup.players))
     for name, strategy in wanted.items():
@@ -87,8 +88,14 @@ def changes_at(
     Raises:
         ConfigError: there is no such player, team or strategy.
     """
+    _check_table(settings, "settings", '{"rules.passes": 3}')
     changes = [Change(time, settings=settings)] if settings else []
     return changes + [Change(time, name, target) for name, target in by_player(setup, players, what).items()]
+
+
+def _check_table(found: object, what: str, example: str) -> None:
+    if not isinstance(found, Mapping):
+        raise ConfigError([f"{what}: expected a table such as {example}, got {found!r}"])
 
 
 class Branch(Struct, frozen=True):

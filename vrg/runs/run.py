@@ -2,6 +2,7 @@
 
 import base64
 import html
+import os
 from collections.abc import Mapping
 from datetime import datetime
 from functools import cached_property
@@ -89,6 +90,8 @@ class Run:
     """
 
     def __init__(self, path: str | Path) -> None:
+        if not isinstance(path, str | os.PathLike):
+            raise LaunchError(f"expected the path of a run folder, got {path!r}")
         self.path = Path(path)
         self._folder = RunFolder(self.path)
         if not self._folder.setup.is_file():
@@ -240,6 +243,8 @@ class Run:
             raise ConfigError(
                 ["branch: expected another strategy in `players`, or other values in `settings`, got none"]
             )
+        if not isinstance(at, int | float):
+            raise ConfigError([f"at: expected a match time in s, got {at!r}"])
         changes = changes_at(self.setup, at, players or {}, settings or {})
         with strangers(self._folder, changes, sandbox=sandbox) as apart, stop_on_signals() as stop:
             try:
