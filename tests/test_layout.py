@@ -287,7 +287,7 @@ BUDGETS = {
     "launch": 3_960,
     "games": 3_880,
     "learning": 3_450,
-    "bus": 3_270,
+    "bus": 3_290,
     "hal/sim": 2_890,
     "localisation": 2_710,
     "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these

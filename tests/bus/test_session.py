@@ -24,7 +24,7 @@ from vrg.commands.official import Conversation
 from vrg.errors import BusError, DuplicateNodeError
 from vrg.types import STILL, Twist
 
-CALLS, LIMITS = KEYS.referee_event, KEYS.speed_limit()
+CALLS, LIMITS, WATCHED = KEYS.referee_event, KEYS.speed_limit(), KEYS.poses
 
 
 @pytest.fixture
@@ -242,7 +242,7 @@ def test_after_a_lost_link_there_is_a_new_session_that_has_everything_of_the_old
         other.declare_alive(KEYS.alive("player", "ann", "1"))
         raw: list[str] = []
         other.watch_raw(KEYS.drive().key, lambda key, _payload: raw.append(key))
-        take = other.collect_raw(KEYS.drive().key, 100)
+        take, watch = other.collect_raw(KEYS.drive().key, 100), other.collect_raw(WATCHED.key, 1)
         assert one.wait_for_listener(CALLS.key, CALLS.qos, PATIENCE)
         pair.call(1)
         pair.until_called(1)
@@ -265,6 +265,10 @@ def test_after_a_lost_link_there_is_a_new_session_that_has_everything_of_the_old
             return bool(raw) and bool(take())
 
         wait(drives, "what is only looked at")
+        assert one.wait_for_listener(WATCHED.key, WATCHED.qos, PATIENCE)
+        watch.close()
+        wait(lambda: not one.wait_for_listener(WATCHED.key, WATCHED.qos, 0.01), "nobody to collect it any more")
+        assert watch() == []
         pair.call(6)
         pair.until_called(6)
         assert pair.numbers == [1, 2, 3, 4, 5, 6]

@@ -89,12 +89,18 @@ def test_what_is_no_message_is_counted_and_loses_nothing(link):
 
 def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
     monkeypatch.setattr("vrg.bus.traffic.QUEUE_SIZE", 3)
-    waiting = []
+    waiting, closed = [], []
 
     class Bus:
         def collect_raw(self, expression, limit):
             assert (expression, limit) == ("vrg/test/**", 3)
-            return lambda: [waiting.pop(0) for _ in range(min(limit, len(waiting)))]
+            return self
+
+        def __call__(self):
+            return [waiting.pop(0) for _ in range(min(3, len(waiting)))]
+
+        def close(self):
+            closed.append(True)
 
     traffic = Traffic(KEYS, lambda: 0.0)
     traffic.attach(Bus())
@@ -105,12 +111,21 @@ def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
         waiting.extend((key, encode(Received(key, 1.0, number, manual))) for number in numbers)
         traffic.take()
 
-    say(0, 1)
+    say(0)
+    assert traffic.look() == [], "it listens while it is open"
+    traffic.open()
+    traffic.open()
+    traffic.take()
+    say(1)
     say(2, 4)
     say(9, 10, 11)
     say(12)
     traffic._looked = -1.0
     assert traffic.look()[0].lost == 1
+    traffic.close()
+    traffic.close()
+    traffic._looked = -1.0
+    assert (traffic.look(), closed) == ([], [True])
 
 
 def test_what_was_published_on_another_key_is_counted_and_nothing_else(link):

@@ -17,7 +17,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from datetime import timedelta
 from typing import Any, Final, Protocol
 
@@ -143,6 +143,15 @@ class RouterLink:
             self._recipes.append(recipe)
             if self._up:
                 self._declared.append(recipe(self._raw))
+
+    def withdraw(self, recipe: Recipe, declared: Collection[Declared]) -> None:
+        """Declare what a recipe makes no more, and undeclare what it has made. Its session may be lost already."""
+        with self._lock:
+            self._recipes.remove(recipe)
+            own = [item for item in self._declared if item in declared]
+            self._declared = [item for item in self._declared if item not in own]
+        for item in own:
+            _undeclare(item)
 
     def put(
         self, key: str, qos: Qos, payload: bytes, *, perishable: bool = False, attachment: bytes | None = None

@@ -266,7 +266,7 @@ class Session:
             )
         )
 
-    def collect_raw(self, expression: str, limit: int, *, own: bool = True) -> Callable[[], list[tuple[str, bytes]]]:
+    def collect_raw(self, expression: str, limit: int, *, own: bool = True) -> "Collected":
         """Keep what arrives from now on until it is taken, at most `limit` messages; beyond it the oldest are dropped.
 
         No Python runs when a message arrives. So who listens to everything never holds up the bus, however busy it is.
@@ -275,31 +275,8 @@ class Session:
 
         Args:
             own: False leaves out what this session publishes.
-
-        Returns:
-            a function that takes the messages: key and payload, in the order of arrival.
         """
-        origin = None if own else zenoh.Locality.REMOTE
-        rings: deque[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]] = deque(maxlen=1)
-
-        def declare(raw: zenoh.Session) -> zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]:
-            ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(limit)
-            rings.append(raw.declare_subscriber(expression, ring, allowed_origin=origin))
-            return rings[0]
-
-        self._link.declare(declare)
-
-        def take() -> list[tuple[str, bytes]]:
-            found: list[tuple[str, bytes]] = []
-            for ring in tuple(rings):
-                try:
-                    while len(found) < limit and (sample := ring.try_recv()) is not None:
-                        found.append((str(sample.key_expr), sample.payload.to_bytes()))
-                except zenoh.ZError:
-                    break  # the link was lost
-            return found
-
-        return take
+        return Collected(self._link, expression, limit, None if own else zenoh.Locality.REMOTE)
 
     def close(self) -> None:
         """Undeclare everything and close the connection. Idempotent."""
@@ -324,6 +301,36 @@ class Session:
                 return  # what was missed is asked for again when the link is back
             read = {of: [(str(s.key_expr), s.payload.to_bytes()) for s in found] for of, found in kept.items()}
             self._arrivals.catch_up(read, alarms=alarms)
+
+
+class Collected:
+    """What arrives, until it is taken; see `Session.collect_raw`."""
+
+    def __init__(self, link: RouterLink, expression: str, limit: int, origin: zenoh.Locality | None) -> None:
+        self._link, self._expression, self._limit, self._origin = link, expression, limit, origin
+        self._rings: deque[zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]] = deque(maxlen=1)
+        link.declare(self._declare)
+
+    def __call__(self) -> list[tuple[str, bytes]]:
+        """Take the messages: key and payload, in the order of arrival."""
+        found: list[tuple[str, bytes]] = []
+        for ring in tuple(self._rings):
+            try:
+                while len(found) < self._limit and (sample := ring.try_recv()) is not None:
+                    found.append((str(sample.key_expr), sample.payload.to_bytes()))
+            except zenoh.ZError:
+                break  # the link was lost
+        return found
+
+    def close(self) -> None:
+        """Keep nothing more. It is called once."""
+        self._link.withdraw(self._declare, tuple(self._rings))
+        self._rings.clear()
+
+    def _declare(self, raw: zenoh.Session) -> zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]:
+        ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(self._limit)
+        self._rings.append(raw.declare_subscriber(self._expression, ring, allowed_origin=self._origin))
+        return self._rings[0]
 
 
 def _origin(sample: zenoh.Sample) -> Origin:

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 
 from vrg.bus.codec import Received, decode, header
 from vrg.bus.messages import Message
-from vrg.bus.session import Session
+from vrg.bus.session import Collected, Session
 from vrg.bus.topics import Keys, Topic, key_matches
 from vrg.errors import MessageError, MisroutedError
 
@@ -98,18 +98,31 @@ class Traffic:
     def __init__(self, keys: Keys, now: Callable[[], float] = time.monotonic) -> None:
         self._root = f"{keys.root}/"
         self._now = now
-        self._waiting: Callable[[], list[tuple[str, bytes]]] = list
+        self._session: Session | None = None
+        self._collected: Collected | None = None
         self._channels: dict[str, _Channel] = {}
         self._streams: list[Stream] = []
         self._looked = -MIN_COUNT_PERIOD
 
     def attach(self, session: Session) -> None:
-        """Listen to everything that this seat may hear, from now on."""
-        self._waiting = session.collect_raw(f"{self._root}**", QUEUE_SIZE)
+        """Set the session with which `open` listens."""
+        self._session = session
+
+    def open(self) -> None:
+        """Listen to everything that this seat may hear, from now on. Idempotent."""
+        if self._session is not None and self._collected is None:
+            self._collected = self._session.collect_raw(f"{self._root}**", QUEUE_SIZE)
+
+    def close(self) -> None:
+        """Listen no more, and forget what was heard. Idempotent."""
+        if self._collected is not None:
+            self._collected.close()
+            self._collected = None
+        self._channels.clear()
 
     def take(self) -> None:
         """Take in what has arrived since this was last called. The age of a message begins here."""
-        found = self._waiting()
+        found = [] if self._collected is None else self._collected()
         if len(found) >= QUEUE_SIZE:
             for channel in self._channels.values():
                 channel.heard.sequence = -1

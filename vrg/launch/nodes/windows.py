@@ -98,6 +98,7 @@ def developer(on: NodeContext) -> Made:
     """The developers' view."""
     view = developer_node(on.setup, on.name or on.named("developer"), on.run, official=on.official)
     view.traffic.attach(on.session)
+    view.traffic.open()
     return _until_closed(on, view)
 
 
