@@ -1,9 +1,9 @@
 """What windows cost a match: frames a second, processor time, and missed ticks, beside the same match without any.
 
-One match over processes at rate 1, beside which the spectator, the head-up display of a player, the developers' view,
-and no window at all take turns, several rounds, so that all see the same match on the same machine. Windows are
-1920 x 1080 pixels on a virtual screen of Xvfb. Numbers of ticks and of missed ticks are from the pulses of the match's
-nodes, frames are counted where they are shown. CPU is the share of one core, from /proc.
+One match over processes at rate 1, beside which the spectator, the head-up display of a player, and no window at all
+take turns, several rounds, so that all see the same match on the same machine. Windows are 1920 x 1080 pixels on a
+virtual screen of Xvfb. Numbers of ticks and of missed ticks are from the pulses of the match's nodes, frames are
+counted where they are shown. CPU is the share of one core, from /proc.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ from vrg.bus.topics import Keys
 
 SIZE = (1920, 1080)
 NONE = "none"
-WINDOWS = {NONE: "", "spectator": "bench-spectator", "hud": "shark1", "developer": "bench-developer"}
+WINDOWS = {NONE: "", "spectator": "bench-spectator", "hud": "shark1"}
 """The kinds of windows, and the name of the node of each."""
 PATIENCE = 60.0
 """The real time in s for the match to start, and for a window to open."""
@@ -40,6 +40,7 @@ def _window(kind: str, endpoint: str, run: str) -> None:
     import pygame  # noqa: PLC0415 - only a window's process needs these
 
     from vrg.config.setup import read_setup  # noqa: PLC0415
+    from vrg.kinds import KINDS  # noqa: PLC0415
     from vrg.launch.serving import serve  # noqa: PLC0415
     from vrg.runs.run_folder import RunFolder  # noqa: PLC0415
     from vrg.ui import window  # noqa: PLC0415
@@ -57,7 +58,7 @@ def _window(kind: str, endpoint: str, run: str) -> None:
     pygame.display.flip = counted
     window.fitting = lambda _screen: SIZE
     threading.Thread(target=answer, daemon=True).start()
-    serve(kind, read_setup(RunFolder(Path(run)).setup), router=endpoint, name=WINDOWS[kind])
+    serve(KINDS.get(kind), read_setup(RunFolder(Path(run)).setup), router=endpoint, name=WINDOWS[kind])
 
 
 @contextlib.contextmanager

@@ -55,6 +55,7 @@ def _views() -> Table:
     return {
         "Show a running match": kinds
         | {
+            "developer": ("vrg.commands.page:developer", "The page with players, referee, streams and processes"),
             "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
             "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
             "ssl": ("vrg.commands.show:ssl", "A match for the tools of the RoboCup Small Size League"),

@@ -92,11 +92,6 @@ SPECTATOR = Kind(
     node="vrg.launch.nodes.windows:spectator", runner=_WINDOW, command="vrg.commands.show:window",
     shown="window",
 )  # fmt: skip
-DEVELOPER = Kind(
-    name="developer", about="the developers' view: all players, sensors, streams and processes", seats=_DECIDES,
-    pulse="spectator", node="vrg.launch.nodes.windows:developer", runner=_WINDOW,
-    command="vrg.commands.show:developer", shown="developer",
-)  # fmt: skip
 HUD = Kind(
     name="hud", about="the head-up display of a player, with Goto, Manual and Reset", seats=(SeatKind.HUD,),
     node="vrg.launch.nodes.windows:hud", runner=_WINDOW, named="player",
@@ -126,8 +121,7 @@ ROS = Kind(
 )  # fmt: skip
 
 BUILT_IN: Final = (
-    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, DEVELOPER, HUD, COMMANDER, WEB, FOXGLOVE, THREE,
-    ROS,
+    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, HUD, COMMANDER, WEB, FOXGLOVE, THREE, ROS,
 )  # fmt: skip
 """The kinds that come with VRG."""
 

@@ -3,16 +3,14 @@
 import io
 import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
-import pygame
 import pytest
 from rich.console import Console
 
 from tests.recording.recordings import messages_of
-from tests.ui.developer import making as developer
 from tests.ui.hud import making as hud
+from tests.ui.web.details.making import KEYS, Bench
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
@@ -26,11 +24,10 @@ from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import play
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
-from vrg.ui import palette
-from vrg.ui.developer.node import DeveloperWindow
 from vrg.ui.hud.dashboard import Line, status
 from vrg.ui.hud.node import Hud
 from vrg.ui.readings import Watched, sensor_table
+from vrg.ui.web.details.layers import SENSORS, shapes
 
 
 @pytest.fixture
@@ -62,56 +59,19 @@ def test_it_is_listed_in_a_terminal(installed: None) -> None:
     assert "90° from east" in console.file.getvalue()  # type: ignore[attr-defined]
 
 
-class Window(developer.Bench):
-    """The developers' view of a match in which the robots are Scouts."""
-
-    def __init__(self, scout: RobotModel) -> None:
-        self.scout = scout
-        super().__init__(2)
-        self.node.stop()
-        self.node = DeveloperWindow(
-            "test", Mailbox(), developer.KEYS, self.traffic, robots=dict.fromkeys(self.names, scout)
-        )
-        self.ticks(3)
-
-    def turned(self, name: str, heading: float) -> None:
-        body = reading(heading)
-        self.tell(developer.KEYS.sensor(type(body), name, "main"), body)
-        self.tick()
-
-
-@pytest.fixture
-def window(scout: RobotModel) -> Iterator[Window]:
-    window = Window(scout)
-    yield window
-    window.node.stop()
-
-
-def test_it_is_drawn_in_the_developers_view_where_its_switch_is_on(window: Window) -> None:
-    assert window.node.shown is not None
-    window.turned("robot1", math.radians(200))
-
-    def drawn() -> bool:
-        """Whether there is a mark around the robot."""
-        assert window.node.shown is not None
-        view, pose = window.node.shown.view, window.pose("robot1")
-        x, y = view.point(pose.x, pose.y)
-        surface = pygame.display.get_surface()
-        assert surface is not None
-        around = pygame.Rect(0, 0, 60, 60)
-        around.center = round(x), round(y)
-        return bool((pygame.surfarray.array3d(surface.subsurface(around)) == palette.CAUTION).all(axis=-1).any())
-
-    assert not drawn()
-    window.press(pygame.K_2, pygame.KMOD_CTRL)
-    assert drawn()
-
-
-def test_its_reading_stands_in_the_tab_of_its_player(window: Window) -> None:
-    window.node.choices.select("robot1")
-    window.press(pygame.K_F3)
-    window.turned("robot1", math.pi)
-    assert window.node.insight.words["robot/robot1/sensor/compass/main"] == "180° from east"
+def test_the_details_of_its_player_have_it_in_words_and_the_field_where_it_is_drawn(scout: RobotModel) -> None:
+    bench = Bench(2, robot=scout)
+    body = reading(math.pi)
+    bench.tell(KEYS.sensor(type(body), "robot1", "main"), body)
+    bench.ticks(1)
+    insight = bench.insight("robot1")
+    assert insight.words["robot/robot1/sensor/compass/main"] == "180° from east"
+    [mark] = shapes(insight)
+    pose = bench.pose("robot1")
+    assert mark.layer == SENSORS
+    assert {round(math.dist(point, (pose.x, pose.y)), 1) for point in mark.points} == {
+        round(1.3 * math.hypot(*scout.size) / 2, 1)
+    }
 
 
 def test_its_reading_stands_on_the_display_of_its_player(scout: RobotModel) -> None:

@@ -18,13 +18,11 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE, LONGEST, lease
 from vrg.bus.topics import Keys
-from vrg.bus.traffic import Traffic
 from vrg.hal.sensors.ins import Ins
 from vrg.ui import acts
 from vrg.ui.acts import Act
 from vrg.ui.banner import banners
 from vrg.ui.commander.node import Commander
-from vrg.ui.developer.node import DeveloperWindow
 from vrg.ui.driving import SILENCE, SLOW
 from vrg.ui.hud.node import Hud
 from vrg.ui.pads import connected
@@ -38,7 +36,6 @@ RIGHT, START, BACK = (
 )  # fmt: skip
 MAKERS: dict[str, Callable[[Keys], WindowNode]] = {
     "spectator": lambda keys: Spectator("me", Mailbox(), keys, size=(900, 600)),
-    "developer": lambda keys: DeveloperWindow("me", Mailbox(), keys, Traffic(keys, lambda: 0.0), size=(900, 600)),
     "commander": lambda keys: Commander("minnows", Mailbox(), keys, size=(900, 600)),
     "hud": lambda keys: Hud(
         "nemo", Mailbox(), keys, team="minnows", robot=ROBOT, start=synthetic.pose_at("nemo", 5.0), ground=GROUND,

@@ -129,7 +129,7 @@ class PlayOptions(PracticeOptions):
     listen: ListenOption = None
     tls: TlsOption = False
     developer: Annotated[
-        bool, typer.Option("--developer", help="Open the developers' view in place of the spectator's window.")
+        bool, typer.Option("--developer", help="Like --web; the official's link opens the details, for developers.")
     ] = False
     foxglove: Annotated[
         bool, typer.Option("--foxglove", help="Let Foxglove on this machine connect, and show all that is recorded.")
@@ -146,20 +146,18 @@ class PlayOptions(PracticeOptions):
             raise typer.BadParameter("--tls encrypts the page, and none is served: add --web or --listen")
         needing = {
             "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--ros": self.ros,
-            "--web": self.address,
-            "--developer": self.developer,
+            "--developer": self.developer, "--web": self.address,
         }  # fmt: skip
         if self.steps and (first := next((name for name, wanted in needing.items() if wanted), None)):
             how = "--lockstep" if self.lockstep else "--in-process"
             raise typer.BadParameter(
-                f"{first} needs the bus: a match in lockstep has no seats, serves no one and has no developers' view; "
-                f"leave {how} out"
+                f"{first} needs the bus: a match in lockstep has no seats and serves no one; leave {how} out"
             )
 
     @property
     def address(self) -> tuple[str, int | None] | None:
         """The address and the port at which browsers see it; None serves no page."""
-        return web_address(self.listen) if self.web or self.listen else None
+        return web_address(self.listen) if self.web or self.listen or self.developer else None
 
 
 class CommandGroup(typer.Typer):

@@ -1,4 +1,4 @@
-"""The commands `vrg show web` and `foxglove`, which serve a running match to browsers and to Foxglove.
+"""The commands `vrg show web`, `developer` and `foxglove`, which serve a running match to browsers and to Foxglove.
 
 `vrg play` shares how they choose a port, make the tokens of the page, and print where people find it.
 """
@@ -35,7 +35,7 @@ from vrg.kinds import FOXGLOVE, WEB
 from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
-from vrg.ui.web.admission import DEFAULT_PORT, Admission, VisitorKind, admission, read_admission, tls_context
+from vrg.ui.web.admission import DEFAULT_PORT, OFFICIAL, Admission, VisitorKind, admission, read_admission, tls_context
 
 if TYPE_CHECKING:
     from vrg.ui.timeline import Timeline
@@ -44,21 +44,35 @@ CHECKED_EVERY = 1.0
 """The real time in s between two looks at whether the page is still served."""
 EVERYWHERE = "0.0.0.0"
 """The address to listen on for all other machines."""
+DETAILS = "&details"
+"""The end of a link by which the page shows the details from the start."""
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
 
 def web(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -> None:
     """Show a running match in browsers. Without the official's keys everybody may only watch."""
+    _serve(on, listen, tls=tls)
+
+
+def developer(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -> None:
+    """Show a running match in browsers; the official's link opens the details: players, referee, streams, processes."""
+    _serve(on, listen, tls=tls, details=True)
+
+
+def _serve(on: MatchOptions, listen: str | None, *, tls: bool, details: bool = False) -> None:
     _need_server()
     host, port = web_address(listen)
     found, seats = attached(on), WEB.seats_of("")
+    if details:
+        found.known_setup()
     official = is_official(credentials_for(found.endpoint, on.keys, *seats))
     with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
     if state is not None:
-        page = open_page(host, port, [player.name for player in state.players], deciding=official, tls=tls)
-        print_links(page, make_console())
+        driven = [player.name for player in state.players] if official else []
+        page = open_page(host, port, driven, deciding=official or details, tls=tls)
+        print_links(page, make_console(), details=details)
         found.serve(WEB, secret=page.encoded())
 
 
@@ -180,10 +194,13 @@ def known_page(keys: Path) -> Admission | None:
     return page
 
 
-def print_links(page: Admission, console: Console) -> None:
-    """Print the links of the page, and who can open it."""
+def print_links(page: Admission, console: Console, *, details: bool = False) -> None:
+    """Print the links of the page, and who can open it. With `details` they are open by the official's link."""
     for address in reached_at(page.host):
-        links = [(_WHO[role.kind].format(role.player), link) for role, link in page.links(address)]
+        links = [
+            (_WHO[role.kind].format(role.player), f"{link}{DETAILS}" if details and role == OFFICIAL else link)
+            for role, link in page.links(address)
+        ]
         width = max(len(who) for who, _ in links)
         for who, link in links:
             # A link that is broken into lines cannot be clicked.

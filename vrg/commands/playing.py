@@ -13,8 +13,7 @@ from vrg.commands.plan import print_plan
 from vrg.commands.ros import ros_address, ros_place, typed_domain, undriven
 from vrg.commands.three import three_address, three_link
 from vrg.config.loading import load_match, match_path
-from vrg.config.setup import CheckedMatch, MatchSetup
-from vrg.errors import ConfigError
+from vrg.config.setup import MatchSetup
 from vrg.hal.sim.engines import BULLET, default_engine
 from vrg.kinds import FOXGLOVE, ROS, SPECTATOR, THREE, WEB
 from vrg.launch.fork_server import ForkServer
@@ -48,8 +47,6 @@ def play_match(
     )  # fmt: skip
     if options.here or options.in_process:
         setup = setup.all_here()
-    if options.developer:
-        setup = _for_developers(setup)
     console = Console(highlight=False, emoji=False)
     window = not options.headless and (SPECTATOR.process in setup.place or has_display())
     if options.dry_run:
@@ -93,7 +90,7 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
 
     def ready(process: str, endpoint: str) -> None:
         if process == WEB.process and page is not None:
-            print_links(page, console)
+            print_links(page, console, details=options.developer)
         if (where := served.get(process)) is not None:
             place = words[process](where) if process in words else ros_place(setup, where, endpoint)
             console.print(place, soft_wrap=True)
@@ -106,15 +103,3 @@ def wants_replay(folder: RunFolder) -> bool:
     wanted = folder.again.exists()
     folder.again.unlink(missing_ok=True)
     return wanted
-
-
-def _for_developers(setup: CheckedMatch) -> CheckedMatch:
-    """The same match with the developers' view as its window.
-
-    Raises:
-        ConfigError: its window is on another machine.
-    """
-    if SPECTATOR.process in setup.place:
-        where = setup.place[SPECTATOR.process]
-        raise ConfigError(f"--developer: the window is on {where}: `vrg show developer` opens one there")
-    return setup.for_developers()

@@ -28,7 +28,7 @@ from vrg.commands.options import (
     need_display,
 )
 from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
-from vrg.kinds import COMMANDER, DEVELOPER, HUD, SPECTATOR
+from vrg.kinds import COMMANDER, HUD, SPECTATOR
 from vrg.launch.running import gone
 from vrg.registry import expected_one_of
 
@@ -53,14 +53,6 @@ def hud(player: PlayerArgument, on: MatchOptions) -> None:
         found.serve(HUD, player)
     except DuplicateNodeError:
         raise LaunchError(f"{player} has a head-up display already, and a player has only one") from None
-
-
-def developer(on: MatchOptions) -> None:
-    """Open the developers' view: all players and the referee, sensors, streams and processes; an official's buttons."""
-    found = attached(on)
-    found.known_setup()
-    need_display()
-    found.serve(DEVELOPER, run=found.run)
 
 
 def commander(team: TeamArgument, on: MatchOptions) -> None:

@@ -90,7 +90,6 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         companions: the processes that the players' robots need besides those of the players.
         machines: the machines that the match uses, by name. place: the machine of each process, by the process' name;
             what is missing runs where the match is launched.
-        developer: its window is the developers' view.
         secret: what keeps the random numbers of the match from those who know its seed; empty if the match is to be
             repeatable by its seed.
         drawn: the numbers of one player, by purpose, in the set-up of its process, which has no secret.
@@ -101,7 +100,6 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     players: Sequence[PlayerSetup]
     companions: list[Companion]
     obstacles: Sequence[Region] = ()
-    developer: bool = False
     drawn: Mapping[str, int] = msgspec.field(default_factory=dict)
 
     def draw(self, purpose: str) -> int:
@@ -282,10 +280,6 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
     def all_here(self) -> Self:
         """Return the same match on one machine."""
         return structs.replace(self, machines={}, place={})
-
-    def for_developers(self) -> Self:
-        """Return the same match with the developers' view as its window."""
-        return structs.replace(self, developer=True)
 
     def at_rate(self, rate: float) -> Self:
         """Return the same match at another rate; 0 means as fast as the processor allows."""

@@ -9,7 +9,7 @@ from vrg.bus.seats import Seat
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
-from vrg.kinds import BY_PROCESS, DEVELOPER, HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind
+from vrg.kinds import BY_PROCESS, HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 
@@ -59,10 +59,8 @@ def kind_of(setup: MatchSetup, process: str) -> Kind | None:
 def window_of(setup: MatchSetup) -> tuple[Kind, str]:
     """The kind and the name of the node of the window that a match opens.
 
-    It is the developers' view if that was asked for, a head-up display in a game that opens one, or the spectator.
+    It is a head-up display in a game that opens one, or else the spectator.
     """
-    if setup.developer:
-        return DEVELOPER, "window"
     return (HUD, setup.players[0].name) if game_of(setup.game).opens_hud else (SPECTATOR, "window")
 
 

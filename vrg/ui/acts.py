@@ -36,9 +36,6 @@ class Act(Enum):
     NEXT_CALL = ("PG DN", "next call")
     PREVIOUS_CALL = ("PG UP", "previous call")
     BRANCH = ("F", "from here on")
-    SELECT = ("N", "select the next player")
-    LAYER = ("CTRL 1 to 7", "what the field shows")
-    TAB = ("F2 to F5", "the tabs")
     PLANS = ("L", "lines of plans")
     WHY = ("W", "why that call")
     PICTURE = ("P", "picture")
@@ -58,7 +55,7 @@ class Press:
 
     Args:
         act: what it asks for; None if it has no meaning but its sign.
-        number: which one, from 0, of the acts that have several keys: ORDER, PLAYER, LAYER, TAB.
+        number: which one, from 0, of the acts that have several keys: ORDER, PLAYER.
         key: pygame's number of the key; 0 for a button. sign: what it types, or empty.
         back: SHIFT is held: the other way round. again: the key is held, and this is its repetition.
     """
@@ -91,7 +88,6 @@ _KEYS: Final = {
     pygame.K_PAGEDOWN: Act.NEXT_CALL,
     pygame.K_PAGEUP: Act.PREVIOUS_CALL,
     pygame.K_f: Act.BRANCH,
-    pygame.K_n: Act.SELECT,
     pygame.K_l: Act.PLANS,
     pygame.K_w: Act.WHY,
     pygame.K_p: Act.PICTURE,
@@ -114,8 +110,7 @@ _SIGNS: Final = {
 """The meanings of signs that are on other keys on other keyboards. On many, = is + without SHIFT."""
 ORDERS: Final = (pygame.K_a, pygame.K_b, pygame.K_x, pygame.K_y)
 DIGITS: Final = tuple(range(pygame.K_1, pygame.K_9 + 1))
-TABS: Final = (pygame.K_F2, pygame.K_F3, pygame.K_F4, pygame.K_F5)
-_ROWS: Final = ((ORDERS, Act.ORDER), (DIGITS, Act.PLAYER), (TABS, Act.TAB))
+_ROWS: Final = ((ORDERS, Act.ORDER), (DIGITS, Act.PLAYER))
 
 AHEAD: Final = {pygame.K_UP: 1.0, pygame.K_DOWN: -1.0}
 ASIDE: Final = {pygame.K_LEFT: 1.0, pygame.K_RIGHT: -1.0}
@@ -145,8 +140,7 @@ def press_of(event: pygame.event.Event, *, again: bool = False) -> Press:
     key, mod, sign = event.key, getattr(event, "mod", 0), getattr(event, "unicode", "")
     back, control = bool(mod & pygame.KMOD_SHIFT), bool(mod & (pygame.KMOD_CTRL | pygame.KMOD_META))
     if control and key != pygame.K_SPACE:  # a stop stays a stop
-        layer = key in DIGITS
-        return Press(Act.LAYER if layer else None, DIGITS.index(key) if layer else 0, key, "", back, again)
+        return Press(None, 0, key, "", back, again)
     act, number = _SIGNS.get(sign) or _KEYS.get(key), 0
     for keys, of_row in _ROWS:
         if act is None and key in keys:

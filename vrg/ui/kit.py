@@ -53,29 +53,11 @@ def write(
     surface.blit(shown, shown.get_rect(midleft=place.midleft))
 
 
-def button(
-    surface: pygame.Surface,
-    place: Rect,
-    name: str,
-    key: str,
-    colour: Rgb,
-    ui: float,
-    fonts: Fonts,
-    *,
-    size: float = 15.0,
-    allowed: bool = True,
-) -> None:
-    """Draw a button with its name and its key, if that has room.
-
-    Args:
-        size: of the letters, pixels at the usual size of a window. allowed: False if pressing it does nothing now.
-    """
-    corner = round(min(7.0, size / 2) * ui)
-    shapes.pill(surface, place, colour, radius=corner)
-    if not allowed:
-        pygame.draw.rect(surface, palette.LINE, place, 1, border_radius=corner)
-    ink = ink_on(colour) if allowed else palette.MUTED
-    large, small, gap = max(10, round(size * ui)), max(9, round(0.75 * size * ui)), round(size / 2 * ui)
+def button(surface: pygame.Surface, place: Rect, name: str, key: str, colour: Rgb, ui: float, fonts: Fonts) -> None:
+    """Draw a button with its name and its key, if that has room."""
+    shapes.pill(surface, place, colour, radius=round(7 * ui))
+    ink = ink_on(colour)
+    large, small, gap = max(10, round(15 * ui)), max(9, round(11.25 * ui)), round(7.5 * ui)
     both = fonts.width(name, large, Face.BOLD) + fonts.width(key, small) + gap
     if not key or both > place.width - gap:
         text = fonts.render(fonts.shorten(name, place.width - gap // 2, large, Face.BOLD), large, ink, Face.BOLD)

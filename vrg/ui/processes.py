@@ -1,6 +1,6 @@
 """Shows the processes of a match, on all its machines, as a table in the terminal."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Final
 
@@ -42,6 +42,12 @@ class Row:
         return alive and bool(self.status.node) and self.pulse is None
 
 
+def rows(statuses: Sequence[ProcessStatus], pulses: Mapping[str, Pulse]) -> list[Row]:
+    """A row for each process. A pulse is known by the kind and the name of its node, such as `player/ann`."""
+    alive = (ProcessState.STARTING, ProcessState.RUNNING)
+    return [Row(status, pulses.get(status.node) if status.state in alive else None) for status in statuses]
+
+
 class Board:
     """Collects the reports about processes.
 
@@ -63,8 +69,7 @@ class Board:
         newest: Processes | None = None if self._processes.latest is None else self._processes.latest.body
         if newest is not None:
             self._statuses = newest.processes
-        alive = (ProcessState.STARTING, ProcessState.RUNNING)
-        return [Row(s, self._pulses.get(s.node) if s.state in alive else None) for s in self._statuses]
+        return rows(self._statuses, self._pulses)
 
     @property
     def machines(self) -> set[str]:
@@ -72,7 +77,7 @@ class Board:
         return {status.machine for status in self._statuses}
 
 
-def process_table(rows: Sequence[Row]) -> Table:
+def process_table(listed: Sequence[Row]) -> Table:
     """The processes as a table for rich."""
     grid = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for name in ("machine", "process", "state"):
@@ -80,7 +85,7 @@ def process_table(rows: Sequence[Row]) -> Table:
     for name in ("ticks/s", "missed", "refused", "clock", "drift", "CPU", "memory", "restarts"):
         grid.add_column(name, justify="right", no_wrap=True)
     before = None
-    for row in rows:
+    for row in listed:
         status, pulse = row.status, row.pulse
         late = None if pulse is None else pulse.late
         grid.add_row(
@@ -118,15 +123,15 @@ class ProcessTable(Node):
 
     def tick(self, tick: Tick) -> None:
         """Take messages in and show the processes."""
-        rows = self._board.look()
+        found = self._board.look()
         if self._console.is_terminal:
             if self._live is None:
                 # Without its own thread: a node is drawn when it ticks.
                 self._live = Live(console=self._console, auto_refresh=False)
                 self._live.start()
-            self._live.update(process_table(rows) if rows else Text("waiting for `vrg play`"), refresh=True)
-        elif rows and not any(row.waits for row in rows) and not self.printed:
-            self._console.print(process_table(rows))
+            self._live.update(process_table(found) if found else Text("waiting for `vrg play`"), refresh=True)
+        elif found and not any(row.waits for row in found) and not self.printed:
+            self._console.print(process_table(found))
             self.printed = True
 
     def stop(self) -> None:

@@ -292,19 +292,14 @@ class WindowNode(Window, Node):
         self.help = False
         self.explainer.ask(call, self.scene.game)
 
-    def decide(self, action: OfficialAction, subject: str | None = None) -> None:
-        """Publish an official's decision; `subject` is the player that it is about. A router refuses it to others."""
-        self.mailbox.publish(
-            self._keys.official, Official(action=action, by=self._by, id=self._answers_to, subject=subject)
-        )
-
     def _decide(self, act: Act | None) -> None:
         if not self.official:
             self.notice = REFUSED
         elif act is Act.RELEASE:
             self.mailbox.publish(self._keys.estop_release, EstopRelease(by=self._by))
         elif act in _DECISIONS:
-            self.decide(_DECISIONS[act])
+            asked = Official(action=_DECISIONS[act], by=self._by, id=self._answers_to)
+            self.mailbox.publish(self._keys.official, asked)
 
     def _next(self, step: int) -> None:
         before = self.driving.player

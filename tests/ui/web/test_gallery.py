@@ -49,6 +49,16 @@ def test_viewers_that_keep_up_share_one_text(gallery):
     assert gallery.since(first)[0] is gallery.since(second)[0]
 
 
+def test_a_private_part_goes_to_those_alone_who_have_asked_for_it_also_if_it_is_older(gallery):
+    gallery.put({"frame": '"f1"', "details/ann": '"a1"', "details/bob": '"b1"'})
+    found, seen = news(gallery, Delivered())
+    assert found == ["f1"]
+    text, seen = gallery.since(seen, "details/ann")
+    assert text == '"a1"'
+    assert gallery.since(seen, "details/ann") == ("", seen)
+    assert gallery.since(seen, "details/bob")[0] == '"b1"'
+
+
 def test_old_calls_are_forgotten_and_nobody_gets_one_twice(gallery):
     gallery.put({}, ['"first"'])
     _, seen = news(gallery, Delivered())

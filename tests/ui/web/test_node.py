@@ -21,6 +21,7 @@ class Audience:
 
     def __init__(self) -> None:
         self.watched = True
+        self.inspected: frozenset[str] = frozenset()
         self.frames: list[dict[str, object]] = []
         self.calls: list[dict[str, object]] = []
         self.told: list[tuple[int, str]] = []
@@ -249,6 +250,70 @@ def test_decisions_are_published_and_the_referees_answer_goes_to_who_has_decided
     match.step(node, 5.1, 2)
     assert audience.told == [(7, "not now")]
     assert audience.calls == [], "what was refused is told to nobody else"
+
+
+@pytest.mark.parametrize("what", [PageButton.DISQUALIFY, PageButton.REINSTATE])
+def test_a_player_of_the_match_is_disqualified_and_reinstated(node, match, audience, what):
+    match.step(node, 5.0, 0)
+    match.step(node, 5.05, 1)
+    audience.wish = Wishes(decisions=(Decision(7, "official (web)", what, "nemo"), Decision(8, "official (web)", what)))
+    match.step(node, 5.1, 2)
+    [asked] = said(node)
+    assert (asked.action.value, asked.subject) == (what.value, "nemo")
+    assert audience.told == [(8, "Select a player first.")]
+
+
+def test_without_an_officials_seat_it_stops_everything_and_decides_nothing(keys, match, audience):
+    node = WebNode("web", Mailbox(), keys, audience, official=False)
+    audience.wish = Wishes(decisions=tuple(Decision(7, "official (web)", what) for what in PageButton))
+    match.step(node, 5.0, 0)
+    assert said(node) == [m.Estop(by="official (web)")]
+    assert len(audience.told) == len(PageButton) - 1
+    assert "no official's seat" in audience.told[0][1]
+
+
+def test_details_are_drawn_up_twice_a_second_for_those_that_are_wanted_and_only_while_they_are(node, match, audience):
+    def ticks(first: int, count: int) -> list[str]:
+        """The details in the frames of so many ticks."""
+        del audience.frames[:]
+        for number in range(first, first + count):
+            match.step(node, number * node.period, number)
+        return [name for frame in audience.frames for name in frame if name.startswith("details")]
+
+    assert ticks(0, 50) == []
+    audience.inspected = frozenset({"", "nemo", "nobody"})
+    found = ticks(50, 250)
+    assert set(found) == {"details/", "details/nemo"}, "nobody is no player"
+    assert 16 <= found.count("details/nemo") <= 20, "in 10 s"
+    [shown] = [frame["details/nemo"] for frame in audience.frames if "details/nemo" in frame][-1:]
+    assert shown["selected"] == "nemo"
+    assert [name for name, _ in shown["tabs"]["players"]["rows"]] == list(synthetic.NAMES)
+    audience.inspected = frozenset({"gill"})
+    assert ticks(300, 1) == ["details/gill"], "who selects another player need not wait"
+    audience.inspected = frozenset()
+    assert ticks(301, 50) == []
+
+
+def test_it_listens_to_everything_only_while_somebody_wants_details(keys, match, audience):
+    class Bus:
+        opened = 0
+
+        def collect_raw(self, expression, limit):
+            self.opened += 1
+            return self
+
+        def __call__(self):
+            return []
+
+        def close(self):
+            self.opened -= 1
+
+    node, bus = WebNode("web", Mailbox(), keys, audience), Bus()
+    node.traffic.attach(bus)
+    for number, (wanted, watched) in enumerate([((), True), (("",), True), (("",), True), ((), False)]):
+        audience.inspected, audience.watched = frozenset(wanted), watched
+        match.step(node, 5.0 + number, number)
+        assert bus.opened == len(wanted)
 
 
 def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, match):

@@ -255,6 +255,37 @@ async def test_an_official_decides_and_hears_the_answer(server):
 
 
 @in_loop
+async def test_details_are_sent_to_officials_only_and_only_while_their_drawer_is_open(server):
+    def show(number: int) -> None:
+        frame = json.dumps({"t": "frame", "n": number})
+        server.show({"frame": frame, "details/ann": json.dumps({"t": "details", "n": number})})
+
+    official, seat = token_of(server, "official"), token_of(server, "ann")
+    async with guest(server) as viewer, guest(server, seat) as driver, guest(server, official) as page:
+        for other in (viewer, driver):
+            await other.say(t="inspect", open=True, player="ann")
+            assert "official's link" in (await other.hear("notice"))["text"]
+        assert server.inspected == frozenset()
+        show(1)
+        await page.hear("frame")
+        await page.say(t="inspect", open=True, player="ann")
+        await until(lambda: server.inspected == {"ann"})
+        show(2)
+        while (await page.hear("details"))["n"] != 2:
+            pass  # what was drawn up before
+        await page.say(t="inspect", open=False)
+        await until(lambda: server.inspected == frozenset())
+        show(3)
+        for one in (viewer, driver, page):
+            while (await one.hear("frame"))["n"] != 3:
+                pass
+            assert [message for message in one.heard if message["t"] == "details"] == []
+        await page.say(t="inspect", open=True, player="bob")
+        await until(lambda: server.inspected == {"bob"})
+    await until(lambda: server.inspected == frozenset())
+
+
+@in_loop
 async def test_a_second_page_in_a_seat_is_refused_until_it_takes_over(server):
     token = token_of(server, "ann")
     async with guest(server, token, tab="1") as first:

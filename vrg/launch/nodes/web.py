@@ -9,21 +9,24 @@ from vrg.ui.web.node import WebNode
 from vrg.ui.web.server import WebServer
 
 
-def web_node(setup: MatchSetup, admission: str, name: str) -> WebNode:
+def web_node(setup: MatchSetup, admission: str, name: str, *, official: bool = True) -> WebNode:
     """Make the node that shows a match to browsers.
 
     Args:
         name: of the node. admission: where it is served, and who may do what: an encoded
             `vrg.ui.web.admission.Admission`.
+        official: False if its seat may only watch and stop everything.
 
     Raises:
         ValueError: the admission cannot be read.
     """
-    sizes = {player.name: player.robot.size for player in setup.players}
+    robots = {player.name: player.robot for player in setup.players}
     audience = WebServer(read_admission(admission), setup.name)
-    return WebNode(name, Mailbox(), setup.keys, audience, sizes=sizes, obstacles=setup.obstacles)
+    return WebNode(name, Mailbox(), setup.keys, audience, robots=robots, obstacles=setup.obstacles, official=official)
 
 
 def web(on: NodeContext) -> Made:
     """The page."""
-    return Made(web_node(on.setup, on.secret, on.named(WEB.process)), {"idle": DISPLAY_PERIOD})
+    node = web_node(on.setup, on.secret, on.named(WEB.process), official=on.official)
+    node.traffic.attach(on.session)
+    return Made(node, {"idle": DISPLAY_PERIOD})

@@ -16,7 +16,6 @@ from vrg.ui.spectator import Spectator
 from vrg.ui.window_node import WindowNode
 
 if TYPE_CHECKING:
-    from vrg.ui.developer.node import DeveloperWindow
     from vrg.ui.hud.node import Hud
 
 
@@ -41,36 +40,13 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
     )
 
 
-def developer_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> "DeveloperWindow":
-    """Make the developers' view of a match.
-
-    Args:
-        name: the name of the node. run: the run folder, as for `spectator_node`.
-        official: whether it has an official's seat.
-    """
-    from vrg.bus.traffic import Traffic  # noqa: PLC0415 - of these three only one is opened
-    from vrg.ui.developer.node import DeveloperWindow  # noqa: PLC0415
-
-    return DeveloperWindow(
-        name,
-        Mailbox(),
-        setup.keys,
-        Traffic(setup.keys),
-        robots={player.name: player.robot for player in setup.players},
-        obstacles=setup.obstacles,
-        run=run,
-        explain=None if run is None else partial(explain, run),
-        official=official,
-    )
-
-
 def hud_node(setup: MatchSetup, player: str) -> "Hud":
     """Make the head-up display of a player.
 
     Raises:
         ConfigError: there is no such player.
     """
-    from vrg.ui.hud.goals import Ground  # noqa: PLC0415 - as above
+    from vrg.ui.hud.goals import Ground  # noqa: PLC0415 - of these two only one is opened
     from vrg.ui.hud.node import Hud  # noqa: PLC0415
 
     own = setup.player(player)
@@ -92,14 +68,6 @@ def hud_node(setup: MatchSetup, player: str) -> "Hud":
 def spectator(on: NodeContext) -> Made:
     """The window of the match, or one more."""
     return _until_closed(on, spectator_node(on.setup, on.name or on.named("window"), on.run, official=on.official))
-
-
-def developer(on: NodeContext) -> Made:
-    """The developers' view."""
-    view = developer_node(on.setup, on.name or on.named("developer"), on.run, official=on.official)
-    view.traffic.attach(on.session)
-    view.traffic.open()
-    return _until_closed(on, view)
 
 
 def hud(on: NodeContext) -> Made:

@@ -1,7 +1,7 @@
 """The newest of everything that there is to see, encoded once for all viewers. Each viewer gets what is new to it.
 
 The parts, such as `frame`, replace each other: a viewer that is slow misses some, and gets the newest. Calls are a
-list, and no viewer misses any.
+list, and no viewer misses any. A part whose name begins with PRIVATE goes to those alone who have asked for it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,6 +10,8 @@ from typing import Final
 
 CALLS_KEPT: Final = 200
 """The number of the referee's calls that a late viewer gets."""
+PRIVATE: Final = "details/"
+"""The beginning of the names of the parts that are not for all."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +43,14 @@ class Gallery:
             del self._calls[:excess]
             self._forgotten += excess
 
-    def since(self, seen: Delivered) -> tuple[str, Delivered]:
-        """Return the news for a viewer, as a list of JSON without its brackets, and the viewer's next state."""
-        new = tuple(name for name, version in self._versions.items() if seen.parts.get(name) != version)
+    def since(self, seen: Delivered, private: str | None = None) -> tuple[str, Delivered]:
+        """Return the news for a viewer, as a list of JSON without its brackets, and the viewer's next state.
+
+        Args:
+            private: the name of the private part that it gets; None for none.
+        """
+        now = {name: n for name, n in self._versions.items() if not name.startswith(PRIVATE) or name == private}
+        new = tuple(name for name, version in now.items() if seen.parts.get(name) != version)
         first = max(0, seen.calls - self._forgotten)
         total = self._forgotten + len(self._calls)
         if not new and first == len(self._calls):
@@ -55,4 +62,4 @@ class Gallery:
             if calls := self._calls[first:]:
                 texts.append(f'{{"t":"calls","calls":[{",".join(calls)}]}}')
             self._joined = wanted, ",".join(texts)
-        return self._joined[1], Delivered(dict(self._versions), total)
+        return self._joined[1], Delivered(now, total)

@@ -4,18 +4,24 @@ import itertools
 import logging
 import secrets
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import ClassVar, Final, Protocol
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Estop, EstopRelease, Official, OfficialAction
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
+from vrg.bus.traffic import Traffic
+from vrg.hal.models import RobotModel
 from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.driving import TAKEN, Driving
 from vrg.ui.pace import Pace
 from vrg.ui.scene import Scene
 from vrg.ui.web import parts
+from vrg.ui.web.details.insight import Hearing
+from vrg.ui.web.details.part import details
+from vrg.ui.web.gallery import PRIVATE
 from vrg.ui.web.requests import Command, Decision, PageButton, Wishes
 
 log = logging.getLogger(__name__)
@@ -25,12 +31,19 @@ FRAME: Final = 1 / 25
 LET_GO: Final = "You do not drive {} now: let go of the controls once, and then drive again."
 ANSWERS_AWAITED: Final = 200
 """The limit of decisions that are remembered until the referee answers them."""
+DETAILS_EVERY: Final = 15
+"""The details are drawn up with every so many frames: twice a second at most."""
+NO_OFFICIAL: Final = "This page has no official's seat: it may stop everything, but not decide."
+NO_PLAYER: Final = "Select a player first."
 _OFFICIAL: Final = {
     PageButton.HALT: OfficialAction.HALT,
     PageButton.RESUME: OfficialAction.RESUME,
     PageButton.RECOVER: OfficialAction.RECOVER,
     PageButton.END: OfficialAction.END,
+    PageButton.DISQUALIFY: OfficialAction.DISQUALIFY,
+    PageButton.REINSTATE: OfficialAction.REINSTATE,
 }
+_ON_PLAYER: Final = (PageButton.DISQUALIFY, PageButton.REINSTATE)
 
 
 class Audience(Protocol):
@@ -39,6 +52,10 @@ class Audience(Protocol):
     @property
     def watched(self) -> bool:
         """True if anybody looks."""
+
+    @property
+    def inspected(self) -> frozenset[str]:
+        """The players whose details officials want, with the empty name for details of none; empty if nobody does."""
 
     def start(self) -> None:
         """Let them in."""
@@ -64,8 +81,10 @@ class WebNode(Node):
 
     Args:
         audience: those who look at the page.
-        sizes: the length and width of the robots, m, by name.
+        robots: the models of the players' robots, by name.
         obstacles: the ground that the map's walls and obstacles cover, m.
+        traffic: counts what is heard, while somebody wants details. The runner of the node attaches it to the bus.
+        official: whether the page has an official's seat.
     """
 
     kind: ClassVar[str] = "spectator"
@@ -77,15 +96,22 @@ class WebNode(Node):
         keys: Keys,
         audience: Audience,
         *,
-        sizes: Mapping[str, tuple[float, float]] | None = None,
+        robots: Mapping[str, RobotModel] = MappingProxyType({}),
         obstacles: Sequence[Region] = (),
+        traffic: Traffic | None = None,
+        official: bool = True,
         period: float = FRAME,
     ) -> None:
         super().__init__(name, mailbox, period)
+        self.traffic = traffic or Traffic(keys)
+        self._official = official
+        self._hearing = Hearing(keys, self.traffic, robots, official=official)
+        self._inspected: frozenset[str] = frozenset()
+        self._frames = 0
         self._keys = keys
         self._audience = audience
         self._inlets = SceneInlets(mailbox, keys)
-        self._builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
+        self._builder = SceneBuilder(sizes={name: robot.size for name, robot in robots.items()}, obstacles=obstacles)
         self._scene = Scene()
         self._ground: tuple[object, str] = (None, "")
         self._pace = Pace(FRAME)
@@ -116,10 +142,15 @@ class WebNode(Node):
         for call in calls:
             self._answer(call)
         self._fulfil(self._audience.wishes(), live=tick.live)
+        if self._audience.inspected:
+            self._hearing.take(tick.time)
+        else:
+            self._hearing.close()
         told = [call for call in calls if call.rule != "refused"]
         if told or (self._pace.due(tick, self._scene.rate) and self._audience.watched):
             self._scene = self._builder.build(tick.live)
-            self._audience.show(self._parts(self._scene), [parts.call(call, self._scene.game) for call in told])
+            shown = {**self._parts(self._scene), **self._details(tick.time)}
+            self._audience.show(shown, [parts.call(call, self._scene.game) for call in told])
 
     def stop(self) -> None:
         """Give all driven players back and close the port. Calling it again does nothing."""
@@ -137,6 +168,16 @@ class WebNode(Node):
             self._ground = ground_of, parts.encode(parts.ground(scene))
         changing = (parts.state(scene), parts.strokes(scene), parts.frame(scene))
         return {"ground": self._ground[1], **{part["t"]: parts.encode(part) for part in changing}}
+
+    def _details(self, now: float) -> dict[str, str]:
+        """The details that are wanted, if it is time for them."""
+        wanted, before = self._audience.inspected, self._inspected
+        self._inspected, self._frames = wanted, self._frames + 1
+        if wanted == before and self._frames % DETAILS_EVERY:
+            return {}
+        names = wanted & {"", *(player.name for player in self._scene.players)}
+        insights = {name: self._hearing.insight(now, self._scene, name) for name in names}
+        return {f"{PRIVATE}{name}": parts.encode(details(insight)) for name, insight in insights.items()}
 
     def _answer(self, call: Call) -> None:
         guest = self._asked.pop(call.answers, None) if call.answers is not None else None
@@ -189,12 +230,17 @@ class WebNode(Node):
         log.info("%s asks for: %s", decision.by, decision.what)
         if decision.what is PageButton.ESTOP:
             self.mailbox.publish(self._keys.estop, Estop(by=decision.by))
+        elif not self._official:
+            self._audience.tell(decision.guest, NO_OFFICIAL)
         elif decision.what is PageButton.RELEASE:
             self.mailbox.publish(self._keys.estop_release, EstopRelease(by=decision.by))
+        elif decision.what in _ON_PLAYER and self._scene.player(decision.player) is None:
+            self._audience.tell(decision.guest, NO_PLAYER)
         else:
             number = f"web-{self._own}-{next(self._numbers)}"
             if len(self._asked) >= ANSWERS_AWAITED:
                 self._asked.pop(next(iter(self._asked)))
             self._asked[number] = decision.guest
-            asked = Official(action=_OFFICIAL[decision.what], by=decision.by, id=number)
+            subject = decision.player if decision.what in _ON_PLAYER else None
+            asked = Official(action=_OFFICIAL[decision.what], by=decision.by, id=number, subject=subject)
             self.mailbox.publish(self._keys.official, asked)

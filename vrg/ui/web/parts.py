@@ -24,7 +24,7 @@ from vrg.ui.zones import room, zone_look
 
 _COLOURS: Final = (
     "BACKGROUND", "PANEL", "RAISED", "LINE", "FIELD", "GRID", "BORDER", "WALL", "WALL_EDGE", "TEXT", "MUTED", "INK",
-    "SAFE", "ALARM", "CAUTION", "GOOD", "CALM", "LOST",
+    "SAFE", "WARNING", "ALARM", "CAUTION", "GOOD", "CALM", "LOST",
 )  # fmt: skip
 """The colours of the palette that the page itself uses."""
 _ENCODER: Final = msgspec.json.Encoder()

@@ -15,7 +15,7 @@ from vrg.ui.web.admission import VisitorKind, VisitorRole
 
 REQUEST_LIMIT: Final = 2048
 """The number of bytes in a request."""
-_TAB = Annotated[str, Meta(max_length=64)]
+_NAME = Annotated[str, Meta(max_length=64)]
 
 
 class PageButton(enum.StrEnum):
@@ -27,6 +27,8 @@ class PageButton(enum.StrEnum):
     END = "end"
     ESTOP = "estop"
     RELEASE = "release"
+    DISQUALIFY = "disqualify"
+    REINSTATE = "reinstate"
 
 
 class _Request(Struct, frozen=True, tag_field="t", forbid_unknown_fields=True, kw_only=True):
@@ -42,7 +44,7 @@ class Hello(_Request, frozen=True, tag="hello", kw_only=True):
     """
 
     token: Annotated[str, Meta(max_length=64)] = ""
-    tab: _TAB = ""
+    tab: _NAME = ""
     takeover: bool = False
 
 
@@ -68,12 +70,20 @@ class GiveBack(_Request, frozen=True, tag="give_back", kw_only=True):
 
 
 class Pressed(_Request, frozen=True, tag="act", kw_only=True):
-    """A button was pressed."""
+    """A button was pressed; `player` is whom it is about, empty for none."""
 
     what: PageButton
+    player: _NAME = ""
 
 
-Request = Hello | Ack | Drive | GiveBack | Pressed
+class Inspect(_Request, frozen=True, tag="inspect", kw_only=True):
+    """The drawer of the details was opened or closed, or another player was selected; `player` is empty for none."""
+
+    open: bool
+    player: _NAME = ""
+
+
+Request = Hello | Ack | Drive | GiveBack | Pressed | Inspect
 _DECODER: Final = msgspec.json.Decoder(Request)
 
 
@@ -101,6 +111,8 @@ def refusal(role: VisitorRole, request: Request) -> str:
             return "the emergency stop needs the link of an official or of a player's seat, with its token"
         case Pressed(what=what) if what is not PageButton.ESTOP and role.kind is not VisitorKind.OFFICIAL:
             return "to decide needs the official's link, with its token"
+        case Inspect() if role.kind is not VisitorKind.OFFICIAL:
+            return "the details need the official's link, with its token"
         case _:
             return ""
 
@@ -121,11 +133,13 @@ class Decision:
 
     Args:
         guest: the number of its connection, which gets the answer. by: who that is, in words.
+        player: whom it is about; empty for none.
     """
 
     guest: int
     by: str
     what: PageButton
+    player: str = ""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.ui.driving import DEAD_ZONE, SILENCE, SLOW
 from vrg.ui.web.admission import Admission, VisitorKind, VisitorRole
-from vrg.ui.web.gallery import Delivered, Gallery
+from vrg.ui.web.gallery import PRIVATE, Delivered, Gallery
 from vrg.ui.web.lobby import Allowance, Lobby, Refused
 from vrg.ui.web.parts import colours, encode
 from vrg.ui.web.requests import (
@@ -27,6 +27,7 @@ from vrg.ui.web.requests import (
     Drive,
     GiveBack,
     Hello,
+    Inspect,
     Pressed,
     Request,
     Wishes,
@@ -51,7 +52,7 @@ DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4, "si
 
 @dataclass(eq=False)
 class _Guest:
-    """One connection."""
+    """One connection; `inspects` is the player that its drawer shows, empty for none, and None while that is closed."""
 
     number: int
     socket: web.WebSocketResponse
@@ -62,6 +63,7 @@ class _Guest:
     sent: int = 0
     shown: int = 0
     refused: int = 0
+    inspects: str | None = None
     dismissed: bool = False
     ended: WSCloseCode | None = None
 
@@ -70,6 +72,11 @@ class _Guest:
         if len(self.notices) < 20:
             self.notices.append(encode(notice))
         self.news.set()
+
+    def unseen(self, gallery: Gallery) -> str:
+        """What is new to it, from now on no more."""
+        news, self.seen = gallery.since(self.seen, None if self.inspects is None else f"{PRIVATE}{self.inspects}")
+        return news
 
 
 class WebServer(Site):
@@ -91,6 +98,12 @@ class WebServer(Site):
         self._given_back: dict[str, None] = {}
         self._decisions: list[Decision] = []
         self._refused = 0
+        self._inspected: frozenset[str] = frozenset()
+
+    @property
+    def inspected(self) -> frozenset[str]:
+        """The players that open drawers show, with the empty name for a drawer that shows none."""
+        return self._inspected
 
     @property
     def watched(self) -> bool:
@@ -134,7 +147,7 @@ class WebServer(Site):
 
     async def _dismiss(self, guest: _Guest) -> None:
         """Send a guest the last picture, say that it is the last, and close the connection."""
-        news, guest.seen = self._gallery.since(guest.seen)
+        news = guest.unseen(self._gallery)
         async with asyncio.timeout(1.0):
             await guest.socket.send_str(f"[{','.join(filter(None, (news, encode({'t': 'bye'}))))}]")
             await guest.socket.close(code=WSCloseCode.GOING_AWAY)
@@ -215,6 +228,7 @@ class WebServer(Site):
                 if isinstance(failure, Exception):
                     log.error("a page's connection has failed", exc_info=failure)
             self._guests.pop(guest.number, None)
+            self._look_at_drawers()
             role = self._lobby.leave(guest.number)
             if role is not None:
                 self._leave_seat(role)
@@ -240,7 +254,7 @@ class WebServer(Site):
             guest.news.clear()
             if guest.sent - guest.shown >= IN_FLIGHT and not guest.notices:
                 continue
-            news, guest.seen = self._gallery.since(guest.seen)
+            news = guest.unseen(self._gallery)
             texts = [*guest.notices, news] if news else guest.notices
             guest.notices = []
             if texts:
@@ -273,7 +287,7 @@ class WebServer(Site):
             self._refused += 1
             guest.refused += 1
             if is_power_of_ten(guest.refused):
-                what = request.what if isinstance(request, Pressed) else "drive"
+                what = request.what if isinstance(request, Pressed) else request.__struct_config__.tag
                 log.warning("%s, connection %d, wanted to %s: refused", role.words, guest.number, what)
             guest.tell({"t": "notice", "text": f"Refused: {why}."})
         else:
@@ -290,15 +304,22 @@ class WebServer(Site):
                     self._commands[role.player] = Command(guest.number, role.player, forward, turn)
             case GiveBack():
                 self._leave_seat(role)
-            case Pressed(what=what):
+            case Inspect(open=opened, player=player):
+                guest.inspects = player if opened else None
+                self._look_at_drawers()
+                guest.news.set()
+            case Pressed(what=what, player=player):
                 with self._lock:
                     waiting = len(self._decisions)
                     if waiting < DECISIONS_LIMIT:
-                        self._decisions.append(Decision(guest.number, role.words, what))
+                        self._decisions.append(Decision(guest.number, role.words, what, player))
                 if waiting >= DECISIONS_LIMIT:
                     guest.tell({"t": "notice", "text": "The match has not taken in what was asked before: wait."})
             case Hello():
                 guest.tell({"t": "notice", "text": "This page has sent its token already."})
+
+    def _look_at_drawers(self) -> None:
+        self._inspected = frozenset(g.inspects for g in self._guests.values() if g.inspects is not None)
 
     def _leave_seat(self, role: VisitorRole) -> None:
         if role.kind is VisitorKind.SEAT:

@@ -5,6 +5,8 @@ import { WORDS } from "./words.js";
 
 const SMALLEST = 18;
 const NOSE = 0.3;
+/** Pixels from the middle of a robot within which a click means it. */
+const FINGER = 24;
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";
 
 export class Field {
@@ -17,10 +19,17 @@ export class Field {
     this.stillOf = "";
     this.names = new Names();
     this.plates = [];
+    this.robots = [];
   }
 
-  /** Draw what the match looks like at `now`, s. `own` is the player with a ring, or empty. */
-  draw(match, now, own) {
+  /** The name of the robot at a pixel, or undefined. */
+  robotAt(px, py) {
+    const apart = ({ circle: { x, y } }) => Math.hypot(x - px, y - py);
+    return this.robots.filter((robot) => apart(robot) <= Math.max(FINGER, robot.circle.radius)).sort((a, b) => apart(a) - apart(b))[0]?.name;
+  }
+
+  /** Draw what the match looks like at `now`, s. `own` is the player with a ring, or empty; `shapes` lie below robots. */
+  draw(match, now, own, shapes = []) {
     const parent = this.canvas.parentElement, ratio = window.devicePixelRatio || 1;
     const width = parent.clientWidth, height = parent.clientHeight;
     if (!width || !height) return;
@@ -44,7 +53,7 @@ export class Field {
     context.beginPath();
     context.rect(0, 0, width, area.height);
     context.clip();
-    this.drawMoving(match, view, area, now, own, ui);
+    this.drawMoving(match, view, area, now, own, shapes, ui);
     context.restore();
     this.view = view;
   }
@@ -96,10 +105,11 @@ export class Field {
     drawLegend(c, signs, width, height, left, colours, ui);
   }
 
-  drawMoving(match, view, area, now, own, ui) {
+  drawMoving(match, view, area, now, own, shapes, ui) {
     const c = this.context, { colours, state, motion } = match;
     const bodies = motion.at(now), latest = motion.latest;
     if (!state || !latest || bodies.length !== state.bodies.length) return;
+    for (const shape of shapes) drawShape(c, view, shape, ui);
     for (const mark of state.marks) drawMark(c, view, mark);
     motion.trails.forEach((trail, index) => drawTrail(c, view, trail.points, bodies[index], state.bodies[index].colour));
     for (const stroke of match.showsPlans ? match.strokes : []) drawStroke(c, view, stroke, colours, ui);
@@ -107,6 +117,7 @@ export class Field {
     const order = state.bodies.map((_, index) => index).sort((a, b) => state.bodies[b].out - state.bodies[a].out);
     for (const index of order) drawBody(c, view, bodies[index], state.bodies[index], colours);
     const robots = state.bodies.map((body, index) => ({ name: body.name, remark: body.remark, circle: circleOf(view, bodies[index], body) }));
+    this.robots = robots;
     const mine = robots.find((robot) => robot.name === own);
     if (mine) {
       c.beginPath();
@@ -432,6 +443,21 @@ function drawTrail(c, view, points, body, colour) {
     c.stroke();
   }
   c.globalAlpha = 1;
+}
+
+/** Draw a shape of a layer: dots, a line, or an area. */
+function drawShape(c, view, { kind, points, colour }, ui) {
+  const places = points.map(([x, y]) => point(view, x, y)), half = Math.max(1, 1.2 * ui);
+  c.fillStyle = c.strokeStyle = colour;
+  c.lineWidth = 1.5 * ui;
+  if (kind === "dots") {
+    for (const [x, y] of places) c.fillRect(x - half, y - half, 2 * half, 2 * half);
+    return;
+  }
+  c.beginPath();
+  for (const place of places) c.lineTo(...place);
+  if (kind === "area") c.fill();
+  else c.stroke();
 }
 
 function drawStroke(c, view, stroke, colours, ui) {

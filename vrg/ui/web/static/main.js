@@ -1,5 +1,6 @@
 // Connects the parts of the page: the connection, what is known of the match, the field, the panel, and a driver's hands.
 import { Controls } from "./controls.js";
+import { Drawer } from "./details.js";
 import { Field } from "./field.js";
 import { Link } from "./link.js";
 import { Match } from "./match.js";
@@ -17,6 +18,9 @@ const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
 const panel = new Panel();
 const controls = new Controls(byId("stick"), byId("knob"), () => act("estop"), () => driving && stopDriving(WORDS.padLost));
+const drawer = new Drawer((open, player) => match.role === "official" && link.send({ t: "inspect", open, player }));
+/** The link has asked for the details, which open once it is known that they may. */
+let detailed = false;
 let token = takeToken();
 let takeover = false;
 const stop = new PendingStop(() => link.open && link.send({ t: "act", what: "estop" }));
@@ -26,8 +30,9 @@ const tab = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.t
 
 /** The token of the link. It leaves the address, so that it is not read off a projector; a reload still has it. */
 function takeToken() {
-  const found = location.hash.slice(1);
+  const [found, ...more] = location.hash.slice(1).split("&");
   if (found) {
+    detailed = more.includes("details");
     sessionStorage.setItem("token", found);
     history.replaceState(null, "", location.pathname);
   }
@@ -73,6 +78,9 @@ function hear(message) {
       // So that the robot does not drive on by itself when the stop is released.
       if (message.estop && driving) stopDriving(WORDS.stopped(match.player));
       break;
+    case "details":
+      drawer.take(message);
+      break;
     case "notice":
       if (!message.released) tell(message.text);
       else if (driving) stopDriving(message.text);
@@ -89,6 +97,9 @@ function setRole() {
   stopDriving();
   document.body.dataset.role = match.role;
   byId("official").hidden = match.role !== "official";
+  byId("more").hidden = match.role !== "official";
+  drawer.set(match.role === "official" && (drawer.open || detailed));
+  detailed = false;
   byId("seat").hidden = match.role !== "seat";
   document.title = [match.player, match.name, "VRG"].filter(Boolean).join(" · ");
 }
@@ -163,7 +174,7 @@ function act(what) {
   }
   confirming = 0;
   if (what === "estop" && match.role !== "viewer") stop.press(performance.now());
-  else if (!link.send({ t: "act", what })) tell(WORDS.notSent);
+  else if (!link.send({ t: "act", what, player: drawer.selected })) tell(WORDS.notSent);
   showStop();
 }
 
@@ -206,6 +217,11 @@ function showPlans() {
   if (!match.strokes.length) tell(match.plans ? WORDS.noPlans : WORDS.plansHidden);
 }
 byId("plans").addEventListener("click", showPlans);
+byId("more").addEventListener("click", () => drawer.set(!drawer.open));
+byId("field").addEventListener("click", ({ offsetX, offsetY }) => {
+  const name = drawer.open && field.robotAt(offsetX, offsetY);
+  if (name) drawer.select(name);
+});
 window.addEventListener("keydown", (event) => {
   const once = !event.repeat, asked = KEYS[event.key.toLowerCase()];
   if (event.code === "Space" && match.role !== "viewer") {
@@ -213,7 +229,7 @@ window.addEventListener("keydown", (event) => {
     // It would press the focused button, and the arrows would scroll the page.
     event.preventDefault();
   }
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target === byId("filter")) return;
   if (event.key.toLowerCase() === "l" && once) showPlans();
   controls.shift = event.shiftKey;
   if (match.role === "official" && asked && once) act(asked);
@@ -237,13 +253,13 @@ window.addEventListener("contextmenu", (event) => event.target.closest("#stick")
 
 function draw() {
   panel.show(match);
-  field.draw(match, performance.now() / 1000, match.player);
+  field.draw(match, performance.now() / 1000, match.player || (drawer.open && drawer.selected), drawer.shapes);
   drawn += 1;
   requestAnimationFrame(draw);
 }
 let drawn = 0;
 
 // For tests, and for whoever wants to know.
-window.vrg = { match, field, link, controls, stop, drawn: () => drawn };
+window.vrg = { match, field, drawer, link, controls, stop, drawn: () => drawn };
 link.connect();
 requestAnimationFrame(draw);

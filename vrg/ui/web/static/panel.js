@@ -5,7 +5,7 @@ import { KEYS, WORDS } from "./words.js";
 const byId = (id) => document.getElementById(id);
 
 /** Make an element: its class, its text, and its children. */
-function make(tag, name = "", text = "", ...children) {
+export function make(tag, name = "", text = "", ...children) {
   const element = document.createElement(tag);
   if (name) element.className = name;
   if (text) element.textContent = text;

@@ -1,26 +1,22 @@
-"""A made-up match for the developers' view: players on a field, scans, bids, streams and processes."""
+"""A made-up match to look into: players on a field, scans, bids, streams and processes."""
 
 import math
 import struct
 from typing import Any
 
-import pygame
-from msgspec import structs
-
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages.process import Processes, ProcessState, ProcessStatus
-from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
 from vrg.bus.traffic import Traffic
-from vrg.hal.models import MODELS
+from vrg.hal.models import MODELS, RobotModel
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.sonar import Sonar
 from vrg.regions import Rectangle
 from vrg.types import Pose, Twist
-from vrg.ui.developer.node import DeveloperWindow
-from vrg.ui.proof import Proof
+from vrg.ui.builder import SceneBuilder, SceneInlets
+from vrg.ui.web.details.insight import Hearing, Insight
 
 KEYS = Keys("test")
 ROBOT = MODELS.get("P2AT")
@@ -28,29 +24,27 @@ WIDTH, LENGTH = 20.0, 12.0
 
 
 class Bench:
-    """The developers' view of a match whose nodes are played by the test.
+    """What is heard of a match whose nodes are played by the test.
 
     Args:
-        players: how many there are. official: whether the window has an official's seat.
+        players: how many there are. robot: their model. official: whether it is heard with an official's seat.
     """
 
-    def __init__(self, players: int = 3, size: tuple[int, int] = (1280, 720), *, official: bool = True) -> None:
+    def __init__(self, players: int = 3, *, robot: RobotModel = ROBOT, official: bool = True) -> None:
         self.names = [f"robot{number + 1}" for number in range(players)]
         self.time, self.real, self.number = 10.0, 500.0, 0
         self.changes: dict[str, Any] = {}
         self.reports: dict[str, dict[str, Any]] = {}
         self.states: dict[str, dict[str, Any]] = {}
         self.traffic = Traffic(KEYS, lambda: self.real)
-        self.node = DeveloperWindow(
-            "test", Mailbox(), KEYS, self.traffic, robots=dict.fromkeys(self.names, ROBOT), size=size,
-            explain=self.explain, official=official,
-        )  # fmt: skip
+        self.hearing = Hearing(KEYS, self.traffic, dict.fromkeys(self.names, robot), official=official)
+        self.mailbox, self.builder = Mailbox(), SceneBuilder()
+        self.inlets = SceneInlets(self.mailbox, KEYS)
         self.ticks(3)
 
-    @staticmethod
-    def explain(number: int) -> Proof:
-        """Why a call was made, in place of what a run folder holds."""
-        return Proof(f"why call {number} was made", ())
+    def insight(self, selected: str = "") -> Insight:
+        """What is known now."""
+        return self.hearing.insight(self.time, self.builder.build(live=True), selected)
 
     def pose(self, name: str) -> Pose:
         """Where a robot is: in rows over the field."""
@@ -62,13 +56,13 @@ class Bench:
     def tell(self, topic: Topic[Any], body: m.Message, *, stamp: float | None = None) -> None:
         """Let a message come by the mailbox and by the bus."""
         stamp = self.time if stamp is None else stamp
-        for inlet in self.node.mailbox.inlets:
+        for inlet in self.mailbox.inlets:
             if inlet.topic.type is topic.type:
                 inlet.offer(Received(topic.key, stamp, self.number, body))
         self.traffic.arrived(topic.key, encode(Received(topic.key, stamp, self.number, body)))
 
-    def tick(self, *, live: bool = True) -> list[m.Message]:
-        """One tick with all that is said; what the window published."""
+    def tick(self) -> None:
+        """One tick with all that is said."""
         self.number += 1
         self.time += 0.04
         self.real += 0.04
@@ -80,15 +74,9 @@ class Bench:
         for name in self.names:
             report: dict[str, Any] = {"mode": "Search/Turn", "armed": True, "battery": 0.8, "command": Twist(0.6, 0.1)}
             self.tell(KEYS.report(name), m.Report(**{**report, **self.reports.get(name, {})}))
-        return self.step(live=live)
-
-    def step(self, *, live: bool = True) -> list[m.Message]:
-        """One tick with what was told since the last one; what the window published."""
-        self.node.mailbox.handover(self.time)
-        self.node.tick(Tick(self.time, live))
-        bodies = [out.message.body for out in self.node.mailbox.collect()]
-        # The id of a decision is another one for each window.
-        return [structs.replace(body, id=None) if isinstance(body, m.Official) else body for body in bodies]
+        self.mailbox.handover(self.time)
+        self.inlets.feed(self.builder)
+        self.hearing.take(self.time)
 
     def ticks(self, count: int) -> None:
         """So many ticks."""
@@ -138,18 +126,6 @@ class Bench:
                 ticks=100, missed=3 if name == self.names[0] else 0, frequency=10.0, late=0.002, drift=1e-5, refused=4
             )
             self.tell(KEYS.pulse("player", name), pulse)
-
-    def press(self, key: int, mod: int = 0) -> list[m.Message]:
-        """Press a key; what the window published then."""
-        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=mod, unicode=""))
-        said = self.tick()
-        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=key, mod=mod))
-        return said
-
-    def click(self, place: tuple[int, int]) -> list[m.Message]:
-        """Click on a pixel; what the window published then."""
-        pygame.event.post(pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=1, pos=place))
-        return self.tick()
 
     def call(self, number: int, rule: str = "capture", text: str = "robot1 captured robot2.") -> None:
         """A call of the referee."""

@@ -1,43 +1,43 @@
-"""What the developers' view tells, as tables and lists."""
+"""What the drawer shows, as tables, lists and layers."""
 
 import pytest
 
-from tests.ui.developer.making import KEYS
+from tests.ui.web.details.making import KEYS, ROBOT, Bench
 from vrg.bus import messages as m
 from vrg.bus.messages.process import ProcessState
 from vrg.bus.traffic import Stream
+from vrg.hal.sensors.laser import LaserSpec
 from vrg.types import Pose, Twist
-from vrg.ui.acts import Act, Press
-from vrg.ui.developer import details, referee, streams, tables
-from vrg.ui.developer.choices import ViewState
-from vrg.ui.developer.tables import Tone
+from vrg.ui.web.details import layers, player, referee, streams, tables
+from vrg.ui.web.details.insight import Insight
+from vrg.ui.web.details.tables import Tone
 
 
-def told(items):
-    return [item.text for item in items]
+def told(grid):
+    return [row.cells[-1].text for row in grid.rows]
 
 
 def of_referee(bench, heading="", **changes):
-    """What the referee's tab tells two ticks after the state has changed, from a heading on."""
+    """What the referee's list tells two ticks after the state has changed, from a heading on."""
     bench.changes |= changes
     bench.ticks(2)
-    items = told(referee.referee(bench.node.insight))
+    items = told(referee.referee(bench.insight()))
     return items[items.index(heading) + 1 :] if heading else items
 
 
 def row(grid, name):
-    return next([cell.text for cell in line.cells] for line in grid.lines if name in (line.name, line.cells[0].text))
+    return next([cell.text for cell in line.cells] for line in grid.rows if name in (line.name, line.cells[0].text))
 
 
 def test_a_row_for_each_player_tells_mode_fault_driver_and_age(bench):
     bench.reports["robot2"] = {"fault": "robot2: its motors are too hot", "latched": True, "battery": None}
     bench.reports["robot3"] = {"manual": True}
     bench.ticks(2)
-    grid = tables.players(bench.node.insight)
+    grid = tables.players(bench.insight())
     assert row(grid, "robot1") == ["robot1", "Search/Turn", "0.6", "80%", "itself", "0.0"]
     assert row(grid, "robot2")[1:4] == ["its motors are too hot", "0.6", ""]
     assert row(grid, "robot3")[4] == "a person"
-    assert grid.lines[1].cells[1].tone is Tone.ALARM
+    assert grid.rows[1].cells[1].tone is Tone.ALARM
 
 
 def test_start_conditions_halts_and_ways_out_are_listed(bench):
@@ -73,10 +73,9 @@ def test_calls_stand_with_their_rule_the_newest_first_with_its_text(bench):
     bench.call(1, "capture", "robot1 captured robot2.")
     bench.call(2, "halt", "halt: asked for by test")
     bench.ticks(2)
-    items = referee.referee(bench.node.insight)
-    calls = [item for item in items if item.call is not None]
-    assert [item.text[:9] for item in calls] == ["[halt] ha", "Rule (the", "[capture]"]
-    assert [item.call.number for item in calls] == [2, 2, 1]
+    [*_, newest, rule, older] = referee.referee(bench.insight()).rows
+    assert [row.cells[1].text[:9] for row in (newest, rule, older)] == ["[halt] ha", "Rule (the", "[capture]"]
+    assert [row.cells[0].text for row in (newest, rule, older)] == ["0:03.0", "", "0:03.0"]
 
 
 def test_the_details_of_a_player_tell_poses_streams_process_and_radio(bench):
@@ -88,23 +87,23 @@ def test_the_details_of_a_player_tell_poses_streams_process_and_radio(bench):
     for _ in range(10):
         bench.scan("robot1")
         bench.tick()
-    found = {item.label: item.text for item in details.details(bench.node.insight, "robot1")}
+    found = {row.cells[0].text: row.cells[-1].text for row in player.player(bench.insight("robot1")).rows}
     assert found["mode"] == "Search/Turn"
     assert "1.00 m off" in found["measured"]
     assert found["hears robot2"] == "9 arrived, 2 lost, 0.25 s late"
     assert found["process"] == "running, 50% of a core, 10 ticks/s, 3 missed"
     assert "Hz" in found["laser/front"]
-    assert "Click a player" in told(details.details(bench.node.insight, None))[0]
+    assert "Click a player" in player.player(bench.insight()).note
 
 
 def test_what_came_under_a_wrong_key_is_an_alarm():
     stream = Stream("estop", 0.0, 0.0, 1.0, lost=7, bad=1, misrouted=2)
     assert streams.health(stream) is Tone.ALARM
-    [line] = streams.streams([stream], None).lines
+    [line] = streams.streams(Insight(streams=[stream])).rows
     assert line.cells[-1].text.endswith("+1 bad +2 misrouted")
 
 
-def test_bad_streams_stand_first_until_a_heading_sorts_them():
+def test_bad_streams_stand_first():
     good = Stream("clock", 50.0, 1000.0, 0.0, longest=0.05)
     losing = Stream("poses", 40.0, 9000.0, 0.0, lost=3, lately=2, longest=0.1)
     silent = Stream("player/ann/report", 0.0, 0.0, 4.0, longest=0.1)
@@ -114,47 +113,70 @@ def test_bad_streams_stand_first_until_a_heading_sorts_them():
     heard = [good, losing, silent, orders]
     assert [streams.health(stream) for stream in heard] == [Tone.PLAIN, Tone.ALARM, Tone.CAUTION, Tone.PLAIN]
 
-    def shown(sort):
-        return [line.cells[0].text for line in streams.streams(heard, sort).lines]
-
-    assert shown(None) == ["poses", "player/ann/report", "clock", "estop"]
-    assert shown(("Hz", True))[:2] == ["clock", "poses"]
-    assert shown(("kB/s", False))[-1] == "poses"
-    assert shown(("key", True)) == ["clock", "estop", "player/ann/report", "poses"]
-    assert "4 streams, 90 messages/s, 10 kB/s, 3 lost" in streams.totals(heard)
-    assert [cell.text for cell in streams.streams([orders], None).lines[0].cells][-1] == "–", "several speak there"
+    listed = streams.streams(Insight(streams=heard))
+    assert [line.cells[0].text for line in listed.rows] == ["poses", "player/ann/report", "clock", "estop"]
+    assert listed.note == "4 streams, 90 messages/s, 10 kB/s, 3 lost"
+    assert streams.streams(Insight(streams=[orders])).rows[0].cells[-1].text == "–", "several speak there"
 
 
 def test_processes_tell_load_missed_ticks_restarts_and_clock(bench):
     bench.processes(cpu=0.93, restarts=2)
     bench.ticks(2)
-    grid = tables.processes(bench.node.insight)
+    grid = tables.processes(bench.insight())
     assert row(grid, "robot1") == ["robot1", "running", "93%", "48", "10.0", "3", "4", "2", "2", "+10"]
-    assert [cell.tone for cell in grid.lines[0].cells][5:8] == [Tone.CAUTION, Tone.ALARM, Tone.CAUTION]
+    assert [cell.tone for cell in grid.rows[0].cells][5:8] == [Tone.CAUTION, Tone.ALARM, Tone.CAUTION]
     bench.processes(state=ProcessState.ENDED, pid=None)
     bench.ticks(2)
-    grid = tables.processes(bench.node.insight)
+    grid = tables.processes(bench.insight())
     assert row(grid, "robot1") == ["robot1", "ended", "", "", "", "", "", "0", "", ""]
 
 
-@pytest.mark.parametrize("grid", [tables.PLAYER_COLUMNS, streams.STREAM_COLUMNS, tables.PROCESS_COLUMNS])
-def test_columns_fill_the_width(grid):
-    assert sum(column.share for column in grid) == pytest.approx(1.0, abs=0.011)
+def of_layer(insight, name):
+    return [shape for shape in layers.shapes(insight) if shape.layer == name]
 
 
-def test_choices_turn_around():
-    choices = ViewState()
-    choices.sort_by("Hz")
-    choices.sort_by("Hz")
-    choices.sort_by("Hz")
-    assert choices.sort is None
-    choices.scroll(None, 50, 7)
-    assert choices.scrolled[None] == 7
-    choices.scroll(None, -50, 7)
-    assert choices.scrolled[None] == 0
-    for _ in range(3):
-        assert choices.press(Press(Act.SELECT), ["ann", "bob"])
-    assert choices.selected == "ann"
-    assert choices.press(Press(Act.SELECT, back=True), ["ann", "bob"])
-    assert choices.selected == "bob"
-    assert not choices.press(Press(Act.HALT), ["ann"])
+def test_a_scan_of_the_selected_robot_is_drawn_where_it_was_when_it_was_made(bench):
+    bench.scan("robot1", 2.0)
+    bench.scan("robot2", 2.0)
+    pose = bench.pose("robot1")
+    bench.ticks(5)
+    assert of_layer(bench.insight(), layers.SCANS) == []
+    area, dots = of_layer(bench.insight("robot1"), layers.SCANS)
+    assert (area.kind, dots.kind, len(dots.points)) == (layers.AREA, layers.DOTS, 90)
+    # The laser's 92nd beam of 181, which meets something, points 1 degree to the left of straight ahead.
+    mount = ROBOT.sensor(LaserSpec).x
+    assert dots.points[45] == pytest.approx((pose.x + mount + 2.0, pose.y + 0.035), abs=0.01)
+    bench.ticks(20)
+    assert of_layer(bench.insight("robot1"), layers.SCANS) == [], "it is old"
+
+
+def test_echoes_sightings_and_where_a_robot_was_measured_are_drawn(bench):
+    bench.ring("robot2")
+    pose = bench.pose("robot1")
+    bench.tell(KEYS.robot_pose("robot1"), m.MeasuredPose(pose=Pose(pose.x + 3.0, pose.y, 0.0)))
+    bench.tell(
+        KEYS.sightings("robot2"), m.Sightings(seen=[m.Sighting(x=5.0, y=6.0, time=10.0, xx=0.1, xy=0.0, yy=0.1)])
+    )
+    bench.ticks(1)
+    insight = bench.insight()
+    assert [shape.kind for shape in of_layer(insight, layers.SENSORS)] == [layers.LINE] * 16
+    dot, ellipse = of_layer(insight, layers.SIGHTINGS)
+    assert (dot.points, ellipse.kind) == ([(5.0, 6.0)], layers.LINE)
+    _, line = of_layer(insight, layers.MEASURED)
+    assert line.points == [(pose.x + 3.0, pose.y), (pose.x, pose.y)], "a line leads from one to the other"
+    bench.ticks(40)
+    assert of_layer(bench.insight(), layers.SIGHTINGS) == []
+
+
+def test_a_seat_that_may_not_hear_everything_names_what_it_may_not(bench):
+    assert "may not hear" not in streams.streams(bench.insight()).note
+    note = streams.streams(Bench(official=False).insight()).note
+    assert "may not hear" in note
+    assert "player/{player}/bid" in note
+
+
+def test_what_is_closed_has_forgotten_what_it_heard(bench):
+    bench.hearing.close()
+    bench.real += 1.0
+    assert bench.insight().streams == []
+    assert bench.insight().state is None

@@ -1,30 +1,9 @@
-"""The words of the developers' view."""
+"""The words of the drawer."""
 
 from typing import Final
 
-from vrg.ui.developer.choices import Layer, Tab
-
-OVERLAYS: Final = {
-    Layer.SCANS: ("Scans", "^1"),
-    Layer.SENSORS: ("Sensors", "^2"),
-    Layer.SIGHTINGS: ("Sightings", "^3"),
-    Layer.SKETCHES: ("Sketches", "^4"),
-    Layer.MEASURED: ("Measured", "^5"),
-    Layer.TRAILS: ("Trails", "^6"),
-    Layer.NAMES: ("Names", "^7"),
-}
-"""The label of each overlay's switch, and its key."""
-TABS: Final = {
-    Tab.REFEREE: ("Referee", "F2"),
-    Tab.PLAYER: ("Player", "F3"),
-    Tab.STREAMS: ("Streams", "F4"),
-    Tab.PROCESSES: ("Processes", "F5"),
-}
-"""The label of each tab, and its key."""
-
 WAITING: Final = "Waiting for the referee"
-OFFICIAL_SEAT: Final = "An official's seat: it hears everything"
-WINDOW_SEAT: Final = "A window's seat: it may stop everything, but not decide"
+WINDOW_SEAT: Final = "This page has a window's seat: it may stop everything, but not decide."
 NOT_HEARD: Final = "This seat may not hear: {}"
 SUMMARY: Final = "{count} streams, {rate:.0f} messages/s, {bandwidth:.0f} kB/s, {lost} lost"
 
@@ -43,11 +22,10 @@ NO_LEASE: Final = "Every player drives itself."
 LEASE_OF_REFEREE: Final = "{player}: the referee drives it, {v:.1f} m/s and {w:.0f} °/s, until it ends that"
 LEASE_OF_PERSON: Final = "{player}: a person drives it"
 LEASE_UNTIL: Final = "{player}: a person drives it for another {rest:.1f} s"
-CALLS: Final = "CALLS: CLICK ONE TO SEE WHY"
-NO_CALL: Final = "Nothing has been called since this window was opened."
+CALLS: Final = "CALLS"
+NO_CALL: Final = "Nothing has been called since the page was served."
 
 NOBODY_SELECTED: Final = "Click a player in the list or on the field."
 NO_PROCESSES: Final = "No launcher tells of processes."
 NOTHING_HEARD: Final = "Nothing has been heard yet."
 UNKNOWN: Final = "–"
-SELECT_FIRST: Final = "Select a player first."

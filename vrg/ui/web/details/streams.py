@@ -1,12 +1,13 @@
-"""The streams of messages in the developers' view, and which of them are bad."""
+"""The streams of messages, and which of them are bad."""
 
 from collections.abc import Sequence
 from typing import Final
 
 from vrg.bus.topics import Keys, Qos, key_matches
 from vrg.bus.traffic import Stream
-from vrg.ui.developer import words
-from vrg.ui.developer.tables import Cell, Column, Grid, GridRow, Tone
+from vrg.ui.web.details import words
+from vrg.ui.web.details.insight import Insight
+from vrg.ui.web.details.tables import Cell, Grid, GridRow, Tone
 
 SILENT: Final = 1.0
 """The real time in s after which a stream that was regular counts as silent."""
@@ -20,13 +21,7 @@ SHARED_BY_NAME: Final = tuple(Keys.expression(line.path) for line in (Keys.camer
 """The same, of keys with names in them."""
 EVENTS: Final = tuple(Keys.expression(line.path) for line in Keys.lines() if line.qos is Qos.EVENT)
 """The keys whose messages come when something happens, so that silence there is nothing bad."""
-STREAM_COLUMNS: Final = (
-    Column("key", 0.46),
-    Column("Hz", 0.11, right=True),
-    Column("kB/s", 0.11, right=True),
-    Column("age", 0.10, right=True),
-    Column("lost", 0.22, right=True),
-)
+STREAM_COLUMNS: Final = ("key", "Hz", "kB/s", "age", "lost")
 
 
 def health(stream: Stream) -> Tone:
@@ -47,23 +42,13 @@ def has_several_senders(key: str) -> bool:
     return key in SHARED or any(key_matches(expression, key) for expression in SHARED_BY_NAME)
 
 
-def streams(heard: Sequence[Stream], sort: tuple[str, bool] | None) -> Grid:
-    """A row for each stream.
-
-    Args:
-        sort: a heading, and whether downwards; None puts the bad ones first.
-    """
+def streams(insight: Insight) -> Grid:
+    """A row for each stream, the bad ones first."""
     grave = {Tone.ALARM: 0, Tone.CAUTION: 1}
-    ordered = sorted(heard, key=lambda stream: (grave.get(health(stream), 2), stream.key))
-    if sort is not None:
-        values = {
-            "Hz": lambda s: s.rate, "kB/s": lambda s: s.bandwidth, "age": lambda s: s.age,
-            "lost": lambda s: -1 if has_several_senders(s.key) else s.lost,
-        }  # fmt: skip
-        by = values.get(sort[0], lambda s: s.key)
-        # A key is read from A to Z, a number from the highest.
-        ordered = sorted(ordered, key=by, reverse=sort[1] == (sort[0] in values))
-    return Grid(STREAM_COLUMNS, tuple(_stream(stream) for stream in ordered))
+    ordered = sorted(insight.streams, key=lambda stream: (grave.get(health(stream), 2), stream.key))
+    notes = [totals(insight.streams)] if ordered else [words.NOTHING_HEARD]
+    notes += [words.NOT_HEARD.format(", ".join(insight.unheard))] if insight.unheard else []
+    return Grid([_stream(stream) for stream in ordered], STREAM_COLUMNS, "\n".join(notes))
 
 
 def _stream(stream: Stream) -> GridRow:

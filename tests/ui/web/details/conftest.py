@@ -1,0 +1,11 @@
+"""The bench of the details."""
+
+import pytest
+
+from tests.ui.web.details.making import Bench
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """A match that somebody looks into."""
+    return Bench()

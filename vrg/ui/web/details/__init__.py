@@ -1,0 +1,1 @@
+"""What the page's drawer shows to officials: everything about players, referee, streams and processes."""

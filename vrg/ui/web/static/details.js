@@ -1,0 +1,141 @@
+// The drawer of the details: tables and lists about everything, for officials. It asks for them only while it is open.
+import { make, say } from "./panel.js";
+import { WORDS } from "./words.js";
+
+const byId = (id) => document.getElementById(id);
+
+/** The value of a text that begins with a number, or NaN. */
+const number = (text) => parseFloat(text);
+
+/** Whether a column of a table has numbers. */
+const isNumeric = ({ rows }, at) => rows.some(([, cells]) => Number.isFinite(number(cells[at][0])));
+
+/** The rows of a table that have a text, sorted by a column: `sort` is [heading, whether it is turned round], or null.
+ *  Numbers come from the highest, texts from A to Z. */
+export function arranged(table, { filter, sort }) {
+  const wanted = filter.toLowerCase();
+  const found = table.rows.filter(([, cells]) => cells.some(([text]) => text.toLowerCase().includes(wanted)));
+  if (!sort) return found;
+  const at = table.columns.indexOf(sort[0]), sign = isNumeric(table, at) === sort[1] ? 1 : -1;
+  return found.sort(([, a], [, b]) => {
+    const [x, y] = [a[at][0], b[at][0]], apart = number(x) - number(y);
+    return sign * (Number.isFinite(apart) ? apart : x.localeCompare(y, "en", { numeric: true }));
+  });
+}
+
+/** What a click on a heading makes of a sort: by it, then the other way round, then as the server has sorted. */
+export const resorted = (sort, heading) => (sort?.[0] !== heading ? [heading, false] : sort[1] ? null : [heading, true]);
+
+export class Drawer {
+  /** `ask(open, player)` tells the server what is wanted. */
+  constructor(ask) {
+    this.ask = ask;
+    this.open = false;
+    this.selected = "";
+    this.tab = "players";
+    /** What each tab is filtered by and sorted by. */
+    this.views = Object.fromEntries(Object.keys(WORDS.tabs).map((tab) => [tab, { filter: "", sort: null }]));
+    this.layers = new Set(Object.keys(WORDS.layers).filter((layer) => layer !== "sensors"));
+    this.data = null;
+    for (const id of ["more", "disqualify", "reinstate"]) say(id, WORDS[id]);
+    byId("filter").placeholder = WORDS.filter;
+    byId("filter").addEventListener("input", ({ target }) => {
+      this.views[this.tab].filter = target.value;
+      this.show();
+    });
+    byId("table").addEventListener("click", ({ target }) => {
+      const heading = target.dataset.heading, name = target.closest("tr")?.dataset.name, view = this.views[this.tab];
+      if (heading) view.sort = resorted(view.sort, heading);
+      if (heading) this.show();
+      else if (name) this.select(name);
+    });
+    byId("tabs").append(...Object.entries(WORDS.tabs).map(([tab, words]) => {
+      const button = make("button", "", words);
+      button.dataset.tab = tab;
+      button.addEventListener("click", () => this.turn(tab));
+      return button;
+    }));
+    byId("layers").append(...Object.entries(WORDS.layers).map(([layer, words]) => {
+      const box = make("input");
+      box.type = "checkbox";
+      box.checked = this.layers.has(layer);
+      box.addEventListener("change", () => this.layers[box.checked ? "add" : "delete"](layer));
+      return make("label", "", "", box, words);
+    }));
+  }
+
+  /** Open it or close it, and tell the server so. */
+  set(open) {
+    this.open = open;
+    if (!open) this.data = null;
+    byId("details").hidden = !open;
+    document.body.classList.toggle("detailed", open);
+    byId("more").setAttribute("aria-pressed", open);
+    this.ask(open, this.selected);
+    this.show();
+  }
+
+  /** Show a player, wherever it was clicked. */
+  select(player) {
+    this.selected = player;
+    this.turn("player");
+    this.ask(this.open, player);
+  }
+
+  turn(tab) {
+    this.tab = tab;
+    byId("filter").value = this.views[tab].filter;
+    byId("sheet").scrollTop = 0;
+    this.show();
+  }
+
+  take(data) {
+    this.data = this.open ? data : null;
+    this.show();
+  }
+
+  /** What the field shows besides. */
+  get shapes() {
+    return this.data?.layers.filter(({ layer }) => this.layers.has(layer)) ?? [];
+  }
+
+  show() {
+    const { data, tab, selected } = this, table = data?.tabs[tab] ?? { columns: [], rows: [], note: "" }, view = this.views[tab];
+    const known = data?.selected === selected && selected;
+    for (const button of byId("tabs").children) button.setAttribute("aria-pressed", button.dataset.tab === tab);
+    byId("on-player").hidden = tab !== "player";
+    byId("disqualify").disabled = !known || data.out;
+    byId("reinstate").disabled = !known || !data.out;
+    say("details-note", data ? data.note : WORDS.asking);
+    say("sheet-note", table.note);
+    const [head] = fitted(byId("table").tHead, 1, "tr");
+    fitted(head, table.columns.length, "th").forEach((heading, at) => {
+      heading.dataset.heading = table.columns[at];
+      const sign = view.sort?.[0] === table.columns[at] ? (view.sort[1] ? " ▴" : " ▾") : "";
+      write(heading, table.columns[at] + sign, isNumeric(table, at) ? "number" : "");
+    });
+    const rows = arranged(table, view);
+    fitted(byId("table").tBodies[0], rows.length, "tr").forEach((line, index) => {
+      const [name, cells] = rows[index], part = cells.length === 1;
+      line.dataset.name = name;
+      line.className = part ? "part" : name && name === selected ? "own" : "";
+      fitted(line, cells.length, "td").forEach((cell, at) => {
+        const [text, tone] = cells[at];
+        cell.colSpan = part ? 2 : 1;
+        write(cell, text, tone + (head.children.length && Number.isFinite(number(text)) ? " number" : ""));
+      });
+    });
+  }
+}
+
+/** The children of an element, as many as there shall be. What is there stays, so that it can be clicked meanwhile. */
+function fitted(parent, count, tag) {
+  while (parent.children.length > count) parent.lastChild.remove();
+  while (parent.children.length < count) parent.append(make(tag));
+  return [...parent.children];
+}
+
+function write(cell, text, name) {
+  if (cell.textContent !== text) cell.textContent = text;
+  cell.className = name;
+}
