@@ -111,6 +111,7 @@ export class Drawer {
     const [head] = fitted(byId("table").tHead, 1, "tr");
     fitted(head, table.columns.length, "th").forEach((heading, at) => {
       heading.dataset.heading = table.columns[at];
+      heading.title = WORDS.columns[table.columns[at]] ?? "";
       const sign = view.sort?.[0] === table.columns[at] ? (view.sort[1] ? " ▴" : " ▾") : "";
       write(heading, table.columns[at] + sign, isNumeric(table, at) ? "number" : "");
     });
