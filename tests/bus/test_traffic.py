@@ -124,7 +124,6 @@ def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
     assert traffic.look()[0].lost == 1
     traffic.close()
     traffic.close()
-    traffic._looked = -1.0
     assert (traffic.look(), closed) == ([], [True])
 
 

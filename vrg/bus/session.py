@@ -324,7 +324,7 @@ class Collected:
 
     def close(self) -> None:
         """Keep nothing more. It is called once."""
-        self._link.withdraw(self._declare, tuple(self._rings))
+        self._link.withdraw(self._declare, self._rings)  # which a session that comes up meanwhile fills
         self._rings.clear()
 
     def _declare(self, raw: zenoh.Session) -> zenoh.Subscriber[zenoh.handlers.Handler[zenoh.Sample]]:

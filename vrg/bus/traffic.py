@@ -119,6 +119,7 @@ class Traffic:
             self._collected.close()
             self._collected = None
         self._channels.clear()
+        self._streams, self._looked = [], -MIN_COUNT_PERIOD
 
     def take(self) -> None:
         """Take in what has arrived since this was last called. The age of a message begins here."""

@@ -56,7 +56,7 @@ def replay(
     web: Annotated[bool, typer.Option("--web", help="Show it as a page in browsers.")] = False,
     listen: ListenOption = None,
 ) -> None:
-    """Watch a recorded match in a window: pause it, go through it step by step, or from call to call.
+    """Watch a recorded match in a window or in browsers: pause it, go through it step by step, or from call to call.
 
     In the window, ? lists the keys. A match that was played in steps (`--in-process`, `--lockstep`) can also be played
     on from any instant with another strategy for one player: `--at 1:20 --play ann=mine.py:Mine`, or the key F; or by
@@ -64,18 +64,21 @@ def replay(
     --json that prints lines of JSON, and no window is opened; without --play and --set it prints what was recorded as
     one object.
     """
+    in_browsers = web or listen is not None
+    if as_json + in_three + in_browsers > 1 and not (in_three and listen):
+        raise LaunchError("expected one of --json, --3d and --web, got more than one")
     folder, setup = ended_run(run, runs)
     if play or settings:
         if at is None:
             raise LaunchError("--play, --set: expected --at too, such as `--at 1:20 --play ann=mine.py:Mine`")
         folder = _take_up(folder, at, play or [], settings or [], runs, sandbox=sandbox, as_json=as_json)
-        if as_json or not has_display():
+        if as_json or not (in_three or in_browsers or has_display()):
             return
     need_recording(folder)
     if as_json:
         typer.echo(json.dumps(_told(folder, setup)))
         return
-    if in_three or web or listen is not None:
+    if in_three or in_browsers:
         from vrg.runs.replay import read_for_window
 
         taken = read_for_window(folder, setup)

@@ -66,7 +66,7 @@ def by_player(setup: MatchSetup, wanted: Mapping[str, str], what: str = "players
     names = [player.name for player in setup.players]
     teams = list(dict.fromkeys(player.team for player in setup.players))
     for name, strategy in wanted.items():
-        if not isinstance(strategy, str):
+        if not isinstance(name, str) or not isinstance(strategy, str):
             raise ConfigError(
                 [f"{what}.{name}: expected the name of a strategy, or of a file with one, got {strategy!r}"]
             )

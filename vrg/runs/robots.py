@@ -1,5 +1,6 @@
 """The findings of a run about the robots that the fusion centre located, and what follows from them."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from vrg.recording.reader import Drive, drives_of
 from vrg.recording.recorded import read_recorded
 from vrg.runs.keeping import FILES
 from vrg.runs.run_folder import RunFolder
-from vrg.toml_text import with_value
+from vrg.toml_text import quoted, with_value
 
 
 def read_learned(folder: RunFolder) -> dict[str, Any]:
@@ -99,8 +100,8 @@ def fitted_match(setup: MatchSetup, found: dict[str, Findings], run: RunFolder) 
         text = read_text(run.match_file)
     except (OSError, FileError) as error:
         raise LaunchError(f"{run.match_file}: cannot be read: {error}") from None
-    for quote in "\"'":
-        text = text.replace(f"{quote}{FILES}/", f"{quote}{run.path.resolve().as_posix()}/{FILES}/")
+    place = run.path.resolve().as_posix()
+    text = re.sub(rf"""(["']){FILES}/[^"'\n]*\1""", lambda found: quoted(f"{place}/{found[0][1:-1]}"), text)
     for player in setup.players:
         if (one := found.get(player.name)) is not None and (new := one.motion(player.robot)):
             text = with_value(text, ("players", player.number, "motion"), {**player.motion, **new})

@@ -68,3 +68,12 @@ def test_old_calls_are_forgotten_and_nobody_gets_one_twice(gallery):
     assert news(gallery, seen)[0][0]["calls"] == list(range(50, CALLS_KEPT + 50))
     gallery.put({}, ['"last"'])
     assert news(gallery, late_seen)[0][0]["calls"] == ["last"]
+
+
+def test_a_private_part_that_nobody_wants_any_more_is_forgotten_and_a_new_one_is_new(gallery):
+    gallery.put({"details/ann": "old"})
+    _, seen = gallery.since(Delivered(), "details/ann")
+    gallery.forget({"bob"})
+    assert "old" not in gallery.since(Delivered(), "details/ann")[0]
+    gallery.put({"details/ann": "new"})
+    assert "new" in gallery.since(seen, "details/ann")[0]

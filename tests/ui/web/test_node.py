@@ -272,7 +272,7 @@ def test_without_an_officials_seat_it_stops_everything_and_decides_nothing(keys,
     assert "no official's seat" in audience.told[0][1]
 
 
-def test_details_are_drawn_up_twice_a_second_for_those_that_are_wanted_and_only_while_they_are(node, match, audience):
+def test_details_are_drawn_up_now_and_then_for_those_that_are_wanted_and_only_while_they_are(node, match, audience):
     def ticks(first: int, count: int) -> list[str]:
         """The details in the frames of so many ticks."""
         del audience.frames[:]
@@ -283,7 +283,10 @@ def test_details_are_drawn_up_twice_a_second_for_those_that_are_wanted_and_only_
     assert ticks(0, 50) == []
     audience.inspected = frozenset({"", "nemo", "nobody"})
     found = ticks(50, 250)
-    assert set(found) == {"details/", "details/nemo"}, "nobody is no player"
+    assert set(found) == {"details/", "details/nemo", "details/nobody"}
+    assert audience.frames[0].keys() & set(found) == set(), "until then nothing has been heard"
+    [unknown] = [frame["details/nobody"] for frame in audience.frames if "details/nobody" in frame][-1:]
+    assert unknown["selected"] == "", "nobody is no player"
     assert 16 <= found.count("details/nemo") <= 20, "in 10 s"
     [shown] = [frame["details/nemo"] for frame in audience.frames if "details/nemo" in frame][-1:]
     assert shown["selected"] == "nemo"

@@ -301,11 +301,18 @@ class TestDetails:
         bench.scan("robot1")
         bench.ticks(2)
         scene, names = bench.insight().scene, ("", "robot1", "robot2")
-        shown = {f"{PRIVATE}{name}": parts.encode(details(bench.insight(name))) for name in names}
-        server.show(parts.parts(scene) | shown)
+        self.details = {f"{PRIVATE}{name}": parts.encode(details(bench.insight(name))) for name in names}
+        server.show(parts.parts(scene))
         page = visit("official&details")
+        self.show(page, server, "")
         page.wait("vrg.drawer.data && vrg.field.plates.length === 3")
         return page
+
+    def show(self, page: Visitor, server: WebServer, selected: str) -> None:
+        """Show the details once a drawer wants those of a player; before, they are for nobody."""
+        while selected not in server.inspected:
+            page.page.wait_for_timeout(20)
+        server.show(self.details)
 
     def names(self, page: Visitor) -> list[str]:
         """What stands in the first column."""
@@ -339,6 +346,7 @@ class TestDetails:
         assert official.page.locator("#on-player").is_hidden()
         x, y = official.page.evaluate("({ x, y } = vrg.field.robots[0].circle, [x, y])")
         official.page.mouse.click(x, y)
+        self.show(official, server, "robot1")
         official.wait("vrg.drawer.data?.selected === 'robot1'")
         assert "Search/Turn" in official.text("#table")
         official.wait("vrg.drawer.shapes.some(({ layer }) => layer === 'scans')")
@@ -352,6 +360,7 @@ class TestDetails:
         assert [(d.what, d.player) for d in decisions] == [(PageButton.DISQUALIFY, "robot1")]
         official.page.click("[data-tab=players]")
         official.page.click("#table td:text('robot2')")
+        self.show(official, server, "robot2")
         official.wait("vrg.drawer.data?.selected === 'robot2'")
 
     def test_it_asks_for_nothing_while_it_is_closed_and_others_have_none(self, official, visit, server):

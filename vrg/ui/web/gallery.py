@@ -4,7 +4,7 @@ The parts, such as `frame`, replace each other: a viewer that is slow misses som
 list, and no viewer misses any. A part whose name begins with PRIVATE goes to those alone who have asked for it.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
@@ -30,6 +30,7 @@ class Gallery:
         self._versions: dict[str, int] = {}
         self._calls: list[str] = []
         self._forgotten = 0
+        self._count = 0
         self._joined: tuple[tuple[object, ...], str] = ((), "")
 
     def put(self, parts: Mapping[str, str], calls: Sequence[str] = ()) -> None:
@@ -37,11 +38,22 @@ class Gallery:
         for name, text in parts.items():
             if self._texts.get(name) != text:
                 self._texts[name] = text
-                self._versions[name] = self._versions.get(name, 0) + 1
+                self._count += 1
+                self._versions[name] = self._count
         self._calls += calls
         if (excess := len(self._calls) - CALLS_KEPT) > 0:
             del self._calls[:excess]
             self._forgotten += excess
+
+    def forget(self, wanted: Collection[str]) -> None:
+        """Forget the private parts that nobody wants: what is old by then is not shown to those who ask again.
+
+        Args:
+            wanted: their names behind PRIVATE.
+        """
+        for name in [name for name in self._texts if name.startswith(PRIVATE)]:
+            if name.removeprefix(PRIVATE) not in wanted:
+                del self._texts[name], self._versions[name]
 
     def since(self, seen: Delivered, private: str | None = None) -> tuple[str, Delivered]:
         """Return the news for a viewer, as a list of JSON without its brackets, and the viewer's next state.

@@ -32,7 +32,9 @@ LET_GO: Final = "You do not drive {} now: let go of the controls once, and then 
 ANSWERS_AWAITED: Final = 200
 """The limit of decisions that are remembered until the referee answers them."""
 DETAILS_EVERY: Final = 15
-"""The details are drawn up with every so many frames: twice a second at most."""
+"""The details are drawn up with every so many frames, and at once for a player that is newly selected."""
+LISTENING: Final = 3
+"""The frames between the first drawer that is opened and the details: until then little has been heard."""
 NO_OFFICIAL: Final = "This page has no official's seat: it may stop everything, but not decide."
 NO_PLAYER: Final = "Select a player first."
 _OFFICIAL: Final = {
@@ -173,10 +175,13 @@ class WebNode(Node):
         """The details that are wanted, if it is time for them."""
         wanted, before = self._audience.inspected, self._inspected
         self._inspected, self._frames = wanted, self._frames + 1
-        if wanted == before and self._frames % DETAILS_EVERY:
+        if wanted and not before:
+            self._frames = -LISTENING
+        if self._frames < 0 or (wanted == before and self._frames % DETAILS_EVERY):
             return {}
-        names = wanted & {"", *(player.name for player in self._scene.players)}
-        insights = {name: self._hearing.insight(now, self._scene, name) for name in names}
+        players = {player.name for player in self._scene.players}
+        # A player may be selected that another match had.
+        insights = {n: self._hearing.insight(now, self._scene, n if n in players else "") for n in wanted}
         return {f"{PRIVATE}{name}": parts.encode(details(insight)) for name, insight in insights.items()}
 
     def _answer(self, call: Call) -> None:

@@ -129,6 +129,7 @@ class WebServer(Site):
 
     def _put(self, parts: Mapping[str, str], calls: Sequence[str]) -> None:
         self._gallery.put(parts, calls)
+        self._gallery.forget(self._inspected)
         for guest in self._guests.values():
             guest.news.set()
 
@@ -320,6 +321,7 @@ class WebServer(Site):
 
     def _look_at_drawers(self) -> None:
         self._inspected = frozenset(g.inspects for g in self._guests.values() if g.inspects is not None)
+        self._gallery.forget(self._inspected)
 
     def _leave_seat(self, role: VisitorRole) -> None:
         if role.kind is VisitorKind.SEAT:

@@ -7,6 +7,7 @@ from vrg.bus import messages as m
 from vrg.bus.messages.process import ProcessState
 from vrg.bus.traffic import Stream
 from vrg.hal.sensors.laser import LaserSpec
+from vrg.hal.sensors.touch import Touch, TouchSpec
 from vrg.types import Pose, Twist
 from vrg.ui.web.details import layers, player, referee, streams, tables
 from vrg.ui.web.details.insight import Insight
@@ -94,6 +95,21 @@ def test_the_details_of_a_player_tell_poses_streams_process_and_radio(bench):
     assert found["process"] == "running, 50% of a core, 10 ticks/s, 3 missed"
     assert "Hz" in found["laser/front"]
     assert "Click a player" in player.player(bench.insight()).note
+
+
+def test_a_player_with_the_name_of_a_key_of_the_referees_has_its_own_streams_alone():
+    bench = Bench()
+    bench.names[0] = "state"
+    bench.ticks(10)
+    labels = [row.cells[0].text for row in player.player(bench.insight("state")).rows]
+    assert "report" in labels
+    assert not any("referee" in label for label in labels)
+
+
+def test_a_ring_without_bumpers_draws_nothing(bench):
+    bench.tell(KEYS.sensor(Touch, "robot1", TouchSpec(count=8).name), Touch(pressed=()))
+    bench.tick()
+    assert not layers.shapes(bench.insight("robot1"))
 
 
 def test_what_came_under_a_wrong_key_is_an_alarm():

@@ -62,7 +62,7 @@ def _reading(reading: Reading, colour: Rgb) -> Iterator[Shape]:
                     places = [compose(reading.pose, Pose(x, y, 0.0)) for x, y in cones.outline(number, _ARC)]
                     yield _shape(SENSORS, LINE, [(place.x, place.y) for place in places[1:]], colour)
         case Ticks() as ticks:
-            radius, step = _AROUND * circumradius(reading.robot.size), math.tau / len(ticks.on)
+            radius, step = _AROUND * circumradius(reading.robot.size), math.tau / max(1, len(ticks.on))
             for number in (number for number, on in enumerate(ticks.on) if on):
                 bearings = [reading.pose.theta + step * (number + 0.7 * (k / (_ARC - 1) - 0.5)) for k in range(_ARC)]
                 x, y = reading.pose.x, reading.pose.y

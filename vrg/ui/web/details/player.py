@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator
 
 from vrg.bus.names import chunk_of
-from vrg.bus.topics import key_matches
 from vrg.types import Pose, Twist
 from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.scene import ScenePlayer, speed_text
@@ -18,7 +17,7 @@ def player(insight: Insight) -> Grid:
     """All that is known of the selected player, each with a label."""
     name = insight.selected
     state = None if insight.state is None else insight.state.player(name)
-    shown = next((p for p in insight.scene.players if p.name == name), None)
+    shown = insight.scene.player(name)
     if state is None or shown is None:
         return Grid([], note=words.NOBODY_SELECTED)
     head = heading(f"{name}: {state.role} of {state.team}, {state.state}")
@@ -70,8 +69,9 @@ def _heard_of(insight: Insight, name: str) -> Iterator[GridRow]:
         if row.status.name == name:
             pulse = "" if row.pulse is None else f", {row.pulse.frequency:.0f} ticks/s, {row.pulse.missed} missed"
             yield item(f"{row.status.state.value}, {row.status.cpu:.0%} of a core{pulse}", label="process")
+    own = tuple(f"{what}/{chunk_of(name)}/" for what in ("robot", "player"))
     for stream in insight.streams:
-        if key_matches(f"*/{chunk_of(name)}/**", stream.key):
+        if stream.key.startswith(own):
             text = f"{stream.rate:.1f} Hz, {stream.age:.1f} s old"
             if stream.key in insight.words:
                 text += f": {insight.words[stream.key]}"

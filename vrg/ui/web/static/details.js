@@ -4,11 +4,14 @@ import { WORDS } from "./words.js";
 
 const byId = (id) => document.getElementById(id);
 
-/** The value of a text that begins with a number, or NaN. */
-const number = (text) => parseFloat(text);
+/** The value of a number such as 12, 0.5 or 7%, also with words behind it, or NaN for another text. */
+const number = (text) => (/^[+-]?[\d.]+%?( |$)/.test(text) ? parseFloat(text) : NaN);
 
-/** Whether a column of a table has numbers. */
-const isNumeric = ({ rows }, at) => rows.some(([, cells]) => Number.isFinite(number(cells[at][0])));
+/** Whether a column of a table has numbers, and no other text with a digit. */
+const isNumeric = ({ rows }, at) => {
+  const digits = rows.map(([, cells]) => cells[at][0]).filter((text) => /\d/.test(text));
+  return digits.length > 0 && digits.every((text) => Number.isFinite(number(text)));
+};
 
 /** The rows of a table that have a text, sorted by a column: `sort` is [heading, whether it is turned round], or null.
  *  Numbers come from the highest, texts from A to Z. */
@@ -18,7 +21,7 @@ export function arranged(table, { filter, sort }) {
   if (!sort) return found;
   const at = table.columns.indexOf(sort[0]), sign = isNumeric(table, at) === sort[1] ? 1 : -1;
   return found.sort(([, a], [, b]) => {
-    const [x, y] = [a[at][0], b[at][0]], apart = number(x) - number(y);
+    const [x, y] = [a[at][0], b[at][0]], apart = isNumeric(table, at) ? number(x) - number(y) : NaN;
     return sign * (Number.isFinite(apart) ? apart : x.localeCompare(y, "en", { numeric: true }));
   });
 }
@@ -67,7 +70,7 @@ export class Drawer {
   /** Open it or close it, and tell the server so. */
   set(open) {
     this.open = open;
-    if (!open) this.data = null;
+    this.data = null; // the link may lead to another match by now
     byId("details").hidden = !open;
     document.body.classList.toggle("detailed", open);
     byId("more").setAttribute("aria-pressed", open);

@@ -32,10 +32,11 @@ const tab = [...crypto.getRandomValues(new Uint8Array(12))].map((byte) => byte.t
 function takeToken() {
   const [found, ...more] = location.hash.slice(1).split("&");
   if (found) {
-    detailed = more.includes("details");
     sessionStorage.setItem("token", found);
+    sessionStorage.setItem("detailed", more.includes("details") ? "yes" : "");
     history.replaceState(null, "", location.pathname);
   }
+  detailed = sessionStorage.getItem("detailed") === "yes";
   return sessionStorage.getItem("token") ?? "";
 }
 

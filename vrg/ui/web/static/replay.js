@@ -13,7 +13,7 @@ const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
 const panel = new Panel();
 const replay = { time: 0, begin: 0, end: 0, speed: 1, playing: false, marks: [] };
-let have = [], asked = null, lost = false, named = 0;
+let have = [], asked = null, heard = 0, lost = false, named = 0;
 
 const make = (tag, props) => Object.assign(document.createElement(tag), props);
 const button = (words, about, act) => {
@@ -82,6 +82,21 @@ function showPlans() {
 }
 byId("plans").addEventListener("click", showPlans);
 
+/** What the server answers to a question, or null if it does not. */
+async function got(question) {
+  let answer = null;
+  try {
+    const response = await fetch(question);
+    if (response.ok) answer = await response.json();
+  } catch {
+    // The server is gone, or not reached.
+  }
+  lost = answer === null;
+  return answer;
+}
+
+const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
 /** Ask for the instant that is to be shown, again and again. */
 async function follow() {
   let before = performance.now();
@@ -94,17 +109,15 @@ async function follow() {
     before = now;
     const rate = replay.playing ? replay.speed : 1, question = `at?t=${replay.time.toFixed(2)}&rate=${rate}`;
     let pause = FRAME;
-    if (question !== asked) {
-      try {
-        const answer = await fetch(`${question}&have=${have.join(",")}`);
-        if (!answer.ok) throw new Error(await answer.text());
-        hear(await answer.json());
-        [asked, lost] = [question, false];
-      } catch {
-        [asked, lost, pause] = [null, true, AGAIN];
-      }
+    // Of an instant that stands it is asked again now and then, to find out whether the page is still served.
+    if (question !== asked || now - heard > AGAIN) {
+      const messages = await got(`${question}&have=${have.join(",")}`);
+      if (messages) {
+        hear(messages);
+        [asked, heard] = [question, now];
+      } else pause = AGAIN;
     }
-    await new Promise((resolve) => setTimeout(resolve, Math.max(0, pause - (performance.now() - now))));
+    await sleep(Math.max(0, pause - (performance.now() - now)));
   }
 }
 
@@ -122,7 +135,7 @@ function draw() {
   field.draw(match, performance.now() / 1000, "");
   toggle.textContent = replay.playing ? "❚❚" : "▶";
   toggle.title = replay.playing ? REPLAY.pause : REPLAY.play;
-  if (document.activeElement !== slider || replay.playing) slider.value = replay.time;
+  slider.value = replay.time;
   say("link-words", lost ? REPLAY.lost : REPLAY.recorded(match.name));
   byId("lamp").className = lost ? "lost" : "good";
   const now = performance.now(), hash = `#t=${replay.time.toFixed(1)}`;
@@ -134,7 +147,8 @@ function draw() {
 }
 
 async function begin() {
-  const about = await (await fetch("match")).json();
+  let about = null;
+  while (!(about = await got("match"))) await sleep(AGAIN);
   match.take(about, 0);
   Object.assign(replay, { begin: about.begin, end: about.end, marks: about.marks, playing: wanted() === null });
   [slider.min, slider.max] = [about.begin, about.end];
