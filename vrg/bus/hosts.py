@@ -28,6 +28,11 @@ def check_host(text: str) -> str:
     return host
 
 
+def netloc(host: str, port: int) -> str:
+    """A host and a port as links and endpoints have them, such as `10.0.0.1:7447` or `[::1]:7447` (RFC 3986)."""
+    return f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
+
+
 def host_of(endpoint: str) -> str:
     """The address or name of the machine of an endpoint, such as `10.0.0.1` of `tcp/10.0.0.1:7447`."""
     return endpoint.partition("/")[2].rpartition(":")[0].strip("[]")

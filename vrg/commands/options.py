@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from vrg.bus.hosts import netloc
 from vrg.bus.messages import REASON_LENGTH
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.errors import ConfigError, LaunchError
@@ -271,7 +272,7 @@ def listening_address(typed: str | None, usual: int, what: str) -> str:
     """The address and a free port, as `HOST:PORT`; see `web_address` and `port_at`."""
     host, port = web_address(typed)
     found = port_at(host, port, usual, what)
-    return f"[{host}]:{found}" if ":" in host else f"{host}:{found}"
+    return netloc(host, found)
 
 
 def write_text(file: Path, text: str | bytes, *, named: bool = True) -> None:

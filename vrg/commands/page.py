@@ -16,6 +16,7 @@ import typer
 from rich.console import Console
 
 from vrg.bus.credentials import is_official
+from vrg.bus.hosts import netloc
 from vrg.bus.seats import Seat, SeatKind
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
@@ -149,8 +150,7 @@ def serve_replay(timeline: "Timeline", match: str, since: float | None, listen: 
     with stoppable() as stop:
         site.start()
         for address in reached_at(host):
-            named = f"[{address}]" if ":" in address else address
-            typer.echo(f"recorded match: http://{named}:{found}/{'' if since is None else f'#t={since:g}'}")
+            typer.echo(f"recorded match: http://{netloc(address, found)}/{'' if since is None else f'#t={since:g}'}")
         typer.echo("(Ctrl-C ends it)")
         try:
             while not stop.wait(CHECKED_EVERY):

@@ -4,6 +4,7 @@ import socket
 from collections.abc import Sequence
 from typing import Any
 
+from vrg.bus.hosts import netloc
 from vrg.bus.session import DEFAULT_ENDPOINT
 
 
@@ -50,7 +51,7 @@ def free_endpoint(host: str | None = None, *, secure: bool = False, usual: bool 
         except OSError as error:
             problem = error
         else:
-            return f"{'tls' if secure else 'tcp'}/{f'[{wanted}]' if ':' in wanted else wanted}:{found}"
+            return f"{'tls' if secure else 'tcp'}/{netloc(wanted, found)}"
     raise OSError(f"no free port at {wanted}: {problem}")
 
 

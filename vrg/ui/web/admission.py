@@ -13,6 +13,8 @@ from tempfile import NamedTemporaryFile
 
 import msgspec
 
+from vrg.bus.hosts import netloc
+
 TOKEN_BYTES = 16
 """The number of random bytes in a token."""
 DEFAULT_HOST = "127.0.0.1"
@@ -87,7 +89,7 @@ class Admission:
             address: of this machine, as browsers reach it.
         """
         scheme = "https" if self.certificate else "http"
-        base = f"{scheme}://{f'[{address}]' if ':' in address else address}:{self.port}/"
+        base = f"{scheme}://{netloc(address, self.port)}/"
         official = [(OFFICIAL, f"{base}#{self.official}")] if self.official else []
         seats = [(VisitorRole(VisitorKind.SEAT, name), f"{base}#{token}") for name, token in self.seats.items()]
         return [(VIEWER, base), *official, *seats]
