@@ -64,6 +64,12 @@ def read_recorded(path: Path | Sequence[Path]) -> RecordedMatch:
         MessageError: it is not a recording of this release.
     """
     match, numbers = RecordedMatch(), set[int]()
+    by_name: dict[type[m.Message], dict[str, Timed[Any]]] = {
+        m.Sketch: match.sketches, m.Sightings: match.sightings, m.Motion: match.motions, m.MeasuredPose: match.measured,
+    }  # fmt: skip
+    plain: dict[type[m.Message], Timed[Any]] = {
+        m.Clock: match.clocks, m.RefereeState: match.states, m.Estop: match.estops, m.EstopRelease: match.estops,
+    }  # fmt: skip
     for topic, stamp, message in messages_in(path, match.torn):
         match message:
             case m.Poses():
@@ -78,24 +84,13 @@ def read_recorded(path: Path | Sequence[Path]) -> RecordedMatch:
                 match.reports.setdefault(name, []).append((stamp, message))
                 if message.command is not None:
                     match.commands.setdefault(name, []).append((stamp, message.command))
-            case _ if (entries := _entries(match, message, topic)) is not None:
+            case _ if (named := by_name.get(type(message))) is not None:
+                named.setdefault(name_of(topic.split("/")[2]), []).append((stamp, message))
+            case _ if (entries := plain.get(type(message))) is not None:
                 entries.append((stamp, message))
     for entries in (*_happened(match), *_published(match)):
         entries.sort(key=lambda entry: entry[0])
     return match
-
-
-def _entries(match: RecordedMatch, message: m.Message, topic: str) -> Timed[Any] | None:
-    """Where a message belongs; None for one that nobody reads."""
-    by_name: dict[type[m.Message], dict[str, Timed[Any]]] = {
-        m.Sketch: match.sketches, m.Sightings: match.sightings, m.Motion: match.motions, m.MeasuredPose: match.measured,
-    }  # fmt: skip
-    if (named := by_name.get(type(message))) is not None:
-        return named.setdefault(name_of(topic.split("/")[2]), [])
-    plain: dict[type[m.Message], Timed[Any]] = {
-        m.Clock: match.clocks, m.RefereeState: match.states, m.Estop: match.estops, m.EstopRelease: match.estops,
-    }  # fmt: skip
-    return plain.get(type(message))
 
 
 def _take_poses(match: RecordedMatch, poses: m.Poses, stamp: float) -> None:
