@@ -179,9 +179,8 @@ class WebNode(Node):
             self._frames = -LISTENING
         if self._frames < 0 or (wanted == before and self._frames % DETAILS_EVERY):
             return {}
-        players = {player.name for player in self._scene.players}
         # A player may be selected that another match had.
-        insights = {n: self._hearing.insight(now, self._scene, n if n in players else "") for n in wanted}
+        insights = {n: self._hearing.insight(now, self._scene, n if self._scene.player(n) else "") for n in wanted}
         return {f"{PRIVATE}{name}": parts.encode(details(insight)) for name, insight in insights.items()}
 
     def _answer(self, call: Call) -> None:

@@ -45,14 +45,14 @@ def has_several_senders(key: str) -> bool:
 def streams(insight: Insight) -> Grid:
     """A row for each stream, the bad ones first."""
     grave = {Tone.ALARM: 0, Tone.CAUTION: 1}
-    ordered = sorted(insight.streams, key=lambda stream: (grave.get(health(stream), 2), stream.key))
+    tones = {stream.key: health(stream) for stream in insight.streams}
+    ordered = sorted(insight.streams, key=lambda stream: (grave.get(tones[stream.key], 2), stream.key))
     notes = [totals(insight.streams)] if ordered else [words.NOTHING_HEARD]
     notes += [words.NOT_HEARD.format(", ".join(insight.unheard))] if insight.unheard else []
-    return Grid([_stream(stream) for stream in ordered], STREAM_COLUMNS, "\n".join(notes))
+    return Grid([_stream(stream, tones[stream.key]) for stream in ordered], STREAM_COLUMNS, "\n".join(notes))
 
 
-def _stream(stream: Stream) -> GridRow:
-    tone = health(stream)
+def _stream(stream: Stream, tone: Tone) -> GridRow:
     lost = words.UNKNOWN if has_several_senders(stream.key) else str(stream.lost)
     return GridRow(
         "",

@@ -19,9 +19,9 @@ export function arranged(table, { filter, sort }) {
   const wanted = filter.toLowerCase();
   const found = table.rows.filter(([, cells]) => cells.some(([text]) => text.toLowerCase().includes(wanted)));
   if (!sort) return found;
-  const at = table.columns.indexOf(sort[0]), sign = isNumeric(table, at) === sort[1] ? 1 : -1;
+  const at = table.columns.indexOf(sort[0]), numeric = isNumeric(table, at), sign = numeric === sort[1] ? 1 : -1;
   return found.sort(([, a], [, b]) => {
-    const [x, y] = [a[at][0], b[at][0]], apart = isNumeric(table, at) ? number(x) - number(y) : NaN;
+    const [x, y] = [a[at][0], b[at][0]], apart = numeric ? number(x) - number(y) : NaN;
     return sign * (Number.isFinite(apart) ? apart : x.localeCompare(y, "en", { numeric: true }));
   });
 }

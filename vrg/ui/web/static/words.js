@@ -47,7 +47,6 @@ export const WORDS = {
   /** What the headings of tables mean where that is not plain. Rates and ages are in real time. */
   columns: {
     age: "s since the newest message", Hz: "messages a second", lost: "messages that were lost since this was opened",
-    bad: "what was no message", misrouted: "messages that came under this key by mistake",
     "ticks/s": "ticks a second of its own loop", missed: "ticks that were left out, as one before took too long",
     refused: "messages refused because they came under a wrong key", ms: "how late it hears the match clock",
     ppm: "how much faster its own clock runs", "driven by": "who drives it: its program, a person, the referee, or no one as it may not move",
