@@ -36,40 +36,18 @@ ONLY_IN = {
     "gymnasium": ("learning/environment.py", "learning/single.py", "learning/batch/vector.py"),
 }
 """Libraries, and the only room that imports each."""
-SHELLS = ("ui", "config", "launch", "playing", "runs", "evaluation", "learning", "commands", "recording")
+UPPER = ("ui", "config", "launch", "playing", "runs", "evaluation", "learning", "commands")
+SHELLS = (*UPPER, "recording")
 MAY_NOT = {
     "bus": ("hal", "localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "hal": ("localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "localisation": ("navigation", "agents", "coordinator", "games", *SHELLS),
-    "ros": (
-        "navigation",
-        "agents",
-        "coordinator",
-        "ui",
-        "config",
-        "launch",
-        "playing",
-        "runs",
-        "evaluation",
-        "learning",
-        "commands",
-    ),
+    "ros": ("navigation", "agents", "coordinator", *UPPER),
     "fitting": ("navigation", "agents", "coordinator", "games", *SHELLS),
     "navigation": ("bus", "hal", "agents", "coordinator", "games", *SHELLS),
     "agents": ("coordinator", "games", *SHELLS),
     "coordinator": ("agents", "games", *SHELLS),
-    "recording": (
-        "agents",
-        "coordinator",
-        "ui",
-        "config",
-        "launch",
-        "playing",
-        "runs",
-        "evaluation",
-        "learning",
-        "commands",
-    ),
+    "recording": ("agents", "coordinator", *UPPER),
     "games": SHELLS,
     "ui": ("agents", "config", "launch", "playing", "runs", "evaluation", "learning", "commands"),
     "config": ("agents", "ui", "launch", "playing", "runs", "evaluation", "learning", "commands"),

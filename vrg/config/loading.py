@@ -136,7 +136,7 @@ def check_match(
     if setup is None or checker.problems:
         typed = {(field,) for field, value in overrides.items() if value is not None}
         apart = [problem for problem in checker.problems if problem.path in typed]  # they are not in the file
-        in_file = (checker.numbered(problem) for problem in checker.problems if problem not in apart)
+        in_file = (checker.numbered(problem) for problem in checker.problems if problem.path not in typed)
         raise ConfigError([*apart, *located(in_file, path, original)])
     return setup
 
