@@ -95,30 +95,40 @@ def test_f_asks_and_the_match_that_comes_of_it_is_shown_from_that_instant(window
     assert brancher.begun == [(time, "bob", "shy")]
     brancher.said = ["10 s of match time are played"]
     window.frame(0.0)
-    card = window._overlay.card
+    card = window.card
     assert card is not None
     assert card.lines == ("10 s of match time are played",)
     brancher.said = [Taken(window._timeline, "Bob wins.", lambda number: Proof(f"Call {number}", ()))]
     window.frame(0.0)
-    assert window._overlay.card is None
+    assert window.card is None
     assert window.note == "Bob wins."
     assert window.playback.time == pytest.approx(time)
     assert window.playback.playing
 
 
+def test_enter_that_is_held_takes_one_name_alone(window: ReplayWindow, brancher: Made) -> None:
+    press(window, pygame.K_f)
+    for _ in range(5):
+        pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_RETURN, mod=0, unicode=""))
+    window.frame(0.0)
+    assert brancher.begun == []
+    assert window.card is not None
+    assert "ann plays by which strategy?" in window.card.heading
+
+
 def test_escape_breaks_off(window: ReplayWindow, brancher: Made) -> None:
     press(window, pygame.K_f, pygame.K_ESCAPE)
-    assert window._overlay.card is None
+    assert window.card is None
     press(window, pygame.K_f, pygame.K_RETURN, pygame.K_RETURN)
     assert brancher.busy
     press(window, pygame.K_ESCAPE)
     assert not brancher.busy
-    assert window._overlay.card is None
+    assert window.card is None
 
 
 def test_a_match_that_cannot_be_taken_up_says_why(window: ReplayWindow, brancher: Made) -> None:
     brancher.cannot = "expected a match that was played in one process"
     press(window, pygame.K_f)
-    card = window._overlay.card
+    card = window.card
     assert card is not None
     assert card.lines == (brancher.cannot,)

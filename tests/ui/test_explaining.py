@@ -123,8 +123,9 @@ def test_a_click_on_a_call_in_the_window_asks_why_and_another_click_closes_the_c
     try:
         for tick in range(400):
             match.step(window, tick / 10, tick)
-        area, call = window._panel._shown[0]
-        assert window._panel.call_at((area.left - 1, area.centery)) is None
+        assert window.panel is not None
+        area, call = window.panel._shown[0]
+        assert window.panel.call_at((area.left - 1, area.centery)) is None
         before = pygame.image.tobytes(pygame.display.get_surface(), "RGB")
         click(area.center)
         match.step(window, 40.0, 400)

@@ -10,7 +10,7 @@ from tests.ui.pictures import close_to, colours_near, content
 from vrg.games import game_of
 from vrg.recording.recorded import read_recorded
 from vrg.ui.acts import Act
-from vrg.ui.replay import KEYS, MOVES, ReplayWindow, show
+from vrg.ui.replay import MOVES, ReplayWindow, show
 from vrg.ui.text import Fonts
 from vrg.ui.timeline import Timeline
 
@@ -228,9 +228,11 @@ def test_a_mouse_that_leaves_the_window_points_at_nothing(window):
     assert picture_of(window) == before
 
 
-def test_all_keys_are_listed():
-    listed = {meaning for _, meaning in KEYS}
-    assert {act.value[1] for act in (*MOVES, Act.BRANCH, Act.WHY, Act.PICTURE, Act.CLOSE)} <= listed
+def test_all_keys_are_listed(window):
+    press(window, "?")
+    acts = {act.value for act in (*MOVES, Act.BRANCH, Act.WHY, Act.PLANS, Act.LEAVE, Act.PICTURE, Act.CLOSE)}
+    assert acts | {("ARROWS", "5 s on or back, speed")} <= set(window.listed)
+    assert "SPACE" not in dict(window.listed), "it stops nothing here"
 
 
 @pytest.mark.parametrize("how", ["key", "button"])

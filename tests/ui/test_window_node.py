@@ -20,14 +20,14 @@ from vrg.bus.pacing import LEASE, LONGEST, lease
 from vrg.bus.topics import Keys
 from vrg.hal.sensors.ins import Ins
 from vrg.ui import acts
-from vrg.ui.acts import Act
+from vrg.ui.acts import Act, Press
 from vrg.ui.banner import banners
 from vrg.ui.commander.node import Commander
 from vrg.ui.driving import SILENCE, SLOW
 from vrg.ui.hud.node import Hud
 from vrg.ui.pads import connected
-from vrg.ui.replay import KEYS as REPLAY_KEYS
-from vrg.ui.spectator import Spectator
+from vrg.ui.replay import ReplayWindow
+from vrg.ui.spectator import REFUSED, Spectator
 from vrg.ui.window import SIZE, fitting
 from vrg.ui.window_node import NOT_SENT, OVER, WindowNode
 
@@ -166,7 +166,9 @@ def test_of_a_match_that_has_ended_a_window_takes_in_nothing_more(bench: Bench, 
     bench.number = 500
     assert bench.down(pygame.K_SPACE) == [], "nobody would hear it"
     assert node.notice == OVER
+    bench.up(pygame.K_m)
     assert bench.down(pygame.K_m) == []
+    assert node.driving.player is None, "nobody is driven any more"
     assert node.scene.left
     assert node.scene.time == pytest.approx(seen)
     assert "NO CLOCK" not in [banner.heading for banner in banners(node.scene)]
@@ -364,9 +366,31 @@ def test_question_mark_lists_the_keys_that_the_window_answers_to(bench: Bench) -
     assert bench.node.listed == []
     pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=pygame.K_SLASH, mod=0, unicode="?"))
     bench.tick()
-    listed = dict(bench.node.listed)
-    assert listed["SPACE"] == "emergency stop"
-    assert ("H" in listed) == bench.node.official
+    listed = bench.node.listed
+    assert ("SPACE", "emergency stop") in listed
+    assert ("H" in dict(listed)) == isinstance(bench.node, Spectator)
+    assert listed == [act.value for act in Act if act in bench.node.acts and act.value[0]]
+
+
+def test_a_key_is_looked_up_once_in_the_table_of_the_window(bench: Bench) -> None:
+    pressed: list[Press] = []
+    bench.node.acts = {Act.STOP: pressed.append, Act.MANUAL: pressed.append}
+    said = [bench.down(key) for key in (pygame.K_SPACE, pygame.K_m, pygame.K_w, pygame.K_TAB, pygame.K_q)]
+    assert [press.act for press in pressed] == [Act.STOP, Act.MANUAL]
+    assert said == [[]] * 5
+    assert not bench.node.closed
+
+
+def test_whoever_may_only_watch_is_offered_no_key_that_is_refused(keys: Keys) -> None:
+    window = Spectator("me", Mailbox(), keys, size=(640, 480), official=False)
+    bench = Bench(window, keys)
+    window.help = True
+    for key, name in ((pygame.K_h, "H"), (pygame.K_u, "U"), (pygame.K_m, "M"), (pygame.K_TAB, "TAB")):
+        assert name not in dict(window.listed)
+        assert bench.down(key) == []
+        assert window.notice == REFUSED
+    assert bench.down(pygame.K_SPACE) == [m.Estop(by="me")]
+    window.stop()
 
 
 def test_a_lease_is_of_real_time_and_within_the_bound_of_the_message() -> None:
@@ -378,7 +402,7 @@ def test_a_lease_is_of_real_time_and_within_the_bound_of_the_message() -> None:
 def test_no_key_is_listed_with_two_meanings() -> None:
     keys = [act.value[0] for act in Act if act.value[0]]
     assert len(keys) == len(set(keys))
-    assert set(REPLAY_KEYS) - {act.value for act in Act} == {("ARROWS", "5 s on or back, speed")}
+    assert set(ReplayWindow.meanings) == {Act.STEER}, "there is nothing to steer"
     assert {press.act for press in acts.PAD.values()} <= set(Act)
 
 

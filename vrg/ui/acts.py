@@ -1,10 +1,9 @@
 """The meanings of the keys and of the gamepad's buttons: one table, because every window uses the same.
 
-A window answers to some of these acts and lists those behind `?`. SPACE and the pad's BACK are the emergency stop
+A window answers to the acts of its table, and lists those behind `?`. SPACE and the pad's BACK are the emergency stop
 wherever a robot can move. A gamepad moves a robot only while its right shoulder button, the dead-man's switch, is held.
 """
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Final
@@ -13,21 +12,19 @@ import pygame
 
 
 class Act(Enum):
-    """An act of the user, with its key and its meaning as they are listed. Without a key it is listed elsewhere."""
+    """An act of the user, with its key and its meaning, in the order in which `?` lists those that have a key."""
 
     STOP = ("SPACE", "emergency stop")
     RELEASE = ("U", "release the stop")
     HALT = ("H", "halt")
     CONTINUE = ("C", "start, continue")
     RECOVER = ("R", "recover robots")
+    ORDER = ("A B X Y", "set the team's priority")
+    PLAYER = ("1 to 4", "drive that player")
     NEXT = ("TAB", "next player, next field")
     PREVIOUS = ("SHIFT TAB", "the one before")
-    STEER = ("ARROWS", "steer, SHIFT: fast")
-    LEAVE = ("ESC", "give it back, close")
     GOTO = ("G", "drive to the goal")
     MANUAL = ("M", "drive by hand")
-    BEGIN = ("HOME", "to the start")
-    END = ("END", "to the end")
     PAUSE = ("K", "pause, go on")
     STEP = (".", "one step on")
     STEP_BACK = (",", "one step back")
@@ -35,18 +32,28 @@ class Act(Enum):
     SLOWER = ("-", "slower")
     NEXT_CALL = ("PG DN", "next call")
     PREVIOUS_CALL = ("PG UP", "previous call")
+    BEGIN = ("HOME", "to the start")
+    END = ("END", "to the end")
+    STEER = ("ARROWS", "steer, SHIFT: fast")
+    LEAVE = ("ESC", "give it back, close")
     BRANCH = ("F", "from here on")
-    PLANS = ("L", "lines of plans")
     WHY = ("W", "why that call")
+    PLANS = ("L", "lines of plans")
+    TAKE = ("ENTER", "set, watch again")
     PICTURE = ("P", "picture")
     SCREEN = ("F11", "whole screen")
     HELP = ("?", "these keys")
     CLOSE = ("Q", "close window")
-    ORDER = ("A B X Y", "set the team's priority")
-    PLAYER = ("1 to 4", "drive that player")
-    TAKE = ("ENTER", "set, watch again")
     PAD_LOST = ("", "the gamepad is lost")
     PAD_UNKNOWN = ("", "a gamepad cannot be used")
+
+
+OFFICIALS: Final = frozenset({Act.RELEASE, Act.HALT, Act.CONTINUE, Act.RECOVER})
+"""The acts that need an official's seat: a router refuses them to others."""
+HEARD: Final = OFFICIALS | {
+    Act.STOP, Act.ORDER, Act.PLAYER, Act.NEXT, Act.PREVIOUS, Act.GOTO, Act.MANUAL, Act.BEGIN
+}  # fmt: skip
+"""The acts that a match must hear."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +155,3 @@ def press_of(event: pygame.event.Event, *, again: bool = False) -> Press:
     if act is Act.NEXT and back:
         act = Act.PREVIOUS
     return Press(act, number, key, sign if sign.isprintable() else "", back, again)
-
-
-def listed(acts: Iterable[Act]) -> list[tuple[str, str]]:
-    """The keys of some acts, each with its meaning, as they are listed."""
-    return [act.value for act in acts]

@@ -38,12 +38,12 @@ class Explainer:
         explain: works out why a call was made; None if what the run has left is not on this machine.
 
     Attributes:
-        card: what is to be shown now; None if nothing is.
+        explain: as given. card: what is to be shown now; None if nothing is.
     """
 
     def __init__(self, explain: Explain | None) -> None:
         self.card: Card | None = None
-        self._explain = explain
+        self.explain = explain
         self._executor: ThreadPoolExecutor | None = None
         self._proof: Future[Proof] | None = None
 
@@ -60,13 +60,13 @@ class Explainer:
         text = game_of(game).rule_text(call.rule)
         lines = () if text is None else (f"Rule{f' ({text.source})' if text.source else ''}: {text.words}",)
         heading = f"Call {call.number}, {clock_text(call.clock)}: {call.text}"
-        if self._explain is None:
+        if self.explain is None:
             further = "What decided it is with the referee: `vrg run why` shows it where the run folder is."
             self.card = Card(heading, (*lines, further))
             return
         self.card = Card(heading, lines, busy=True)
         self._executor = self._executor or ThreadPoolExecutor(1, thread_name_prefix="why")
-        self._proof = self._executor.submit(self._explain, call.number)
+        self._proof = self._executor.submit(self.explain, call.number)
 
     def look(self) -> bool:
         """Take in, without waiting, what has been worked out. Return whether the card has changed."""

@@ -17,7 +17,7 @@ from typing import Final
 import pygame
 from pygame._sdl2 import controller
 
-from vrg.ui.acts import AHEAD, ASIDE, DEADMAN, FAST, PAD, PAD_AHEAD, PAD_BACK, TURBO, Act, Press
+from vrg.ui.acts import AHEAD, ASIDE, DEADMAN, FAST, PAD, PAD_AHEAD, PAD_BACK, TURBO, Act, Press, press_of
 from vrg.ui.driving import SILENCE, Hands, radial
 
 FULL: Final = 32767.0
@@ -91,12 +91,14 @@ class Pads:
         )
 
     def take(self, event: pygame.event.Event) -> Press | None:
-        """Take in an event of SDL; return what a button of a gamepad asks for, if it asks for anything."""
+        """Take in an event of SDL; return what a key or a button of a gamepad asks for, if one has gone down."""
         if getattr(event, "instance_id", None) == self.active is not None:
             self._hear()
         match event.type:
             case pygame.KEYDOWN:
+                again = event.key in self._keys
                 self._keys.add(event.key)
+                return press_of(event, again=again)
             case pygame.KEYUP:
                 self._keys.discard(event.key)
                 self._barred.discard(event.key)
@@ -125,6 +127,10 @@ class Pads:
             case _:
                 pass
         return None
+
+    def type(self, key: int) -> None:
+        """A key that is held belongs to a text: it steers nothing before it is let go."""
+        self._barred.add(key)
 
     def let_go(self) -> None:
         """Hold nothing any more, as the match's clock has stopped: what is still held must first be let go."""

@@ -2,26 +2,27 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final
 
 import pygame
 
-from vrg.bus.messages import Call, Stage
+from vrg.bus.messages import Call
 from vrg.ui import palette
-from vrg.ui.acts import Act, Press, listed
+from vrg.ui.acts import Act, Press
+from vrg.ui.banner import Help
 from vrg.ui.branching import Brancher, Taken
-from vrg.ui.draw import Painter, letter_scale
-from vrg.ui.explaining import Explain
+from vrg.ui.draw import letter_scale
+from vrg.ui.explaining import Card, Explain
 from vrg.ui.overlay import Overlay
-from vrg.ui.panel import PanelPainter
 from vrg.ui.playback import Playback
-from vrg.ui.scene import Scene
 from vrg.ui.text import Fonts
 from vrg.ui.timebar import TimeBar, TimeBarPainter
 from vrg.ui.timeline import Timeline
 from vrg.ui.view import Projection
-from vrg.ui.window import Window, open_window
+from vrg.ui.window import open_window
+from vrg.ui.window_base import Window
 
 FRAMES: Final = 40
 """Frames in a second of real time, at most."""
@@ -46,13 +47,10 @@ ARROWS: Final[dict[int, Callable[[Playback], Playback]]] = {
     pygame.K_LEFT: Playback.skip_back,
 }
 """The meanings of the arrows, as there is no robot to steer."""
-KEYS: Final = (
-    *listed((*MOVES, Act.BRANCH, Act.WHY, Act.PLANS)),
-    ("ARROWS", "5 s on or back, speed"),
-    *listed((Act.LEAVE, Act.PICTURE, Act.SCREEN, Act.HELP, Act.CLOSE)),
-)
 OPENING: Final = "opening the replay …"
 OVER: Final = "HOME watches it again, any key hides this"
+STAYS: Final = (Act.PICTURE, Act.SCREEN, Act.HELP, Act.CLOSE)
+"""The acts that leave the result of the match where it is."""
 NO_STOP: Final = "SPACE is the emergency stop of a match that runs: here K pauses"
 
 
@@ -69,10 +67,11 @@ class ReplayWindow(Window):
     Attributes:
         note: as given.
         playback: where the replay stands.
-        scene: what the window showed last. view: where on the field its pixels were, or None before that.
+        view: where on the field the pixels of its last frame were, or None before that.
     """
 
     repeated = frozenset({Act.STEP, Act.STEP_BACK, Act.STEER})
+    meanings: ClassVar = {Act.STEER: "5 s on or back, speed"}
 
     def __init__(
         self,
@@ -85,20 +84,19 @@ class ReplayWindow(Window):
         explain: Explain | None = None,
         brancher: Brancher | None = None,
     ) -> None:
-        super().__init__(title, size, run)
+        super().__init__(title, size, run, explain)
         self.playback = _playback(timeline)
-        self.scene = Scene()
         self.view: Projection | None = None
-        self._timeline = timeline
         self.note = note
-        self._notice = ""
-        self._over = OVER
+        self._timeline = timeline
         self._drawn: tuple[object, ...] = ()
+        self._overlay = Overlay(brancher)
         fonts = Fonts()
-        self._panel = PanelPainter(fonts)
-        self._painter = Painter(fonts, self._panel)
-        self._overlay = Overlay(explain, brancher)
+        self.show_calls(fonts, Help.NONE)
         self._bar_painter = TimeBarPainter(fonts)
+        self.acts |= {act: partial(self._move, move) for act, move in MOVES.items()}
+        self.acts |= {Act.STEER: self._skip, Act.BRANCH: self._choose, Act.LEAVE: lambda _: self.explain(None)}
+        self.unlisted = (Act.STOP,)
 
     def close(self) -> None:
         """Close the window. Calling it again does nothing."""
@@ -119,39 +117,29 @@ class ReplayWindow(Window):
             return
         self.playback = self.playback.advance(seconds)
         window = pygame.display.get_surface()
+        self.explainer.look()
         taken = self._overlay.look()
         if taken is not None:
             self._show(taken)
-        shown = (self.playback, self._overlay.card, self.note)
+        shown = (self.playback, self.card, self.note, self.notice)
         if window is not None and shown != self._drawn:
             self._drawn = shown
             self._draw(window)
             self.show()
 
-    def press(self, press: Press) -> None:
-        """Answer to a key."""
-        self._notice, self._over = "", ""
-        if self._overlay.press(press.key) or (press.again and press.key in (pygame.K_UP, pygame.K_DOWN)):
-            return
-        move = ARROWS.get(press.key) or (MOVES.get(press.act) if press.act is not None else None)
-        if move is not None:
-            self.playback = move(self.playback)
-        elif press.act is Act.STOP:
-            self._notice = NO_STOP
-        elif press.act is Act.WHY:
-            self._explain(self.scene.calls[-1] if self.scene.calls else None)
-        elif press.act is Act.PLANS:
-            self._notice = self._painter.switch_plans(self.scene)
-        elif press.act is Act.BRANCH:
-            self.help = False
-            self._pause()
-            self._overlay.choose(self.playback.time)
-        elif press.act is Act.LEAVE:
-            self._explain(None)
+    @property
+    def card(self) -> Card | None:
+        """What is shown over the field; None if nothing is."""
+        return self._overlay.card or super().card
 
-    def tell(self, text: str) -> None:
-        """Tell the user what has come of something."""
-        self._notice, self._drawn = text, ()
+    def takes(self, press: Press) -> bool:
+        """Take a key by which a match is being taken up. Most others put the result away."""
+        self.shows_result &= press.act in STAYS
+        return (not press.again or press.act in self.repeated) and self._overlay.press(press.key)
+
+    def emergency_stop(self, _press: Press) -> None:
+        """Tell that nothing moves here."""
+        self.notice = NO_STOP
 
     def click(self, place: tuple[int, int]) -> None:
         """Pause, take the knob of the time bar, or explain the call at a pixel."""
@@ -161,29 +149,35 @@ class ReplayWindow(Window):
         elif bar.is_on_track(place):
             self.playback = self.playback.grab(bar.time_at(place[0]))
         else:
-            self._explain(self._panel.call_at(place))
+            super().click(place)
 
     def drag(self, place: tuple[int, int]) -> bool:
         """Move the knob of the time bar, if it is held."""
         self.playback = self.playback.drag(self.bar.time_at(place[0]))
         return True
 
-    def scroll(self, place: tuple[int, int], steps: int) -> None:
-        """Scroll the calls."""
-        self._panel.scroll(place, steps)
-
     def let_go(self) -> None:
         """Let go of the knob of the time bar."""
         self.playback = self.playback.release()
 
-    def _explain(self, call: Call | None) -> None:
-        """Show why a call was made; None shows the field again."""
-        self.help = False
-        if call is None:
-            self._overlay.close()
-            return
+    def explain(self, call: Call | None) -> None:
+        """Show why a call was made, in place of all else, while the match stands; None shows the field again."""
+        self._overlay.close()
+        if call is not None:
+            self._pause()
+        super().explain(call)
+
+    def _move(self, move: Callable[[Playback], Playback], _press: Press) -> None:
+        self.playback = move(self.playback)
+
+    def _skip(self, press: Press) -> None:
+        if not (press.again and press.key in (pygame.K_UP, pygame.K_DOWN)):
+            self._move(ARROWS[press.key], press)
+
+    def _choose(self, _press: Press) -> None:
+        self.explain(None)
         self._pause()
-        self._overlay.explain(call, self.scene.game)
+        self._overlay.choose(self.playback.time)
 
     def _pause(self) -> None:
         if self.playback.playing:
@@ -191,20 +185,15 @@ class ReplayWindow(Window):
 
     def _show(self, taken: Taken) -> None:
         """Show a match that was taken up, from that instant on."""
-        self._timeline, self.note = taken.timeline, taken.note
+        self._timeline, self.note, self.explainer.explain = taken.timeline, taken.note, taken.explain
         playback = _playback(taken.timeline).to(self._overlay.begun)
         self.playback = replace(playback, speed=self.playback.speed)
 
     def _draw(self, window: pygame.Surface) -> None:
         self.scene = self._timeline.at(self.playback.time, self.playback.speed)
-        if self.scene.stage is not Stage.GAME_OVER:
-            self._over = OVER
         bar = self.bar
         above = window.subsurface((0, 0, window.get_width(), max(1, bar.top)))
-        keys = KEYS if self.help else ()
-        self.view = self._painter.draw(
-            above, self.scene, hand=self._notice, keys=keys, card=self._overlay.card, over=self._over
-        )
+        self.view = self.paint(above, over=OVER)
         self._bar_painter.draw(window, bar, self.playback, self._timeline.calls, self.note, self.mouse)
 
 

@@ -1,47 +1,47 @@
 """The spectator's window. It shows the match, and lets a human stop it, halt it, or drive a player."""
 
+import secrets
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final
 
 import pygame
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Stage
+from vrg.bus.messages import EstopRelease, Official, OfficialAction, Stage
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.regions import Region
-from vrg.ui.acts import Act, Press
+from vrg.ui.acts import OFFICIALS, Act, Press
 from vrg.ui.banner import Help
-from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.draw import Painter
 from vrg.ui.explaining import Explain
-from vrg.ui.panel import PanelPainter
 from vrg.ui.replay import OPENING
 from vrg.ui.text import Fonts
-from vrg.ui.window_node import FRAME, WindowNode
+from vrg.ui.window_node import WindowNode
 
 OVER: Final = "Q closes the window, ESC shows the field"
 AGAIN: Final = "ENTER watches it again, Q closes the window, ESC shows the field"
 HOLD: Final = 100
 """The number of ticks for which the window stays while the replay is opened, if nobody stops it before: about 3 s."""
+REFUSED: Final = "Only an official's seat may do that."
+_DECISIONS: Final[Mapping[Act | None, OfficialAction]] = {
+    Act.HALT: OfficialAction.HALT,
+    Act.CONTINUE: OfficialAction.RESUME,
+    Act.RECOVER: OfficialAction.RECOVER,
+}
 
 
 class Spectator(WindowNode):
     """Shows the match in a window.
 
     Args:
-        name, mailbox, keys, size, run, explain, official: as for WindowNode.
-        sizes: length and width of the robots in m, by name.
-        obstacles: the ground that the map's walls and obstacles cover, m.
+        name, mailbox, keys, sizes, obstacles, size, run, explain: as for WindowNode.
         again: returns the file that asks to watch the match again; None if nothing would answer. The window then stays
             until it is stopped, or for HOLD ticks, so that there is something to see until the replay draws.
+        official: False if its user has not the seat of an official, and may only watch and stop everything.
     """
 
-    answers = (
-        Act.RELEASE, Act.HALT, Act.CONTINUE, Act.RECOVER, Act.NEXT, Act.PREVIOUS, Act.MANUAL, Act.STEER, Act.LEAVE,
-        Act.WHY, Act.PLANS, Act.TAKE,
-    )  # fmt: skip
+    kind: ClassVar[str] = "spectator"
 
     def __init__(
         self,
@@ -55,44 +55,34 @@ class Spectator(WindowNode):
         run: Path | None = None,
         explain: Explain | None = None,
         again: Callable[[], Path | None] = lambda: None,
-        period: float = FRAME,
         official: bool = True,
     ) -> None:
-        builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
         super().__init__(
-            name, mailbox, keys, keys.match, builder=builder, inlets=SceneInlets(mailbox, keys), size=size, run=run,
-            explain=explain, period=period, official=official,
-        )  # fmt: skip
+            name, mailbox, keys, keys.match, sizes=sizes, obstacles=obstacles, size=size, run=run, explain=explain
+        )
+        self.show_calls(Fonts(), Help.KEYS if official else Help.NONE)
+        self.acts |= {**dict.fromkeys(OFFICIALS, self._decide), Act.TAKE: self._watch_again}
+        if not official:
+            refused = OFFICIALS | {Act.NEXT, Act.PREVIOUS, Act.MANUAL}
+            self.acts |= dict.fromkeys(refused, self._refuse)
+            self.unlisted = refused | {Act.STEER}
+        self._official = official
+        # Another window of this match gets answers of its own.
+        self._answers_to = f"window-{secrets.token_hex(4)}"
         self._again = again
         self._over: str | None = None
         self._held: int | None = None
-        fonts = Fonts()
-        self._panel = PanelPainter(fonts)
-        self._painter = Painter(fonts, self._panel, help_=Help.KEYS if official else Help.NONE)
 
-    def click(self, place: tuple[int, int]) -> None:
-        """Explain the call at a pixel; elsewhere show the field again."""
-        self.explain(self._panel.call_at(place))
+    @property
+    def drivable(self) -> Sequence[str]:
+        """All players, for an official."""
+        return [player.name for player in self.scene.players] if self._official else []
 
-    def scroll(self, place: tuple[int, int], steps: int) -> None:
-        """Scroll the calls."""
-        self._panel.scroll(place, steps)
-
-    def answer(self, press: Press) -> None:
-        """Answer to one of the acts in `answers`."""
-        if press.act is Act.PLANS:
-            self.notice = self._painter.switch_plans(self.scene)
-        elif press.act is not Act.TAKE:
-            if press.act is Act.LEAVE and self._over and self.driving.player is None:
-                self._over = ""
-            super().answer(press)
-        elif self._over is not None and (file := self._again()) is not None:
-            try:
-                file.touch()
-            except OSError as error:
-                self.notice = f"The match cannot be shown again: {error}"
-            else:
-                self._held = HOLD
+    def take_in(self, tick: Tick) -> None:
+        """Take in the messages that arrived, and tell the user why the referee has refused something."""
+        for call in self._inlets.feed(self._builder):
+            if call.rule == "refused" and call.answers == self._answers_to:
+                self.notice = f"Refused: {call.why or call.text}"
 
     def tick(self, tick: Tick) -> None:
         """Do what every window does; while the replay is opened, wait for it."""
@@ -102,13 +92,28 @@ class Spectator(WindowNode):
             if self._held <= 0:
                 self.close()
 
-    def draw(self, window: pygame.Surface, tick: Tick, *, asked: bool) -> None:
+    def draw(self, window: pygame.Surface, tick: Tick) -> None:
         """Draw the match."""
         if self.scene.stage is Stage.GAME_OVER and self._over is None:
             self._over = OVER if self._again() is None else AGAIN
-        hand, over = self.hand, self._over or ""
-        if self._held is not None:
-            hand, over = OPENING, OPENING if over else ""
-        self._painter.draw(
-            window, self.scene, self.driving.player, hand=hand, keys=self.listed, card=self.explainer.card, over=over,
-        )  # fmt: skip
+        self.paint(window, self.driving.player, self._over or "")
+
+    def _decide(self, press: Press) -> None:
+        if press.act is Act.RELEASE:
+            self.mailbox.publish(self._keys.estop_release, EstopRelease(by=self._by))
+        else:
+            asked = Official(action=_DECISIONS[press.act], by=self._by, id=self._answers_to)
+            self.mailbox.publish(self._keys.official, asked)
+
+    def _refuse(self, _press: Press) -> None:
+        self.notice = REFUSED
+
+    def _watch_again(self, _press: Press) -> None:
+        if self._over is None or (file := self._again()) is None:
+            return
+        try:
+            file.touch()
+        except OSError as error:
+            self.notice = f"The match cannot be shown again: {error}"
+        else:
+            self._held, self._over, self.notice = HOLD, OPENING, OPENING

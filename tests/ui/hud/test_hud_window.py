@@ -201,6 +201,22 @@ class TestKeys:
         bench.key(pygame.K_m, "m")
         assert bench.node.desk.wish is Wish.MANUAL
 
+    def test_keys_that_belong_to_a_text_steer_nothing_until_they_are_let_go(self, bench: Bench) -> None:
+        def ahead(key: int) -> float:
+            pygame.event.post(pygame.event.Event(pygame.KEYDOWN, key=key, mod=0, unicode=""))
+            [(_, manual)] = bench.tick()
+            assert isinstance(manual, m.Manual)
+            return manual.forward
+
+        bench.key(pygame.K_m, "m")
+        bench.key(pygame.K_TAB)
+        assert ahead(pygame.K_UP) == 0.0
+        assert ahead(pygame.K_ESCAPE) == 0.0
+        assert bench.node.desk.form.focus is None
+        assert ahead(pygame.K_UP) == 0.0, "it is held"
+        pygame.event.post(pygame.event.Event(pygame.KEYUP, key=pygame.K_UP, mod=0))
+        assert ahead(pygame.K_UP) > 0.0
+
     def test_space_stops_everybody_also_while_typing(self, bench: Bench) -> None:
         bench.key(pygame.K_TAB)
         assert bench.key(pygame.K_SPACE, " ") == [("estop", m.Estop(by="display of ann"))]

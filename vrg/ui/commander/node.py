@@ -13,13 +13,12 @@ from vrg.games import game_of
 from vrg.regions import Region
 from vrg.types import STILL
 from vrg.ui.acts import Act, Press
-from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.commander.board import BoardPainter, Lights
 from vrg.ui.commander.deck import BUTTONS, Deck
 from vrg.ui.deeds import hindrance
 from vrg.ui.draw import Painter
 from vrg.ui.text import Fonts
-from vrg.ui.window_node import FRAME, WindowNode
+from vrg.ui.window_node import WindowNode
 
 SHORT, LONG = (0.6, 0.25), (1.0, 0.8)
 """The rumble of a gamepad, strength and s, for an event of a player, and for a score."""
@@ -30,10 +29,7 @@ class Commander(WindowNode):
 
     Args:
         team: the team that is commanded; it is also the name of the node, so that a team has one commander.
-        mailbox: the node's own mailbox. keys: the keys of the match.
-        sizes: the length and width of the robots, m, by name.
-        obstacles: the ground that the map's walls and obstacles cover, m.
-        size: the size of the window, pixels.
+        mailbox, keys, sizes, obstacles, size: as for WindowNode.
         seated: the names of the team's players if it has the seat of the team's commander; None otherwise. With a seat
             it hears only of these, and does not know the true poses: it then shows the robots where the
             referee's state, or the team's limited sight, has them.
@@ -43,7 +39,6 @@ class Commander(WindowNode):
     """
 
     kind: ClassVar[str] = "commander"
-    answers = (Act.ORDER, Act.PLAYER, Act.NEXT, Act.PREVIOUS, Act.MANUAL, Act.STEER, Act.LEAVE, Act.WHY)
 
     def __init__(
         self,
@@ -54,16 +49,14 @@ class Commander(WindowNode):
         sizes: Mapping[str, tuple[float, float]] | None = None,
         obstacles: Sequence[Region] = (),
         size: tuple[int, int] | None = None,
-        period: float = FRAME,
         seated: Sequence[str] | None = None,
     ) -> None:
-        builder = SceneBuilder(sizes=sizes, obstacles=obstacles)
-        builder.team = team
         super().__init__(
-            team, mailbox, keys, f"{keys.match}, commander of {team}", builder=builder,
-            inlets=SceneInlets(mailbox, keys, poses=seated is None, players=seated), size=size, period=period,
-            by=f"commander of {team}", official=False,
+            team, mailbox, keys, f"{keys.match}, commander of {team}", sizes=sizes, obstacles=obstacles, players=seated,
+            size=size, by=f"commander of {team}",
         )  # fmt: skip
+        self._builder.team = team
+        self.acts |= {Act.ORDER: self._order, Act.PLAYER: self._drive_player, Act.WHY: self.explain_last}
         self._seated = seated is not None
         self._referee = mailbox.subscribe(keys.referee_state)
         self._sight = mailbox.subscribe(keys.sight(team))
@@ -71,7 +64,7 @@ class Commander(WindowNode):
         self._score: Mapping[str, int] = {}
         fonts = Fonts()
         self._board = BoardPainter(fonts, self.deck)
-        self._painter = Painter(fonts, self._board, panel_width=380, plans=True)
+        self.painter = Painter(fonts, self._board, panel_width=380, plans=True)
 
     @property
     def drivable(self) -> Sequence[str]:
@@ -102,16 +95,13 @@ class Commander(WindowNode):
             self.deck.close()
         super().close()
 
-    def answer(self, press: Press) -> None:
-        """Answer to one of the acts in `answers`."""
-        if press.act is Act.ORDER:
-            self.deck.order(press.number)
-        elif press.act is Act.PLAYER:
-            if press.number < len(self.deck.shown):
-                wanted = self.deck.shown[press.number]
-                self.take(None if wanted == self.driving.player else wanted)
-        else:
-            super().answer(press)
+    def _order(self, press: Press) -> None:
+        self.deck.order(press.number)
+
+    def _drive_player(self, press: Press) -> None:
+        if press.number < len(self.deck.shown):
+            wanted = self.deck.shown[press.number]
+            self.take(None if wanted == self.driving.player else wanted)
 
     def _seen(self, state: RefereeState | None) -> frozenset[str] | None:
         """The players that the team sees now; None if it sees all."""
@@ -141,7 +131,7 @@ class Commander(WindowNode):
             self.pads.rumble(*SHORT)
         self._score = dict(state.score)
 
-    def draw(self, window: pygame.Surface, tick: Tick, *, asked: bool) -> None:
+    def draw(self, window: pygame.Surface, tick: Tick) -> None:
         """Draw the match and the commander's panel."""
         self._board.limited = self._builder.only is not None
         self._board.lights = Lights(
@@ -150,9 +140,7 @@ class Commander(WindowNode):
             pad=self.pads.status,
             pad_ready=self.pads.active is not None,
         )
-        self._painter.draw(
-            window, self.scene, self.deck.selected, hand=self.hand, keys=self.listed, card=self.explainer.card
-        )
+        self.paint(window, self.deck.selected)
 
     def hindrance(self) -> str:
         """The reason why the driven robot cannot move, in words; empty if there is none."""

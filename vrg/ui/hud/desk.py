@@ -81,7 +81,7 @@ class Desk:
     def want(self, wish: Wish, seen: Telemetry) -> None:
         """Take in that the button of a wish was pressed. That of the present wish gives the robot back."""
         self.notice = ""
-        if wish in (self.wish, Wish.WATCH):
+        if wish is self.wish:
             if wish is Wish.GOTO and self._edited:
                 self.confirm()
                 return
@@ -104,7 +104,7 @@ class Desk:
         """Give the robot back at once: its player plays on by itself."""
         if self.wish is not Wish.WATCH:
             self.driving.give_back()
-        self.wish = Wish.WATCH
+        self.wish, self.notice = Wish.WATCH, ""
         self._helm.leave()
 
     def send(self, seen: Telemetry, hands: Hands, rate: float) -> None:

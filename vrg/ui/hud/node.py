@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import ClassVar, Final
 
 import pygame
@@ -17,7 +18,6 @@ from vrg.hal.sensors.camera import CameraSpec
 from vrg.navigation.motion import VelocityEstimator
 from vrg.types import Pose, Twist, Vector
 from vrg.ui.acts import Act, Press
-from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.hud.dashboard import Dashboard
 from vrg.ui.hud.desk import Desk
 from vrg.ui.hud.goals import Ground, OtherRobot
@@ -25,7 +25,7 @@ from vrg.ui.hud.layout import SET, STOP, Layout
 from vrg.ui.hud.painter import HudPainter
 from vrg.ui.hud.telemetry import Receiver, Telemetry
 from vrg.ui.view import Projection
-from vrg.ui.window_node import FRAME, WindowNode
+from vrg.ui.window_node import WindowNode
 
 PICTURES: Final = 2.0
 """The match time in s for which the world is asked for pictures of the camera at a time."""
@@ -33,7 +33,11 @@ ASK: Final = 0.5
 """The match time in s between two such requests."""
 PLAN: Final = 0.2
 """The match time in s between two plans of the way that is shown."""
-_WISHES: Final = {Act.GOTO: Wish.GOTO, Act.MANUAL: Wish.MANUAL, Act.BEGIN: Wish.RESET}
+WISHES: Final = {Act.GOTO: Wish.GOTO, Act.MANUAL: Wish.MANUAL, Act.BEGIN: Wish.RESET}
+BUTTONS: Final[Mapping[Wish | str | None, Act]] = {
+    STOP: Act.STOP, SET: Act.TAKE, Wish.WATCH: Act.LEAVE, **{wish: act for act, wish in WISHES.items()}
+}  # fmt: skip
+"""The acts of the buttons in the window."""
 
 
 class Hud(WindowNode):
@@ -41,20 +45,18 @@ class Hud(WindowNode):
 
     Args:
         player: whose display it is; it is also the name of the node, so that a player has one display.
-        mailbox: the node's own mailbox. keys: the keys of the match.
+        mailbox, keys, sizes, size: as for WindowNode.
         team: the player's team. robot: the description of its robot.
         start: where the robot began, in the map's frame. ground: where it can stand.
-        sizes: the length and width of all robots, m, by name.
         ranging: False where the match simulates no range finders.
         physical: the names of the players whose robots are physical ones.
-        size: the size of the window, pixels; None fits the screen.
 
     Attributes:
-        desk: what the person wants.
+        desk: what the person wants. board: the dashboard that the window showed last.
+        shown: the places in the window's last frame; None before the first.
     """
 
     kind: ClassVar[str] = "hud"
-    answers = (Act.GOTO, Act.MANUAL, Act.STEER, Act.BEGIN, Act.LEAVE, Act.TAKE, Act.NEXT, Act.PREVIOUS)
     repeated = frozenset({Act.NEXT, Act.PREVIOUS})
 
     def __init__(
@@ -71,13 +73,10 @@ class Hud(WindowNode):
         ranging: bool = True,
         physical: frozenset[str] = frozenset(),
         size: tuple[int, int] | None = None,
-        period: float = FRAME,
     ) -> None:
         super().__init__(
-            player, mailbox, keys, f"{keys.match}, {player}",
-            builder=SceneBuilder(sizes=sizes, obstacles=ground.walls),
-            inlets=SceneInlets(mailbox, keys, poses=False, players=[player]),
-            size=size, period=period, by=f"display of {player}", official=False,
+            player, mailbox, keys, f"{keys.match}, {player}", sizes=sizes, obstacles=ground.walls, players=[player],
+            size=size, by=f"display of {player}",
         )  # fmt: skip
         if not ranging:
             robot = replace(robot, sensors=tuple(spec for spec in robot.sensors if not spec.range_finder))
@@ -87,22 +86,14 @@ class Hud(WindowNode):
         self._receiver = Receiver(mailbox, keys, player, team, robot)
         self._velocities = VelocityEstimator()
         self.desk = Desk(self.driving, player, robot, ground, Goal(start.x, start.y, start.theta))
+        self.acts |= {act: partial(self._want, wish) for act, wish in WISHES.items()}
+        self.acts |= {Act.NEXT: self._step, Act.PREVIOUS: self._step, Act.TAKE: lambda _: self.desk.confirm()}
         self._asked = self._planned = -math.inf
         self._way: tuple[Vector, ...] = ()
         self._seen = Telemetry()
-        self._board = Dashboard(player)
+        self.board = Dashboard(player)
         self._painter = HudPainter()
-        self._shown: tuple[Layout, Projection] | None = None
-
-    @property
-    def board(self) -> Dashboard:
-        """The dashboard that the window showed last."""
-        return self._board
-
-    @property
-    def shown(self) -> tuple[Layout, Projection] | None:
-        """The places in the window's last frame; None before the first."""
-        return self._shown
+        self.shown: tuple[Layout, Projection] | None = None
 
     @property
     def drivable(self) -> Sequence[str]:
@@ -113,11 +104,6 @@ class Hud(WindowNode):
     def stopped(self) -> bool:
         """True if the emergency stop is engaged, for all or at the robot itself."""
         return super().stopped or self.desk.stopped(self._seen)
-
-    @property
-    def typing(self) -> bool:
-        """True if the person types into one of the fields."""
-        return self.desk.form.focus is not None
 
     def steer(self, tick: Tick) -> None:
         """Publish the motion that the person wants, and ask for pictures of the camera."""
@@ -147,49 +133,41 @@ class Hud(WindowNode):
         self.desk.see(others)
         self._builder.poses(Poses(bodies=tuple(bodies)), tick.time)
 
-    def press(self, press: Press) -> None:
-        """Answer to a key or a button; while the person types, most keys are signs."""
+    def takes(self, press: Press) -> bool:
+        """While the person types into a field, take the keys that belong to the text."""
         form = self.desk.form
-        if self.typing and press.key == pygame.K_BACKSPACE:
+        if form.focus is None or not press.key or press.act is Act.STOP:
+            return False
+        self.pads.type(press.key)
+        if press.key == pygame.K_BACKSPACE:
             form.erase()
-        elif self.typing and press.sign and press.act is not Act.STOP:
+        elif press.sign:
             self.desk.type(press.sign)
-        elif self.typing and press.key and press.act in _WISHES:
-            pass  # HOME belongs to the text
+        elif press.act is Act.LEAVE:
+            form.leave()
         else:
-            super().press(press)
-
-    def answer(self, press: Press) -> None:
-        """Answer to one of the acts in `answers`."""
-        desk, act = self.desk, press.act
-        if act is Act.TAKE:
-            desk.confirm()
-        elif act in (Act.NEXT, Act.PREVIOUS):
-            if press.key:
-                desk.form.step(1 if act is Act.NEXT else -1)
-        elif act is Act.LEAVE and self.typing:
-            desk.form.leave()
-        elif act in _WISHES:
-            desk.want(_WISHES[act], self._seen)
-        else:
-            super().answer(press)
+            return press.act in WISHES  # HOME moves no robot
+        return True
 
     def click(self, place: tuple[int, int]) -> None:
         """Press a button, type into a field, or set the goal on the map."""
-        if self._shown is None:
+        if self.shown is None:
             return
-        (places, view), (x, y) = self._shown, place
+        (places, view), (x, y) = self.shown, place
         button, field = places.button_at(x, y), places.field_at(x, y)
-        if button == STOP:
-            self.press(Press(Act.STOP))
-        elif button == SET:
-            self.desk.confirm()
-        elif isinstance(button, Wish):
-            self.desk.want(button, self._seen)
+        if button in BUTTONS:
+            self.press(Press(BUTTONS[button]))
         elif field is not None:
             self.desk.form.enter(field)
         elif places.map_area.collidepoint(x, y):
             self.desk.aim(*view.place(x, y))
+
+    def _want(self, wish: Wish, _press: Press) -> None:
+        self.desk.want(wish, self._seen)
+
+    def _step(self, press: Press) -> None:
+        if press.key:  # the gamepad has no text to go to
+            self.desk.form.step(-1 if press.act is Act.PREVIOUS else 1)
 
     def _plan(self, now: float) -> tuple[Vector, ...]:
         if self.desk.wish not in (Wish.GOTO, Wish.RESET):
@@ -199,11 +177,11 @@ class Hud(WindowNode):
             self._planned, self._way = now, tuple(self.desk.way(self._seen))
         return self._way
 
-    def draw(self, window: pygame.Surface, tick: Tick, *, asked: bool) -> None:
+    def draw(self, window: pygame.Surface, tick: Tick) -> None:
         """Draw what the player knows."""
         seen, desk = self._seen, self.desk
         report = None if seen.report is None else seen.report.body
-        self._board = Dashboard(
+        self.board = Dashboard(
             player=self.name,
             scene=self.scene,
             seen=seen,
@@ -221,7 +199,7 @@ class Hud(WindowNode):
             pad=self.pads.status,
             pad_ready=self.pads.active is not None,
         )
-        self._shown = self._painter.draw(window, self._board, self.listed)
+        self.shown = self._painter.draw(window, self.board, self.listed)
 
 
 def _body(name: str, pose: Pose, v: float, physical: frozenset[str]) -> Body:
