@@ -99,7 +99,8 @@ HUD = Kind(
 )  # fmt: skip
 COMMANDER = Kind(
     name="commander", about="commands a team with a gamepad or the keyboard", seats=(SeatKind.COMMANDER,),
-    command="vrg.commands.show:commander", shown="commander", named="team",
+    node="vrg.launch.nodes.windows:commander", runner=_WINDOW, named="team", command="vrg.commands.show:commander",
+    shown="commander",
 )  # fmt: skip
 WEB = Kind(
     name="web", about="the match in browsers", seats=_DECIDES, process="web", pulse="spectator",

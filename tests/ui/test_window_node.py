@@ -4,6 +4,7 @@ import os
 import re
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pygame
@@ -34,12 +35,12 @@ from vrg.ui.window_node import NOT_SENT, OVER, WindowNode
 RIGHT, START, BACK = (
     pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_START, pygame.CONTROLLER_BUTTON_BACK
 )  # fmt: skip
-MAKERS: dict[str, Callable[[Keys], WindowNode]] = {
-    "spectator": lambda keys: Spectator("me", Mailbox(), keys, size=(900, 600)),
-    "commander": lambda keys: Commander("minnows", Mailbox(), keys, size=(900, 600)),
-    "hud": lambda keys: Hud(
+MAKERS: dict[str, Callable[..., WindowNode]] = {
+    "spectator": lambda keys, **more: Spectator("me", Mailbox(), keys, size=(900, 600), **more),
+    "commander": lambda keys, **more: Commander("minnows", Mailbox(), keys, size=(900, 600), **more),
+    "hud": lambda keys, **more: Hud(
         "nemo", Mailbox(), keys, team="minnows", robot=ROBOT, start=synthetic.pose_at("nemo", 5.0), ground=GROUND,
-        size=(900, 600),
+        size=(900, 600), **more,
     ),
 }  # fmt: skip
 
@@ -355,6 +356,17 @@ def test_closing_gives_the_robot_back_and_the_window_does_not_open_again(
     assert bench.node.closed
     assert bench.tick() == []
     assert not pygame.display.get_init()
+
+
+@pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
+def test_every_window_leaves_its_pictures_in_the_run_folder(
+    keys: Keys, tmp_path: Path, make: Callable[..., WindowNode]
+) -> None:
+    bench = Bench(make(keys, run=tmp_path), keys)
+    bench.down(pygame.K_p)
+    assert [path.name for path in tmp_path.iterdir()] == ["picture-001.png"]
+    assert bench.node.notice == f"Picture saved: picture-001.png in {tmp_path}"
+    bench.node.stop()
 
 
 def test_the_end_key_closes_nothing(bench: Bench) -> None:

@@ -29,10 +29,10 @@ from vrg.commands.options import (
     stoppable,
     web_address,
 )
-from vrg.commands.show import first_state
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
 from vrg.kinds import FOXGLOVE, WEB
+from vrg.launch.first_state import first_state
 from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder

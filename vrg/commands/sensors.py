@@ -19,11 +19,11 @@ from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import Attached, attached
 from vrg.commands.official import sender
 from vrg.commands.options import OutputOption, PlayerArgument, lasting, make_console, write_text
-from vrg.commands.show import first_state
 from vrg.commands.topic import arrivals_on, listening
 from vrg.errors import BusError, ConfigError, LaunchError, MessageError
 from vrg.hal.sensors import message_class
 from vrg.hal.sensors.camera import Camera
+from vrg.launch.first_state import first_state
 from vrg.registry import expected_one_of
 from vrg.ui.readings import Watched, sensor_table
 

@@ -7,17 +7,13 @@ import time
 from typing import Annotated, Final
 
 import typer
-from rich.console import Console
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
 from vrg.bus.seats import Seat, SeatKind
-from vrg.bus.session import Session
-from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.commands.groups import MatchOptions
-from vrg.commands.matches import attached, connected, credentials_for, setup_named, which_match
+from vrg.commands.matches import attached, connected, setup_named, which_match
 from vrg.commands.options import (
     MatchArgument,
     PlayerArgument,
@@ -30,53 +26,42 @@ from vrg.commands.options import (
 from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
 from vrg.kinds import COMMANDER, HUD, SPECTATOR
 from vrg.launch.running import gone
-from vrg.registry import expected_one_of
 
 AT: Final = "ADDRESS:PORT"
-POLL = 0.05
-"""The real time in s between two looks at whether the referee has spoken."""
+TeamOption = Annotated[
+    str | None,
+    typer.Option(metavar="TEAM", help="Command this team with a gamepad or the keyboard: its priority, its players."),
+]
+HudOption = Annotated[
+    str | None,
+    typer.Option(metavar="PLAYER", help="What this player knows; Goto, Manual and Reset by button, key and gamepad."),
+]
 
 
-def window(on: MatchOptions, run: RunOption = None) -> None:
-    """Watch a match in a window; several may. Closing the window does not end the match."""
+def window(on: MatchOptions, team: TeamOption = None, hud: HudOption = None, run: RunOption = None) -> None:
+    """Watch a match in a window, command a team, or drive one player. Closing the window does not end the match."""
+    if team is not None and hud is not None:
+        raise LaunchError("--team and --hud: expected one of them, got both: a second window can have the other")
     need_display()
-    found = attached(on)
-    found.serve(SPECTATOR, run=run or found.run)
+    found, kind, name = attached(on), SPECTATOR, ""
+    if team is not None:
+        kind, name = COMMANDER, team
+    elif hud is not None:
+        kind, name = HUD, found.known_setup().player(hud).name
+    try:
+        found.serve(kind, name, run=run or found.run)
+    except DuplicateNodeError:
+        raise LaunchError(f"the {kind.named} {name} has such a window already, and only one at a time") from None
 
 
 def hud(player: PlayerArgument, on: MatchOptions) -> None:
-    """Open the head-up display of a player: what it knows, and Goto, Manual and Reset by button, key and gamepad."""
-    found = attached(on)
-    found.known_setup().player(player)
-    need_display()
-    try:
-        found.serve(HUD, player)
-    except DuplicateNodeError:
-        raise LaunchError(f"{player} has a head-up display already, and a player has only one") from None
+    """Open the head-up display of a player; the same as `vrg show window --hud PLAYER`."""
+    window(on, hud=player)
 
 
 def commander(team: TeamArgument, on: MatchOptions) -> None:
-    """Command a team with a gamepad or the keyboard: set its priority, or drive one of its players by hand."""
-    need_display()
-    from vrg.launch.serving import run_window
-    from vrg.ui.commander.node import Commander  # pygame takes half a second to load
-
-    found, (seat,) = attached(on), COMMANDER.seats_of(team)
-    credentials = credentials_for(found.endpoint, on.keys, seat)
-    with connected(found.endpoint, on.keys, seat, patience=10.0) as (stop, session):
-        state = first_state(session, found.keys, stop)
-        if state is None:
-            return
-        teams = list(dict.fromkeys(player.team for player in state.players))
-        if team not in teams:
-            raise LaunchError(f"TEAM: {expected_one_of(teams, team)}")
-        own = None if credentials is None else [p.name for p in state.players if p.team == team]
-        sizes = {player.name: player.robot.size for player in found.setup.players}
-        node = Commander(team, Mailbox(), found.keys, sizes=sizes, obstacles=found.setup.obstacles, seated=own)
-        try:
-            run_window(node, session, found.keys, stop, gone(found.name, found.endpoint))
-        except DuplicateNodeError:
-            raise LaunchError(f"the team {team} has a commander already, and a team has only one") from None
+    """Command a team with a gamepad or the keyboard; the same as `vrg show window --team TEAM`."""
+    window(on, team=team)
 
 
 def ssl(
@@ -139,18 +124,3 @@ def diagram(player: PlayerArgument, match: MatchArgument = None, router: RouterO
     if agent is None:
         raise typer.BadParameter(f"{player}'s strategy, {type(strategy).__name__}, is no automaton")
     typer.echo(mermaid(agent()), nl=False)
-
-
-def first_state(session: Session, keys: Keys, stop: Stop) -> RefereeState | None:
-    """The referee's state, as soon as it speaks; None if that was interrupted."""
-    mailbox = Mailbox()
-    states = mailbox.subscribe(keys.referee_state)
-    session.attach(mailbox)
-    with Console(stderr=True).status("waiting for the referee"):
-        while not stop.is_set():
-            session.receive()
-            mailbox.handover(0.0)
-            if states.latest is not None:
-                return states.latest.body
-            stop.wait(POLL)
-    return None

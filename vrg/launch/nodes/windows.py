@@ -6,10 +6,13 @@ from typing import TYPE_CHECKING
 
 from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
+from vrg.errors import LaunchError
 from vrg.geometry import circumradius
 from vrg.hal.sim.map import load_map
 from vrg.launch.context import Made, NodeContext
+from vrg.launch.first_state import first_state
 from vrg.launch.running import gone
+from vrg.registry import expected_one_of
 from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.spectator import Spectator
@@ -28,41 +31,28 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         official: False if its user may only watch and stop everything.
     """
     return Spectator(
-        name,
-        Mailbox(),
-        setup.keys,
-        sizes={p.name: p.robot.size for p in setup.players},
-        obstacles=setup.obstacles,
-        run=run,
+        name, Mailbox(), setup.keys, sizes=_sizes(setup), obstacles=setup.obstacles, run=run, official=official,
         explain=None if run is None else partial(explain, run),
         again=(lambda: None) if run is None else RunFolder(run).again_if_recorded,
-        official=official,
-    )
+    )  # fmt: skip
 
 
-def hud_node(setup: MatchSetup, player: str) -> "Hud":
-    """Make the head-up display of a player.
+def hud_node(setup: MatchSetup, player: str, run: Path | None = None) -> "Hud":
+    """Make the head-up display of a player; `run` is the run folder, for pictures that its user takes.
 
     Raises:
         ConfigError: there is no such player.
     """
-    from vrg.ui.hud.goals import Ground  # noqa: PLC0415 - of these two only one is opened
+    from vrg.ui.hud.goals import Ground  # noqa: PLC0415 - a process opens one window
     from vrg.ui.hud.node import Hud  # noqa: PLC0415
 
     own = setup.player(player)
     bounds, walls = load_map(setup.map).bounds, tuple(setup.obstacles)
     return Hud(
-        player,
-        Mailbox(),
-        setup.keys,
-        team=own.team,
-        robot=own.robot,
-        start=own.pose,
-        ground=Ground(bounds, walls, circumradius(own.robot.size)),
-        sizes={p.name: p.robot.size for p in setup.players},
-        ranging=setup.lasers or own.physical,
+        player, Mailbox(), setup.keys, team=own.team, robot=own.robot, start=own.pose, sizes=_sizes(setup), run=run,
+        ground=Ground(bounds, walls, circumradius(own.robot.size)), ranging=setup.lasers or own.physical,
         physical=frozenset(setup.physical),
-    )
+    )  # fmt: skip
 
 
 def spectator(on: NodeContext) -> Made:
@@ -72,8 +62,33 @@ def spectator(on: NodeContext) -> Made:
 
 def hud(on: NodeContext) -> Made:
     """The head-up display of a player."""
-    return _until_closed(on, hud_node(on.setup, on.name))
+    return _until_closed(on, hud_node(on.setup, on.name, on.run))
+
+
+def commander(on: NodeContext) -> Made:
+    """The window of a team's commander. With a seat, as in every match that has seats, it hears only of its own team.
+
+    Raises:
+        LaunchError: there is no such team.
+    """
+    from vrg.ui.commander.node import Commander  # noqa: PLC0415 - a process opens one window
+
+    setup, team = on.setup, on.name
+    match = setup if setup.players else first_state(on.session, setup.keys, on.stop)
+    players = () if match is None else match.players
+    teams = list(dict.fromkeys(player.team for player in players))
+    if players and team not in teams:
+        raise LaunchError(f"TEAM: {expected_one_of(teams, team)}")
+    own = [player.name for player in players if player.team == team]
+    return _until_closed(on, Commander(
+        team, Mailbox(), setup.keys, sizes=_sizes(setup), obstacles=setup.obstacles, run=on.run,
+        seated=None if on.official else own,  # without seats everybody is an official
+    ))  # fmt: skip
 
 
 def _until_closed(on: NodeContext, window: WindowNode) -> Made:
     return Made(window, {"ended": None if on.own else gone(on.setup.name, on.router)})
+
+
+def _sizes(setup: MatchSetup) -> dict[str, tuple[float, float]]:
+    return {player.name: player.robot.size for player in setup.players}

@@ -1,6 +1,7 @@
 """The commander as a node: it shows the match to one team's commander, and publishes what the commander wants."""
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import ClassVar
 
 import pygame
@@ -29,7 +30,7 @@ class Commander(WindowNode):
 
     Args:
         team: the team that is commanded; it is also the name of the node, so that a team has one commander.
-        mailbox, keys, sizes, obstacles, size: as for WindowNode.
+        mailbox, keys, sizes, obstacles, size, run: as for WindowNode.
         seated: the names of the team's players if it has the seat of the team's commander; None otherwise. With a seat
             it hears only of these, and does not know the true poses: it then shows the robots where the
             referee's state, or the team's limited sight, has them.
@@ -49,11 +50,12 @@ class Commander(WindowNode):
         sizes: Mapping[str, tuple[float, float]] | None = None,
         obstacles: Sequence[Region] = (),
         size: tuple[int, int] | None = None,
+        run: Path | None = None,
         seated: Sequence[str] | None = None,
     ) -> None:
         super().__init__(
             team, mailbox, keys, f"{keys.match}, commander of {team}", sizes=sizes, obstacles=obstacles, players=seated,
-            size=size, by=f"commander of {team}",
+            size=size, run=run, by=f"commander of {team}",
         )  # fmt: skip
         self._builder.team = team
         self.acts |= {Act.ORDER: self._order, Act.PLAYER: self._drive_player, Act.WHY: self.explain_last}

@@ -4,6 +4,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import ClassVar, Final
 
 import pygame
@@ -45,7 +46,7 @@ class Hud(WindowNode):
 
     Args:
         player: whose display it is; it is also the name of the node, so that a player has one display.
-        mailbox, keys, sizes, size: as for WindowNode.
+        mailbox, keys, sizes, size, run: as for WindowNode.
         team: the player's team. robot: the description of its robot.
         start: where the robot began, in the map's frame. ground: where it can stand.
         ranging: False where the match simulates no range finders.
@@ -73,10 +74,11 @@ class Hud(WindowNode):
         ranging: bool = True,
         physical: frozenset[str] = frozenset(),
         size: tuple[int, int] | None = None,
+        run: Path | None = None,
     ) -> None:
         super().__init__(
             player, mailbox, keys, f"{keys.match}, {player}", sizes=sizes, obstacles=ground.walls, players=[player],
-            size=size, by=f"display of {player}",
+            size=size, run=run, by=f"display of {player}",
         )  # fmt: skip
         if not ranging:
             robot = replace(robot, sensors=tuple(spec for spec in robot.sensors if not spec.range_finder))
