@@ -7,6 +7,7 @@ from vrg.colours import Rgb
 from vrg.ui import palette
 from vrg.ui.scene import Scene, ScenePlayer
 
+NO_CLOCK: Final = "the match clock has stopped"
 LOW_BATTERY: Final = 0.2
 """The charge below which a battery is shown as low, 0 to 1."""
 _BRIEFLY: Final = {"emergency stop": "stop"}

@@ -13,14 +13,14 @@ from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.regions import Region
 from vrg.ui.acts import OFFICIALS, Act, Press
-from vrg.ui.banner import Help
+from vrg.ui.banner import CLOSE, Help
 from vrg.ui.explaining import Explain
 from vrg.ui.replay import OPENING
 from vrg.ui.text import Fonts
 from vrg.ui.window_node import WindowNode
 
-OVER: Final = "Q closes the window, ESC shows the field"
-AGAIN: Final = "ENTER watches it again, Q closes the window, ESC shows the field"
+OVER: Final = f"{CLOSE}, ESC shows the field"
+AGAIN: Final = f"ENTER watches it again, {OVER}"
 HOLD: Final = 100
 """The number of ticks for which the window stays while the replay is opened, if nobody stops it before: about 3 s."""
 REFUSED: Final = "Only an official's seat may do that."

@@ -20,10 +20,12 @@ from vrg.hal.sensors.png import encode
 from vrg.hal.sensors.sonar import Sonar
 from vrg.regions import Rectangle
 from vrg.types import Pose, Twist
+from vrg.ui.builder import SceneBuilder
 from vrg.ui.driving import Driving
 from vrg.ui.hud.desk import Desk
 from vrg.ui.hud.goals import Ground
 from vrg.ui.hud.telemetry import Telemetry
+from vrg.ui.scene import Scene
 
 KEYS = Keys("test")
 ROBOT = robot_model("P2AT")
@@ -66,6 +68,16 @@ def seen(pose: Pose | None = START, *, now: float = 1.0, **changes: Any) -> Tele
         "referee_age": 0.0,
     }  # fmt: skip
     return Telemetry(**{**made, **changes})
+
+
+def scene_of(known: Telemetry) -> Scene:
+    """What is shown to the player who knows this."""
+    builder = SceneBuilder()
+    if known.state is not None:
+        builder.referee(known.state)
+    if known.report is not None:
+        builder.report("ann", known.report.body)
+    return builder.build(known.live)
 
 
 def scan(distance: float, *, nearest: tuple[int, float] | None = None) -> Laser:

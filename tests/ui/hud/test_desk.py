@@ -6,11 +6,12 @@ from typing import Any
 import pytest
 from msgspec import structs
 
-from tests.ui.hud.making import GROUND, HOME, START, desk, received, report, seen, sent, state, status
+from tests.ui.hud.making import GROUND, HOME, START, desk, received, report, scene_of, seen, sent, state, status
 from vrg.bus.messages import Manual
 from vrg.bus.pacing import LEASE
 from vrg.games.hud.helm import Goal, Wish
 from vrg.types import Pose, Twist
+from vrg.ui.deeds import NO_CLOCK
 from vrg.ui.driving import SLOW, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.desk import Desk
@@ -204,7 +205,7 @@ class TestDriving:
         blind = seen(**lost)
         at.send(blind, Hands(), 1.0)
         assert sent(at.driving.mailbox) == [("player/ann/manual", Manual(forward=0.0, turn=0.0, lease=LEASE))]
-        assert at.hindrance(blind) == words.NO_POSE
+        assert at.hindrance(blind, scene_of(blind)) == words.NO_POSE
         assert at.way(blind) == []
 
     def test_other_robots_are_driven_around(self, at: Desk) -> None:
@@ -226,17 +227,20 @@ class TestWhatIsTold:
         ("changes", "why"),
         [
             ({}, ""),
-            ({"live": False}, words.NO_CLOCK),
+            ({"live": False}, NO_CLOCK),
             ({"state": None, "me": None}, words.NO_REFEREE),
-            ({"state": state(estop=True)}, words.ESTOP),
-            ({"report": received(report(estop=True))}, words.ESTOP),
-            ({"state": state(halted="a foul")}, words.HALTED),
-            ({"me": status("ann", START, may_move=False)}, words.MAY_NOT_MOVE),
+            ({"state": state(estop=True)}, "emergency stop: only an official releases it"),
+            ({"report": received(report(estop=True))}, "emergency stop: only an official releases it"),
+            ({"state": state(halted="a foul")}, "play is halted: only an official continues it"),
+            ({"state": state(status("ann", START, lease=Twist(0.1, 0.0)))}, "the referee drives it"),
+            ({"report": received(report(fault="ann: a motor is hot"))}, "a motor is hot"),
+            ({"state": state(status("ann", START, may_move=False))}, "it may not move now"),
             ({"pose_age": 1.0}, words.NO_POSE),
         ],
     )
-    def test_what_keeps_the_robot_from_moving(self, at: Desk, changes: dict[str, Any], why: str) -> None:
-        assert at.hindrance(seen(**changes)) == why
+    def test_what_keeps_the_robot_from_being_driven(self, at: Desk, changes: dict[str, Any], why: str) -> None:
+        found = seen(**changes)
+        assert at.hindrance(found, scene_of(found)) == why
 
     def test_the_situation_holds_the_margin_of_the_robot(self, at: Desk) -> None:
         found = at.situation(seen(), Hands())

@@ -16,7 +16,7 @@ from vrg.types import STILL
 from vrg.ui.acts import Act, Press
 from vrg.ui.commander.board import BoardPainter, Lights
 from vrg.ui.commander.deck import BUTTONS, Deck
-from vrg.ui.deeds import hindrance
+from vrg.ui.deeds import NO_CLOCK, hindrance
 from vrg.ui.draw import Painter
 from vrg.ui.text import Fonts
 from vrg.ui.window_node import WindowNode
@@ -137,7 +137,7 @@ class Commander(WindowNode):
         """Draw the match and the commander's panel."""
         self._board.limited = self._builder.only is not None
         self._board.lights = Lights(
-            bus="" if tick.live else "the match clock has stopped",
+            bus="" if tick.live else NO_CLOCK,
             robot=self.hindrance(),
             pad=self.pads.status,
             pad_ready=self.pads.active is not None,

@@ -2,10 +2,9 @@
 
 import math
 from dataclasses import dataclass, field
-from enum import Enum
 from typing import Final
 
-from vrg.bus.messages import Stage
+from vrg.colours import Rgb
 from vrg.games import game_of
 from vrg.games.game import title
 from vrg.games.hud.helm import Goal, Wish
@@ -14,8 +13,9 @@ from vrg.hal.sensors.depiction import Cones, Picture, Rays
 from vrg.hal.sensors.ins import Ins
 from vrg.hal.sensors.odometry import Odometry
 from vrg.types import Vector
+from vrg.ui import palette
 from vrg.ui.banner import banners
-from vrg.ui.deeds import LOW_BATTERY
+from vrg.ui.deeds import LOW_BATTERY, NO_CLOCK
 from vrg.ui.headline import stage_words
 from vrg.ui.hud import words
 from vrg.ui.hud.telemetry import Telemetry
@@ -29,22 +29,13 @@ ELSEWHERE: Final = (Ins, Odometry, Battery)
 """The messages of the sensors that the place of the robot, its speed and the line of the battery are from."""
 
 
-class Level(Enum):
-    """The urgency of a line."""
-
-    CALM = "calm"
-    GOOD = "good"
-    CAUTION = "caution"
-    ALARM = "alarm"
-
-
 @dataclass(frozen=True)
 class Line:
-    """One line of the status: its label, its words and how urgent it is."""
+    """One line of the status: its label, its words, and the colour that tells how urgent it is."""
 
     label: str
     words: str
-    level: Level = Level.CALM
+    colour: Rgb = palette.TEXT
 
 
 @dataclass(frozen=True)
@@ -55,12 +46,12 @@ class Dashboard:
         player: whose display it is. scene: the field as the player may see it.
         seen: what the player knows.
         wish: what the person wants. mode: the mode and the submode of the automaton that drives the robot.
-        holder: who drives the robot. hindrance: what keeps it from moving; empty if nothing does.
+        holder: who drives the robot. hindrance: what keeps it from being driven; empty if nothing does.
         goal: where Goto leads. home: where the robot began; None where that is not known.
         way: the points of the way that it will drive, m.
         texts: what stands in the fields. focus: the number of the field that is typed into.
         ranging: False where the match simulates no range finders.
-        notice: a message to the person. pad: which gamepad is in use. pad_ready: there is one.
+        notice: a message to the person. pad: which gamepad is in use.
     """
 
     player: str
@@ -78,7 +69,6 @@ class Dashboard:
     ranging: bool = True
     notice: str = ""
     pad: str = ""
-    pad_ready: bool = False
 
 
 def status(board: Dashboard) -> list[Line]:
@@ -88,35 +78,30 @@ def status(board: Dashboard) -> list[Line]:
     driven = board.holder not in (words.OWN_STRATEGY, "")
     charge = None if report is None else report.battery
     fault = None if report is None or report.fault is None else report.fault.removeprefix(f"{board.player}: ")
+    calm, caution, alarm = palette.TEXT, palette.CAUTION, palette.WARNING
+    low = charge is not None and charge < LOW_BATTERY
     return [
-        Line(words.MODE, board.mode or words.UNKNOWN, Level.CAUTION if board.wish is not Wish.WATCH else Level.CALM),
-        Line(words.LEASE, board.holder or words.UNKNOWN, Level.CAUTION if driven else Level.CALM),
-        Line(words.SPEED, _speed(seen.speed, board.hindrance), Level.CAUTION if board.hindrance else Level.CALM),
-        Line(
-            words.BATTERY,
-            words.NOT_MEASURED if charge is None else f"{charge:.0%}",
-            Level.ALARM if charge is not None and charge < LOW_BATTERY else Level.CALM,
-        ),
-        Line(words.FAULT, fault or words.NOTHING, Level.ALARM if fault else Level.CALM),
+        Line(words.MODE, board.mode or words.UNKNOWN, caution if board.wish is not Wish.WATCH else calm),
+        Line(words.LEASE, board.holder or words.UNKNOWN, caution if driven else calm),
+        Line(words.SPEED, _speed(seen.speed, board.hindrance), caution if board.hindrance else calm),
+        Line(words.BATTERY, words.NOT_MEASURED if charge is None else f"{charge:.0%}", alarm if low else calm),
+        Line(words.FAULT, fault or words.NOTHING, alarm if fault else calm),
         _link(seen),
-        Line(words.PAD, board.pad, Level.GOOD if board.pad_ready else Level.CALM),
+        Line(words.PAD, board.pad),
         *([] if board.ranging else [Line(words.RANGES, words.NOT_SIMULATED)]),
         *_sensors(seen),
     ]
 
 
 def alert(board: Dashboard) -> Line:
-    """The line at the top: what must not be overlooked, or else the stage of the match."""
+    """The line at the top: what must not be overlooked, or else the stage of the match. It stands upon its colour."""
     scene = board.scene
     for banner in banners(scene):
-        level = Level.CALM if banner.brief else Level.ALARM if scene.estop or not scene.live else Level.CAUTION
-        over = scene.stage is Stage.GAME_OVER and level is Level.CAUTION
-        text = ": ".join(text for text in (banner.heading, banner.text) if text)
-        return Line("", text, Level.GOOD if over else level)
+        return Line("", ": ".join(text for text in (banner.heading, banner.text) if text), banner.colour)
     if scene.stage is None:
-        return Line("", words.WAITING)
+        return Line("", words.WAITING, palette.RAISED)
     score = "   ".join(f"{title(team)} {points}" for team, points in scene.score) if scored(scene) else ""
-    return Line("", f"{stage_words(scene)[0]}   {clock_text(scene.clock)}   {score}".rstrip())
+    return Line("", f"{stage_words(scene)[0]}   {clock_text(scene.clock)}   {score}".rstrip(), palette.RAISED)
 
 
 def scored(scene: Scene) -> bool:
@@ -142,17 +127,17 @@ def pose_line(board: Dashboard) -> str:
 
 def _speed(speed: float | None, hindrance: str) -> str:
     text = words.NOT_MEASURED if speed is None else f"{speed_text(speed)} m/s"
-    return f"{text}; stands: {hindrance}" if hindrance else text
+    return f"{text}; {hindrance}" if hindrance else text
 
 
 def _link(seen: Telemetry) -> Line:
     """The ages of the newest messages, in match time; or a stopped clock, because nothing ages then."""
     if not seen.live:
-        return Line(words.LINK, words.NO_CLOCK, Level.ALARM)
+        return Line(words.LINK, NO_CLOCK, palette.WARNING)
     ages = {words.OF_PLAYER: seen.player_age, words.OF_ROBOT: seen.robot_age, words.OF_REFEREE: seen.referee_age}
     ages_text = "   ".join(f"{who} {words.NEVER if age is None else f'{age:.1f} s'}" for who, age in ages.items())
     old = any(age is None or age > OLD for age in ages.values())
-    return Line(words.LINK, ages_text, Level.ALARM if old else Level.CALM)
+    return Line(words.LINK, ages_text, palette.WARNING if old else palette.TEXT)
 
 
 def _sensors(seen: Telemetry) -> list[Line]:

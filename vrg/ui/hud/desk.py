@@ -5,18 +5,20 @@ grants, and works out the motions of Goto and Reset itself.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Final
 
 from vrg.games.hud.helm import Goal, Helm, Situation, Wish, way
 from vrg.hal.models import RobotModel
 from vrg.navigation.pilot import Neighbour
 from vrg.types import STILL, Twist, Vector
+from vrg.ui.deeds import NO_CLOCK, hindrance
 from vrg.ui.driving import Driving, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.form import Form
 from vrg.ui.hud.goals import Ground, OtherRobot, refusal
 from vrg.ui.hud.telemetry import Telemetry
+from vrg.ui.scene import Scene
 
 POSE_TIMEOUT: Final = 0.3
 """The match time in s after which a pose is too old to drive by: the robot stands."""
@@ -133,18 +135,12 @@ class Desk:
             return words.YOU if manual else words.YOU_SOON
         return words.ANOTHER if self._taken(seen) else words.OWN_STRATEGY
 
-    def hindrance(self, seen: Telemetry) -> str:
-        """The reason why the robot cannot move, in words; empty if there is none."""
-        state = seen.state
-        checks = (
-            (not seen.live, words.NO_CLOCK),
-            (state is None, words.NO_REFEREE),
-            (self.stopped(seen), words.ESTOP),
-            (state is not None and state.halted is not None, words.HALTED),
-            (seen.me is None or not seen.me.may_move, words.MAY_NOT_MOVE),
-            (self._stale(seen), words.NO_POSE),
-        )
-        return next((why for stands, why in checks if stands), "")
+    def hindrance(self, seen: Telemetry, scene: Scene) -> str:
+        """The reason why the robot cannot be driven, in words; empty if there is none. `scene` is what is shown."""
+        if not seen.live or seen.state is None:
+            return words.NO_REFEREE if seen.live else NO_CLOCK
+        scene = replace(scene, estop=scene.estop or self.stopped(seen))
+        return hindrance(scene, scene.player(self.player)) or (words.NO_POSE if self._stale(seen) else "")
 
     def situation(self, seen: Telemetry, hands: Hands) -> Situation | None:
         """The input of the automaton; None while the robot's pose is not known."""

@@ -190,7 +190,7 @@ class Hud(WindowNode):
             wish=desk.wish,
             mode=desk.where if desk.wish is not Wish.WATCH else "" if report is None else report.mode,
             holder=desk.holder(seen),
-            hindrance=desk.hindrance(seen),
+            hindrance=desk.hindrance(seen, self.scene),
             goal=desk.goal,
             home=desk.home,
             way=self._plan(tick.time),
@@ -199,7 +199,6 @@ class Hud(WindowNode):
             ranging=self._ranging,
             notice=self.notice or desk.notice,
             pad=self.pads.status,
-            pad_ready=self.pads.active is not None,
         )
         self.shown = self._painter.draw(window, self.board, self.listed)
 

@@ -8,7 +8,7 @@ import pygame
 from vrg.games.hud.helm import Wish
 from vrg.ui import palette, shapes
 from vrg.ui.hud import words
-from vrg.ui.hud.dashboard import Dashboard, Level, Line, alert, player_line, status
+from vrg.ui.hud.dashboard import Dashboard, Line, alert, player_line, status
 from vrg.ui.hud.layout import SET, STOP, Layout, layout
 from vrg.ui.hud.quadrants import ConesPainter, LocationPainter, PicturePainter, Quadrant, RaysPainter
 from vrg.ui.kit import button, field, keys, titled_plate, write
@@ -16,22 +16,8 @@ from vrg.ui.palette import ink_on
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Projection
 
-COLOURS: Final = {
-    Level.CALM: palette.RAISED,
-    Level.GOOD: palette.GOOD,
-    Level.CAUTION: palette.CAUTION,
-    Level.ALARM: palette.ALARM,
-}
-"""The colour of what a level of urgency is written upon."""
 LINES: Final = 7
 """The lines of the status that are always shown: those before the sensors."""
-INKS: Final = {
-    Level.CALM: palette.TEXT,
-    Level.GOOD: palette.TEXT,
-    Level.CAUTION: palette.CAUTION,
-    Level.ALARM: palette.WARNING,
-}
-"""The colour of what is written upon a panel at a level of urgency."""
 
 
 class HudPainter:
@@ -93,8 +79,8 @@ class HudPainter:
         write(surface, who, about, round(14 * ui), palette.MUTED, self._fonts)
         plate = pygame.Rect(about.right + pad, stop.top, 0, stop.height)
         plate.width = max(0, stop.left - pad - plate.left)
-        shapes.pill(surface, plate, COLOURS[line.level], radius=round(6 * ui))
-        ink = ink_on(COLOURS[line.level])
+        shapes.pill(surface, plate, line.colour, radius=round(6 * ui))
+        ink = ink_on(line.colour)
         write(surface, line.words, plate.inflate(-2 * pad, 0), round(15 * ui), ink, self._fonts, Face.BOLD)
         button(surface, stop, *words.STOP, palette.ALARM, ui, self._fonts)
 
@@ -144,4 +130,4 @@ class HudPainter:
                 Face.BOLD,
             )
             value = pygame.Rect(place.left + label, top, max(1, place.width - label), row)
-            write(surface, line.words, value, size, INKS[line.level], self._fonts)
+            write(surface, line.words, value, size, line.colour, self._fonts)
