@@ -37,7 +37,8 @@ from vrg.colours import Rgb
 from vrg.games.hud.helm import Goal, Wish
 from vrg.types import Pose, Twist
 from vrg.ui import palette
-from vrg.ui.hud.layout import SET, STOP, Layout
+from vrg.ui.acts import Act
+from vrg.ui.hud.layout import Layout
 from vrg.ui.hud.node import Hud
 from vrg.ui.palette import WARNING
 
@@ -94,7 +95,7 @@ class Bench:
         pygame.event.post(pygame.event.Event(pygame.MOUSEBUTTONDOWN, button=1, pos=at))
         return self.tick()
 
-    def press(self, button: Wish | str) -> list[tuple[str, m.Message]]:
+    def press(self, button: Act) -> list[tuple[str, m.Message]]:
         """Click on a button."""
         return self.click(self.places.buttons[button].center)
 
@@ -146,7 +147,7 @@ class TestMouse:
         goal = bench.node.desk.goal
         assert goal is not None
         assert (goal.x, goal.y) == pytest.approx((0.0, 1.0), abs=0.05)
-        [(key, manual)] = bench.press(Wish.GOTO)
+        [(key, manual)] = bench.press(Act.GOTO)
         assert key == "player/ann/manual"
         assert isinstance(manual, m.Manual)
         assert manual.lease == LEASE
@@ -162,19 +163,19 @@ class TestMouse:
         assert bench.count(WARNING, bench.places.notice) > 50
 
     def test_buttons(self, bench: Bench) -> None:
-        bench.press(Wish.MANUAL)
+        bench.press(Act.MANUAL)
         assert bench.node.desk.wish is Wish.MANUAL
-        bench.press(Wish.RESET)
+        bench.press(Act.BEGIN)
         assert bench.node.board.mode.startswith("Reset/")
-        assert ("player/ann/manual", RELEASED) in bench.press(Wish.WATCH)
-        assert [body for _, body in bench.press(STOP)] == [m.Estop(by="display of ann")]
+        assert ("player/ann/manual", RELEASED) in bench.press(Act.LEAVE)
+        assert [body for _, body in bench.press(Act.STOP)] == [m.Estop(by="display of ann")]
 
     def test_a_field_is_clicked_and_typed_into_and_set(self, bench: Bench) -> None:
         for field, text in zip(bench.places.fields, ("-1.5", "2", "90"), strict=True):
             bench.click(field.center)
             for sign in text:
                 bench.key(ord(sign), sign)
-        bench.press(SET)
+        bench.press(Act.TAKE)
         assert bench.node.desk.goal == Goal(-1.5, 2.0, math.pi / 2)
         assert bench.node.desk.wish is Wish.WATCH
 
@@ -232,7 +233,7 @@ class TestKeys:
 
 class TestPad:
     def test_a_lost_pad_gives_the_robot_back_also_where_it_drives_home(self, bench: Bench, pad: VirtualPad) -> None:
-        bench.press(Wish.RESET)
+        bench.press(Act.BEGIN)
         pad.unplug()
         assert ("player/ann/manual", RELEASED) in bench.tick()
         assert bench.node.desk.wish is Wish.WATCH
@@ -297,9 +298,9 @@ class TestPixels:
         assert bench.count(palette.CAUTION, around) == 0
         bench.click((x, y))
         assert bench.count(palette.CAUTION, around) > 20
-        assert bench.count(palette.CAUTION, places.buttons[Wish.GOTO]) == 0
-        bench.press(Wish.GOTO)
-        assert bench.count(palette.CAUTION, places.buttons[Wish.GOTO]) > 1000
+        assert bench.count(palette.CAUTION, places.buttons[Act.GOTO]) == 0
+        bench.press(Act.GOTO)
+        assert bench.count(palette.CAUTION, places.buttons[Act.GOTO]) > 1000
 
     def test_robots_are_drawn_where_the_player_is_told_and_nowhere_else(self, bench: Bench) -> None:
         assert {body.name for body in bench.node.scene.bodies} == {"ann", "bob"}
@@ -336,7 +337,7 @@ class TestWhatItMayKnow:
     def test_it_says_only_what_its_seat_may(self, bench: Bench) -> None:
         said = self.expressions(speaks)
         bench.key(pygame.K_m)
-        bench.press(STOP)
+        bench.press(Act.STOP)
         bench.node.stop()
         for key, _ in sent(bench.node.mailbox):
             assert any(key_matches(allowed, key) for allowed in said), key

@@ -5,8 +5,8 @@ import itertools
 import pytest
 from pygame import Rect
 
-from vrg.games.hud.helm import Wish
-from vrg.ui.hud.layout import SET, STOP, layout
+from vrg.ui.acts import Act
+from vrg.ui.hud.layout import layout
 
 SENSORS = ("laser", "sonar", "camera")
 ALL = dict.fromkeys(SENSORS, True)
@@ -30,11 +30,11 @@ def test_the_quadrants_share_the_window() -> None:
 @pytest.mark.parametrize("size", SIZES)
 def test_buttons_and_fields_are_in_the_panel_apart_from_each_other(size: tuple[int, int]) -> None:
     places = layout(*size, **ALL)
-    inside = [*places.fields, *(place for button, place in places.buttons.items() if button != STOP)]
+    inside = [*places.fields, *(place for act, place in places.buttons.items() if act is not Act.STOP)]
     inside += [places.notice, places.status]
     assert all(places.panel.contains(place) for place in inside)
     assert not any(a.colliderect(b) for a, b in itertools.combinations(inside, 2))
-    assert places.head.contains(places.buttons[STOP])
+    assert places.head.contains(places.buttons[Act.STOP])
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
@@ -45,8 +45,8 @@ def test_the_status_has_room_for_seven_lines(size: tuple[int, int]) -> None:
 
 def test_what_is_at_a_pixel() -> None:
     places = layout(1280, 720, **ALL)
-    assert places.button_at(*places.buttons[Wish.RESET].center) is Wish.RESET
-    assert places.button_at(*places.buttons[SET].center) == SET
+    assert places.button_at(*places.buttons[Act.BEGIN].center) is Act.BEGIN
+    assert places.button_at(*places.buttons[Act.TAKE].center) is Act.TAKE
     assert places.field_at(*places.fields[2].center) == 2
     assert places.button_at(*places.location.center) is None
     assert places.field_at(*places.location.center) is None

@@ -6,17 +6,16 @@ from typing import Final
 from pygame import Rect
 
 from vrg.games.hud.helm import Wish
+from vrg.ui.acts import Act
 from vrg.ui.draw import letter_scale
-from vrg.ui.hud import words
 from vrg.ui.kit import row, title_height
 
 WIDE: Final = 1.0
 """The proportion of width to height below which the quadrants are below each other."""
-SET: Final = "set"
-STOP: Final = "stop"
-
-Button = Wish | str
-"""The purpose of a button: a wish, SET or STOP."""
+WISHES: Final = {Act.GOTO: Wish.GOTO, Act.MANUAL: Wish.MANUAL, Act.BEGIN: Wish.RESET}
+"""The acts by which a person drives the robot."""
+BUTTONS: Final = {Act.GOTO: "Goto", Act.MANUAL: "Manual", Act.BEGIN: "Reset", Act.LEAVE: "Give back"}
+"""The labels of the buttons below the fields."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +27,7 @@ class Layout:
         head: the line at the top, with the player's name and what must not be overlooked.
         location, panel: quadrants with their titles, like laser, sonar and camera, which are None where the robot has
             no such sensor: the map then has the room. The picture of the camera stands beside the sonar.
-        fields: the fields x, y and heading. buttons: by what they are for.
+        fields: the fields x, y and heading. buttons: by their acts.
         notice: of the messages to the person. status: of the list about the player and its robot.
     """
 
@@ -40,7 +39,7 @@ class Layout:
     camera: Rect | None
     panel: Rect
     fields: tuple[Rect, ...]
-    buttons: dict[Button, Rect]
+    buttons: dict[Act, Rect]
     notice: Rect
     status: Rect
 
@@ -50,9 +49,9 @@ class Layout:
         title = title_height(self.ui)
         return Rect(self.location.left, self.location.top + title, self.location.width, self.location.height - title)
 
-    def button_at(self, x: int, y: int) -> Button | None:
-        """The button at a pixel, or None."""
-        return next((button for button, place in self.buttons.items() if place.collidepoint(x, y)), None)
+    def button_at(self, x: int, y: int) -> Act | None:
+        """The act of the button at a pixel, or None."""
+        return next((act for act, place in self.buttons.items() if place.collidepoint(x, y)), None)
 
     def field_at(self, x: int, y: int) -> int | None:
         """The number of the field at a pixel, or None."""
@@ -98,7 +97,7 @@ def layout(width: int, height: int, *, laser: bool, sonar: bool, camera: bool) -
     top = panel.top + title_height(ui) + round(4 * ui)
     columns = row(Rect(inside.left, top, inside.width, line), (1.0, 1.0, 1.2, 0.7), gap)
     top += line + gap
-    wishes = row(Rect(inside.left, top, inside.width, round(40 * ui)), (1.0,) * len(words.BUTTONS), gap)
+    wishes = row(Rect(inside.left, top, inside.width, round(40 * ui)), (1.0,) * len(BUTTONS), gap)
     top += round(40 * ui) + gap
     notice = Rect(inside.left, top, inside.width, round(42 * ui))
     status = Rect(inside.left, notice.bottom + gap, inside.width, max(1, inside.bottom - notice.bottom - gap))
@@ -113,7 +112,7 @@ def layout(width: int, height: int, *, laser: bool, sonar: bool, camera: bool) -
         camera=picture if camera else None,
         panel=panel,
         fields=tuple(columns[:3]),
-        buttons={STOP: stop, SET: columns[3], **dict(zip(words.BUTTONS, wishes, strict=True))},
+        buttons={Act.STOP: stop, Act.TAKE: columns[3], **dict(zip(BUTTONS, wishes, strict=True))},
         notice=notice,
         status=status,
     )

@@ -22,7 +22,7 @@ from vrg.ui.acts import Act, Press
 from vrg.ui.hud.dashboard import Dashboard
 from vrg.ui.hud.desk import Desk
 from vrg.ui.hud.goals import Ground, OtherRobot
-from vrg.ui.hud.layout import SET, STOP, Layout
+from vrg.ui.hud.layout import WISHES, Layout
 from vrg.ui.hud.painter import HudPainter
 from vrg.ui.hud.telemetry import Receiver, Telemetry
 from vrg.ui.view import Projection
@@ -34,11 +34,6 @@ ASK: Final = 0.5
 """The match time in s between two such requests."""
 PLAN: Final = 0.2
 """The match time in s between two plans of the way that is shown."""
-WISHES: Final = {Act.GOTO: Wish.GOTO, Act.MANUAL: Wish.MANUAL, Act.BEGIN: Wish.RESET}
-BUTTONS: Final[Mapping[Wish | str | None, Act]] = {
-    STOP: Act.STOP, SET: Act.TAKE, Wish.WATCH: Act.LEAVE, **{wish: act for act, wish in WISHES.items()}
-}  # fmt: skip
-"""The acts of the buttons in the window."""
 
 
 class Hud(WindowNode):
@@ -156,9 +151,9 @@ class Hud(WindowNode):
         if self.shown is None:
             return
         (places, view), (x, y) = self.shown, place
-        button, field = places.button_at(x, y), places.field_at(x, y)
-        if button in BUTTONS:
-            self.press(Press(BUTTONS[button]))
+        act, field = places.button_at(x, y), places.field_at(x, y)
+        if act is not None:
+            self.press(Press(act))
         elif field is not None:
             self.desk.form.enter(field)
         elif places.map_area.collidepoint(x, y):

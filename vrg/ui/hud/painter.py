@@ -5,11 +5,11 @@ from typing import Final
 
 import pygame
 
-from vrg.games.hud.helm import Wish
 from vrg.ui import palette, shapes
+from vrg.ui.acts import Act
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Line, alert, player_line, status
-from vrg.ui.hud.layout import SET, STOP, Layout, layout
+from vrg.ui.hud.layout import BUTTONS, WISHES, Layout, layout
 from vrg.ui.hud.quadrants import ConesPainter, LocationPainter, PicturePainter, Quadrant, RaysPainter
 from vrg.ui.kit import button, field, keys, titled_plate, write
 from vrg.ui.palette import ink_on
@@ -67,7 +67,7 @@ class HudPainter:
     def _head(self, surface: pygame.Surface, places: Layout, board: Dashboard) -> None:
         ui, head, line = places.ui, places.head, alert(board)
         pygame.draw.rect(surface, palette.PANEL, head)
-        pad, stop = round(12 * ui), places.buttons[STOP]
+        pad, stop = round(12 * ui), places.buttons[Act.STOP]
         name, size = board.player, round(20 * ui)
         own = pygame.Rect(
             head.left + pad, head.top, min(self._fonts.width(name, size, Face.BOLD), head.width // 4), head.height
@@ -82,7 +82,7 @@ class HudPainter:
         shapes.pill(surface, plate, line.colour, radius=round(6 * ui))
         ink = ink_on(line.colour)
         write(surface, line.words, plate.inflate(-2 * pad, 0), round(15 * ui), ink, self._fonts, Face.BOLD)
-        button(surface, stop, *words.STOP, palette.ALARM, ui, self._fonts)
+        button(surface, stop, "STOP", Act.STOP.value[0], palette.ALARM, ui, self._fonts)
 
     def _panel(self, surface: pygame.Surface, places: Layout, board: Dashboard) -> None:
         ui = places.ui
@@ -93,12 +93,10 @@ class HudPainter:
             focused = board.focus == index
             text = f"{board.texts[index]}{'|' if focused else ''} {unit}"
             field(surface, place, name, text, ui, self._fonts, focused=focused)
-        button(surface, places.buttons[SET], words.SET, "ENTER", palette.RAISED, ui, self._fonts)
-        for wish, (name, key) in words.BUTTONS.items():
-            active = wish is board.wish and wish is not Wish.WATCH
-            button(
-                surface, places.buttons[wish], name, key, palette.CAUTION if active else palette.CALM, ui, self._fonts
-            )
+        button(surface, places.buttons[Act.TAKE], "Set", Act.TAKE.value[0], palette.RAISED, ui, self._fonts)
+        for act, name in BUTTONS.items():
+            colour = palette.CAUTION if WISHES.get(act) is board.wish else palette.CALM
+            button(surface, places.buttons[act], name, act.value[0], colour, ui, self._fonts)
         self._notice(surface, places.notice, board, ui)
         self._status(surface, places.status, status(board), ui)
         surface.set_clip(before)

@@ -9,15 +9,6 @@ GOTO: Final = "GOTO"
 
 FIELDS: Final = (("x", "m"), ("y", "m"), ("heading", "°"))
 """The name and the unit of each field of the goto panel."""
-SET: Final = "Set"
-BUTTONS: Final = {
-    Wish.GOTO: ("Goto", "G"),
-    Wish.MANUAL: ("Manual", "M"),
-    Wish.RESET: ("Reset", "HOME"),
-    Wish.WATCH: ("Give back", "ESC"),
-}
-"""The label of each wish's button, and its key."""
-STOP: Final = ("STOP", "SPACE")
 HINTS: Final = {
     Wish.WATCH: "Click the map or type a goal, then Goto. Manual drives by gamepad or arrow keys, Reset drives home.",
     Wish.GOTO: "The robot drives to the goal and stands there until it is given back. A click moves the goal.",
