@@ -82,9 +82,9 @@ def test_the_whole_field_is_shown_anew_when_its_zones_change(file):
     fields = messages_of(file, topics="/view/field")
     assert [message.log_time for _, _, message in fields] == [0, 20_100_000_000], "the ends swap after the first pass"
     for _, _, message in fields:
-        assert set(entities_of(message)) == {"zone:field", "zone:safe zone", "zone:start"}
+        assert set(entities_of(message)) == {"field field", "zone safe zone", "zone start", "border field"}
         assert [deleted["type"] for deleted in json.loads(message.data)["deletions"]] == [1], "all of what was shown"
-    north, south = (entities_of(message)["zone:safe zone"]["lines"][0]["points"][0]["y"] for _, _, message in fields)
+    north, south = (entities_of(message)["zone safe zone"]["lines"][-1]["points"][0]["y"] for _, _, message in fields)
     assert north > south
 
 
@@ -93,8 +93,8 @@ def test_walls_and_obstacles_are_blocks_as_high_as_in_the_world(path):
     [(schema, _, message)] = messages_of(path, topics="/view/map")
     assert schema.name == "foxglove.SceneUpdate"
     blocks = entities_of(message)
-    assert set(blocks) == {"obstacle:0", "obstacle:1", "obstacle:2"}
-    [wall] = blocks["obstacle:0"]["triangles"]
+    assert set(blocks) == {"wall 0", "wall 1", "wall 2"}
+    [wall] = blocks["wall 0"]["triangles"]
     assert {(p["x"], p["y"]) for p in wall["points"]} == set(synthetic.OBSTACLES[0].outline())
     assert {p["z"] for p in wall["points"]} == {0.0, WALL_HEIGHT}
     assert len(wall["indices"]) == 3 * (2 + 2 * 4), "two triangles on top and two on each of four sides"
@@ -125,8 +125,11 @@ def test_a_zone_of_any_shape_is_outlined_in_the_scene_and_read_back(path, record
     [(_, _, message)] = messages_of(path, topics="/view/field")
     entities = entities_of(message)
     for zone in synthetic.four_shapes():
-        [line] = entities[f"zone:{zone.name}"]["lines"]
-        assert [(point["x"], point["y"]) for point in line["points"]] == zone.region.outline()
+        name = f"{'border' if zone.kind == 'field' else 'zone'} {zone.name}"
+        points = entities[name]["lines"][-1]["points"]
+        assert np.array([(point["x"], point["y"]) for point in points]) == pytest.approx(
+            np.array(zone.region.outline()), abs=0.001
+        )
     assert setting_of(read_recorded(path)).zones == {1: synthetic.four_shapes()}
 
 

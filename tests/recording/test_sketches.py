@@ -32,7 +32,7 @@ def test_a_sketch_is_read_back_and_drawn_in_the_scene(tmp_path: Path) -> None:
     assert (thought.player, thought.time, thought.strokes) == ("ann", 0.5, (COURSE, DOT))
     [(_, drawn)] = written(path, "/view/sketch/ann")
     [entity] = drawn["entities"]
-    assert (len(entity["lines"]), len(entity["spheres"])) == (1, 1)
+    assert (len(entity["lines"]), len(entity["spheres"])) == (1, 2)
     assert [text["text"] for text in entity["texts"]] == [COURSE.label]
 
 

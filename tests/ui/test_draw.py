@@ -12,9 +12,9 @@ from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION, dulled
 from vrg.games import GAMES, game_of
 from vrg.games.game import Marker
-from vrg.regions import Circle, Polygon, Rectangle, Sector
+from vrg.regions import Circle
 from vrg.types import Pose
-from vrg.ui import ground, palette, text
+from vrg.ui import palette, text
 from vrg.ui.banner import Help, banners
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Flash, Scene
@@ -288,50 +288,14 @@ def test_a_zone_of_any_shape_is_drawn_as_far_as_it_reaches_and_no_further(scene_
     assert close_to(colours_near(surface, view.point(21.0, -15.5), 3), palette.FIELD) > 20
 
 
-@pytest.fixture
-def added_by(scene_at, monkeypatch):
-    """Where, in m, a function of vrg.ui.ground leaves its traces when one zone of a region is drawn."""
+def test_a_name_that_has_no_room_in_its_zone_is_not_painted(scene_at):
+    def drawn(name, radius):
+        zones = [m.Zone(name=name, kind="start", region=Circle(21.0, -24.0, radius))]
+        scene = dataclasses.replace(scene_at(0.0, zones=[*synthetic.zones()[:1], *zones]), bodies=(), obstacles=())
+        return content(painted(scene)[0])
 
-    def differing(function, region, **words):
-        field = m.Zone(name="field", kind="field", region=Rectangle(16.0, -32.0, 26.0, -13.0))
-        zone = m.Zone(region=region, **words)
-        scene = dataclasses.replace(scene_at(0.0, zones=[field, zone]), bodies=(), obstacles=())
-        whole, view = painted(scene)
-        with monkeypatch.context() as patch:
-            patch.setattr(ground, function, lambda *_: None)
-            without, _ = painted(scene)
-        everywhere = [(x, y) for x in range(930) for y in range(100, 700)]
-        return [view.place(*pixel) for pixel in everywhere if whole.get_at(pixel) != without.get_at(pixel)]
-
-    return differing
-
-
-@pytest.mark.parametrize(
-    "region",
-    [
-        Rectangle(17.0, -20.0, 22.0, -17.0),
-        Circle(21.0, -24.0, 3.0),
-        Sector(16.0, -32.0, 6.0, 0.0, math.pi / 2),
-        Polygon(((17.0, -30.0), (25.0, -30.0), (21.0, -20.0))),
-    ],
-)
-def test_the_stripes_of_a_safe_zone_end_at_its_border(added_by, region):
-    places = added_by("_stripes", region, name="-", kind="safe")
-    assert len(places) > 500
-    three_pixels = 0.07
-    assert max(region.distance(x, y) for x, y in places) < three_pixels
-
-
-@pytest.mark.parametrize("region", [Circle(21.0, -24.0, 3.0), Sector(16.0, -32.0, 6.0, 0.0, math.pi / 2)])
-def test_the_name_of_a_zone_stands_about_its_middle(added_by, region):
-    places = added_by("_name", region, name="harbour", kind="start")
-    assert all(region.contains(x, y) for x, y in places)
-    for axis in (0, 1):
-        assert min(place[axis] for place in places) < region.middle[axis] < max(place[axis] for place in places)
-
-
-def test_a_name_that_has_no_room_in_its_zone_is_not_written(added_by):
-    assert added_by("_name", Circle(21.0, -24.0, 0.4), name="harbour", kind="start") == []
+    assert drawn("harbour", 3.0) != drawn("seaport", 3.0)
+    assert drawn("harbour", 0.4) == drawn("seaport", 0.4)
 
 
 def test_walls_are_drawn(scene_at):

@@ -16,7 +16,7 @@ from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.card import CardPainter
 from vrg.ui.explaining import Card, Explainer
-from vrg.ui.proof import Proof, place_beside
+from vrg.ui.proof import Proof
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.spectator import Spectator
 from vrg.ui.text import Fonts
@@ -71,16 +71,6 @@ def test_a_card_that_was_closed_shows_nothing_when_its_proof_comes() -> None:
     goes_on.set()
     assert explainer.card is None
     assert not explainer.look()
-
-
-def test_the_number_of_a_measured_way_hides_no_robot_where_there_is_room() -> None:
-    inside, plate = pygame.Rect(0, 0, 600, 400), pygame.Rect(0, 0, 60, 20)
-    robots = [pygame.Rect(260, 170, 60, 60), pygame.Rect(310, 140, 60, 60)]
-    place = place_beside(plate, (315.0, 185.0), robots, inside, 8)
-    assert place.collidelist(robots) == -1
-    assert inside.contains(place)
-    assert abs(place.centerx - 315) + abs(place.centery - 185) < 120, "it is near what it measures"
-    assert inside.contains(place_beside(plate, (315.0, 185.0), [inside], inside, 8)), "it is shown also without room"
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (400, 300)])

@@ -1,22 +1,35 @@
 """A game of another package is shown in its own colours and words, and one that is not installed is shown too."""
 
+import dataclasses
 import io
+import json
 from importlib.metadata import EntryPoint
 
 import pytest
 from matplotlib.colors import to_rgb
+from msgspec.structs import replace
 from rich.console import Console
 
+from tests.recording.recordings import messages_of
 from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, painted, where
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
-from vrg.colours import ORANGE, PURPLE, dulled
+from vrg.colours import ORANGE, PURPLE, WHITE, dulled, mix
 from vrg.games import GAMES, UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment, Role
+from vrg.hal.models.pioneer import P2AT
 from vrg.recording.recorder import Recorder
+from vrg.regions import Rectangle
+from vrg.types import Pose
+from vrg.ui import palette
 from vrg.ui.plot import plot_trajectories
+from vrg.ui.scene import Flash
 from vrg.ui.table import status_line, table
+from vrg.ui.three.ground import TURF
+from vrg.ui.three.ground import ground as solids
+from vrg.ui.three.stage import BatchMaker
+from vrg.ui.web import parts
 
 CAPTURE = Game(
     name="capture",
@@ -106,6 +119,56 @@ def test_the_plot_marks_the_calls_that_another_packages_game_names(keys, drawn, 
     assert {"D", "s", "X"} <= ends
     jailed = next(line for line in axes.lines if line.get_marker() == "X")
     assert to_rgb(jailed.get_color()) == to_rgb("0.75")
+
+
+@pytest.mark.usefixtures("installed")
+def test_what_lies_on_another_packages_field_appears_everywhere(scene_at, keys, drawn, tmp_path):
+    """A zone, a thing, a mark and a call that VRG's own games have not: no drawing of VRG is changed for them."""
+    court = m.Zone(name="court", kind="court", region=Rectangle(18.0, -24.0, 22.0, -20.0), team="reds")
+    cup = m.FieldObject(name="cup", kind="cup", team="blues", x=20.0, y=-28.0)
+    player = replace(PLAYERS[1], mark=Pose(24.0, -16.0, 0.0))
+    zones = (*synthetic.zones()[:1], court)
+    changes = {**CHANGES, "players": [player], "zones": zones, "objects": (cup,), "stage": m.Stage.INITIALIZE}
+    scene = scene_at(5.0, **changes)
+    scene = dataclasses.replace(scene, flashes=(Flash((23.0, -30.0), "flag taken", 0.0),))
+    tint, mark = (mix(palette.FIELD, PURPLE, 0.14), mix(PURPLE, palette.FIELD, 0.45))
+
+    surface, view = painted(scene)
+    for colour, at in (
+        (tint, (19.0, -23.0)),
+        (ORANGE, (20.1, -27.7)),
+        (mark, (24.0, -16.0)),
+        (palette.CAUTION, (23, -30)),
+    ):
+        assert close_to(colours_near(surface, view.point(*at), 30), colour, 10) > 10, at
+
+    page = {name: json.loads(part) for name, part in parts.parts(scene).items()}
+    assert {"fill": list(tint)}.items() <= page["ground"]["figures"][1]["shapes"][0].items()
+    assert page["state"]["objects"][0]["figure"]["shapes"][1]["fill"] == list(ORANGE)
+    assert page["looks"]["marks"][0]["shapes"][0]["line"] == list(mark)
+    assert page["frame"]["flashes"][0]["label"]["words"] == "FLAG TAKEN"
+
+    playing = {**changes, "stage": m.Stage.PLAY_ROUND, "round": 1}
+    path = recorded(tmp_path / "match.mcap", keys, **playing)
+    filled = [
+        json.loads(message.data)
+        for topic in ("/view/field", "/view/scene")
+        for *_, message in messages_of(path, topics=topic)[:1]
+    ]
+    colours = {
+        tuple(round(255 * triangle["color"][part]) for part in "rgb")
+        for update in filled for entity in update["entities"] for triangle in entity["triangles"]
+    }  # fmt: skip
+    assert {tint, ORANGE} <= colours
+
+    plot_trajectories(path, tmp_path / "plot.png")
+    faces = {tuple(round(255 * part) for part in patch.get_facecolor()[:3]) for patch in drawn[0].patches}
+    assert {mix(WHITE, PURPLE, 0.14), ORANGE} <= faces
+
+    assert mix(TURF, PURPLE, 0.14) in {solid.colour for solid in solids(scene)}
+    shown = {batch.name: batch for batch in BatchMaker({}, P2AT).batches(scene)}
+    assert tuple(shown["flags/cloths"].colours[0]) == ORANGE
+    assert shown["marks"].scales.any()
 
 
 def test_a_game_that_is_not_installed_here_is_shown_in_every_view(scene_at, keys, drawn, tmp_path):

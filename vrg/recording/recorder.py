@@ -4,8 +4,8 @@ It writes what was published, one topic a key: `/referee/state`, `/poses`, `/pla
 of the bus below that of the match, and what is on them are the messages, as JSON. Of the clock the newest one is
 written with what arrived until then. Beside them are the views that a viewer cannot make of messages:
 
-- `/view/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/view/field`: the zones as
-  outlines, when they change. `/view/map`: walls and obstacles, once.
+- `/view/scene`: the robots as boxes coloured by role, the physical ones with a white rim. `/view/field`: the field and
+  its zones, when they change. `/view/map`: walls and obstacles, once.
 - `/view/robot/NAME`: where the world shows a robot. `/view/sketch/NAME`: what a player has sketched, in the scene.
 - `/view/NAME/KIND/SENSOR`: the scan, the picture, the cones or the place on the earth of a sensor, as its spec wants
   it. A scan and a picture are not written as messages besides: see `vrg.recording.readings`.
@@ -28,14 +28,14 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.names import name_of
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, name_in
-from vrg.games import UNKNOWN_GAME, game_of
+from vrg.games import UNKNOWN_GAME, game_of, look
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.spec import Recorded
 from vrg.recording import foxglove as fg
 from vrg.recording.layout import VIEW
 from vrg.recording.mcap_file import McapFile
 from vrg.recording.readings import records_of
-from vrg.recording.scene import flag_entity, obstacle_entity, robot_entity, sketch_entity, zone_entity
+from vrg.recording.scene import entity, robot_entity
 from vrg.recording.sink import Sink
 from vrg.regions import Region
 from vrg.types import Pose
@@ -219,7 +219,9 @@ class Recorder(Node):
             self._zones = state.zones
             # Each update is whole: a viewer that jumps to an instant reads only the last one before it.
             at = fg.time_of(received.stamp)
-            update = fg.SceneUpdate([fg.everything(at)], self._zone_entities(state.zones, at))
+            figures = look.ground(self._game, state.zones, ())
+            drawn = [entity(figure.name, [figure], at, level) for level, figure in enumerate(figures)]
+            update = fg.SceneUpdate([fg.everything(at)], drawn)
             self._show("field", update, received)
 
     def _write_sketch(self, player: str, received: Received[m.Sketch]) -> bool:
@@ -234,7 +236,8 @@ class Recorder(Node):
         self._sketched[player] = (sketch, now)
         self._keep(received)
         colour = self._game.style(*self._roles.get(player, ("robot", ""))).colour
-        drawn = sketch_entity(player, sketch, colour, fg.time_of(received.stamp))
+        figures = [f for stroke in sketch.strokes for f in look.stroke("", stroke.points, stroke.label, colour)]
+        drawn = entity(f"sketch:{player}", figures, fg.time_of(received.stamp))
         self._show(f"sketch/{player}", fg.SceneUpdate([], [drawn]), received)
         return True
 
@@ -248,7 +251,7 @@ class Recorder(Node):
         at = fg.time_of(received.stamp)
         if not self._map_written:
             self._map_written = True
-            blocks = [obstacle_entity(obstacle, number, at) for number, obstacle in enumerate(self._obstacles)]
+            blocks = [entity(wall.name, [wall], at) for wall in look.ground(self._game, (), self._obstacles)]
             self._show("map", fg.SceneUpdate([], blocks), received)
         entities = []
         for body in received.body.bodies:
@@ -261,12 +264,9 @@ class Recorder(Node):
         for thing in self._objects:
             carried = self._where.get(thing.carrier or "")
             place = (thing.x, thing.y) if carried is None else (carried.x, carried.y)
-            entities.append(flag_entity(thing.name, place, self._game.team_style(thing.team or "").colour, at))
+            drawn = look.thing(thing.name, place, self._game.team_style(thing.team or "").colour)
+            entities.append(entity(drawn.name, [drawn], at))
         self._show("scene", fg.SceneUpdate([], entities), received)
-
-    def _zone_entities(self, zones: Sequence[m.Zone], at: fg.Time) -> list[fg.SceneEntity]:
-        team = self._game.team_style
-        return [zone_entity(zone, team(zone.team).colour if zone.team else None, at) for zone in zones]
 
     def _write_reading(self, received: Received[m.SensorMessage]) -> None:
         _, _, _, coded, _, kind, sensor = received.key.split("/")

@@ -1,30 +1,26 @@
-"""The recorded 3-D scene: robots are boxes with an arrow and a name, zones are outlines, walls and obstacles blocks.
+"""The recorded 3-D scene: robots are boxes with an arrow and a name; all else are the figures of windows.
 
 A robot has the colour of its role. A physical robot's box has a white rim, as in the spectator's window.
 """
 
+from collections.abc import Sequence
 from typing import Final
 
-from vrg.bus.messages import Sketch, Zone
-from vrg.colours import GREEN, GREY, Rgb
+from vrg.colours import Rgb
+from vrg.figures import Figure
 from vrg.hal.models.description import RobotModel
 from vrg.hal.sensors.depiction import Cones
 from vrg.recording import foxglove as fg
-from vrg.regions import Region
-from vrg.types import Pose, Vector
+from vrg.types import Pose
 
-BLOCK_HEIGHT: Final = 1.0
-"""The height of walls and obstacles, m. It is that of the world, `vrg.hal.sim.map.WALL_HEIGHT`."""
-FLAG_HEIGHT: Final = 0.9
-"""The height of a flag's pole, m."""
 SONAR_HEIGHT: Final = 0.2
 """The height above ground in which the cones of a sonar are drawn, m."""
-STROKE_HEIGHT: Final = 0.05
-"""The height at which strokes are drawn, m above the ground, so that zones do not hide them."""
-_DOT: Final = fg.Vector3(0.12, 0.12, 0.12)
-"""The size of a dot, m."""
-STROKE_WIDTH: Final = 0.04
-"""The width of a line, m."""
+LAYER: Final = 0.002
+"""m between surfaces that lie upon each other."""
+PIXEL: Final = 0.025
+"""The width in m of a line that is a pixel wide in a window."""
+UPRIGHT: Final = 1.8
+"""What stands upright is drawn larger by this factor, so that it is seen among robots."""
 UNKNOWN_SIZE: Final = fg.Vector3(0.5, 0.4, 0.25)
 """Length, width and height in m of a robot whose model is not known."""
 
@@ -50,36 +46,46 @@ def robot_entity(
     return fg.SceneEntity(at, fg.FRAME_ID, name, _FOREVER, False, [arrow], [box], rim, [text])
 
 
-def flag_entity(name: str, place: Vector, colour: Rgb, at: fg.Time) -> fg.SceneEntity:
-    """A flag: a pole with a cloth in the colour of its team, at a place on the ground, m."""
-    x, y = place
-    pole = fg.CubePrimitive(fg.pose_of(x, y, 0.0, FLAG_HEIGHT / 2), fg.Vector3(0.04, 0.04, FLAG_HEIGHT), _WHITE)
-    cloth = fg.CubePrimitive(
-        fg.pose_of(x + 0.2, y, 0.0, FLAG_HEIGHT - 0.14), fg.Vector3(0.36, 0.03, 0.24), colour_of(colour)
-    )
-    return fg.SceneEntity(at, fg.FRAME_ID, f"object:{name}", _FOREVER, False, [], [pole, cloth], [], [])
+def entity(name: str, figures: Sequence[Figure], at: fg.Time, level: int = 0) -> fg.SceneEntity:
+    """Figures in the scene, the first one lowest: what stands rises from the ground.
+
+    Args:
+        level: the number of figures that lie below the first one.
+    """
+    lines, texts, triangles, spheres = [], [], [], []
+    for number, figure in enumerate(figures, level):
+        x, y, metre = figure.at.x, figure.at.y, PIXEL if figure.most == 1.0 else 1.0
+        for part, shape in enumerate(figure.shapes):
+            ground = LAYER * (3 * number + min(part, 2))
+            points = [
+                fg.Vector3(x + UPRIGHT * px, y, UPRIGHT * py) if shape.still else fg.Vector3(x + px, y + py, ground)
+                for px, py in shape.points
+            ]
+            if shape.radius and shape.fill is not None:
+                size, colour = fg.Vector3(*[2 * metre * shape.radius] * 3), colour_of(shape.fill)
+                spheres += [fg.SpherePrimitive(fg.pose_of(p.x, p.y, 0.0, p.z), size, colour) for p in points]
+            elif shape.fill is not None:
+                triangles.append(_block(points, shape.height, colour_of(shape.fill)))
+            if shape.line is not None and not shape.height:
+                kind, width = 1 if shape.closed else 0, PIXEL * shape.width
+                lines.append(fg.LinePrimitive(kind, _ORIGIN, width, False, points, colour_of(shape.line)))
+        if figure.label is not None:
+            above, ink = fg.pose_of(x, y, 0.0, 0.2), colour_of(figure.label.ink)
+            texts.append(fg.TextPrimitive(above, True, 0.2, False, ink, figure.label.words))
+    return fg.SceneEntity(at, fg.FRAME_ID, name, _FOREVER, False, [], [], lines, texts, triangles, spheres)
 
 
-def zone_entity(zone: Zone, team: Rgb | None, at: fg.Time) -> fg.SceneEntity:
-    """The outline of a zone; a safe one is green, and that of a team has the team's colour."""
-    corners = [fg.Vector3(x, y, 0.01) for x, y in zone.region.outline()]
-    colour = colour_of(GREEN if zone.kind == "safe" else team or GREY)
-    line = fg.LinePrimitive(1, _ORIGIN, 0.06, False, corners, colour)
-    return fg.SceneEntity(at, fg.FRAME_ID, f"zone:{zone.name}", _FOREVER, False, [], [], [line], [])
-
-
-def obstacle_entity(obstacle: Region, number: int, at: fg.Time) -> fg.SceneEntity:
-    """A wall or an obstacle of the map, as a block; `number` tells it from the others."""
-    ground = obstacle.outline()
+def _block(ground: list[fg.Vector3], height: float, colour: fg.Color) -> fg.TriangleListPrimitive:
+    """A polygon, or the block that stands on it."""
     count = len(ground)
-    points = [fg.Vector3(x, y, z) for z in (0.0, BLOCK_HEIGHT) for x, y in ground]
+    points = [*ground, *(fg.Vector3(p.x, p.y, p.z + height) for p in ground)] if height else ground
     # The top is a fan, because every region is convex; each side is two triangles.
-    indices = [count + i for corner in range(1, count - 1) for i in (0, corner, corner + 1)]
-    for corner in range(count):
+    top = len(points) - count
+    indices = [top + i for corner in range(1, count - 1) for i in (0, corner, corner + 1)]
+    for corner in range(count if height else 0):
         after = (corner + 1) % count
         indices += [corner, after, count + after, corner, count + after, count + corner]
-    block = fg.TriangleListPrimitive(_ORIGIN, points, colour_of(GREY), indices)
-    return fg.SceneEntity(at, fg.FRAME_ID, f"obstacle:{number}", _FOREVER, False, [], [], [], [], [block])
+    return fg.TriangleListPrimitive(_ORIGIN, points, colour, indices)
 
 
 def cones_entity(name: str, heard: Cones, body: Pose, at: fg.Time) -> fg.SceneEntity:
@@ -96,24 +102,6 @@ def cones_entity(name: str, heard: Cones, body: Pose, at: fg.Time) -> fg.SceneEn
     pose = fg.pose_of(round(body.x, 3), round(body.y, 3), body.theta, SONAR_HEIGHT)
     cones = [fg.TriangleListPrimitive(pose, points, _ECHO, [])]
     return fg.SceneEntity(at, fg.FRAME_ID, name, _SHORT, False, [], [], [], [], cones if points else [])
-
-
-def sketch_entity(player: str, sketch: Sketch, colour: Rgb, at: fg.Time) -> fg.SceneEntity:
-    """The sketch of a player in the scene: dots are spheres, lines are lines with a dot at the end."""
-    shade = colour_of(colour)
-    dots, lines, texts = [], [], []
-    for stroke in sketch.strokes:
-        x, y = stroke.points[-1]
-        if len(stroke.points) == 1:
-            dots.append(fg.SpherePrimitive(fg.pose_of(x, y, 0.0, STROKE_HEIGHT), _DOT, shade))
-        else:
-            points = [fg.Vector3(x, y, STROKE_HEIGHT) for x, y in stroke.points]
-            lines.append(fg.LinePrimitive(0, fg.pose_of(0.0, 0.0, 0.0), STROKE_WIDTH, False, points, shade))
-        if stroke.label:
-            place = fg.pose_of(x, y, 0.0, 4 * STROKE_HEIGHT)
-            texts.append(fg.TextPrimitive(place, True, 0.2, False, shade, stroke.label))
-    name = f"sketch:{player}"
-    return fg.SceneEntity(at, fg.FRAME_ID, name, _FOREVER, False, [], [], lines, texts, spheres=dots)
 
 
 def _rim(top: fg.Pose, size: fg.Vector3) -> fg.LinePrimitive:

@@ -6,12 +6,12 @@ from typing import Final
 from vrg.bus.messages import Stage
 from vrg.colours import GREY, Rgb
 from vrg.coordinator.rulebook import DRAW, NOBODY, wins
-from vrg.games import game_of
+from vrg.figures import Shape, rounded
+from vrg.games import game_of, look
 from vrg.games.game import Marker, Style, capitalised, title
 from vrg.ui import palette
 from vrg.ui.scene import Scene, clock_text
 
-WALL: Final = "wall"
 PHYSICAL: Final = "white rim: physical robot"
 
 
@@ -90,16 +90,16 @@ def headline(scene: Scene) -> Headline:
     )
 
 
-def legend(scene: Scene) -> list[tuple[str, Style | None]]:
-    """The signs on the field, each with its words; without a style a wall, or the rim of a physical robot."""
-    game = game_of(scene.game)
-    signs: list[tuple[str, Style | None]] = [(role.name, game.style(role.name)) for role in game.roles]
+def legend(scene: Scene) -> list[tuple[str, tuple[Shape, ...]]]:
+    """The signs on the field, each with its words, as shapes in a square of side 1."""
+    game, square = game_of(scene.game), rounded(0.9, 0.9, 0.2)
+    signs = [(role.name, look.badge(game.style(role.name))) for role in game.roles]
     if game.out_of_play:
-        signs.append(("out of play", Style(GREY, Marker.CROSS)))
+        signs.append(("out of play", look.badge(Style(GREY, Marker.CROSS))))
     if scene.obstacles:
-        signs.append((WALL, None))
+        signs.append(("wall", (Shape(square, palette.WALL, palette.WALL_EDGE),)))
     if {body.physical for body in scene.bodies} == {True, False}:
-        signs.append((PHYSICAL, None))
+        signs.append((PHYSICAL, (Shape(square, line=palette.TEXT, width=2.0),)))
     return signs
 
 

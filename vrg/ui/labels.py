@@ -1,75 +1,155 @@
-"""Writes words beside points of a plot so that they do not cover each other."""
+"""Places words beside what they belong to, so that they cover neither each other nor a robot. It draws nothing.
 
+Windows, the page (static/labels.js) and plots place words so. Lengths are in pixels, or in points of a plot.
+"""
+
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from matplotlib.axes import Axes
-from matplotlib.patheffects import withStroke
-
-from vrg.regions import Bounds, Rectangle, Region, touch
+from vrg.regions import Bounds
+from vrg.segments import nearest_on_segment
 from vrg.types import Vector
 
-HALO: Final = withStroke(linewidth=2.5, foreground="white")
-"""A white edge around letters, so that they can be read upon lines."""
+_SIDES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1, -1))
+"""The sides on which words may stand, in the order of preference; y is down in a window."""
+_STEPS: Final = (0.0, 1.2, 2.4, 3.6)
+"""The distances of words from their circle, in heights of their box. Far away a line leads there."""
+_CLEARLY: Final = 4.0
+"""The distance by which words without a line must be nearer to their own circle than to any other."""
+_COVERED: Final = 600.0
+"""The cost of covering something, besides the area that is covered."""
+_DOUBTFUL: Final = 400.0
+"""The cost of being taken for the words of another circle."""
+_LONG: Final = 40.0
+"""The cost of standing a step further away."""
+_LOYAL: Final = 35.0
+"""The worth of staying in the same place: less than a step, so that words come back."""
+_PATIENT: Final = 390.0
+"""By how much a place that is not good must be worse than another before it is left; less than what is doubtful."""
+_GAP: Final = 4.0
+"""Between words and their circle."""
 
-Colour = tuple[float, float, float]
-"""Red, green, blue, each 0 to 1."""
+Circle = tuple[Vector, float]
+"""A centre and a radius."""
 
-_HEIGHT: Final = 11.0
-"""Of a line of text, in points."""
+
+@dataclass(frozen=True)
+class Wanted:
+    """Words to place.
+
+    Args:
+        key: tells them from others, also in the next picture. size: the width and the height of their box.
+        about: what they belong to.
+    """
+
+    key: str
+    size: Vector
+    about: Circle
 
 
 @dataclass
-class Labels:
-    """Writes beside points of one panel, where possible not over other words, nor over a border.
+class Placer:
+    """Places words. Each stay on their side as long as that place is free, so that they do not flicker."""
+
+    _last: dict[str, int] = field(default_factory=dict)
+
+    def place(self, wanted: Sequence[Wanted], area: Bounds, taken: Sequence[Bounds] = ()) -> list[Bounds]:
+        """The boxes of words: left, top, right, bottom.
+
+        Args:
+            area: where all boxes must be. taken: what they must not cover, besides each other and the circles.
+        """
+        circles = [words.about for words in wanted]
+        full = [*((x - r - 2, y - r - 2, x + r + 2, y + r + 2) for (x, y), r in circles if r > 0.0), *taken]
+        found = []
+        for own, words in enumerate(wanted):
+            found.append(self._best(words, own, circles, full, area))
+            full.append(found[-1])
+        return found
+
+    def _best(
+        self, words: Wanted, own: int, circles: Sequence[Circle], taken: Sequence[Bounds], area: Bounds
+    ) -> Bounds:
+        """The best box: over nothing else, not beside another circle, and as near its own as can be."""
+        last = self._last.get(words.key)
+        ((x, y), radius), height = words.about, words.size[1]
+        far_x, far_y = (radius + _GAP + side + _STEPS[-1] * height for side in words.size)
+        around = x - far_x, y - far_y, x + far_x, y + far_y
+        if area[0] <= around[0] and area[1] <= around[1] and around[2] <= area[2] and around[3] <= area[3]:
+            taken = [box for box in taken if overlap(box, around)]
+        best, best_place, best_cost = area, 0, math.inf
+        # The last place is tried first: most often it is still free, and then nothing else has to be looked at.
+        for index in sorted(range(len(_STEPS) * len(_SIDES)), key=lambda place: place != last):
+            step, side = divmod(index, len(_SIDES))
+            stays = index == last
+            cost = _LONG * step - _LOYAL * stays
+            if cost >= best_cost:
+                continue
+            tried = _beside(words, _SIDES[side], _STEPS[step] * words.size[1], area)
+            harm = sum(_COVERED + covered for other in taken if (covered := overlap(tried, other)))
+            if cost + harm - _PATIENT * stays < best_cost:
+                harm += _DOUBTFUL * _doubts(tried, own, circles, led=step > 0)
+            cost += max(0.0, harm - _PATIENT * stays)
+            if cost < best_cost:
+                best, best_place, best_cost = tried, index, cost
+        self._last[words.key] = best_place
+        return best
+
+
+def line_to(box: Bounds, circle: Circle) -> tuple[Vector, Vector] | None:
+    """The line from a circle to a box that stands far from it; None where it stands near."""
+    (x, y), radius = circle
+    end = nearest(box, (x, y))
+    far = math.dist((x, y), end)
+    if far <= radius + box[3] - box[1]:
+        return None
+    share = radius / far
+    return (x + (end[0] - x) * share, y + (end[1] - y) * share), end
+
+
+def crowded(circles: Sequence[Circle], widest: float, before: bool) -> bool:
+    """True if circles lie so close that words of a width have no room. It takes more room to go back to whole words.
 
     Args:
-        metre: its length on paper, in points.
-        panel: what the panel shows, m. borders: regions whose outlines are drawn in it.
+        before: whether they lay so close in the last picture.
     """
-
-    metre: float
-    panel: Bounds
-    borders: Sequence[Region] = ()
-    _taken: list[Bounds] = field(default_factory=list)
-
-    def write(self, axes: Axes, text: str, at: Vector, colour: Colour, *, bold: bool) -> None:
-        """Write beside `at`, m, at the best of sixteen places."""
-        width = (5.9 if bold else 5.2) * len(text) + 4
-        x, y = at[0] * self.metre, at[1] * self.metre
-        middle = -width / 2
-        places = [
-            (9.0, 3.0), (9.0, -14.0), (-9.0 - width, 3.0), (-9.0 - width, -14.0),
-            (9.0, 15.0), (9.0, -26.0), (middle, 11.0), (middle, -22.0), (-9.0 - width, 15.0), (-9.0 - width, -26.0),
-            (9.0, 27.0), (9.0, -38.0), (middle, 23.0), (middle, -34.0), (-9.0 - width, 27.0), (-9.0 - width, -38.0),
-        ]  # fmt: skip
-        boxes = [(x + dx, y + dy, x + dx + width, y + dy + _HEIGHT) for dx, dy in places]
-        chosen = min(range(len(places)), key=lambda index: self._cost(boxes[index]))
-        self._taken.append(boxes[chosen])
-        axes.annotate(
-            text, at, xytext=places[chosen], textcoords="offset points", fontsize=8.5 if bold else 8,
-            fontweight="bold" if bold else "normal", color=colour, path_effects=[HALO], zorder=7,
-        )  # fmt: skip
-
-    def keep_clear(self, at: Vector, width: float = 12.0, height: float = 12.0) -> None:
-        """Keep words away from what is drawn about this point, m; it is `width` by `height` points large."""
-        x, y = at[0] * self.metre, at[1] * self.metre
-        self._taken.append((x - width / 2, y - height / 2, x + width / 2, y + height / 2))
-
-    def _cost(self, box: Bounds) -> int:
-        """The cost of a place: outside the panel is worse than upon other words, and that worse than upon a border."""
-        in_metres = Rectangle(*(edge / self.metre for edge in box))
-        inside = all(Rectangle(*self.panel).contains(x, y) for x, y in in_metres.outline())
-        taken = any(_meet(box, other) for other in self._taken)
-        crossed = any(_crosses(in_metres, region) for region in self.borders)
-        return 4 * (not inside) + 2 * taken + crossed
+    gaps = sorted(min(math.dist(a, b) for b, _ in circles if b is not a) for a, _ in circles)
+    return gaps[len(gaps) // 2] < widest * (1.5 if before else 1.0)
 
 
-def _crosses(box: Rectangle, region: Region) -> bool:
-    """True if the outline of the region runs through the box."""
-    return touch(box, region) and not all(region.contains(x, y) for x, y in box.outline())
+def overlap(a: Bounds, b: Bounds) -> float:
+    """The area that two boxes have in common."""
+    if a[0] >= b[2] or b[0] >= a[2] or a[1] >= b[3] or b[1] >= a[3]:
+        return 0.0
+    return (min(a[2], b[2]) - max(a[0], b[0])) * (min(a[3], b[3]) - max(a[1], b[1]))
 
 
-def _meet(a: Bounds, b: Bounds) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+def nearest(box: Bounds, point: Vector) -> Vector:
+    """The point of a box that is nearest to a point."""
+    return min(max(point[0], box[0]), box[2]), min(max(point[1], box[1]), box[3])
+
+
+def _beside(words: Wanted, side: tuple[int, int], away: float, area: Bounds) -> Bounds:
+    ((x, y), radius), (width, height) = words.about, words.size
+    left = x + side[0] * (radius + _GAP + width / 2 + away) - width / 2
+    top = y + side[1] * (radius + _GAP + height / 2 + away) - height / 2
+    left = max(area[0], min(left, area[2] - width))
+    top = max(area[1], min(top, area[3] - height))
+    return left, top, left + width, top + height
+
+
+def _doubts(box: Bounds, own: int, circles: Sequence[Circle], *, led: bool) -> int:
+    """The number of other circles that the box may be taken for, or that its line crosses."""
+    others = (circle for index, circle in enumerate(circles) if index != own and circle[1] > 0.0)
+    if not led:
+        clear = _edge(box, circles[own]) + _CLEARLY
+        return sum(_edge(box, other) < clear for other in others)
+    start, end = circles[own][0], nearest(box, circles[own][0])
+    return sum(math.dist(centre, nearest_on_segment(centre, start, end)) < radius for centre, radius in others)
+
+
+def _edge(box: Bounds, circle: Circle) -> float:
+    """The distance from a box to the edge of a circle; negative where they overlap."""
+    return math.dist(nearest(box, circle[0]), circle[0]) - circle[1]

@@ -3,27 +3,27 @@
 from typing import Final
 
 from vrg.bus.messages import Stage
-from vrg.colours import Rgb
+from vrg.colours import DARK, Rgb
 
 BACKGROUND: Final[Rgb] = (12, 16, 22)
-APRON: Final[Rgb] = (17, 22, 29)
+APRON: Final[Rgb] = DARK.ground
 """The ground around a field."""
 PANEL: Final[Rgb] = (20, 26, 34)
 RAISED: Final[Rgb] = (31, 39, 50)
 LINE: Final[Rgb] = (52, 62, 76)
-FIELD: Final[Rgb] = (26, 35, 45)
-GRID: Final[Rgb] = (33, 43, 55)
-BORDER: Final[Rgb] = (205, 214, 224)
-WALL: Final[Rgb] = (104, 114, 128)
-WALL_EDGE: Final[Rgb] = (168, 178, 190)
-TEXT: Final[Rgb] = (236, 240, 245)
-MUTED: Final[Rgb] = (148, 160, 174)
-INK: Final[Rgb] = (14, 18, 24)
+FIELD: Final[Rgb] = DARK.field
+GRID: Final[Rgb] = DARK.grid
+BORDER: Final[Rgb] = DARK.border
+WALL: Final[Rgb] = DARK.wall
+WALL_EDGE: Final[Rgb] = DARK.wall_edge
+TEXT: Final[Rgb] = DARK.text
+MUTED: Final[Rgb] = DARK.muted
+INK: Final[Rgb] = DARK.ink
 """For what is written upon a light colour."""
 
-SAFE: Final[Rgb] = (0, 158, 115)
+SAFE: Final[Rgb] = DARK.safe
 ALARM: Final[Rgb] = (196, 32, 38)
-CAUTION: Final[Rgb] = (240, 190, 40)
+CAUTION: Final[Rgb] = DARK.caution
 GOOD: Final[Rgb] = (0, 118, 87)
 CALM: Final[Rgb] = (38, 84, 124)
 LOST: Final[Rgb] = (96, 74, 128)
@@ -40,15 +40,6 @@ STAGE_COLOURS: Final[dict[Stage, Rgb]] = {
     Stage.ROUND_OVER: CALM,
     Stage.GAME_OVER: LOST,
 }
-
-
-def mix(colour: Rgb, other: Rgb, share: float) -> Rgb:
-    """Mix two colours: `share` 0 gives `colour`, 1 gives `other`."""
-    return (
-        round(colour[0] + (other[0] - colour[0]) * share),
-        round(colour[1] + (other[1] - colour[1]) * share),
-        round(colour[2] + (other[2] - colour[2]) * share),
-    )
 
 
 def ink_on(colour: Rgb) -> Rgb:

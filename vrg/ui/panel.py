@@ -6,8 +6,9 @@ import pygame
 from pygame import Rect
 
 from vrg.bus.messages import Call
-from vrg.games import UNKNOWN_GAME, game_of
-from vrg.ui import kit, palette, shapes
+from vrg.games import UNKNOWN_GAME, game_of, look
+from vrg.ui import kit, palette
+from vrg.ui.easel import draw_sign
 from vrg.ui.roster import RosterPainter
 from vrg.ui.scene import Scene, clock_text
 from vrg.ui.text import Face, Fonts
@@ -66,7 +67,8 @@ class PanelPainter:
         size, step = round(14 * ui), round(21 * ui)
         for thing in scene.objects:
             foot = (inside.left + round(4 * ui), inside.top + size)
-            shapes.flag(surface, foot, size, self._game.team_style(thing.team).colour)
+            flag = look.thing(thing.name, (0.0, 0.0), self._game.team_style(thing.team).colour)
+            draw_sign(surface, flag.shapes, foot, 2 * size, ui)
             place = Rect(inside.left + round(24 * ui), inside.top, inside.width - round(24 * ui), size + 2)
             kit.write(surface, thing.words, place, size, palette.TEXT if thing.carrier else palette.MUTED, self._fonts)
             _cut(inside, step)

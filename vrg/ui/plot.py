@@ -13,22 +13,21 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon
 from msgspec import structs
 
-from vrg.bus.messages import LARGE_ZONES, FieldObject, Zone
-from vrg.colours import WHITE, Rgb
+from vrg.bus.messages import FieldObject, Zone
+from vrg.colours import PAPER, WHITE, mix
 from vrg.files import write_whole
-from vrg.games import UNKNOWN_GAME, game_of
+from vrg.games import UNKNOWN_GAME, game_of, look
 from vrg.games.game import Game, Marker, Moment
 from vrg.recording.reader import RecordedCall, RobotPoses, calls_of, setting_of, tracks_of
 from vrg.recording.recorded import read_recorded
 from vrg.regions import Bounds, Region, surrounding
 from vrg.regions import Polygon as Outlined
 from vrg.types import Pose
-from vrg.ui.labels import HALO, Colour, Labels
 from vrg.ui.letters import png_of
-from vrg.ui.palette import INK, mix
+from vrg.ui.palette import INK
+from vrg.ui.plotted import Colour, Labels, draw_figures, rgb
 from vrg.ui.scene import JUMP, clock_text
 from vrg.ui.thoughts import Thoughts
 from vrg.ui.view import fit
@@ -190,11 +189,17 @@ def _draw_part(
 ) -> None:
     """Draw a panel; `calls` are those of it that are marked, with the words beside them."""
     here, colours = shown.zones.get(part.round, ()), _colours(shown.tracks, part, shown.game)
-    labels = Labels(metre, shown.extent, [zone.region for zone in here if zone.kind == "field"])
-    for obstacle in shown.obstacles:
-        axes.add_patch(Polygon(obstacle.outline(), facecolor="0.72", edgecolor="0.5", linewidth=0.8, zorder=1.0))
-    draw_zones(axes, here, shown.game, labels)
-    _draw_objects(axes, shown.objects, labels, shown.game)
+    labels = Labels(metre, shown.extent)
+    flags = [
+        look.thing(thing.name, (thing.x, thing.y), shown.game.team_style(thing.team or "").colour, PAPER)
+        for thing in shown.objects
+    ]
+    draw_figures(axes, [*look.ground(shown.game, here, shown.obstacles, PAPER), *flags], labels)
+    for flag in flags:
+        labels.keep_clear((flag.at.x, flag.at.y), width=14.0, height=20.0)
+    for zone in here:
+        if zone.kind == "field":
+            labels.keep_off(zone.region.outline())
     for track in shown.tracks.values():
         ends = np.flatnonzero(part.shows(track))
         for end in (0, -1) if ends.size else ():
@@ -292,53 +297,6 @@ def _lasted(tracks: Mapping[str, RobotPoses], number: int) -> tuple[float, float
     """The begin and the end of a round, match time, s."""
     times = np.concatenate([track.times[_played(track, number)] for track in tracks.values()])
     return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
-
-
-def draw_zones(axes: Axes, zones: Sequence[Zone], game: Game, labels: Labels | None = None) -> None:
-    """Draw the parts of the field.
-
-    Args:
-        labels: what must not write over their names; without it, the names are left out.
-    """
-    for zone in zones:
-        outline = zone.region.outline()
-        if zone.kind == "field":
-            axes.add_patch(Polygon(outline, fill=False, edgecolor="0.25", linewidth=1.6, zorder=1.5))
-            continue
-        if zone.team is not None:
-            colour = rgb(game.team_style(zone.team).colour)
-            axes.add_patch(
-                Polygon(
-                    outline, facecolor=colour, edgecolor=colour, linewidth=0.8, zorder=0.5,
-                    alpha=0.06 if zone.kind in LARGE_ZONES else 0.15,
-                )
-            )  # fmt: skip
-            continue
-        safe = zone.kind == "safe"
-        axes.add_patch(
-            Polygon(
-                outline, facecolor="#d9f0e6" if safe else "0.96", edgecolor="#8ccfb4" if safe else "0.85",
-                hatch="//" if safe else None, linewidth=0.8, zorder=0.5,
-            )
-        )  # fmt: skip
-        if labels is None:
-            continue
-        words = zone.name.replace("_", " ")
-        axes.text(
-            *zone.region.middle, words, ha="center", va="center", fontsize=10, color="#3d8f6f" if safe else "0.6",
-            path_effects=[HALO], zorder=0.6,
-        )  # fmt: skip
-        labels.keep_clear(zone.region.middle, width=6.0 * len(words), height=12.0)
-
-
-def _draw_objects(axes: Axes, objects: Sequence[FieldObject], labels: Labels, game: Game) -> None:
-    """Draw flags in their places."""
-    for thing in objects:
-        colour = rgb(game.team_style(thing.team or "").colour)
-        axes.plot([thing.x, thing.x], [thing.y, thing.y + 0.5], color="0.3", linewidth=1.5, zorder=2.0)
-        cloth = [(thing.x, thing.y + 0.5), (thing.x + 0.4, thing.y + 0.37), (thing.x, thing.y + 0.25)]
-        axes.add_patch(Polygon(cloth, facecolor=colour, edgecolor="0.3", linewidth=0.6, zorder=2.0))
-        labels.keep_clear((thing.x, thing.y), width=14.0, height=20.0)
 
 
 def _draw_track(axes: Axes, track: RobotPoses, part: Part, colour: Colour, labels: Labels, game: Game) -> None:
@@ -449,12 +407,6 @@ def _first_role(track: RobotPoses, part: Part) -> str:
     """The role in which a player begins a part; empty if it is not in it."""
     shown = np.flatnonzero(part.shows(track))
     return track.roles[int(shown[0])] if shown.size else ""
-
-
-def rgb(colour: Rgb) -> Colour:
-    """A colour as matplotlib wants it."""
-    red, green, blue = colour
-    return red / 255, green / 255, blue / 255
 
 
 def _natural(name: str) -> tuple[tuple[str, int], ...]:

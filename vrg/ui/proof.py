@@ -1,6 +1,5 @@
 """Draws why a call was made: the field around it, at that instant and before, with the numbers that decided it."""
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final
@@ -9,12 +8,13 @@ import pygame
 from pygame import Rect
 
 from vrg.coordinator.proof import Measure
+from vrg.figures import Figure, Label, Shape, line, pixels
 from vrg.regions import Bounds
-from vrg.ui import palette, shapes
+from vrg.types import Pose
+from vrg.ui import palette
 from vrg.ui.field import FieldPainter
-from vrg.ui.scene import Scene, SceneBody
-from vrg.ui.text import Face, Fonts
-from vrg.ui.view import Pixel, Projection
+from vrg.ui.scene import Scene
+from vrg.ui.text import Fonts
 
 SECONDS: Final = 3.0
 """The match time in s before a call that is shown."""
@@ -22,8 +22,6 @@ STRIP: Final = (3.0, 2.0, 1.0, 0.5)
 """The times of the small pictures before the call, s."""
 MARGIN: Final = 1.5
 """The width of the ground shown around the players of the call, m."""
-_SIDES: Final = ((0, -1), (0, 1), (1, 0), (-1, 0), (1, -1), (-1, -1), (1, 1), (-1, 1))
-"""The sides of a measured way on which its number may stand, in the order of preference; y is down."""
 SIZE: Final = (1200, 900)
 """The size of a picture in a file, pixels."""
 
@@ -88,23 +86,8 @@ class ProofPainter:
         gap, title = round(6 * ui), round(20 * ui)
         low = round(0.26 * height)
         large = Rect(0, 0, width, height - low - gap)
-        view = self._fields[0].draw(surface, large, proof.now, ui, None, box=proof.box, turned=turned)
-        before = surface.get_clip()
-        surface.set_clip(large)
-        taken = [_square(body, view) for body in proof.now.bodies]
-        for measure in proof.measures:
-            if measure.ends is not None:
-                start, end = (view.point(*point) for point in measure.ends)
-                shapes.line(surface, start, end, palette.CAUTION, 2.5 * ui)
-                for point in (start, end):
-                    shapes.disc(surface, point, 4 * ui, palette.CAUTION)
-                text = self._fonts.render(measure.short, round(15 * ui), palette.INK, Face.BOLD)
-                middle = ((start[0] + end[0]) / 2, (start[1] + end[1]) / 2)
-                plate = place_beside(text.get_rect().inflate(10, 4), middle, taken, large, round(8 * ui))
-                taken.append(plate)
-                shapes.pill(surface, plate, palette.CAUTION, radius=5)
-                surface.blit(text, text.get_rect(center=plate.center))
-        surface.set_clip(before)
+        measured = [figure for measure in proof.measures for figure in _measured(measure)]
+        self._fields[0].draw(surface, large, proof.now, ui, None, above=measured, box=proof.box, turned=turned)
         each = (width - gap * (len(STRIP) - 1)) // len(STRIP)
         for index, (seconds, scene) in enumerate(proof.earlier):
             place = Rect(index * (each + gap), height - low + title, each, low - title)
@@ -118,26 +101,15 @@ class ProofPainter:
                 )  # fmt: skip
 
 
-def _square(body: SceneBody, view: Projection) -> Rect:
-    """The pixels within which a robot is, however it is turned."""
-    x, y = view.point(body.pose.x, body.pose.y)
-    reach = math.hypot(body.length, body.width) / 2 * view.scale
-    return Rect(round(x - reach), round(y - reach), round(2 * reach), round(2 * reach))
-
-
-def place_beside(plate: Rect, middle: Pixel, taken: Sequence[Rect], inside: Rect, step: int) -> Rect:
-    """The place of a plate that is as near to a point as can be without hiding what is taken, or hides least of it."""
-    tried = []
-    for away in range(1, 24):
-        for right, down in _SIDES:
-            place = plate.copy()
-            place.center = (
-                round(middle[0] + right * (plate.width / 2 + away * step)),
-                round(middle[1] + down * (plate.height / 2 + away * step)),
-            )
-            place.clamp_ip(inside)
-            hidden = sum(common.width * common.height for common in (place.clip(other) for other in taken))
-            if not hidden:
-                return place
-            tried.append((hidden, place))
-    return min(tried, key=lambda found: found[0])[1]
+def _measured(measure: Measure) -> list[Figure]:
+    """A measured way with its ends and its number; nothing where it is no way."""
+    if measure.ends is None:
+        return []
+    (ax, ay), (bx, by) = measure.ends
+    name, dot = f"measure {measure.short}", Shape(((0.0, 0.0),), palette.CAUTION, radius=4.0)
+    label = Label(measure.short, palette.INK, plate=palette.CAUTION, size=15.0, reach=4.0)
+    return [
+        Figure(name, (line(*measure.ends, colour=palette.CAUTION, width=2.5),)),
+        *(pixels(name, Pose(*end, 0.0), dot) for end in measure.ends),
+        pixels(name, Pose((ax + bx) / 2, (ay + by) / 2, 0.0), label=label),
+    ]

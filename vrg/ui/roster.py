@@ -5,10 +5,12 @@ from typing import Final
 
 import pygame
 
-from vrg.colours import Rgb
+from vrg.colours import Rgb, mix
+from vrg.games import look
 from vrg.games.game import Game
 from vrg.ui import palette, shapes
 from vrg.ui.deeds import deed
+from vrg.ui.easel import draw_sign
 from vrg.ui.scene import Scene, ScenePlayer, speed_text
 from vrg.ui.text import Face, Fonts
 
@@ -84,14 +86,13 @@ class RosterPainter:
         place, style = row.place, game.style(player.role, player.state)
         if row.driven:
             back = place.inflate(round(12 * ui), 0)
-            shapes.pill(surface, back, palette.mix(palette.PANEL, palette.CAUTION, 0.22), radius=6)
+            shapes.pill(surface, back, mix(palette.PANEL, palette.CAUTION, 0.22), radius=6)
         badge = pygame.Rect(0, 0, round(18 * ui), round(18 * ui))
         badge.height = badge.width = min(badge.width, place.height - round(2 * ui))
         badge.center = (place.left + badge.width // 2, place.centery)
         if row.physical:
             shapes.pill(surface, badge.inflate(2 * PHYSICAL_RIM, 2 * PHYSICAL_RIM), palette.TEXT, radius=6)
-        shapes.pill(surface, badge, style.colour, radius=4)
-        shapes.marker(surface, badge.center, 1.5708, badge.width * 0.32, palette.INK, style.marker)
+        draw_sign(surface, look.badge(style), badge.center, badge.width, ui)
         quiet = player.out_of_play
         name = (player.name, Face.BOLD, palette.CAUTION if player.fault else palette.MUTED if quiet else palette.TEXT)
         words, colour = deed(player, driven=row.driven, brief=row.brief)

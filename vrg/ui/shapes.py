@@ -7,8 +7,6 @@ import pygame
 from pygame import gfxdraw
 
 from vrg.colours import Rgb
-from vrg.games.game import Marker
-from vrg.ui import palette
 from vrg.ui.view import Pixel
 
 FAR = 16000
@@ -96,40 +94,6 @@ def rectangle(centre: Pixel, angle: float, back: float, front: float, half_width
         oriented(centre, angle, back, -half_width),
         oriented(centre, angle, back, half_width),
     ]
-
-
-def marker(surface: pygame.Surface, centre: Pixel, angle: float, radius: float, colour: Rgb, sign: Marker) -> None:
-    """Draw the sign of a role within a circle of `radius` pixels."""
-    if sign is Marker.CIRCLE:
-        disc(surface, centre, radius * 0.85, colour)
-    elif sign is Marker.CROSS:
-        for side in (1, -1):
-            line(
-                surface,
-                oriented(centre, angle, radius * 0.8, radius * 0.8 * side),
-                oriented(centre, angle, -radius * 0.8, -radius * 0.8 * side),
-                colour,
-                max(2.0, radius * 0.42),
-            )
-    else:
-        corners = {
-            Marker.TRIANGLE: [(1.3, 0.0), (-0.9, 0.85), (-0.9, -0.85)],
-            Marker.SQUARE: [(0.8, 0.8), (0.8, -0.8), (-0.8, -0.8), (-0.8, 0.8)],
-            Marker.DIAMOND: [(1.1, 0.0), (0.0, -0.9), (-1.1, 0.0), (0.0, 0.9)],
-        }[sign]
-        points = [oriented(centre, angle, a * radius, b * radius) for a, b in corners]
-        polygon(surface, points, colour)
-
-
-def flag(surface: pygame.Surface, foot: Pixel, height: float, colour: Rgb) -> None:
-    """Draw a flag on a pole whose foot is at a pixel, with a light rim so that it is seen upon anything."""
-    x, y = foot
-    tip = (x, y - height)
-    cloth = [tip, (x + 0.75 * height, y - 0.75 * height), (x, y - 0.5 * height)]
-    line(surface, foot, tip, palette.BORDER, max(2.0, height * 0.08))
-    polygon(surface, cloth, colour)
-    outline(surface, cloth, palette.BORDER, 1.0)
-    disc(surface, foot, max(2.0, height * 0.08), palette.BORDER)
 
 
 def pill(surface: pygame.Surface, area: pygame.Rect, colour: Rgb, alpha: int = 255, radius: int = 8) -> None:

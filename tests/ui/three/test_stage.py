@@ -11,6 +11,7 @@ from tests.ui import synthetic
 from tests.ui.synthetic import scene_at
 from vrg.bus import messages as m
 from vrg.colours import RED
+from vrg.games import game_of, look
 from vrg.games.game import Marker
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.depiction import Rays
@@ -19,10 +20,10 @@ from vrg.ui import palette
 from vrg.ui.scene import Scene, SceneBody, SceneObject
 from vrg.ui.three import camera
 from vrg.ui.three.board import board, last_call
-from vrg.ui.three.ground import extent, ground
+from vrg.ui.three.ground import LIT, extent, ground
 from vrg.ui.three.robots import marker_mesh, robot_look
-from vrg.ui.three.shapes import band, circle, prism, rounded, sheet, star, strip
-from vrg.ui.three.stage import Batch, BatchMaker, fan, trails
+from vrg.ui.three.shapes import band, circle, prism, rounded, sheet, star
+from vrg.ui.three.stage import _LIFT, Batch, BatchMaker, fan, trails
 
 P2AT = robot_model("P2AT")
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -56,14 +57,6 @@ def test_a_solid_holds_what_its_measures_say() -> None:
     ring = math.pi * (1.0 - 0.9**2)
     assert area(band(circle(1.0, 200), 0.1, 0.0)) == pytest.approx(ring, rel=0.01)
     assert area(band(circle(0.9, 200), -0.1, 0.0)) == pytest.approx(ring, rel=0.01)
-
-
-def test_strips_share_an_outline_out() -> None:
-    outline = [(0.0, 0.0), (4.0, 0.0), (3.0, 2.0), (0.0, 2.0)]
-    c = math.sqrt(0.5)
-    pieces = [strip(outline, (c, c), at, at + 0.5) for at in np.arange(-1.0, 6.0, 0.5)]
-    assert sum(area(sheet(piece, 0.0)) for piece in pieces if piece) == pytest.approx(7.0)
-    assert strip(outline, (1.0, 0.0), 5.0, 6.0) == []
 
 
 @pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
@@ -167,14 +160,15 @@ def test_a_scan_covers_the_ground_that_it_has_found_free() -> None:
 @pytest.mark.parametrize("zones", [synthetic.zones(), synthetic.four_shapes(), ()], ids=["two", "shapes", "none"])
 def test_the_ground_shows_every_zone_and_every_wall_from_above(zones) -> None:
     scene = scene_at(1.0, zones=zones)
-    solids = {solid.name: solid for solid in ground(scene)}
-    for number in range(len([zone for zone in zones if zone.kind != "field"])):
-        assert area(solids[f"zone/{number}"].mesh) > 0.0
-        assert area(solids[f"zone/{number}/edge"].mesh) > 0.0
-    assert volume(solids["walls"].mesh) > 0.0
-    flat = [solid for name, solid in solids.items() if name not in ("walls", "copings")]
+    solids = ground(scene)
+    shown = {solid.colour for solid in solids}
+    for figure in look.ground(game_of(scene.game), zones, scene.obstacles, LIT):
+        for shape in figure.shapes:
+            assert {shape.fill, shape.line} - {None} <= shown, figure.name
+    assert sum(volume(solid.mesh) for solid in solids if solid.casts) > 0.0
+    flat = [solid for solid in solids if not solid.casts]
     assert all(area(solid.mesh) > 0.0 for solid in flat)
-    assert max(solid.mesh.vertices[:, 2].max() for solid in flat) < 0.03
+    assert max(solid.mesh.vertices[:, 2].max() for solid in flat) < _LIFT
 
 
 @pytest.mark.parametrize(("length", "width"), [(10.0, 19.0), (30.0, 8.0), (6.0, 6.0)])

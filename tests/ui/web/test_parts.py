@@ -6,7 +6,7 @@ import pytest
 
 from tests.ui import synthetic
 from vrg.bus import messages as m
-from vrg.colours import hexadecimal
+from vrg.colours import mix
 from vrg.games import GAMES
 from vrg.ui import palette
 from vrg.ui.scene import Scene
@@ -14,13 +14,12 @@ from vrg.ui.web import parts
 
 
 def test_the_ground_has_zones_and_walls_with_the_colours_of_the_window(scene_at):
-    ground = parts.ground(scene_at(5.0, zones=synthetic.four_shapes()))
-    assert [zone["words"] for zone in ground["zones"]] == ["CORNER ZONE", "ISLAND", "GATE"]
-    assert len(ground["fields"]) == 1
-    assert len(ground["walls"]) == len(synthetic.OBSTACLES)
-    corner = ground["zones"][0]
-    assert corner["safe"]
-    assert corner["tint"] == hexadecimal(palette.mix(palette.FIELD, palette.SAFE, 0.2))
+    ground = json.loads(parts.parts(scene_at(5.0, zones=synthetic.four_shapes()))["ground"])
+    figures = {figure["name"]: figure for figure in ground["figures"]}
+    words = [figure["writing"]["lines"] for figure in figures.values() if "writing" in figure]
+    assert words == [["CORNER", "ZONE"], ["ISLAND"], ["GATE"]]
+    assert figures["zone corner"]["shapes"][0]["fill"] == list(mix(palette.FIELD, palette.SAFE, 0.2))
+    assert len([name for name in figures if name.startswith("wall")]) == len(synthetic.OBSTACLES)
     assert ground["box"][0] < synthetic.X_MIN < synthetic.X_MAX < ground["box"][2]
 
 
@@ -30,19 +29,19 @@ def test_the_state_says_stage_score_and_players(scene_at):
     assert [chip["words"] for chip in state["chips"]] == ["Playing, pass 1 of 2"]
     assert [(score["team"], score["points"]) for score in state["scores"]] == [("Sharks", 2), ("Minnows", 0)]
     gill = next(player for player in state["players"] if player["name"] == "gill")
-    assert (gill["deed"], gill["out"], gill["marker"]) == ("inactive", True, "cross")
-    assert [body["name"] for body in state["bodies"] if body["physical"]] == ["bruce", "nemo"]
+    assert (gill["deed"], gill["out"]) == ("inactive", True)
+    assert [player["name"] for player in state["players"] if player["physical"]] == ["bruce", "nemo"]
     assert not state["over"]
 
 
 def test_a_frame_has_the_bodies_in_the_order_of_the_state(scene_at):
     scene = scene_at(9.5)
-    frame, state = parts.frame(scene), parts.state(scene)
-    for body, (x, y, _) in zip(state["bodies"], frame["bodies"], strict=True):
+    frame, looks = parts.frame(scene), parts.looks(scene)
+    for body, (x, y, _) in zip(looks["bodies"], frame["bodies"], strict=True):
         pose = synthetic.pose_at(body["name"], 9.5)
         assert (x, y) == pytest.approx((pose.x, pose.y), abs=0.001)
     assert frame["clock"] == "0:09.5"
-    assert [flash[2] for flash in frame["flashes"]] == ["tag"]
+    assert [flash.label.words for flash in frame["flashes"]] == ["TAG"]
 
 
 def test_a_frame_of_16_robots_is_small(scene_at):
@@ -88,5 +87,5 @@ def test_marks_are_shown_while_players_line_up(scene_at):
             mark=synthetic.pose_at("nemo", 0),
         )
     ]
-    assert len(parts.state(scene_at(1.0, players=players, stage=m.Stage.INITIALIZE))["marks"]) == 1
-    assert parts.state(scene_at(1.0, players=players))["marks"] == []
+    assert len(parts.looks(scene_at(1.0, players=players, stage=m.Stage.INITIALIZE))["marks"]) == 1
+    assert parts.looks(scene_at(1.0, players=players))["marks"] == []

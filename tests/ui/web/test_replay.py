@@ -39,14 +39,14 @@ def asked(address: str, **headers: str) -> tuple[int, Any]:
 def test_an_instant_is_whole_and_then_what_is_new_since(page: str) -> None:
     _, whole = asked(f"{page}at?t=12.3")
     parts = {part["t"]: part for part in whole}
-    assert list(parts) == ["ground", "state", "strokes", "frame", "calls", "have"]
+    assert list(parts) == ["ground", "looks", "state", "strokes", "frame", "calls", "have"]
     assert parts["frame"]["time"] == 12.3
     assert [call["number"] for call in parts["calls"]["calls"]] == [1]
     _, again = asked(f"{page}at?t=12.4&have={','.join(parts['have']['marks'])}")
     assert [part["t"] for part in again] == ["frame", "have"], "only robots have moved"
     _, early = asked(f"{page}at?t=1&have={','.join(parts['have']['marks'])}")
     assert next(part["calls"] for part in early if part["t"] == "calls") == [], "nothing was called by then"
-    assert asked(f"{page}at?t=1e9")[1][3]["time"] == 29.9, "beyond the end is the end"
+    assert asked(f"{page}at?t=1e9")[1][4]["time"] == 29.9, "beyond the end is the end"
 
 
 @pytest.mark.parametrize("query", ["", "t=", "t=nan", "t=1&rate=-1", "t=1&rate=1e9", "t=1;2"])

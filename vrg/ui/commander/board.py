@@ -5,7 +5,7 @@ from typing import Final
 
 import pygame
 
-from vrg.colours import GREEN, SKY_BLUE, VERMILLION, YELLOW, Rgb
+from vrg.colours import GREEN, SKY_BLUE, VERMILLION, YELLOW, Rgb, mix
 from vrg.games import game_of
 from vrg.games.game import title
 from vrg.ui import palette, shapes
@@ -125,7 +125,7 @@ class BoardPainter:
             known = self._deck.priorities[index] if index < len(self._deck.priorities) else None
             active = known is not None and known.name == self._deck.priority
             faint = (asleep and not active) or known is None
-            shown = palette.mix(colour, palette.PANEL, 0.7) if faint else colour
+            shown = mix(colour, palette.PANEL, 0.7) if faint else colour
             shapes.disc(surface, (x, button_y), radius, shown)
             if active:
                 shapes.ring(surface, (x, button_y), radius + 4 * ui, palette.TEXT, 2.5 * ui)

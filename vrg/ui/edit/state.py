@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from vrg.colours import hexadecimal
 from vrg.errors import Path
-from vrg.games import GAMES, game_of
+from vrg.games import GAMES, game_of, look
 from vrg.hal.backends import BACKENDS
 from vrg.types import Pose
 from vrg.ui.edit.checking import CheckResult, fields_of, problem_text
@@ -38,15 +37,12 @@ def match_state(draft: Draft, verdict: CheckResult, choices: Choices) -> dict[st
         "players": [
             [_field(draft, ("players", number, name)) for name in COLUMNS] for number in range(len(draft.players))
         ],
-        "styles": [
-            {"colour": hexadecimal(style.colour), "marker": style.marker.value}
-            for style in (game_of(draft.game).style(entry.role) for entry in draft.players)
-        ],
+        "styles": [look.badge(game_of(draft.game).style(entry.role)) for entry in draft.players],
         "problems": [
             {"text": problem_text(p, draft), "line": p.line, "fields": [_key(path) for path in fields_of(p)]}
             for p in verdict.problems
         ],
-        "picture": [parts.ground(scene), parts.state(scene), parts.frame(scene)],
+        "picture": [parts.ground(scene), parts.looks(scene), parts.state(scene), parts.frame(scene)],
         "numbers": numbers,
     }
 
@@ -59,7 +55,7 @@ def games() -> list[dict[str, Any]]:
             "name": name,
             "title": game.title,
             "about": game.about,
-            "roles": [{"name": r.name, "colour": hexadecimal(r.colour), "marker": r.marker.value} for r in game.roles],
+            "roles": [{"name": r.name, "sign": look.badge(game.style(r.name))} for r in game.roles],
         }
         for name in names
         if (game := GAMES.find(name)) is not None

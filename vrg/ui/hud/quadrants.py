@@ -8,9 +8,10 @@ from typing import Any, ClassVar
 
 import pygame
 
-from vrg.colours import Rgb
+from vrg.figures import Figure, Shape, dashes, line, pixels
 from vrg.games.hud.helm import Goal
 from vrg.hal.sensors.depiction import Cones, Depiction, Picture, Rays
+from vrg.types import Pose
 from vrg.ui import palette, shapes
 from vrg.ui.field import FieldPainter
 from vrg.ui.hud import words
@@ -72,50 +73,35 @@ class LocationPainter:
         inner = titled_plate(surface, area, words.LOCATION, pose_line(board), ui, self._fonts)
         inner.inflate_ip(-4, -4)
         here = (inner.left, inner.top, inner.width, inner.height)
-
-        def below(view: Projection) -> None:
-            _plan(surface, view, board, ui)
-
-        return self._field.draw(surface, here, board.scene, ui, board.player, below=below)
+        return self._field.draw(surface, here, board.scene, ui, board.player, below=_plan(board))
 
 
-def _plan(surface: pygame.Surface, view: Projection, board: Dashboard, ui: float) -> None:
-    """Draw where the robot began, its goal, and the way there."""
+def _plan(board: Dashboard) -> list[Figure]:
+    """Where the robot began, its goal, and the way there."""
+    found, pose = [], board.seen.pose
     if board.home is not None:
-        home = view.point(board.home.x, board.home.y)
-        shapes.outline(surface, shapes.rectangle(home, 0.0, -5 * ui, 5 * ui, 5 * ui), palette.MUTED, 2)
-    pose = board.seen.pose
+        home = Shape(((5.0, 5.0), (5.0, -5.0), (-5.0, -5.0), (-5.0, 5.0)), line=palette.MUTED, width=2.0)
+        found.append(pixels("home", Pose(board.home.x, board.home.y, 0.0), home))
     if pose is not None and board.way:
-        points = [view.point(pose.x, pose.y), *(view.point(*point) for point in board.way)]
-        for start, end in pairwise(points):
-            _dashes(surface, start, end, palette.CAUTION, ui)
-    if board.goal is not None:
-        _cross(surface, view, board.goal, ui)
+        way = dashes([(pose.x, pose.y), *board.way], palette.CAUTION, 2.0, 0.25)
+        found.append(Figure("way", tuple(way)))
+    return found if board.goal is None else [*found, *_cross(board.goal)]
 
 
-def _dashes(
-    surface: pygame.Surface, start: tuple[float, float], end: tuple[float, float], colour: Rgb, ui: float
-) -> None:
-    length, step = math.dist(start, end), 12 * ui
-    for index in range(math.ceil(length / step)):
-        a, b = (min(1.0, (index + part) * step / length) for part in (0.0, 0.6))
-        points = [(start[0] + (end[0] - start[0]) * s, start[1] + (end[1] - start[1]) * s) for s in (a, b)]
-        shapes.stroke(surface, points[0], points[1], colour, 2 * ui)
-
-
-def _cross(surface: pygame.Surface, view: Projection, goal: Goal, ui: float) -> None:
-    """Draw the goal as a ring with a cross, and an arrow where a heading is wanted."""
-    centre, radius = view.point(goal.x, goal.y), 9 * ui
-    shapes.ring(surface, centre, radius, palette.CAUTION, 2.5 * ui)
-    for dx, dy in ((radius, 0.0), (0.0, radius)):
-        ends = ((centre[0] - dx, centre[1] - dy), (centre[0] + dx, centre[1] + dy))
-        shapes.line(surface, *ends, palette.CAUTION, 2 * ui)
+def _cross(goal: Goal) -> list[Figure]:
+    """The goal as a ring with a cross, and an arrow where a heading is wanted."""
+    ink, radius = palette.CAUTION, 9.0
+    ring = Shape(((0.0, 0.0),), line=ink, width=2.5, radius=radius)
+    bars = (((-radius, 0.0), (radius, 0.0)), ((0.0, -radius), (0.0, radius)))
+    found = [pixels("goal", Pose(goal.x, goal.y, 0.0), ring, *(line(*bar, colour=ink, width=2.0) for bar in bars))]
     if goal.heading is not None:
-        angle = view.angle(goal.heading)
-        tip = shapes.oriented(centre, angle, 2.6 * radius, 0.0)
-        shapes.line(surface, shapes.oriented(centre, angle, radius, 0.0), tip, palette.CAUTION, 2.5 * ui)
-        head = [shapes.oriented(tip, angle, a * ui, b * ui) for a, b in ((6, 0), (-4, 5), (-4, -5))]
-        shapes.polygon(surface, head, palette.CAUTION)
+        tip = 2.6 * radius
+        arrow = (
+            line((radius, 0.0), (tip, 0.0), colour=ink, width=2.5),
+            Shape(((tip + 6, 0.0), (tip - 4, 5.0), (tip - 4, -5.0)), ink),
+        )
+        found.append(pixels("heading", Pose(goal.x, goal.y, goal.heading), *arrow))
+    return found
 
 
 class RaysPainter(Quadrant):

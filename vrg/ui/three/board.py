@@ -3,7 +3,7 @@
 from html import escape
 from typing import Final
 
-from vrg.colours import Rgb, hexadecimal
+from vrg.colours import Rgb, hexadecimal, mix
 from vrg.games import game_of
 from vrg.games.game import capitalised
 from vrg.ui import palette
@@ -32,7 +32,7 @@ def board(scene: Scene) -> str:
 
 
 def _tint(colour: Rgb) -> str:
-    return hexadecimal(palette.mix(colour, palette.TEXT, 0.15))
+    return hexadecimal(mix(colour, palette.TEXT, 0.15))
 
 
 def _ink(colour: Rgb) -> str:

@@ -1,30 +1,32 @@
 """The parts of the field that stand still: ground, zones, walls, obstacles and places of flags, as coloured solids."""
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Final
 
-from vrg.bus.messages import LARGE_ZONES, Zone
-from vrg.colours import Rgb
-from vrg.games import game_of
-from vrg.games.game import Game
-from vrg.regions import Circle, Rectangle, Region
+from vrg.colours import DARK, Rgb, mix
+from vrg.figures import Figure
+from vrg.games import game_of, look
+from vrg.regions import Bounds
 from vrg.types import Vector
 from vrg.ui import palette
+from vrg.ui.labels import overlap
 from vrg.ui.scene import Scene
-from vrg.ui.three.shapes import Mesh, band, joined, prism, rounded, sheet, strip
-from vrg.ui.zones import zone_look
+from vrg.ui.three.shapes import Mesh, band, joined, prism, rounded, sheet
 
-WALL: Final = 0.55
-"""m; walls are shown lower than they are, so that one sees over them."""
-LAYER: Final = 0.004
+SHOWN: Final = 0.55
+"""Walls are shown lower than they are by this factor, so that one sees over them."""
+LAYER: Final = 0.003
 """m between surfaces that lie upon each other, so that none shines through."""
+METRES: Final = 0.035
+"""The width in m of a line that is a pixel wide in a window."""
 AROUND: Final = 120.0
 """m of ground around everything."""
-EARTH: Final[Rgb] = palette.mix(palette.BACKGROUND, palette.CALM, 0.42)
-TURF: Final[Rgb] = palette.mix(palette.FIELD, palette.MUTED, 0.3)
+EARTH: Final[Rgb] = mix(palette.BACKGROUND, palette.CALM, 0.42)
+TURF: Final[Rgb] = mix(palette.FIELD, palette.MUTED, 0.3)
 """The field lies in light, so that it is brighter than in flat windows."""
+LIT: Final = replace(DARK, field=TURF, grid=mix(TURF, palette.TEXT, 0.12))
 
 
 @dataclass(frozen=True)
@@ -68,62 +70,41 @@ def extent(scene: Scene) -> Extent:
 
 def ground(scene: Scene) -> list[Solid]:
     """All that stands still, from the ground upwards."""
-    place, game = extent(scene), game_of(scene.game)
+    place = extent(scene)
     plain = [(place.x + x, place.y + y) for x, y in rounded(place.length + 2 * AROUND, place.width + 2 * AROUND, 20.0)]
-    found = [Solid("earth", sheet(plain, -3 * LAYER), EARTH)]
-    fields = [zone.region for zone in scene.zones if zone.kind == "field"]
-    for number, region in enumerate(fields):
-        outline = region.outline()
-        found.append(Solid(f"field/{number}", sheet(outline, 0.0), TURF))
-        found.append(Solid(f"border/{number}", band(outline, -0.09, LAYER), palette.BORDER))
-    # Where there is no field, lines on what there is give a feeling for lengths.
-    lined = fields or [zone.region for zone in scene.zones] or [Rectangle(*_bounds(place))]
-    lines = joined(piece for region in lined for piece in _grid(region))
-    found.append(Solid("lines", lines, palette.mix(TURF, palette.TEXT, 0.12)))
-    others = [zone for zone in scene.zones if zone.kind != "field"]
-    for number, zone in enumerate(others):
-        found += _zone(zone, game, f"zone/{number}", 1 if zone.kind in LARGE_ZONES else 4)
-    walls = [region.outline() for region in scene.obstacles]
-    found.append(Solid("walls", joined(prism(line, 0.0, WALL) for line in walls), palette.WALL, casts=True))
-    found.append(Solid("copings", joined(_coping(region) for region in scene.obstacles), palette.WALL_EDGE, casts=True))
-    return [solid for solid in found if len(solid.mesh.faces)]
+    meshes: dict[tuple[Rgb, bool], list[Mesh]] = {(EARTH, False): [sheet(plain, -3 * LAYER)]}
+    below: list[tuple[Bounds, int]] = []
+    for figure in look.ground(game_of(scene.game), scene.zones, scene.obstacles, LIT):
+        xs, ys = zip(*(point for shape in figure.shapes for point in shape.points), strict=True)
+        box = min(xs), min(ys), max(xs), max(ys)
+        level = 1 + max((level for other, level in below if overlap(box, other)), default=-1)
+        below.append((box, level))
+        for colour, casts, mesh in _solids(figure, level):
+            meshes.setdefault((colour, casts), []).append(mesh)
+    return [
+        Solid(f"solid {number}", joined(of_colour), colour, casts)
+        for number, ((colour, casts), of_colour) in enumerate(meshes.items())
+    ]
 
 
-def _bounds(place: Extent) -> tuple[float, float, float, float]:
-    along, across = place.length / 2, place.width / 2
-    return place.x - along, place.y - across, place.x + along, place.y + across
+def _solids(figure: Figure, level: int) -> Iterator[tuple[Rgb, bool, Mesh]]:
+    """The parts of a figure with their colours, and whether they cast a shadow: what lies upon what is in layers."""
+    for shape in figure.shapes:
+        if shape.height and shape.fill is not None and shape.line is not None:
+            yield shape.fill, True, prism(shape.points, 0.0, SHOWN * shape.height)
+            yield shape.line, True, prism(shape.points, SHOWN * shape.height, SHOWN * shape.height + 0.05, 0.02)
+            continue
+        if shape.fill is not None:
+            yield shape.fill, False, sheet(shape.points, 3 * level * LAYER)
+        if shape.line is not None and shape.closed:
+            yield shape.line, False, band(shape.points, METRES * shape.width, (3 * level + 2) * LAYER)
+        elif shape.line is not None:
+            yield shape.line, False, sheet(_strip(shape.points, METRES * shape.width), (3 * level + 1) * LAYER)
 
 
-def _coping(region: Region) -> Mesh:
-    return prism(region.outline(), WALL, WALL + 0.05, 0.02)
-
-
-def _grid(region: Region) -> Iterator[Mesh]:
-    """A thin line at each whole metre."""
-    x_min, y_min, x_max, y_max = region.bounds
-    outline = region.outline()
-    for normal, low, high in (((1.0, 0.0), x_min, x_max), ((0.0, 1.0), y_min, y_max)):
-        for metre in range(math.ceil(low), math.floor(high) + 1):
-            piece = strip(outline, normal, metre - 0.012, metre + 0.012)
-            if piece:
-                yield sheet(piece, 4.5 * LAYER)
-
-
-def _zone(zone: Zone, game: Game, name: str, layer: int) -> Iterator[Solid]:
-    look, outline, z = zone_look(zone, game), zone.region.outline(), layer * LAYER
-    strong = look.safe or isinstance(zone.region, Circle)
-    # The tint of the flat windows, upon the brighter ground of this one.
-    yield Solid(name, sheet(outline, z), palette.mix(TURF, look.edge, 0.4 if strong else 0.2 if zone.team else 0.08))
-    if look.safe:
-        yield Solid(f"{name}/stripes", joined(_stripes(outline)).moved(z=z + LAYER), palette.mix(TURF, look.edge, 0.62))
-    yield Solid(f"{name}/edge", band(outline, 0.08 if strong else 0.05, z + 2 * LAYER), look.edge)
-
-
-def _stripes(outline: list[Vector]) -> Iterator[Mesh]:
-    """Diagonal stripes over an outline."""
-    c = math.sqrt(0.5)
-    along = [c * x + c * y for x, y in outline]
-    for step in range(math.floor(min(along)), math.ceil(max(along))):
-        piece = strip(outline, (c, c), step, step + 0.45)
-        if piece:
-            yield sheet(piece, 0.0)
+def _strip(points: Sequence[Vector], width: float) -> list[Vector]:
+    """The outline of a straight line."""
+    (ax, ay), (bx, by) = points[0], points[-1]
+    share = width / 2 / max(math.hypot(bx - ax, by - ay), 1e-9)
+    x, y = (by - ay) * share, (ax - bx) * share
+    return [(ax + x, ay + y), (bx + x, by + y), (bx - x, by - y), (ax - x, ay - y)]

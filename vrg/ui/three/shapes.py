@@ -1,7 +1,7 @@
 """Solids as triangles. Lengths are in m, z points up, and outlines are convex or star-shaped, counter-clockwise."""
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -134,23 +134,6 @@ def rounded(length: float, width: float, radius: float, count: int = 5) -> list[
                 )
             )
     return found
-
-
-def strip(outline: Sequence[Vector], normal: Vector, low: float, high: float) -> list[Vector]:
-    """The part of a convex outline where `low` <= normal . point <= `high`; empty if there is none."""
-    found = list(outline)
-    for sign, bound in ((1.0, low), (-1.0, -high)):
-        kept: list[Vector] = []
-        for (ax, ay), (bx, by) in zip(found, [*found[1:], *found[:1]], strict=True):
-            a = sign * (normal[0] * ax + normal[1] * ay) - bound
-            b = sign * (normal[0] * bx + normal[1] * by) - bound
-            if a >= 0.0:
-                kept.append((ax, ay))
-            if (a > 0.0 > b) or (a < 0.0 < b):
-                share = a / (a - b)
-                kept.append((ax + share * (bx - ax), ay + share * (by - ay)))
-        found = kept
-    return found if len(found) > 2 else []
 
 
 def _turns(count: int) -> list[float]:

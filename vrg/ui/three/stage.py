@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
-from vrg.colours import Rgb
+from vrg.colours import Rgb, mix
 from vrg.games import game_of
 from vrg.games.game import Marker, Style
 from vrg.geometry import compose
@@ -23,9 +23,9 @@ from vrg.ui.three.shapes import Floats, Mesh, band, circle, joined, loft, prism,
 Bytes = npt.NDArray[np.uint8]
 FLASHES: Final = 6
 """The most calls that are shown at once where they happened."""
-_LIFT: Final = 0.03
+_LIFT: Final = 0.045
 """m above the ground of rings and lines, which lie above all zones."""
-_GROUND: Final = palette.mix(palette.FIELD, palette.MUTED, 0.35)
+_GROUND: Final = mix(palette.FIELD, palette.MUTED, 0.35)
 """The colour into which trails fade."""
 _POLE: Final = 1.5
 """The height of a flag, m."""
@@ -97,7 +97,7 @@ class BatchMaker:
             for part, mesh, colours in (
                 ("paint", look.paint, paint),
                 ("dark", look.dark, _same(palette.INK, count)),
-                ("light", look.light, _same(palette.mix(palette.TEXT, palette.ECHO, 0.25), count)),
+                ("light", look.light, _same(mix(palette.TEXT, palette.ECHO, 0.25), count)),
             )
         ]
         wheels = model.drivetrain.wheels
@@ -110,7 +110,7 @@ class BatchMaker:
         at = np.stack((x, y, np.broadcast_to(spots[:, 2], x.shape)), axis=2).reshape(-1, 3).astype(np.float32)
         spin = _turned(yaw, rolled)
         ones = np.ones((len(at), 3), dtype=np.float32)
-        rubber = palette.mix(palette.INK, palette.LINE, 0.35)
+        rubber = mix(palette.INK, palette.LINE, 0.35)
         found.append(Batch(f"{name}/tyres", look.tyre, at, spin, ones, _same(rubber, len(at))))
         found.append(Batch(f"{name}/hubs", look.hub, at, spin, ones, _same(palette.WALL_EDGE, len(at)), casts=False))
         return found
@@ -193,7 +193,7 @@ def _painted(body: SceneBody, scene: Scene, style: Style) -> Rgb:
     for flash in scene.flashes:
         if math.dist(flash.at, (body.pose.x, body.pose.y)) < 0.6 * body.length and int(flash.share * 8) % 2 == 0:
             return palette.TEXT
-    return palette.mix(style.colour, palette.INK, 0.45) if body.out_of_play else style.colour
+    return mix(style.colour, palette.INK, 0.45) if body.out_of_play else style.colour
 
 
 def _flags(scene: Scene) -> list[Batch]:

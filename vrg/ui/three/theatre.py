@@ -10,22 +10,20 @@ from typing import Any, Final
 
 import numpy as np
 
-from vrg.colours import Rgb
+from vrg.colours import Rgb, mix
 from vrg.errors import LaunchError
-from vrg.games import game_of
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.sensors.depiction import Rays
 from vrg.types import Pose, Vector
-from vrg.ui import palette
+from vrg.ui import palette, picture
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.three import camera
 from vrg.ui.three.board import STYLE, board, last_call
-from vrg.ui.three.camera import CameraMode, Shot
+from vrg.ui.three.camera import CameraMode, Point, Shot
 from vrg.ui.three.ground import Extent, extent, ground
 from vrg.ui.three.robots import robot_look
 from vrg.ui.three.stage import Batch, BatchMaker, Lines, fan, trails
 from vrg.ui.web.headers import foreign
-from vrg.ui.zones import zone_look
 
 try:
     import viser
@@ -38,7 +36,7 @@ PORT: Final = 8090
 """The port of the page, if it is free."""
 VIEWERS: Final = 32
 """The most browsers that are let in at once."""
-_HAZE: Final[Rgb] = palette.mix(palette.BACKGROUND, palette.CALM, 0.6)
+_HAZE: Final[Rgb] = mix(palette.BACKGROUND, palette.CALM, 0.6)
 """The colour of the horizon."""
 _LINEAR: Final = np.round(255 * (np.arange(256) / 255) ** 2.2).astype(np.uint8)
 """viser takes the colours of what is drawn many times as they are before the screen's gamma."""
@@ -86,6 +84,7 @@ class Theatre:
         self._viewers: dict[int, Viewer] = {}
         self._nodes: dict[str, Any] = {}
         self._batches: dict[str, Batch] = {}
+        self._painted: dict[str, tuple[str, float, Point]] = {}
         self._count = 0
         self._still: tuple[object, ...] = ()
         self._drawn: tuple[object, ...] = ()
@@ -184,6 +183,11 @@ class Theatre:
         self.server.scene.configure_fog(2.5 * far, 2.5 * far + 90.0, color=_HAZE)
         for name in [name for name in self._nodes if name.startswith("ground/")]:
             self._nodes.pop(name).remove()
+        self._painted = {
+            f"label/{figure.name}": (" ".join(figure.writing.lines), 0.7, (*figure.writing.middle, 0.05))
+            for figure in picture.ground(scene)
+            if figure.writing is not None
+        }
         for solid in ground(scene):
             # With a slash it would be a part of another one.
             name = f"/ground/{solid.name.replace('/', '-')}"
@@ -231,9 +235,7 @@ class Theatre:
             f"label/{body.name}": (body.name, 0.9, (body.pose.x, body.pose.y, self._eye(body)[1] + 0.15))
             for body in scene.bodies
         }
-        for zone in scene.zones:
-            if zone.kind != "field" and (words := zone_look(zone, game_of(scene.game)).words):
-                wanted[f"label/zone {zone.name}"] = words, 0.7, (*zone.region.middle, 0.05)
+        wanted |= self._painted
         for news in scene.flashes:
             wanted[f"label/{news.word} {news.at}"] = news.word.upper(), 1.8, (*news.at, 1.0 + 0.8 * news.share)
         for key in [key for key in self._nodes if key.startswith("label/") and key not in wanted]:

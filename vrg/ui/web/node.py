@@ -168,7 +168,7 @@ class WebNode(Node):
         # Outlines take long to encode, and seldom change.
         if self._ground[0] != ground_of:
             self._ground = ground_of, parts.encode(parts.ground(scene))
-        changing = (parts.state(scene), parts.strokes(scene), parts.frame(scene))
+        changing = (parts.looks(scene), parts.state(scene), parts.strokes(scene), parts.frame(scene))
         return {"ground": self._ground[1], **{part["t"]: parts.encode(part) for part in changing}}
 
     def _details(self, now: float) -> dict[str, str]:

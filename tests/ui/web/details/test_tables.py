@@ -109,7 +109,7 @@ def test_a_player_with_the_name_of_a_key_of_the_referees_has_its_own_streams_alo
 def test_a_ring_without_bumpers_draws_nothing(bench):
     bench.tell(KEYS.sensor(Touch, "robot1", TouchSpec(count=8).name), Touch(pressed=()))
     bench.tick()
-    assert not layers.shapes(bench.insight("robot1"))
+    assert not any(layers.shapes(bench.insight("robot1")).values())
 
 
 def test_what_came_under_a_wrong_key_is_an_alarm():
@@ -148,7 +148,7 @@ def test_processes_tell_load_missed_ticks_restarts_and_clock(bench):
 
 
 def of_layer(insight, name):
-    return [shape for shape in layers.shapes(insight) if shape.layer == name]
+    return layers.shapes(insight)[name]
 
 
 def test_a_scan_of_the_selected_robot_is_drawn_where_it_was_when_it_was_made(bench):
@@ -158,7 +158,8 @@ def test_a_scan_of_the_selected_robot_is_drawn_where_it_was_when_it_was_made(ben
     bench.ticks(5)
     assert of_layer(bench.insight(), layers.SCANS) == []
     area, dots = of_layer(bench.insight("robot1"), layers.SCANS)
-    assert (area.kind, dots.kind, len(dots.points)) == (layers.AREA, layers.DOTS, 90)
+    assert area.fill is not None
+    assert (dots.radius > 0.0, len(dots.points)) == (True, 90)
     # The laser's 92nd beam of 181, which meets something, points 1 degree to the left of straight ahead.
     mount = ROBOT.sensor(LaserSpec).x
     assert dots.points[45] == pytest.approx((pose.x + mount + 2.0, pose.y + 0.035), abs=0.01)
@@ -175,11 +176,12 @@ def test_echoes_sightings_and_where_a_robot_was_measured_are_drawn(bench):
     )
     bench.ticks(1)
     insight = bench.insight()
-    assert [shape.kind for shape in of_layer(insight, layers.SENSORS)] == [layers.LINE] * 16
+    lines = of_layer(insight, layers.SENSORS)
+    assert [(line.fill, line.line is None) for line in lines] == [(None, False)] * 16
     dot, ellipse = of_layer(insight, layers.SIGHTINGS)
-    assert (dot.points, ellipse.kind) == ([(5.0, 6.0)], layers.LINE)
+    assert (dot.points, ellipse.fill) == (((5.0, 6.0),), None)
     _, line = of_layer(insight, layers.MEASURED)
-    assert line.points == [(pose.x + 3.0, pose.y), (pose.x, pose.y)], "a line leads from one to the other"
+    assert line.points == ((pose.x + 3.0, pose.y), (pose.x, pose.y)), "a line leads from one to the other"
     bench.ticks(40)
     assert of_layer(bench.insight(), layers.SIGHTINGS) == []
 

@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Final
 
-from vrg.colours import Rgb, hexadecimal
+from vrg.colours import Rgb, mix
+from vrg.figures import Shape
 from vrg.games import game_of
-from vrg.geometry import circumradius, compose, ellipse
+from vrg.geometry import circumradius, compose, corners, ellipse
 from vrg.hal.sensors.depiction import Cones, Rays, Ticks
 from vrg.types import Pose, Uncertainty, Vector
 from vrg.ui import palette
@@ -15,59 +15,45 @@ from vrg.ui.web.details.insight import SEEN, Insight, Reading, Seen
 
 SCANS, SENSORS, SIGHTINGS, MEASURED = "scans", "sensors", "sightings", "measured"
 """The layers, by the names of their switches."""
-DOTS, LINE, AREA = "dots", "line", "area"
-"""The kinds of shapes: points, a line through them, or the filled polygon of them."""
+_DOT: Final = 0.03
+"""The radius of a dot, m."""
 _ARC: Final = 5
 """The number of points on the arc of a sonar's cone, and on that of a mark around a body."""
 _AROUND: Final = 1.3
 """The radius of the marks around a body, in circumradii of it."""
 
 
-@dataclass(frozen=True)
-class Shape:
-    """A shape on the field.
-
-    Args:
-        layer: the one that it belongs to. kind: DOTS, LINE or AREA. colour: such as `#56b4e9`.
-        points: x and y in the map's frame, m, rounded to centimetres.
-    """
-
-    layer: str
-    kind: str
-    points: list[Vector]
-    colour: str
-
-
-def shapes(insight: Insight) -> list[Shape]:
-    """All layers. Of the selected player the ground that its laser finds free is among them."""
+def shapes(insight: Insight) -> dict[str, list[Shape]]:
+    """All layers by name, in the map's frame. Of the selected player the ground that its laser finds free is there."""
     game = game_of(insight.scene.game)
     colours = {body.name: game.style(body.role, body.state).colour for body in insight.scene.bodies}
-    found: list[Shape] = []
+    found: dict[str, list[Shape]] = {SCANS: [], SENSORS: [], SIGHTINGS: [], MEASURED: []}
     for reading in insight.readings:
-        found += _reading(reading, colours.get(reading.name, palette.ECHO))
+        layer = SCANS if isinstance(reading.depiction, Rays) else SENSORS
+        found[layer] += _reading(reading, colours.get(reading.name, palette.ECHO))
     for seen in insight.sightings:
-        found += _sighting(seen, colours.get(seen.player, palette.ECHO), insight.now)
-    return [*found, *_measured(insight)]
+        found[SIGHTINGS] += _sighting(seen, colours.get(seen.player, palette.ECHO), insight.now)
+    found[MEASURED] += _measured(insight)
+    return found
 
 
 def _reading(reading: Reading, colour: Rgb) -> Iterator[Shape]:
     match reading.depiction:
         case Rays() as rays:
             eye, ends, met = beam_ends(rays, reading.pose)
-            yield _shape(SCANS, AREA, [eye, *ends], palette.SCAN)
-            yield _shape(SCANS, DOTS, met, colour)
+            yield Shape(_rounded([eye, *ends]), fill=palette.SCAN)
+            yield Shape(_rounded(met), fill=colour, radius=_DOT)
         case Cones() as cones:
             for number, distance in enumerate(cones.ranges):
                 if distance < cones.range_max:
                     places = [compose(reading.pose, Pose(x, y, 0.0)) for x, y in cones.outline(number, _ARC)]
-                    yield _shape(SENSORS, LINE, [(place.x, place.y) for place in places[1:]], colour)
+                    yield _line([(place.x, place.y) for place in places[1:]], colour)
         case Ticks() as ticks:
             radius, step = _AROUND * circumradius(reading.robot.size), math.tau / max(1, len(ticks.on))
             for number in (number for number, on in enumerate(ticks.on) if on):
                 bearings = [reading.pose.theta + step * (number + 0.7 * (k / (_ARC - 1) - 0.5)) for k in range(_ARC)]
                 x, y = reading.pose.x, reading.pose.y
-                arc = [(x + radius * math.cos(b), y + radius * math.sin(b)) for b in bearings]
-                yield _shape(SENSORS, LINE, arc, palette.CAUTION)
+                yield _line([(x + radius * math.cos(b), y + radius * math.sin(b)) for b in bearings], palette.CAUTION)
 
 
 def beam_ends(rays: Rays, pose: Pose) -> tuple[Vector, list[Vector], list[Vector]]:
@@ -88,9 +74,9 @@ def beam_ends(rays: Rays, pose: Pose) -> tuple[Vector, list[Vector], list[Vector
 def _sighting(seen: Seen, colour: Rgb, now: float) -> Iterator[Shape]:
     s = seen.sighting
     share = min(1.0, max(0.0, (now - s.time) / SEEN))
-    faded = palette.mix(colour, palette.FIELD, 0.85 * share)
-    yield _shape(SIGHTINGS, DOTS, [(s.x, s.y)], faded)
-    yield _closed(SIGHTINGS, ellipse(s.x, s.y, Uncertainty(s.xx, s.xy, s.yy, 0.0)), faded)
+    faded = mix(colour, palette.FIELD, 0.85 * share)
+    yield Shape(_rounded([(s.x, s.y)]), fill=faded, radius=_DOT)
+    yield _line(ellipse(s.x, s.y, Uncertainty(s.xx, s.xy, s.yy, 0.0)), faded, closed=True)
 
 
 def _measured(insight: Insight) -> Iterator[Shape]:
@@ -100,18 +86,16 @@ def _measured(insight: Insight) -> Iterator[Shape]:
         if measured is None:
             continue
         pose, known = measured.body.pose, measured.body.uncertainty
-        half, aside = body.length / 2, body.width / 2
-        corners = [compose(pose, Pose(x, y, 0.0)) for x, y in ((half, aside), (-half, aside), (-half, -aside))]
-        corners.append(compose(pose, Pose(half, -aside, 0.0)))
-        yield _closed(MEASURED, [(corner.x, corner.y) for corner in corners], palette.CAUTION)
-        yield _shape(MEASURED, LINE, [(pose.x, pose.y), (body.pose.x, body.pose.y)], palette.CAUTION)
+        yield _line(corners(pose, body.length, body.width), palette.CAUTION, closed=True)
+        yield _line([(pose.x, pose.y), (body.pose.x, body.pose.y)], palette.CAUTION)
         if known is not None:
-            yield _closed(MEASURED, ellipse(pose.x, pose.y, known), palette.CAUTION)
+            yield _line(ellipse(pose.x, pose.y, known), palette.CAUTION, closed=True)
 
 
-def _closed(layer: str, corners: list[Vector], colour: Rgb) -> Shape:
-    return _shape(layer, LINE, [*corners, corners[0]], colour)
+def _line(points: Iterable[Vector], colour: Rgb, *, closed: bool = False) -> Shape:
+    return Shape(_rounded(points), line=colour, width=1.5, closed=closed)
 
 
-def _shape(layer: str, kind: str, points: Iterable[Vector], colour: Rgb) -> Shape:
-    return Shape(layer, kind, [(round(x, 2), round(y, 2)) for x, y in points], hexadecimal(colour))
+def _rounded(points: Iterable[Vector]) -> tuple[Vector, ...]:
+    """Points of the map, rounded to centimetres."""
+    return tuple((round(x, 2), round(y, 2)) for x, y in points)

@@ -12,7 +12,7 @@ def details(insight: Insight) -> dict[str, Any]:
 
     Returns:
         `selected` (a player's name, or empty), `out` (it is disqualified), `note` (on the seat of the page), `tabs`
-        (a Grid each, in their order), and `layers` (a list of Shape).
+        (a Grid each, in their order), and `layers` (the shapes of each, by its name).
     """
     state = None if insight.state is None else insight.state.player(insight.selected)
     return {

@@ -99,7 +99,7 @@ export class Drawer {
 
   /** What the field shows besides. */
   get shapes() {
-    return this.data?.layers.filter(({ layer }) => this.layers.has(layer)) ?? [];
+    return [...this.layers].flatMap((layer) => this.data?.layers[layer] ?? []);
   }
 
   show() {

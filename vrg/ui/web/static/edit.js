@@ -1,6 +1,6 @@
 // The welcome page and the configurator: it shows what the server tells, and holds nothing but what is being typed.
 import { Plan } from "./edit_field.js";
-import { drawMarker } from "./field.js";
+import { badge } from "./figures.js";
 
 /** ms without another sign after which what is typed is taken in and checked. */
 const PAUSE = 250;
@@ -19,16 +19,6 @@ function make(tag, name = "", text = "", ...children) {
   if (text) element.textContent = text;
   element.append(...children);
   return element;
-}
-
-function badge({ colour, marker }) {
-  const canvas = make("canvas", "badge"), c = canvas.getContext("2d");
-  canvas.width = canvas.height = 32;
-  canvas.style.background = colour;
-  c.translate(16, 16);
-  c.rotate(-Math.PI / 2);
-  drawMarker(c, marker, 10, "#0e1218");
-  return canvas;
 }
 
 // Talking to the server, one request after the other
@@ -136,7 +126,7 @@ function begin(answer) {
   for (const [name, colour] of Object.entries(answer.colours)) document.documentElement.style.setProperty(`--${name}`, colour);
   byId("games").replaceChildren(
     ...start.games.map((game) => {
-      const roles = game.roles.map((role) => make("span", "role", "", badge(role), role.name));
+      const roles = game.roles.map((role) => make("span", "role", "", badge(role.sign), role.name));
       return card({ game: game.name }, make("strong", "", game.title), ...roles, make("p", "", game.about));
     }),
   );

@@ -53,7 +53,7 @@ export class Plan {
   }
 
   draw() {
-    const own = this.movable && this.pose ? this.match.state.bodies[this.numbers.indexOf(this.chosen)].name : "";
+    const own = this.movable && this.pose ? this.match.looks.bodies[this.numbers.indexOf(this.chosen)].name : "";
     this.field.draw(this.match, 0, own);
     const { view, context: c } = this.field, { colours } = this.match;
     if (!view) return;
@@ -92,8 +92,8 @@ export class Plan {
     const turns = this.pose && away(this.ring()) <= RING + 8;
     if (!turns) {
       const found = this.bodies.map(([x, y], index) => [away(point(view, x, y)), index]).sort((a, b) => a[0] - b[0])[0];
-      const body = found && this.match.state.bodies[found[1]];
-      if (!body || found[0] > Math.max(NEAR, (Math.hypot(body.length, body.width) / 2) * view.scale)) return;
+      const body = found && this.match.looks.bodies[found[1]];
+      if (!body || found[0] > Math.max(NEAR, (Math.hypot(...body.size) / 2) * view.scale)) return;
       this.choose(this.numbers[found[1]]);
     }
     const [x, y] = place(view, ...at);

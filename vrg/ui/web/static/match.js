@@ -19,6 +19,7 @@ export class Match {
     this.name = "";
     this.ground = null;
     this.groundNumber = 0;
+    this.looks = { bodies: [], signs: [], marks: [], legend: [] };
     this.state = null;
     this.strokes = [];
     this.calls = [];
@@ -47,11 +48,14 @@ export class Match {
         this.ground = message;
         this.groundNumber += 1;
         break;
+      case "looks":
+        this.looks = message;
+        break;
       case "state":
         this.state = message;
         break;
       case "strokes":
-        this.strokes = message.strokes;
+        this.strokes = message.figures;
         break;
       case "frame":
         this.motion.take(message, now);

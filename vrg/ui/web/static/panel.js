@@ -1,5 +1,5 @@
 // Writes what is told in words: heading, score, players, calls, banners. It rewrites only what has changed.
-import { drawMarker } from "./field.js";
+import { badge } from "./figures.js";
 import { KEYS, WORDS } from "./words.js";
 
 const byId = (id) => document.getElementById(id);
@@ -54,7 +54,7 @@ export class Panel {
     this.when("banners", [state?.banners, match.role], () => {
       byId("banners").replaceChildren(...(state?.banners ?? []).map((told) => banner(told, match.role)));
     });
-    this.when("players", [state?.players, match.player], () => {
+    this.when("players", [state?.players, match.looks.signs, match.player], () => {
       const rows = (state?.players ?? []).flatMap((player) => row(player, match));
       byId("players").tBodies[0].replaceChildren(...rows);
       byId("players").classList.toggle("many", rows.length > 12);
@@ -126,16 +126,9 @@ function banner({ heading, lines, steps, colour, ink, brief }, role) {
 
 function row(player, match) {
   const index = match.state.players.indexOf(player);
-  const badge = make("canvas", player.physical ? "badge physical" : "badge");
-  badge.width = badge.height = 36;
-  badge.style.background = player.colour;
-  const c = badge.getContext("2d");
-  c.translate(18, 18);
-  c.rotate(-Math.PI / 2);
-  drawMarker(c, player.marker, 11, match.colours.ink);
   const deed = make("td", "deed", player.deed);
   deed.style.color = player.ink;
-  const line = make("tr", "player", "", make("td", "sign", "", badge), make("td", "name", player.name), deed, make("td", "speed"));
+  const line = make("tr", "player", "", make("td", "sign", "", badge(match.looks.signs[index] ?? [], player.physical ? "badge physical" : "badge")), make("td", "name", player.name), deed, make("td", "speed"));
   line.dataset.index = index;
   line.classList.toggle("out", player.out);
   line.classList.toggle("faulty", Boolean(player.fault));

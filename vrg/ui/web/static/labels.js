@@ -1,43 +1,43 @@
-// Chooses where the names of the robots stand, so that none covers another and each is seen to belong to its robot.
-// Boxes are {left, top, width, height} in pixels; a robot is a circle {x, y, radius}. Pure, but that it remembers places.
+// Places words beside figures, so that none covers another and each is seen to belong to its own: as vrg/ui/labels.py does.
+// Boxes are {left, top, width, height} in pixels; a circle is {x, y, radius}. Pure, but that it remembers places.
 
 const SIDES = [[0, 1], [0, -1], [1, 0], [-1, 0], [1, 1], [-1, 1], [1, -1], [-1, -1]];
 const STEPS = [0, 1.2, 2.4, 3.6];
-const COVERED = 600, DOUBTFUL = 400, LONG = 40, LOYAL = 35, PATIENT = 390, CLEARLY = 4;
+const COVERED = 600, DOUBTFUL = 400, LONG = 40, LOYAL = 35, PATIENT = 390, CLEARLY = 4, GAP = 4;
+/** From how many robots on their names may be shortened. */
 const CROWD = 8;
 
-export class Names {
+export class Labels {
   constructor() {
     this.last = new Map();
     this.crowded = false;
   }
 
-  /** Place the names of robots [{name, circle, remark}] within an area. `measure` gives the width of a text.
-   *  Returns [{index, text, box, line}]; `line` is where a line from the robot to a distant name ends, or null. */
-  place(robots, area, measure, height) {
-    const words = this.words(robots, measure).map((word, index) => [word, robots[index].remark].filter(Boolean).join(" "));
-    const circles = robots.map((robot) => robot.circle);
-    const taken = circles.map(({ x, y, radius }) => ({ left: x - radius - 2, top: y - radius - 2, width: 2 * radius + 4, height: 2 * radius + 4 }));
-    return robots.map((robot, index) => {
-      const size = { width: measure(words[index]) + 10, height };
-      const box = this.best(robot.name, size, index, circles, taken, area);
+  /** Place labels [{name, label, circle}] within an area. `measure` gives the width and the height of a label's text.
+   *  Returns [{name, label, text, box, line}]; `line` leads from the circle to words far from it, or is null. */
+  place(labels, area, measure) {
+    this.look(labels, measure);
+    const circles = labels.map(({ circle }) => circle);
+    const taken = circles.filter(({ radius }) => radius).map(({ x, y, radius }) => ({ left: x - radius - 2, top: y - radius - 2, width: 2 * radius + 4, height: 2 * radius + 4 }));
+    return labels.map(({ name, label, circle }, index) => {
+      const text = [this.crowded && label.short ? label.short : label.words, label.remark].filter(Boolean).join(" ");
+      const [width, height] = measure(text, label);
+      const box = this.best(name, { width: width + 10, height }, index, circles, taken, area);
       taken.push(box);
-      const centre = [robot.circle.x, robot.circle.y];
-      const end = nearest(box, centre);
-      const far = Math.hypot(end[0] - centre[0], end[1] - centre[1]) > robot.circle.radius + height;
-      return { index, text: words[index], box, line: far ? end : null };
+      const end = nearest(box, [circle.x, circle.y]), far = Math.hypot(end[0] - circle.x, end[1] - circle.y), share = circle.radius / far;
+      const line = far > circle.radius + height ? [[circle.x + (end[0] - circle.x) * share, circle.y + (end[1] - circle.y) * share], end] : null;
+      return { name, label, text, box, line };
     });
   }
 
-  /** The names, or in a crowd what tells them apart: 7 and 12 for player7 and player12. */
-  words(robots, measure) {
-    const names = robots.map((robot) => robot.name);
-    const short = numbers(names);
-    if (!short || names.length < CROWD) return names;
-    const gaps = robots.map(({ circle: a }) => Math.min(...robots.filter(({ circle: b }) => b !== a).map(({ circle: b }) => Math.hypot(a.x - b.x, a.y - b.y)))).sort((a, b) => a - b);
-    const widest = Math.max(...names.map(measure));
+  /** See whether robots lie so close that what is short stands for their names. */
+  look(labels, measure) {
+    const named = labels.filter(({ label }) => label.short);
+    if (named.length < CROWD) return void (this.crowded = false);
+    const apart = ({ circle: a }, { circle: b }) => Math.hypot(a.x - b.x, a.y - b.y);
+    const gaps = named.map((one) => Math.min(...named.filter((other) => other !== one).map((other) => apart(one, other)))).sort((a, b) => a - b);
+    const widest = Math.max(...named.map(({ label }) => measure(label.words, label)[0]));
     this.crowded = gaps[gaps.length >> 1] < widest * (this.crowded ? 1.5 : 1);
-    return this.crowded ? short : names;
   }
 
   best(name, size, own, circles, taken, area) {
@@ -64,22 +64,14 @@ export class Names {
   }
 }
 
-/** The numbers at the ends of names that are otherwise the same, or null where they are not. */
-export function numbers(names) {
-  const stems = new Set(names.map((name) => name.replace(/\d+$/, "")));
-  const [stem] = stems;
-  const found = names.map((name) => name.slice(stem?.length));
-  return stems.size === 1 && stem && found.every(Boolean) ? found : null;
-}
-
-export function overlap(a, b) {
+function overlap(a, b) {
   const width = Math.min(a.left + a.width, b.left + b.width) - Math.max(a.left, b.left);
   const height = Math.min(a.top + a.height, b.top + b.height) - Math.max(a.top, b.top);
   return width > 0 && height > 0 ? width * height : 0;
 }
 
 function beside(size, { x, y, radius }, side, away) {
-  const cx = x + side[0] * (radius + 4 + size.width / 2 + away), cy = y + side[1] * (radius + 4 + size.height / 2 + away);
+  const cx = x + side[0] * (radius + GAP + size.width / 2 + away), cy = y + side[1] * (radius + GAP + size.height / 2 + away);
   return { left: cx - size.width / 2, top: cy - size.height / 2, ...size };
 }
 
@@ -100,7 +92,7 @@ function edge(box, { x, y, radius }) {
 
 /** How many other robots the box may be taken for, or its line crosses. */
 function doubts(box, own, circles, led) {
-  const others = circles.filter((_, index) => index !== own);
+  const others = circles.filter(({ radius }, index) => index !== own && radius);
   if (!led) {
     const clear = edge(box, circles[own]) + CLEARLY;
     return others.filter((other) => edge(box, other) < clear).length;

@@ -1,0 +1,209 @@
+"""Draws figures with pygame."""
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import Final
+
+import pygame
+
+from vrg.colours import mix
+from vrg.figures import ORIGIN, Figure, Label, Shape, Writing
+from vrg.types import Vector
+from vrg.ui import labels, palette, shapes
+from vrg.ui.labels import Placer, Wanted
+from vrg.ui.text import Face, Fonts
+from vrg.ui.view import Pixel, Projection
+
+CROWD: Final = 8
+"""From how many robots on their names may be shortened."""
+LEGIBLE: Final = 9
+"""Pixels; words with smaller letters are left out."""
+_FINENESS: Final = 2
+"""The factor by which what turns is drawn larger than it is shown, so that it can be turned smoothly."""
+_WIDE: Final = 2.0
+"""Pixels; lines of this width are filled, thinner ones are smooth."""
+_PLATE: Final = 215
+"""The opacity of the plates behind words, 0 to 255."""
+_SPRITES: Final = 500
+"""Drawn figures that are kept; beyond it all of them are forgotten."""
+
+
+class FigurePainter:
+    """Draws figures upon surfaces, and keeps those that turn.
+
+    Args:
+        fonts: to write with.
+    """
+
+    def __init__(self, fonts: Fonts) -> None:
+        self._fonts = fonts
+        self._sprites: dict[tuple[tuple[Shape, ...], int], pygame.Surface] = {}
+        self._placer = Placer()
+        self._crowded = False
+
+    def draw(self, surface: pygame.Surface, figures: Sequence[Figure], view: Projection, ui: float) -> None:
+        """Draw figures, the first one lowest; `ui` scales letters and lines."""
+        for figure in figures:
+            frame = view_of(figure, view, ui)
+            if figure.at.theta and any(not shape.still for shape in figure.shapes):
+                self._turned(surface, figure, frame)
+                still = [shape for shape in figure.shapes if shape.still]
+            else:
+                still = list(figure.shapes)
+            for shape in still:
+                draw_shape(surface, shape, frame, ui)
+            if figure.writing is not None:
+                self._write(surface, figure.writing, view, ui)
+
+    def _turned(self, surface: pygame.Surface, figure: Figure, frame: Projection) -> None:
+        """Draw what turns with a figure, by a picture of it that faces right."""
+        key = figure.shapes, round(100 * frame.scale)
+        sprite = self._sprites.get(key)
+        if sprite is None:
+            if len(self._sprites) >= _SPRITES:
+                self._sprites.clear()
+            sprite = self._sprites[key] = _sprite(figure.shapes, frame.scale)
+        turned = pygame.transform.rotozoom(sprite, math.degrees(frame.angle(figure.at.theta)), 1 / _FINENESS)
+        surface.blit(turned, turned.get_rect(center=(round(frame.left), round(frame.top))))
+
+    def _write(self, surface: pygame.Surface, writing: Writing, view: Projection, ui: float) -> None:
+        """Paint words upon the ground, upright where that has more room, or not at all where there is none."""
+        across, down = (length * view.scale for length in (writing.along[::-1] if view.turned else writing.along))
+        wanted = writing.size * ui
+        upright = min(down, wanted) > min(across, wanted)
+        size = round(min(wanted, max(across, down)))
+        if size < LEGIBLE:
+            return
+        lines = [self._fonts.render(text, size, writing.ink, Face.BOLD) for text in writing.lines]
+        step = 1.25 * size
+        block = pygame.Surface((max(text.get_width() for text in lines), round(step * len(lines))), pygame.SRCALPHA)
+        for index, text in enumerate(lines):
+            block.blit(text, text.get_rect(center=(block.get_width() / 2, (index + 0.5) * step)))
+        block.set_alpha(190)
+        if upright:
+            block = pygame.transform.rotate(block, 90)
+        x, y = view.point(*writing.middle)
+        surface.blit(block, block.get_rect(center=(round(x), round(y + writing.drop * view.scale))))
+
+    def label(
+        self, surface: pygame.Surface, area: pygame.Rect, figures: Sequence[Figure], view: Projection, ui: float
+    ) -> list[pygame.Rect]:
+        """Write the words beside figures inside of an area, and return where they are."""
+        shown: list[tuple[str, Label, labels.Circle]] = []
+        for figure in figures:
+            frame = view_of(figure, view, ui)
+            if figure.label is not None and area.inflate(40, 40).collidepoint(frame.left, frame.top):
+                circle = (frame.left, frame.top), figure.label.reach * frame.scale
+                shown.append((figure.name, figure.label, circle))
+        self._crowd(shown, ui)
+        texts = [self._text(label, ui) for _, label, _ in shown]
+        wanted = [
+            Wanted(name, (text.get_width() + 10.0, text.get_height() + 2.0), circle)
+            for (name, _, circle), text in zip(shown, texts, strict=True)
+        ]
+        inside = (area.left, area.top, area.right, area.bottom)
+        boxes = self._placer.place(wanted, inside)
+        for (_, label, circle), box in zip(shown, boxes, strict=True):
+            led = labels.line_to(box, circle)
+            if led is not None:
+                shapes.stroke(surface, *led, mix(palette.FIELD, label.ink, 0.8), 1.0)
+        # Above all lines, so that none runs through words.
+        plates = [pygame.Rect(round(b[0]), round(b[1]), round(b[2] - b[0]), round(b[3] - b[1])) for b in boxes]
+        for (_, label, _), text, plate in zip(shown, texts, plates, strict=True):
+            if label.plate is not None:
+                shapes.pill(surface, plate, label.plate, _PLATE, 6)
+            surface.blit(text, text.get_rect(center=plate.center))
+        return plates
+
+    def _crowd(self, shown: Sequence[tuple[str, Label, labels.Circle]], ui: float) -> None:
+        """Decide whether robots lie so close that what is short stands for their names."""
+        named = [(label, circle) for _, label, circle in shown if label.short]
+        if len(named) < CROWD:
+            self._crowded = False
+            return
+        widest = max(self._fonts.width(label.words, _size(label, ui), Face.BOLD) for label, _ in named)
+        self._crowded = labels.crowded([circle for _, circle in named], widest, self._crowded)
+
+    def _text(self, label: Label, ui: float) -> pygame.Surface:
+        words = label.short if self._crowded and label.short else label.words
+        words = f"{words} {label.remark}" if label.remark else words
+        return self._fonts.render(words, _size(label, ui), label.ink, Face.BOLD if label.bold else Face.REGULAR)
+
+
+def view_of(figure: Figure, view: Projection, ui: float) -> Projection:
+    """Where the points of a figure's frame are, without its turn: the pixel of its place, and its scale."""
+    if figure.at == ORIGIN and not figure.least:
+        return view
+    scale = min(max(view.scale, figure.least * ui), figure.most * ui)
+    left, top = view.point(figure.at.x, figure.at.y)
+    return Projection(0.0, 0.0, left, top, scale, view.turned)
+
+
+def draw_shape(surface: pygame.Surface, shape: Shape, frame: Projection, ui: float) -> None:
+    """Draw one shape in a frame that is not turned."""
+    points = [_placed(shape, point, frame) for point in shape.points]
+    width = max(1.0, shape.width * ui)
+    if shape.radius:
+        radius = shape.radius * frame.scale
+        for point in points:
+            if shape.fill is not None:
+                shapes.disc(surface, point, radius, shape.fill)
+            if shape.line is not None:
+                shapes.ring(surface, point, radius, shape.line, width)
+        return
+    if shape.fill is not None:
+        shapes.polygon(surface, points, shape.fill)
+    if shape.line is None:
+        return
+    ends = [*points, points[0]] if shape.closed else points
+    last = len(ends) - 1
+    for index, (start, end) in enumerate(pairwise(ends)):
+        if shape.faded is None and shape.width >= _WIDE and not shape.closed:
+            shapes.line(surface, start, end, shape.line, width)
+        elif shape.faded is None:
+            shapes.stroke(surface, start, end, shape.line, width)
+        else:
+            share = (index + 1) / last
+            tint = mix(shape.faded, shape.line, share)
+            shapes.stroke(surface, start, end, tint, (0.3 + 0.7 * share) * shape.width)
+
+
+def draw_sign(surface: pygame.Surface, sign: tuple[Shape, ...], middle: Pixel, side: float, ui: float) -> None:
+    """Draw shapes of about a square of side 1 about the origin upon a surface, `side` pixels large."""
+    drawn = _drawn(sign, side, ui)
+    surface.blit(drawn, drawn.get_rect(center=(round(middle[0]), round(middle[1]))))
+
+
+@lru_cache(256)
+def _drawn(sign: tuple[Shape, ...], side: float, ui: float) -> pygame.Surface:
+    half = math.ceil(0.6 * side) + 2
+    surface = pygame.Surface((2 * half, 2 * half), pygame.SRCALPHA)
+    for shape in sign:
+        draw_shape(surface, shape, Projection(0.0, 0.0, half, half, side, turned=False), ui)
+    return surface
+
+
+def _placed(shape: Shape, point: Vector, frame: Projection) -> Pixel:
+    if shape.still:
+        return frame.left + point[0] * frame.scale, frame.top - point[1] * frame.scale
+    return frame.point(*point)
+
+
+def _sprite(figure: Sequence[Shape], scale: float) -> pygame.Surface:
+    """What turns with a figure, upon a transparent surface whose middle is the figure's place."""
+    turning = [shape for shape in figure if not shape.still]
+    reach = max(math.hypot(*point) + shape.radius for shape in turning for point in shape.points)
+    half = math.ceil((reach * scale + 4) * _FINENESS)
+    surface = pygame.Surface((2 * half, 2 * half), pygame.SRCALPHA)
+    # Without the colour of the edge around it, the smoothed edge would be mixed with black.
+    edge = next((colour for shape in turning for colour in (shape.line, shape.fill) if colour is not None), (0, 0, 0))
+    surface.fill((*edge, 0))
+    for shape in turning:
+        draw_shape(surface, shape, Projection(0.0, 0.0, half, half, scale * _FINENESS, turned=False), _FINENESS)
+    return surface
+
+
+def _size(label: Label, ui: float) -> int:
+    return max(11, round(label.size * ui))

@@ -1,0 +1,104 @@
+"""The picture of a scene: all that lies on the field, as figures from the ground upwards."""
+
+from collections.abc import Sequence
+from typing import Final
+
+from vrg.bus.messages import Stage
+from vrg.figures import Figure, Label, Shape
+from vrg.games import game_of, look
+from vrg.geometry import ellipse
+from vrg.types import Pose
+from vrg.ui import palette
+from vrg.ui.scene import Scene, SceneBody
+
+LINING_UP: Final = (Stage.INITIALIZE, Stage.ROUND_OVER)
+"""The stages in which players drive to their marks."""
+
+
+def ground(scene: Scene) -> list[Figure]:
+    """What stands still: it changes when the zones do."""
+    return look.ground(game_of(scene.game), scene.zones, scene.obstacles)
+
+
+def moving(
+    scene: Scene, driving: str | None = None, below: Sequence[Figure] = (), above: Sequence[Figure] = ()
+) -> list[Figure]:
+    """What moves.
+
+    Args:
+        driving: the player with a ring. below, above: lie below the robots, and above everything.
+    """
+    game, short = game_of(scene.game), dict(zip((b.name for b in scene.bodies), numbers(scene), strict=True))
+    found = marks(scene)
+    for body in scene.bodies:
+        way = (*body.trail, (body.pose.x, body.pose.y))
+        found.append(Figure(f"trail {body.name}", (look.trail(game.style(body.role, body.state).colour, way),)))
+    found += [*strokes(scene), *below]
+    found += [near for body in scene.bodies if (near := uncertain(body)) is not None]
+    # What is out of play lies under what plays.
+    for body in sorted(scene.bodies, key=lambda body: not body.out_of_play):
+        found.append(robot(scene, body, short[body.name], driving))
+        if body.name == driving:
+            found.append(look.around(body.name, body.pose, (body.length, body.width)))
+    found += [look.thing(o.name, o.at, game.team_style(o.team).colour) for o in scene.objects]
+    return [*found, *flashes(scene), *above]
+
+
+def marks(scene: Scene) -> list[Figure]:
+    """Where players line up, while they do."""
+    game, lining_up = game_of(scene.game), scene.stage in LINING_UP
+    return [
+        look.mark(player.name, player.mark, game.style(player.role, player.state).colour)
+        for player in scene.players
+        if lining_up and player.mark is not None
+    ]
+
+
+def strokes(scene: Scene) -> list[Figure]:
+    """What players want to be shown. The name of a player stands beside the last thing that it has sketched."""
+    last = {stroke.player: stroke for stroke in scene.strokes}
+    found = []
+    for number, stroke in enumerate(scene.strokes):
+        named = stroke.player if last[stroke.player] is stroke else ""
+        words = " ".join(word for word in (named, stroke.label) if word)
+        colour = game_of(scene.game).style(stroke.role).colour
+        found += look.stroke(f"stroke {number}", stroke.points, words, colour)
+    return found
+
+
+def uncertain(body: SceneBody) -> Figure | None:
+    """The ellipse within which a body may be that is not known well."""
+    if body.uncertainty is None:
+        return None
+    edge = tuple((round(x, 3), round(y, 3)) for x, y in ellipse(0.0, 0.0, body.uncertainty))
+    outline = Shape(edge, line=palette.CAUTION, width=1.5)
+    return Figure(f"about {body.name}", (outline,), Pose(body.pose.x, body.pose.y, 0.0))
+
+
+def robot(scene: Scene, body: SceneBody, short: str, driving: str | None = None) -> Figure:
+    """A robot with its name.
+
+    Args:
+        short: what stands for its name in a crowd. driving: the player that a person drives.
+    """
+    game, size = game_of(scene.game), (body.length, body.width)
+    ink = palette.CAUTION if body.name == driving else palette.MUTED if body.out_of_play else palette.TEXT
+    label = Label(
+        body.name, ink, short=short, remark=game.remark(body.state), plate=palette.BACKGROUND, reach=look.reach(size)
+    )
+    style = game.style(body.role, body.state)
+    return look.robot(body.name, body.pose, style, size, physical=body.physical, label=label)
+
+
+def flashes(scene: Scene) -> list[Figure]:
+    """What the referee has just called."""
+    return [look.flash(flash.at, flash.word, flash.share) for flash in scene.flashes]
+
+
+def numbers(scene: Scene) -> list[str]:
+    """The numbers at the ends of names that are otherwise the same, and nothing where they are not."""
+    names = [body.name for body in scene.bodies]
+    stems = {name.rstrip("0123456789") for name in names}
+    [stem] = stems if len(stems) == 1 else [""]
+    found = [name.removeprefix(stem) for name in names]
+    return found if stem and all(found) else [""] * len(names)
