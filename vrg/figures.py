@@ -85,7 +85,8 @@ class Figure(Struct, frozen=True, omit_defaults=True):
 
     Args:
         name: its own, such as `zone safe`. at: its frame.
-        least: pixels per m with which it is drawn at least, so that it can be seen. most: at most.
+        least: pixels per m with which it is drawn at least, so that it can be seen.
+        most: pixels per m with which it is drawn at most, in a window of usual size.
         label, writing: words with it.
     """
 
@@ -120,7 +121,8 @@ def dashes(points: Sequence[Vector], colour: Rgb, width: float, length: float) -
 
 
 def rounded(length: float, width: float, radius: float) -> tuple[Vector, ...]:
-    """A rectangle about the origin with round corners."""
+    """A rectangle about the origin with round corners, counter-clockwise."""
+    radius = min(radius, length / 2, width / 2)
     arc = [(math.cos(a), math.sin(a)) for a in (0.0, math.pi / 6, math.pi / 3, math.pi / 2)]
     x, y = length / 2 - radius, width / 2 - radius
     corner = [(x + radius * c, y + radius * s) for c, s in arc]

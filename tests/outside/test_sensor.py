@@ -66,9 +66,8 @@ def test_the_details_of_its_player_have_it_in_words_and_the_field_where_it_is_dr
     bench.ticks(1)
     insight = bench.insight("robot1")
     assert insight.words["robot/robot1/sensor/compass/main"] == "180° from east"
-    [mark] = shapes(insight)
+    [mark] = shapes(insight)[SENSORS]
     pose = bench.pose("robot1")
-    assert mark.layer == SENSORS
     assert {round(math.dist(point, (pose.x, pose.y)), 1) for point in mark.points} == {
         round(1.3 * math.hypot(*scout.size) / 2, 1)
     }

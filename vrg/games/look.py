@@ -29,14 +29,14 @@ _STRIPES: Final = 0.45
 """m between the stripes of a safe zone, of which there are at most a few dozen."""
 _CORNERS: Final[dict[Marker, tuple[Vector, ...]]] = {
     Marker.TRIANGLE: ((1.3, 0.0), (-0.9, 0.85), (-0.9, -0.85)),
-    Marker.SQUARE: ((0.8, 0.8), (0.8, -0.8), (-0.8, -0.8), (-0.8, 0.8)),
-    Marker.DIAMOND: ((1.1, 0.0), (0.0, -0.9), (-1.1, 0.0), (0.0, 0.9)),
+    Marker.SQUARE: ((0.8, 0.8), (-0.8, 0.8), (-0.8, -0.8), (0.8, -0.8)),
+    Marker.DIAMOND: ((1.1, 0.0), (0.0, 0.9), (-1.1, 0.0), (0.0, -0.9)),
     Marker.CROSS: (
         (0.3, 0.0), (0.95, 0.65), (0.65, 0.95), (0.0, 0.3), (-0.65, 0.95), (-0.95, 0.65),
         (-0.3, 0.0), (-0.95, -0.65), (-0.65, -0.95), (0.0, -0.3), (0.65, -0.95), (0.95, -0.65),
     ),
 }  # fmt: skip
-"""The outlines of the signs within a circle of radius 1; they point along x."""
+"""The outlines of the signs within a circle of radius 1; they point along x, counter-clockwise."""
 
 
 def ground(game: Game, zones: Sequence[Zone], obstacles: Iterable[Region], theme: Theme = DARK) -> list[Figure]:

@@ -136,7 +136,7 @@ def view_of(figure: Figure, view: Projection, ui: float) -> Projection:
     """Where the points of a figure's frame are, without its turn: the pixel of its place, and its scale."""
     if figure.at == ORIGIN and not figure.least:
         return view
-    scale = min(max(view.scale, figure.least * ui), figure.most * ui)
+    scale = min(max(view.scale, figure.least), figure.most * ui)
     left, top = view.point(figure.at.x, figure.at.y)
     return Projection(0.0, 0.0, left, top, scale, view.turned)
 

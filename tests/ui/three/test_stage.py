@@ -11,6 +11,7 @@ from tests.ui import synthetic
 from tests.ui.synthetic import scene_at
 from vrg.bus import messages as m
 from vrg.colours import RED
+from vrg.figures import rounded
 from vrg.games import game_of, look
 from vrg.games.game import Marker
 from vrg.hal.models import robot_model
@@ -22,7 +23,7 @@ from vrg.ui.three import camera
 from vrg.ui.three.board import board, last_call
 from vrg.ui.three.ground import LIT, extent, ground
 from vrg.ui.three.robots import marker_mesh, robot_look
-from vrg.ui.three.shapes import band, circle, prism, rounded, sheet, star
+from vrg.ui.three.shapes import band, circle, prism, sheet, star
 from vrg.ui.three.stage import _LIFT, Batch, BatchMaker, fan, trails
 
 P2AT = robot_model("P2AT")

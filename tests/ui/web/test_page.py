@@ -263,7 +263,7 @@ def test_robots_are_drawn_where_they_are_and_move(visit, server):
         server.show(parts.parts(crowd(2, 0.05 * tick)))
         page.wait(f"vrg.match.motion.latest?.time === {0.05 * tick:.2f}")
     body = crowd(2, 0.1).bodies[1]
-    blue = hexadecimal(parts.looks(crowd(2))["bodies"][1]["figure"].shapes[1].fill)
+    blue = hexadecimal(parts.looks(crowd(2))["bodies"][1]["figure"].shapes[2].fill)
     page.wait("performance.now() / 1000 > vrg.match.motion.offset + 0.3")
     # Beside the sign in its middle.
     behind = (body.pose.x - 0.2 * math.cos(body.pose.theta), body.pose.y - 0.2 * math.sin(body.pose.theta))

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from vrg.colours import DARK, Rgb, mix
-from vrg.figures import Figure
+from vrg.figures import Figure, rounded
 from vrg.games import game_of, look
 from vrg.regions import Bounds
 from vrg.types import Vector
 from vrg.ui import palette
 from vrg.ui.labels import overlap
 from vrg.ui.scene import Scene
-from vrg.ui.three.shapes import Mesh, band, joined, prism, rounded, sheet
+from vrg.ui.three.shapes import Mesh, band, joined, prism, sheet
 
 SHOWN: Final = 0.55
 """Walls are shown lower than they are by this factor, so that one sees over them."""

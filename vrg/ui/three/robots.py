@@ -7,10 +7,13 @@ from typing import Final
 
 import numpy as np
 
+from vrg.figures import rounded
+from vrg.games import look
 from vrg.games.game import Marker
 from vrg.hal.models import RobotModel
 from vrg.types import Vector
-from vrg.ui.three.shapes import Mesh, circle, joined, loft, prism, raised, rounded, star
+from vrg.ui import palette
+from vrg.ui.three.shapes import Mesh, circle, joined, loft, prism, raised, star
 
 CABIN: Final = -0.2
 """The middle of the cabin, as a part of the robot's length ahead of its middle."""
@@ -115,15 +118,5 @@ def _axial_rings(*rings: tuple[list[tuple[float, float]], float]) -> Mesh:
 @cache
 def marker_mesh(marker: Marker) -> Mesh:
     """The sign of a role as a plate of about 1 m across, as windows draw it."""
-    bar = [(0.62, -0.16), (0.62, 0.16), (-0.62, 0.16), (-0.62, -0.16)]
-    corners = {
-        Marker.TRIANGLE: [(0.65, 0.0), (-0.45, 0.43), (-0.45, -0.43)],
-        Marker.SQUARE: [(0.4, 0.4), (-0.4, 0.4), (-0.4, -0.4), (0.4, -0.4)],
-        Marker.DIAMOND: [(0.55, 0.0), (0.0, 0.45), (-0.55, 0.0), (0.0, -0.45)],
-        Marker.CIRCLE: circle(0.43, 24),
-    }
-    if marker is Marker.CROSS:
-        c = math.sqrt(0.5)
-        turns = ((c, -c), (c, c))
-        return joined(prism([(x * cos - y * sin, x * sin + y * cos) for x, y in bar], 0.0, 0.06) for cos, sin in turns)
-    return prism(corners[marker], 0.0, 0.06)
+    sign = look.marker(marker, 0.5, palette.TEXT)
+    return joined(prism(part, 0.0, 0.06) for part in ([circle(sign.radius, 24)] if sign.radius else [sign.points]))

@@ -120,21 +120,5 @@ def star(outer: float, inner: float, count: int) -> list[Vector]:
     return [(r * math.cos(a), r * math.sin(a)) for a, r in zip(_turns(2 * count), (outer, inner) * count, strict=True)]
 
 
-def rounded(length: float, width: float, radius: float, count: int = 5) -> list[Vector]:
-    """A rectangle about the origin with round corners of `count` points each."""
-    radius = min(radius, length / 2, width / 2)
-    found = []
-    for corner, (sx, sy) in enumerate(((1, 1), (-1, 1), (-1, -1), (1, -1))):
-        for step in range(count):
-            angle = (corner + step / (count - 1)) * math.pi / 2
-            found.append(
-                (
-                    sx * (length / 2 - radius) + radius * math.cos(angle),
-                    sy * (width / 2 - radius) + radius * math.sin(angle),
-                )
-            )
-    return found
-
-
 def _turns(count: int) -> list[float]:
     return [math.tau * k / count for k in range(count)]

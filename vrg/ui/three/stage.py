@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.colours import Rgb, mix
+from vrg.figures import rounded
 from vrg.games import game_of
 from vrg.games.game import Marker, Style
 from vrg.geometry import compose
@@ -18,7 +19,7 @@ from vrg.types import Pose, Twist
 from vrg.ui import palette
 from vrg.ui.scene import JUMP, Scene, SceneBody
 from vrg.ui.three.robots import CABIN, marker_mesh, robot_look
-from vrg.ui.three.shapes import Floats, Mesh, band, circle, joined, loft, prism, raised, rounded, sheet
+from vrg.ui.three.shapes import Floats, Mesh, band, circle, joined, loft, prism, raised, sheet
 
 Bytes = npt.NDArray[np.uint8]
 FLASHES: Final = 6

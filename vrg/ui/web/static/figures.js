@@ -15,7 +15,7 @@ export function setFont(c, size, bold = true) {
 export function frameOf(view, { least = 0, most = Infinity }, ui, at) {
   const field = ([x, y]) => point(view, x, y);
   if (!at) return { scale: view.scale, turned: field, still: field };
-  const scale = Math.min(Math.max(view.scale, least * ui), most * ui), [left, top] = field([at.x, at.y]);
+  const scale = Math.min(Math.max(view.scale, least), most * ui), [left, top] = field([at.x, at.y]);
   const a = angle(view, at.theta), c = scale * Math.cos(a), s = scale * Math.sin(a);
   const turned = ([x, y]) => [left + x * c - y * s, top - x * s - y * c];
   return { scale, left, top, turned, still: ([x, y]) => [left + x * scale, top - y * scale] };
