@@ -43,8 +43,11 @@ class FigurePainter:
         self._placer = Placer()
         self._crowded = False
 
-    def draw(self, surface: pygame.Surface, figures: Sequence[Figure], view: Projection, ui: float) -> None:
-        """Draw figures, the first one lowest; `ui` scales letters and lines."""
+    def draw(
+        self, surface: pygame.Surface, figures: Sequence[Figure], view: Projection, ui: float
+    ) -> list[pygame.Rect]:
+        """Draw figures, the first one lowest, and return where words are painted; `ui` scales letters and lines."""
+        painted = []
         for figure in figures:
             frame = view_of(figure, view, ui)
             if figure.at.theta and any(not shape.still for shape in figure.shapes):
@@ -55,7 +58,8 @@ class FigurePainter:
             for shape in still:
                 draw_shape(surface, shape, frame, ui)
             if figure.writing is not None:
-                self._write(surface, figure.writing, view, ui)
+                painted.append(self._write(surface, figure.writing, view, ui))
+        return painted
 
     def _turned(self, surface: pygame.Surface, figure: Figure, frame: Projection) -> None:
         """Draw what turns with a figure, by a picture of it that faces right."""
@@ -68,14 +72,14 @@ class FigurePainter:
         turned = pygame.transform.rotozoom(sprite, math.degrees(frame.angle(figure.at.theta)), 1 / _FINENESS)
         surface.blit(turned, turned.get_rect(center=(round(frame.left), round(frame.top))))
 
-    def _write(self, surface: pygame.Surface, writing: Writing, view: Projection, ui: float) -> None:
+    def _write(self, surface: pygame.Surface, writing: Writing, view: Projection, ui: float) -> pygame.Rect:
         """Paint words upon the ground, upright where that has more room, or not at all where there is none."""
         across, down = (length * view.scale for length in (writing.along[::-1] if view.turned else writing.along))
         wanted = writing.size * ui
         upright = min(down, wanted) > min(across, wanted)
         size = round(min(wanted, max(across, down)))
         if size < LEGIBLE:
-            return
+            return pygame.Rect(0, 0, 0, 0)
         lines = [self._fonts.render(text, size, writing.ink, Face.BOLD) for text in writing.lines]
         step = 1.25 * size
         block = pygame.Surface((max(text.get_width() for text in lines), round(step * len(lines))), pygame.SRCALPHA)
@@ -85,12 +89,18 @@ class FigurePainter:
         if upright:
             block = pygame.transform.rotate(block, 90)
         x, y = view.point(*writing.middle)
-        surface.blit(block, block.get_rect(center=(round(x), round(y + writing.drop * view.scale))))
+        return surface.blit(block, block.get_rect(center=(round(x), round(y + writing.drop * view.scale))))
 
     def label(
-        self, surface: pygame.Surface, area: pygame.Rect, figures: Sequence[Figure], view: Projection, ui: float
+        self,
+        surface: pygame.Surface,
+        area: pygame.Rect,
+        figures: Sequence[Figure],
+        view: Projection,
+        ui: float,
+        painted: Sequence[pygame.Rect] = (),
     ) -> list[pygame.Rect]:
-        """Write the words beside figures inside of an area, and return where they are."""
+        """Write the words beside figures inside of an area, not upon those that are painted; return where they are."""
         shown: list[tuple[str, Label, labels.Circle]] = []
         for figure in figures:
             frame = view_of(figure, view, ui)
@@ -103,8 +113,8 @@ class FigurePainter:
             Wanted(name, (text.get_width() + 10.0, text.get_height() + 2.0), circle)
             for (name, _, circle), text in zip(shown, texts, strict=True)
         ]
-        inside = (area.left, area.top, area.right, area.bottom)
-        boxes = self._placer.place(wanted, inside)
+        inside, *taken = ((r.left, r.top, r.right, r.bottom) for r in (area, *painted))
+        boxes = self._placer.place(wanted, inside, taken)
         for (_, label, circle), box in zip(shown, boxes, strict=True):
             led = labels.line_to(box, circle)
             if led is not None:

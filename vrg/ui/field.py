@@ -22,6 +22,7 @@ class FieldPainter:
         self._figures = FigurePainter(fonts)
         self._ground: pygame.Surface | None = None
         self._ground_of: tuple[object, ...] = ()
+        self._painted: list[pygame.Rect] = []
 
     def draw(
         self,
@@ -57,7 +58,7 @@ class FieldPainter:
         figures = picture.moving(scene, driving, below, above)
         self._figures.draw(surface, figures, view, ui)
         if names:
-            self._figures.label(surface, rect, figures[::-1], view, ui)
+            self._figures.label(surface, rect, figures[::-1], view, ui, self._painted)
         surface.set_clip(before)
         return view
 
@@ -71,7 +72,8 @@ class FieldPainter:
             self._ground = pygame.Surface(rect.size)
             self._ground.fill(palette.APRON)
             here = Projection(view.x, view.y, view.left - rect.left, view.top - rect.top, view.scale, view.turned)
-            self._figures.draw(self._ground, picture.ground(scene), here, ui)
+            painted = self._figures.draw(self._ground, picture.ground(scene), here, ui)
+            self._painted = [words.move(rect.topleft) for words in painted]
             if strip:
                 draw_strip(self._ground, scene, here, ui, self._fonts)
         return self._ground

@@ -19,6 +19,8 @@ export class Field {
     /** The names of robots as they are placed, and the robots. */
     this.plates = [];
     this.robots = [];
+    /** Where the names of zones are painted. */
+    this.painted = [];
   }
 
   /** The name of the robot at a pixel, or undefined. */
@@ -70,7 +72,7 @@ export class Field {
     c.setTransform(ratio, 0, 0, ratio, 0, 0);
     c.fillStyle = colours.background;
     c.fillRect(0, 0, width, height);
-    for (const figure of ground.figures) drawFigure(c, view, figure, ui);
+    this.painted = ground.figures.map((figure) => drawFigure(c, view, figure, ui)).filter(Boolean);
     c.fillStyle = colours.background;
     c.fillRect(0, height - strip, width, strip);
     if (strip <= 30) return;
@@ -119,7 +121,7 @@ export class Field {
     const placed = this.labels.place(seen, area, (text, label) => {
       setFont(c, sizeOf(label), label.bold);
       return [c.measureText(text).width, Math.round(1.4 * sizeOf(label))];
-    });
+    }, this.painted);
     c.lineWidth = 1;
     for (const { line, label } of placed) {
       if (!line) continue;

@@ -21,10 +21,11 @@ export function frameOf(view, { least = 0, most = Infinity }, ui, at) {
   return { scale, left, top, turned, still: ([x, y]) => [left + x * scale, top - y * scale] };
 }
 
+/** Returns the box of the words that are painted with the figure, if there are any. */
 export function drawFigure(c, view, figure, ui, at = figure.at) {
   const frame = frameOf(view, figure, ui, at);
   for (const shape of figure.shapes ?? []) drawShape(c, frame, shape, ui);
-  if (figure.writing) paint(c, view, figure.writing, ui);
+  return figure.writing && paint(c, view, figure.writing, ui);
 }
 
 export function drawShape(c, frame, shape, ui) {
@@ -68,10 +69,10 @@ function drawFaded(c, places, { faded, line, width = 1 }) {
 function paint(c, view, { lines, middle, drop = 0, ink, size, along }, ui) {
   const [across, down] = (view.turned ? [...along].reverse() : along).map((length) => length * view.scale), wanted = size * ui;
   const upright = Math.min(down, wanted) > Math.min(across, wanted), high = Math.round(Math.min(wanted, Math.max(across, down)));
-  if (high < LEGIBLE) return;
-  const [x, y] = point(view, ...middle);
+  if (high < LEGIBLE) return null;
+  const [x, up] = point(view, ...middle), y = up + drop * view.scale;
   c.save();
-  c.translate(x, y + drop * view.scale);
+  c.translate(x, y);
   if (upright) c.rotate(-Math.PI / 2);
   setFont(c, high);
   c.globalAlpha = 0.75;
@@ -79,7 +80,10 @@ function paint(c, view, { lines, middle, drop = 0, ink, size, along }, ui) {
   c.textAlign = "center";
   c.textBaseline = "middle";
   lines.forEach((line, index) => c.fillText(line, 0, (index - (lines.length - 1) / 2) * 1.25 * high));
+  const sides = [Math.max(...lines.map((line) => c.measureText(line).width)), 1.25 * high * lines.length];
   c.restore();
+  const [width, height] = upright ? sides.reverse() : sides;
+  return { left: x - width / 2, top: y - height / 2, width, height };
 }
 
 /** Draw shapes of a square of side 1 about the origin, `side` pixels large. */

@@ -14,11 +14,12 @@ export class Labels {
   }
 
   /** Place labels [{name, label, circle}] within an area. `measure` gives the width and the height of a label's text.
-   *  Returns [{name, label, text, box, line}]; `line` leads from the circle to words far from it, or is null. */
-  place(labels, area, measure) {
+   *  No box lies upon what is `painted`. Returns [{name, label, text, box, line}]; `line` leads from the circle to words far from it, or is null. */
+  place(labels, area, measure, painted = []) {
     this.look(labels, measure);
     const circles = labels.map(({ circle }) => circle);
     const taken = circles.filter(({ radius }) => radius).map(({ x, y, radius }) => ({ left: x - radius - 2, top: y - radius - 2, width: 2 * radius + 4, height: 2 * radius + 4 }));
+    taken.push(...painted);
     return labels.map(({ name, label, circle }, index) => {
       const text = [this.crowded && label.short ? label.short : label.words, label.remark].filter(Boolean).join(" ");
       const [width, height] = measure(text, label);
