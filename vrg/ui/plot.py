@@ -117,8 +117,6 @@ def plot_trajectories(
         _draw_part(axes, shown, part, [(call, moments[call.rule], words[id(call)]) for call in of_part], metre)
         axes.set(xlim=(box[0], box[2]), ylim=(box[1], box[3]), aspect="equal")
         axes.set_xlabel("y, m" if shown.turned else "x, m")
-        axes.grid(True, color="0.92", linewidth=0.6)
-        axes.set_axisbelow(True)
         if part.round:
             axes.set_title(f"{shown.game.round_word.capitalize()} {part.round}{part.words}", fontsize=11)
     panels[0].set_ylabel("x, m" if shown.turned else "y, m")

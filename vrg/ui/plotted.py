@@ -115,8 +115,8 @@ def _paint(axes: Axes, figure: Figure, labels: Labels, order: float) -> None:
     place, words = (x, y - writing.drop), "\n".join(writing.lines)
     upright = min(across, size) > min(along, size)
     axes.text(
-        *place, words, ha="center", va="center", fontsize=size, color=rgb(writing.ink), path_effects=[HALO],
-        rotation=90 if upright else 0, zorder=order,
+        *place, words, ha="center", va="center", fontsize=size, color=rgb(writing.ink), zorder=order,
+        rotation=90 if upright else 0,
     )  # fmt: skip
     sides = 0.75 * size * max(map(len, writing.lines)), 1.25 * size * len(writing.lines)
     labels.keep_clear(place, *(sides[::-1] if upright else sides))
