@@ -64,6 +64,15 @@ def test_the_name_of_a_teams_circle_stands_below_what_lies_in_its_middle() -> No
     assert 0.4 * 3.0 < writing.drop < 0.8 * 3.0
 
 
+def test_a_name_without_letters_is_not_painted() -> None:
+    assert of_zone(REGIONS[0], name="_").writing is None
+
+
+@pytest.mark.parametrize(("size", "most"), [(10.0, 22), (300.0, 64), (3000.0, 64)])
+def test_the_grid_of_a_large_field_is_coarser(size, most) -> None:
+    assert most / 4 < len(look.grid(Rectangle(0.0, 0.0, size, size))) <= most
+
+
 def test_a_large_zone_has_no_name_which_would_lie_below_those_in_it() -> None:
     assert of_zone(REGIONS[0], "half").writing is None
 
@@ -91,9 +100,10 @@ def test_a_small_robot_is_drawn_large_enough_to_be_seen() -> None:
     assert look.reach((0.2, 0.1)) == pytest.approx(nose, abs=0.001)
 
 
-def test_a_ring_grows_and_fades_where_something_was_called() -> None:
-    begin, end = (look.flash((0.0, 0.0), "tag", share) for share in (0.0, 1.0))
+def test_a_ring_grows_and_thins_where_something_was_called() -> None:
+    begin, end = (look.flash(0, (0.0, 0.0), "tag", share) for share in (0.0, 1.0))
     assert end.shapes[0].radius == pytest.approx(2 * begin.shapes[0].radius)
+    assert end.shapes[0].width < begin.shapes[0].width / 2
     assert begin.label is not None
     assert (begin.label.words, begin.label.plate) == ("TAG", begin.shapes[0].line)
 

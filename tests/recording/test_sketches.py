@@ -8,6 +8,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.recording.reader import sightings_of, thoughts_of
 from vrg.recording.recorded import read_recorded
 from vrg.recording.recorder import Recorder
+from vrg.recording.scene import FIGURE
 
 COURSE = m.Stroke(points=((0.0, 0.0), (3.0, 4.0)), label="meets in 2.0 s")
 DOT = m.Stroke(points=((1.0, 1.0),))
@@ -33,6 +34,8 @@ def test_a_sketch_is_read_back_and_drawn_in_the_scene(tmp_path: Path) -> None:
     [(_, drawn)] = written(path, "/view/sketch/ann")
     [entity] = drawn["entities"]
     assert (len(entity["lines"]), len(entity["spheres"])) == (1, 2)
+    heights = {point["z"] for line in entity["lines"] for point in line["points"]}
+    assert min(heights) > FIGURE * 12, "no zone hides them"
     assert [text["text"] for text in entity["texts"]] == [COURSE.label]
 
 

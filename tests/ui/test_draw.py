@@ -10,15 +10,17 @@ from tests.ui import synthetic
 from tests.ui.pictures import close_to, colours_near, content, painted, where
 from vrg.bus import messages as m
 from vrg.colours import SKY_BLUE, VERMILLION, dulled
-from vrg.games import GAMES, game_of
+from vrg.games import GAMES, game_of, look
 from vrg.games.game import Marker
 from vrg.regions import Circle
 from vrg.types import Pose
 from vrg.ui import palette, text
 from vrg.ui.banner import Help, banners
+from vrg.ui.easel import FigurePainter
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Flash, Scene
 from vrg.ui.text import Face, Fonts
+from vrg.ui.view import Projection
 from vrg.ui.window import save_png
 
 
@@ -92,7 +94,8 @@ def test_no_banner_moves_the_field(scene_at, size):
 def test_the_field_fills_the_window_as_far_as_its_shape_allows(scene, scene_at):
     _, view = painted(scene, (1280, 720))
     [field] = [zone for zone in scene.zones if zone.kind == "field"]
-    _, _, width, height = view.box(field.region.bounds)
+    x_min, y_min, x_max, y_max = field.region.bounds
+    width, height = ((x_max - x_min) * view.scale, (y_max - y_min) * view.scale)
     assert width * height > 0.45 * 1280 * 720
 
 
@@ -191,7 +194,7 @@ def test_the_way_out_is_a_line_of_the_banner_in_the_window(scene_at):
     assert head(halted="a cable", way_out="plug it in") != head(halted="a cable")
 
 
-def test_a_flash_is_drawn_where_it_happened_and_fades(scene_at):
+def test_a_flash_is_drawn_where_it_happened_and_thins(scene_at):
     scene = dataclasses.replace(scene_at(0.0), bodies=())
     where_, colours = (21.0, -20.0), []
     for share in (0.0, 0.9):
@@ -199,7 +202,7 @@ def test_a_flash_is_drawn_where_it_happened_and_fades(scene_at):
         surface, view = painted(flashing)
         colours.append(close_to(colours_near(surface, view.point(*where_), 70), palette.CAUTION, 30))
     assert colours[0] > 300
-    assert colours[1] < 50
+    assert colours[1] < colours[0] / 2
 
 
 def test_speed_and_a_low_battery_are_in_the_list_of_players(scene, scene_at):
@@ -255,6 +258,15 @@ def test_the_driven_player_is_ringed(scene, scene_at):
     place = where(scene, view, "nemo")
     assert close_to(colours_near(ringed, place, 30), palette.CAUTION, 40) > 40
     assert close_to(colours_near(plain, place, 30), palette.CAUTION, 40) == 0
+
+
+def test_what_turns_is_as_wide_as_what_does_not():
+    def drawn(theta):
+        surface, view = pygame.Surface((400, 400)), Projection(0.0, 0.0, 200.0, 200.0, 100.0, turned=False)
+        FigurePainter(Fonts()).draw(surface, [look.around("ann", Pose(0.0, 0.0, theta), (0.5, 0.4))], view, 3.0)
+        return close_to(colours_near(surface, (200, 200), 150), palette.CAUTION, 60)
+
+    assert drawn(0.8) == pytest.approx(drawn(0.0), rel=0.15)
 
 
 def test_where_to_line_up_is_shown_before_a_round(scene_at):

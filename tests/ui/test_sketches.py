@@ -12,7 +12,7 @@ from vrg.bus import messages as m
 from vrg.colours import VERMILLION
 from vrg.games.game import Moment
 from vrg.recording.reader import RecordedCall, Thought
-from vrg.ui import plot, view
+from vrg.ui import picture, plot, view
 from vrg.ui.builder import SceneBuilder
 from vrg.ui.draw import Painter
 from vrg.ui.scene import SceneStroke
@@ -56,10 +56,20 @@ def test_a_stroke_is_drawn_where_it_is(scene_at, tmp_path):
     assert red > green > blue, f"the shark's colour is {VERMILLION}"
 
 
+def test_of_many_strokes_a_few_have_words_and_those_with_names_come_first(scene_at):
+    points = ((1.0, 1.0), (2.0, 2.0))
+    every = [SceneStroke(name, "shark", points, f"{number}") for name in ("ann", "bob") for number in range(50)]
+    figures = picture.strokes(replace(scene_at(0.0), strokes=tuple(every)))
+    words = [figure.label.words for figure in figures if figure.label is not None]
+    assert len(words) == picture.TOLD
+    assert {"ann 49", "bob 49"} <= set(words)
+    assert len([figure for figure in figures if figure.shapes[0].closed]) == 100, "all have their dots"
+
+
 @pytest.fixture
 def axes():
     _figure, [axes], metre = plot._figure(1, (0.0, 0.0, 10.0, 10.0))
-    return axes, plot.Labels(metre, (0.0, 0.0, 10.0, 10.0), [])
+    return axes, plot.Labels(metre, (0.0, 0.0, 10.0, 10.0))
 
 
 CALL = RecordedCall(

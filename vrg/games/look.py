@@ -25,6 +25,8 @@ WALL_HEIGHT: Final = 1.0
 """m. It is that of the world, `vrg.hal.sim.map.WALL_HEIGHT`."""
 _WIDE: Final = 0.75
 """The width of a large letter, as a part of its height, on average."""
+_LINES: Final = 60
+"""The most lines of a grid along one side."""
 _STRIPES: Final = 0.45
 """m between the stripes of a safe zone, of which there are at most a few dozen."""
 _CORNERS: Final[dict[Marker, tuple[Vector, ...]]] = {
@@ -36,14 +38,14 @@ _CORNERS: Final[dict[Marker, tuple[Vector, ...]]] = {
         (-0.3, 0.0), (-0.95, -0.65), (-0.65, -0.95), (0.0, -0.3), (0.65, -0.95), (0.95, -0.65),
     ),
 }  # fmt: skip
-"""The outlines of the signs within a circle of radius 1; they point along x, counter-clockwise."""
+"""The outlines of the signs about a circle of radius 1; they point along x, counter-clockwise."""
 
 
 def ground(game: Game, zones: Sequence[Zone], obstacles: Iterable[Region], theme: Theme = DARK) -> list[Figure]:
     """What stands still, from the ground upwards: fields with their grids, zones, borders and walls."""
     fields = [zone for zone in zones if zone.kind == "field"]
     found = [
-        Figure(f"field {zone.name}", (Shape(_outline(zone.region), theme.field), *_grid(zone.region, theme)))
+        Figure(f"field {zone.name}", (Shape(_outline(zone.region), theme.field), *grid(zone.region, theme)))
         for zone in fields
     ]
     found += [_zone(zone, game, theme) for zone in zones if zone.kind != "field"]
@@ -60,15 +62,16 @@ def _outline(region: Region) -> tuple[Vector, ...]:
     return tuple((round(x, 3), round(y, 3)) for x, y in region.outline())
 
 
-def _grid(region: Region, theme: Theme) -> Iterable[Shape]:
-    """A line at each whole metre, as far as it is inside the region."""
+def grid(region: Region, theme: Theme = DARK) -> tuple[Shape, ...]:
+    """A line at each whole metre, as far as it is inside the region; on large fields at each tenth or hundredth."""
     x_min, y_min, x_max, y_max = region.bounds
-    ways: list[tuple[Vector, Vector]] = [
-        ((x, y_min), (x, y_max)) for x in range(math.ceil(x_min), math.floor(x_max) + 1)
-    ]
-    ways += [((x_min, y), (x_max, y)) for y in range(math.ceil(y_min), math.floor(y_max) + 1)]
+    step = 10 ** max(0, math.ceil(math.log10(max(x_max - x_min, y_max - y_min, 1.0) / _LINES)))
+    sides = (x_min, x_max), (y_min, y_max)
+    xs, ys = (range(step * math.ceil(low / step), math.floor(high) + 1, step) for low, high in sides)
+    ways: list[tuple[Vector, Vector]] = [((x, y_min), (x, y_max)) for x in xs]
+    ways += [((x_min, y), (x_max, y)) for y in ys]
     inside = (within(region, start, end) for start, end in ways)
-    return (line(*ends, colour=theme.grid) for ends in inside if ends is not None)
+    return tuple(line(*ends, colour=theme.grid) for ends in inside if ends is not None)
 
 
 def _zone(zone: Zone, game: Game, theme: Theme) -> Figure:
@@ -98,9 +101,9 @@ def _name(zone: Zone, theme: Theme) -> Writing | None:
 
     A large zone has none, which would lie below those of the zones in it.
     """
-    if zone.kind in LARGE_ZONES:
-        return None
     safe, words = zone.kind == "safe", zone.name.replace("_", " ").upper()
+    if zone.kind in LARGE_ZONES or not words.strip():
+        return None
     words += " ZONE" if safe and "ZONE" not in words else ""
     space, drop = room(zone.region), 0.0
     if zone.team and isinstance(zone.region, Circle):
@@ -121,7 +124,7 @@ def _largest(lines: Sequence[str], space: Vector) -> Vector:
 
 
 def marker(sign: Marker, radius: float, colour: Rgb, *, up: bool = False) -> Shape:
-    """The sign of a role within a circle. A cross does not turn, because turned it could be a plus.
+    """The sign of a role, about as large as a circle. A cross does not turn, because turned it could be a plus.
 
     Args:
         radius: of the circle. up: it points along y in place of x.
@@ -134,41 +137,37 @@ def marker(sign: Marker, radius: float, colour: Rgb, *, up: bool = False) -> Sha
     return Shape(corners, colour, still=up or sign is Marker.CROSS)
 
 
-def badge(style: Style, theme: Theme = DARK) -> tuple[Shape, ...]:
+def badge(style: Style) -> tuple[Shape, ...]:
     """The sign of a role upon its colour, in a square of side 1 about the origin."""
-    return Shape(rounded(1.0, 1.0, 0.25), style.colour, still=True), marker(style.marker, 0.32, theme.ink, up=True)
+    return Shape(rounded(1.0, 1.0, 0.25), style.colour, still=True), marker(style.marker, 0.32, DARK.ink, up=True)
 
 
 @lru_cache(512)
-def _body(style: Style, length: float, width: float, physical: bool, theme: Theme) -> tuple[Shape, ...]:
-    rim, edge = (_RIM, theme.text) if physical else (_RIM / 3, theme.ink)
+def _body(style: Style, length: float, width: float, physical: bool) -> tuple[Shape, ...]:
+    rim, edge = (_RIM, DARK.text) if physical else (_RIM / 3, DARK.ink)
     rim *= length
     nose = ((length * (0.5 + NOSE) + rim, 0.0), (length / 2, 0.36 * width), (length / 2, -0.36 * width))
     outlines: list[tuple[tuple[Vector, ...], Rgb]] = [
-        (nose, mix(style.colour, theme.text, 0.75)),
+        (nose, mix(style.colour, DARK.text, 0.75)),
         (rounded(length + 2 * rim, width + 2 * rim, 0.12 * width + rim), edge),
         (rounded(length, width, 0.12 * width), style.colour),
     ]
     body = [Shape(tuple((round(x, 3), round(y, 3)) for x, y in line), colour) for line, colour in outlines]
-    return (*body, marker(style.marker, 0.33 * width, theme.ink))
+    return (*body, marker(style.marker, 0.33 * width, DARK.ink))
 
 
-def robot(
-    name: str,
-    at: Pose,
-    style: Style,
-    size: Vector,
-    *,
-    physical: bool,
-    label: Label | None = None,
-    theme: Theme = DARK,
-) -> Figure:
+def robot(name: str, at: Pose, style: Style, size: Vector, *, physical: bool, label: Label | None = None) -> Figure:
     """A robot from above, with a nose and the sign of its role. The rim of a physical one is light.
 
     Args:
         size: its length and width, m.
-    """  # fmt: skip
-    return Figure(f"robot {name}", _body(style, *size, physical, theme), at, SMALLEST / size[0], label=label)
+    """
+    return Figure(f"robot {name}", _body(style, *size, physical), at, _least(size), label=label)
+
+
+def _least(size: Vector) -> float:
+    """The pixels per m with which a robot is drawn at least."""
+    return SMALLEST / max(size[0], 0.001)
 
 
 def reach(size: Vector) -> float:
@@ -176,21 +175,21 @@ def reach(size: Vector) -> float:
     return round(max(math.hypot(*size) / 2 + _RIM * size[0], size[0] * (0.5 + NOSE + _RIM)), 3)
 
 
-def trail(colour: Rgb, points: tuple[Vector, ...] = (), theme: Theme = DARK) -> Shape:
+def trail(colour: Rgb, points: tuple[Vector, ...] = ()) -> Shape:
     """The way that a robot has driven lately."""
-    now, before = (mix(theme.field, colour, share) for share in (0.9, 0.2))
+    now, before = (mix(DARK.field, colour, share) for share in (0.9, 0.2))
     return Shape(points, line=now, width=3.0, closed=False, faded=before)
 
 
-def mark(name: str, at: Pose, colour: Rgb, theme: Theme = DARK) -> Figure:
+def mark(name: str, at: Pose, colour: Rgb) -> Figure:
     """The place where a player lines up, in the colour of its role."""
-    tint, box = mix(colour, theme.field, 0.45), ((0.25, 0.2), (0.25, -0.2), (-0.25, -0.2), (-0.25, 0.2))
+    tint, box = mix(colour, DARK.field, 0.45), ((0.25, 0.2), (0.25, -0.2), (-0.25, -0.2), (-0.25, 0.2))
     shapes = (Shape(box, line=tint, width=1.5), line((0.25, 0.0), (0.425, 0.0), colour=tint, width=1.5))
     return Figure(f"mark {name}", shapes, at, 2 * SMALLEST)
 
 
 def thing(name: str, at: Vector, colour: Rgb, theme: Theme = DARK) -> Figure:
-    """A thing of the game: a flag on a pole in the colour of its team, with a light rim so that it is seen upon anything."""  # noqa: E501
+    """A thing of the game: a flag in the colour of its team, with a light rim so that it is seen upon anything."""
     shapes = (
         Shape(((0.0, 0.0), (0.0, 0.5)), line=theme.border, width=2.5, closed=False, still=True),
         Shape(((0.0, 0.5), (0.375, 0.375), (0.0, 0.25)), colour, theme.border, still=True),
@@ -199,33 +198,30 @@ def thing(name: str, at: Vector, colour: Rgb, theme: Theme = DARK) -> Figure:
     return Figure(f"object {name}", shapes, Pose(*at, 0.0), 2 * SMALLEST)
 
 
-def stroke(name: str, points: tuple[Vector, ...], label: str, colour: Rgb, theme: Theme = DARK) -> list[Figure]:
+def stroke(name: str, points: tuple[Vector, ...], label: str, colour: Rgb) -> list[Figure]:
     """A dot or a line with a dot at its end that a player wants to be shown, with words beside the dot."""
-    tint = mix(theme.field, colour, 0.75)
+    tint = mix(DARK.field, colour, 0.75)
     dot = Shape(((0.0, 0.0),), tint, radius=2.0 if len(points) == 1 else 3.5)
-    words = Label(label, theme.text, size=12.0, bold=False) if label else None
+    words = Label(label, DARK.text, size=12.0, bold=False) if label else None
     end = pixels(f"end of {name}", Pose(*points[-1], 0.0), dot, label=words)
     way = Figure(name, (line(*points, colour=tint, width=1.5),))
     return [way, end] if len(points) > 1 else [end]
 
 
-def flash(at: Vector, word: str, share: float, theme: Theme = DARK) -> Figure:
-    """A ring that grows and fades about what was called, with a word for it.
+def flash(number: int, at: Vector, word: str, share: float) -> Figure:
+    """A ring that grows and thins about what was called, with a word for it.
 
     Args:
-        share: how much of its time is over, 0 to 1.
+        number: which of those that are shown. share: how much of its time is over, 0 to 1.
     """
-    tint, radius = mix(theme.caution, theme.field, 0.9 * share), round(0.6 * (1.0 + share), 3)
+    radius, thin = round(0.6 * (1.0 + share), 3), 1.0 - 0.8 * share
     rings = ((radius, 4.0), (0.75 * radius, 3.0))
-    shapes = tuple(Shape(((0.0, 0.0),), line=tint, width=width, radius=r) for r, width in rings)
-    plate = mix(
-        theme.caution, theme.field, max(0.0, 3.0 * share - 2.0)
-    )  # it can be read until shortly before it is gone
-    label = Label(word.upper(), theme.ink, plate=plate, size=18.0, reach=0.75)
-    return Figure(f"call {word}", shapes, Pose(*at, 0.0), SMALLEST / 0.6, 60.0 / 0.6, label=label)
+    shapes = tuple(Shape(((0.0, 0.0),), line=DARK.caution, width=width * thin, radius=r) for r, width in rings)
+    label = Label(word.upper(), DARK.ink, plate=DARK.caution, size=18.0, reach=0.75)
+    return Figure(f"call {number}", shapes, Pose(*at, 0.0), SMALLEST / 0.6, 60.0 / 0.6, label=label)
 
 
-def around(name: str, at: Pose, size: Vector, theme: Theme = DARK) -> Figure:
+def around(name: str, at: Pose, size: Vector) -> Figure:
     """The ring about a robot that a person drives."""
-    ring = Shape(((0.0, 0.0),), line=theme.caution, width=2.5, radius=round(reach(size) + 0.1, 3))
-    return Figure(f"ring {name}", (ring,), at, SMALLEST / size[0])
+    ring = Shape(((0.0, 0.0),), line=DARK.caution, width=2.5, radius=round(reach(size) + 0.1, 3))
+    return Figure(f"ring {name}", (ring,), at, _least(size))

@@ -35,7 +35,7 @@ from vrg.recording import foxglove as fg
 from vrg.recording.layout import VIEW
 from vrg.recording.mcap_file import McapFile
 from vrg.recording.readings import records_of
-from vrg.recording.scene import entity, robot_entity
+from vrg.recording.scene import FIGURE, STROKE_HEIGHT, entity, robot_entity
 from vrg.recording.sink import Sink
 from vrg.regions import Region
 from vrg.types import Pose
@@ -220,7 +220,7 @@ class Recorder(Node):
             # Each update is whole: a viewer that jumps to an instant reads only the last one before it.
             at = fg.time_of(received.stamp)
             figures = look.ground(self._game, state.zones, ())
-            drawn = [entity(figure.name, [figure], at, level) for level, figure in enumerate(figures)]
+            drawn = [entity(figure.name, [figure], at, FIGURE * level) for level, figure in enumerate(figures)]
             update = fg.SceneUpdate([fg.everything(at)], drawn)
             self._show("field", update, received)
 
@@ -237,7 +237,7 @@ class Recorder(Node):
         self._keep(received)
         colour = self._game.style(*self._roles.get(player, ("robot", ""))).colour
         figures = [f for stroke in sketch.strokes for f in look.stroke("", stroke.points, stroke.label, colour)]
-        drawn = entity(f"sketch:{player}", figures, fg.time_of(received.stamp))
+        drawn = entity(f"sketch:{player}", figures, fg.time_of(received.stamp), STROKE_HEIGHT)
         self._show(f"sketch/{player}", fg.SceneUpdate([], [drawn]), received)
         return True
 

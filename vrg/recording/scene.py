@@ -17,6 +17,10 @@ SONAR_HEIGHT: Final = 0.2
 """The height above ground in which the cones of a sonar are drawn, m."""
 LAYER: Final = 0.002
 """m between surfaces that lie upon each other."""
+FIGURE: Final = 3 * LAYER
+"""m between figures that lie upon each other."""
+STROKE_HEIGHT: Final = 0.1
+"""The height of the strokes of players, m above the ground, so that zones do not hide them."""
 PIXEL: Final = 0.025
 """The width in m of a line that is a pixel wide in a window."""
 UPRIGHT: Final = 1.8
@@ -46,19 +50,19 @@ def robot_entity(
     return fg.SceneEntity(at, fg.FRAME_ID, name, _FOREVER, False, [arrow], [box], rim, [text])
 
 
-def entity(name: str, figures: Sequence[Figure], at: fg.Time, level: int = 0) -> fg.SceneEntity:
-    """Figures in the scene, the first one lowest: what stands rises from the ground.
+def entity(name: str, figures: Sequence[Figure], at: fg.Time, height: float = 0.0) -> fg.SceneEntity:
+    """Figures in the scene: what stands rises from the ground.
 
     Args:
-        level: the number of figures that lie below the first one.
+        height: of what lies, m above the ground.
     """
     lines, texts, triangles, spheres = [], [], [], []
-    for number, figure in enumerate(figures, level):
+    for figure in figures:
         x, y, metre = figure.at.x, figure.at.y, PIXEL if figure.most == 1.0 else 1.0
         for part, shape in enumerate(figure.shapes):
-            ground = LAYER * (3 * number + min(part, 2))
+            low = height + LAYER * min(part, 2)
             points = [
-                fg.Vector3(x + UPRIGHT * px, y, UPRIGHT * py) if shape.still else fg.Vector3(x + px, y + py, ground)
+                fg.Vector3(x + UPRIGHT * px, y, UPRIGHT * py) if shape.still else fg.Vector3(x + px, y + py, low)
                 for px, py in shape.points
             ]
             if shape.radius and shape.fill is not None:

@@ -7,6 +7,7 @@ from vrg.colours import Rgb
 from vrg.ui import palette
 from vrg.ui.scene import Scene, ScenePlayer
 
+MAY_NOT_MOVE: Final = "it may not move now"
 NO_CLOCK: Final = "the match clock has stopped"
 LOW_BATTERY: Final = 0.2
 """The charge below which a battery is shown as low, 0 to 1."""
@@ -40,4 +41,4 @@ def hindrance(scene: Scene, player: ScenePlayer | None) -> str:
         return ""
     if player.leased:
         return "the referee drives it"
-    return player.fault or ("" if player.may_move else "it may not move now")
+    return player.fault or ("" if player.may_move else MAY_NOT_MOVE)

@@ -26,12 +26,10 @@ _WIDE: Final = 2.0
 """Pixels; lines of this width are filled, thinner ones are smooth."""
 _PLATE: Final = 215
 """The opacity of the plates behind words, 0 to 255."""
-_SPRITES: Final = 500
-"""Drawn figures that are kept; beyond it all of them are forgotten."""
 
 
 class FigurePainter:
-    """Draws figures upon surfaces, and keeps those that turn.
+    """Draws figures upon surfaces.
 
     Args:
         fonts: to write with.
@@ -39,7 +37,6 @@ class FigurePainter:
 
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
-        self._sprites: dict[tuple[tuple[Shape, ...], int], pygame.Surface] = {}
         self._placer = Placer()
         self._crowded = False
 
@@ -50,26 +47,21 @@ class FigurePainter:
         painted = []
         for figure in figures:
             frame = view_of(figure, view, ui)
-            if figure.at.theta and any(not shape.still for shape in figure.shapes):
-                self._turned(surface, figure, frame)
-                still = [shape for shape in figure.shapes if shape.still]
-            else:
-                still = list(figure.shapes)
-            for shape in still:
+            turns = tuple(shape for shape in figure.shapes if not shape.still) if figure.at.theta else ()
+            if turns:
+                self._turned(surface, turns, figure.at.theta, frame, ui)
+            for shape in (shape for shape in figure.shapes if shape.still or not turns):
                 draw_shape(surface, shape, frame, ui)
             if figure.writing is not None:
                 painted.append(self._write(surface, figure.writing, view, ui))
         return painted
 
-    def _turned(self, surface: pygame.Surface, figure: Figure, frame: Projection) -> None:
+    def _turned(
+        self, surface: pygame.Surface, shapes: tuple[Shape, ...], theta: float, frame: Projection, ui: float
+    ) -> None:
         """Draw what turns with a figure, by a picture of it that faces right."""
-        key = figure.shapes, round(100 * frame.scale)
-        sprite = self._sprites.get(key)
-        if sprite is None:
-            if len(self._sprites) >= _SPRITES:
-                self._sprites.clear()
-            sprite = self._sprites[key] = _sprite(figure.shapes, frame.scale)
-        turned = pygame.transform.rotozoom(sprite, math.degrees(frame.angle(figure.at.theta)), 1 / _FINENESS)
+        sprite = _drawn(shapes, round(_FINENESS * frame.scale, 1), _FINENESS * ui)
+        turned = pygame.transform.rotozoom(sprite, math.degrees(frame.angle(theta)), 1 / _FINENESS)
         surface.blit(turned, turned.get_rect(center=(round(frame.left), round(frame.top))))
 
     def _write(self, surface: pygame.Surface, writing: Writing, view: Projection, ui: float) -> pygame.Rect:
@@ -186,12 +178,17 @@ def draw_sign(surface: pygame.Surface, sign: tuple[Shape, ...], middle: Pixel, s
     surface.blit(drawn, drawn.get_rect(center=(round(middle[0]), round(middle[1]))))
 
 
-@lru_cache(256)
-def _drawn(sign: tuple[Shape, ...], side: float, ui: float) -> pygame.Surface:
-    half = math.ceil(0.6 * side) + 2
+@lru_cache(500)
+def _drawn(shapes: tuple[Shape, ...], scale: float, ui: float) -> pygame.Surface:
+    """Shapes upon a transparent surface whose middle is their origin."""
+    reach = max(math.hypot(*point) + shape.radius for shape in shapes for point in shape.points)
+    half = math.ceil(reach * scale + 4 * ui)
     surface = pygame.Surface((2 * half, 2 * half), pygame.SRCALPHA)
-    for shape in sign:
-        draw_shape(surface, shape, Projection(0.0, 0.0, half, half, side, turned=False), ui)
+    # Without the colour of the edge around it, the smoothed edge would be mixed with black.
+    edge = next((colour for shape in shapes for colour in (shape.line, shape.fill) if colour is not None), (0, 0, 0))
+    surface.fill((*edge, 0))
+    for shape in shapes:
+        draw_shape(surface, shape, Projection(0.0, 0.0, half, half, scale, turned=False), ui)
     return surface
 
 
@@ -199,20 +196,6 @@ def _placed(shape: Shape, point: Vector, frame: Projection) -> Pixel:
     if shape.still:
         return frame.left + point[0] * frame.scale, frame.top - point[1] * frame.scale
     return frame.point(*point)
-
-
-def _sprite(figure: Sequence[Shape], scale: float) -> pygame.Surface:
-    """What turns with a figure, upon a transparent surface whose middle is the figure's place."""
-    turning = [shape for shape in figure if not shape.still]
-    reach = max(math.hypot(*point) + shape.radius for shape in turning for point in shape.points)
-    half = math.ceil((reach * scale + 4) * _FINENESS)
-    surface = pygame.Surface((2 * half, 2 * half), pygame.SRCALPHA)
-    # Without the colour of the edge around it, the smoothed edge would be mixed with black.
-    edge = next((colour for shape in turning for colour in (shape.line, shape.fill) if colour is not None), (0, 0, 0))
-    surface.fill((*edge, 0))
-    for shape in turning:
-        draw_shape(surface, shape, Projection(0.0, 0.0, half, half, scale * _FINENESS, turned=False), _FINENESS)
-    return surface
 
 
 def _size(label: Label, ui: float) -> int:

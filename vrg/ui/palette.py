@@ -12,7 +12,6 @@ PANEL: Final[Rgb] = (20, 26, 34)
 RAISED: Final[Rgb] = (31, 39, 50)
 LINE: Final[Rgb] = (52, 62, 76)
 FIELD: Final[Rgb] = DARK.field
-GRID: Final[Rgb] = DARK.grid
 BORDER: Final[Rgb] = DARK.border
 WALL: Final[Rgb] = DARK.wall
 WALL_EDGE: Final[Rgb] = DARK.wall_edge

@@ -49,12 +49,6 @@ class Projection:
         """A heading on the field as an angle in the window: rad, 0 is right, pi/2 is up."""
         return theta - math.pi / 2 if self.turned else theta
 
-    def box(self, box: Bounds) -> tuple[float, float, float, float]:
-        """A rectangle of the field as (left, top, width, height) in pixels."""
-        ax, ay = self.point(box[0], box[1])
-        bx, by = self.point(box[2], box[3])
-        return min(ax, bx), min(ay, by), abs(bx - ax), abs(by - ay)
-
 
 def fit(box: Bounds, area: Area, turned: bool | None = None) -> Projection:
     """Show `box` as large as `area` allows.

@@ -166,6 +166,7 @@ def test_the_ground_shows_every_zone_and_every_wall_from_above(zones) -> None:
     for figure in look.ground(game_of(scene.game), zones, scene.obstacles, LIT):
         for shape in figure.shapes:
             assert {shape.fill, shape.line} - {None} <= shown, figure.name
+    assert LIT.grid in shown, "lines give a feeling for lengths"
     assert sum(volume(solid.mesh) for solid in solids if solid.casts) > 0.0
     flat = [solid for solid in solids if not solid.casts]
     assert all(area(solid.mesh) > 0.0 for solid in flat)

@@ -16,7 +16,7 @@ from vrg.bus.messages import Stage, Zone
 from vrg.colours import hexadecimal
 from vrg.regions import Rectangle
 from vrg.types import Pose
-from vrg.ui.labels import Placer, Wanted
+from vrg.ui.labels import Placer, Wanted, crowded, line_to
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer
 from vrg.ui.web import parts
 from vrg.ui.web.admission import Admission, admission
@@ -168,27 +168,39 @@ class TestPureParts:
         )
         assert found == [False, "unsent", 0, False, "sending", 1, False, "sending", 1, False, "", 1, True, "", 1]
 
-    def test_words_are_placed_as_in_windows(self, visit):
+    @pytest.mark.parametrize(("robots", "apart"), [(7, 200), (16, 30), (16, 110)], ids=["few", "crowd", "many"])
+    def test_words_are_placed_as_in_windows(self, visit, robots, apart):
         rng, places = random.Random(4), []
-        while len(places) < 16:
-            at = (rng.randrange(60, 740), rng.randrange(60, 440))
-            if all(math.dist(at, other) > 30 for other in places):
+        while len(places) < robots:
+            at = (rng.randrange(-40, 840), rng.randrange(-40, 540))
+            if all(math.dist(at, other) > apart for other in places):
                 places.append(at)
-        area, key = (0.0, 0.0, 800.0, 500.0), "robot {}".format
+        area, painted = (0.0, 0.0, 800.0, 500.0), (300.0, 200.0, 420.0, 260.0)
+        circles = [(at, 14.0) for at in places]
+        close = robots == 16 and crowded(circles, 80.0, before=False)
+        texts = [f"{number} out" if close else f"robot {number} out" for number in range(10, 10 + robots)]
+        wanted = [Wanted(text, (10.0 * len(text) + 10.0, 18.0), of) for text, of in zip(texts, circles, strict=True)]
         placer = Placer()
-        wanted = [Wanted(key(number), (70.0, 18.0), (at, 14.0)) for number, at in enumerate(places)]
-        there = [placer.place(wanted, area) for _ in range(2)]
+        boxes = [placer.place(wanted, area, [painted]) for _ in range(2)][1]
         found = self.run(
             visit,
             "labels.js",
-            f"""const labels = new m.Labels(), area = {{ left: 0, top: 0, width: 800, height: 500 }};
-            const robots = {json.dumps(places)}.map(([x, y], index) => (
-                {{ name: `robot ${{index}}`, label: {{ words: "robot" }}, circle: {{ x, y, radius: 14 }} }}));
-            const placed = () => labels.place(robots, area, () => [60, 18]).map(({{ box }}) => [
-                box.left, box.top, box.left + box.width, box.top + box.height]);
-            return [placed(), placed()];""",
+            f"""const placer = new m.Placer(), area = {{ left: 0, top: 0, width: 800, height: 500 }};
+            const painted = [{{ left: 300, top: 200, width: 120, height: 60 }}];
+            const robots = {json.dumps(places)}.map(([x, y], index) => ({{ name: `robot ${{index}}`,
+                label: {{ words: `robot ${{index + 10}}`, short: `${{index + 10}}`, remark: "out" }},
+                circle: {{ x, y, radius: 14 }} }}));
+            const measure = (text) => [10 * text.length, 18];
+            placer.place(robots, area, measure, painted);
+            return placer.place(robots, area, measure, painted).map(({{ text, box, line }}) => [
+                text, [box.left, box.top, box.left + box.width, box.top + box.height], line?.flat() ?? null]);""",
         )
-        assert found == [[pytest.approx(box) for box in boxes] for boxes in there]
+        assert [text for text, _, _ in found] == texts
+        assert [box for _, box, _ in found] == [pytest.approx(box) for box in boxes]
+        lines = [line_to(box, circle) for box, circle in zip(boxes, circles, strict=True)]
+        assert [line for _, _, line in found] == [
+            None if line is None else pytest.approx([*line[0], *line[1]]) for line in lines
+        ]
 
     def test_where_there_are_buttons_in_place_of_keys_a_step_names_its_button(self, visit):
         steps = '["1. U releases the stop", "R lets robots clear their faults", "C continues play", "drive on"]'

@@ -32,6 +32,9 @@ def test_the_state_says_stage_score_and_players(scene_at):
     assert (gill["deed"], gill["out"]) == ("inactive", True)
     assert [player["name"] for player in state["players"] if player["physical"]] == ["bruce", "nemo"]
     assert not state["over"]
+    shapes = {body["name"]: body["figure"].shapes for body in parts.looks(scene_at(13.0))["bodies"]}
+    assert [name for name, of in shapes.items() if of[-1].still] == ["gill", "squirt"], "they have a cross"
+    assert [name for name, of in shapes.items() if of[1].fill == palette.TEXT] == ["bruce", "nemo"], "a light rim"
 
 
 def test_a_frame_has_the_bodies_in_the_order_of_the_state(scene_at):

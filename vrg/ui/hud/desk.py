@@ -12,7 +12,7 @@ from vrg.games.hud.helm import Goal, Helm, Situation, Wish, way
 from vrg.hal.models import RobotModel
 from vrg.navigation.pilot import Neighbour
 from vrg.types import STILL, Twist, Vector
-from vrg.ui.deeds import NO_CLOCK, hindrance
+from vrg.ui.deeds import MAY_NOT_MOVE, NO_CLOCK, hindrance
 from vrg.ui.driving import Driving, Hands
 from vrg.ui.hud import words
 from vrg.ui.hud.form import Form
@@ -140,7 +140,9 @@ class Desk:
         if not seen.live or seen.state is None:
             return words.NO_REFEREE if seen.live else NO_CLOCK
         scene = replace(scene, estop=scene.estop or self.stopped(seen))
-        return hindrance(scene, scene.player(self.player)) or (words.NO_POSE if self._stale(seen) else "")
+        own = scene.player(self.player)
+        why = hindrance(scene, own) or (MAY_NOT_MOVE if own is None else "")
+        return why or (words.NO_POSE if self._stale(seen) else "")
 
     def situation(self, seen: Telemetry, hands: Hands) -> Situation | None:
         """The input of the automaton; None while the robot's pose is not known."""

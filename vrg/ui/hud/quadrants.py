@@ -4,7 +4,7 @@ import io
 import math
 from abc import ABC, abstractmethod
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 import pygame
 
@@ -20,6 +20,9 @@ from vrg.ui.hud.polar import RINGS, PolarPlot, echoes, nearest, nearest_words, p
 from vrg.ui.kit import blank, titled_plate
 from vrg.ui.text import Fonts
 from vrg.ui.view import Projection
+
+_DASHES: Final = 60
+"""About the most dashes of a way."""
 
 
 class Quadrant(ABC):
@@ -83,8 +86,10 @@ def _plan(board: Dashboard) -> list[Figure]:
         home = Shape(((5.0, 5.0), (5.0, -5.0), (-5.0, -5.0), (-5.0, 5.0)), line=palette.MUTED, width=2.0)
         found.append(pixels("home", Pose(board.home.x, board.home.y, 0.0), home))
     if pose is not None and board.way:
-        way = dashes([(pose.x, pose.y), *board.way], palette.CAUTION, 2.0, 0.25)
-        found.append(Figure("way", tuple(way)))
+        way = [(pose.x, pose.y), *board.way]
+        length = max(0.25, sum(math.dist(*leg) for leg in pairwise(way)) / _DASHES)
+        way_line = tuple(dashes(way, palette.CAUTION, 2.0, length))
+        found.append(Figure("way", way_line))
     return found if board.goal is None else [*found, *_cross(board.goal)]
 
 

@@ -1,4 +1,4 @@
-"""The parts of the field that stand still: ground, zones, walls, obstacles and places of flags, as coloured solids."""
+"""The parts of the field that stand still: ground, zones, walls and obstacles, as coloured solids."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -8,7 +8,7 @@ from typing import Final
 from vrg.colours import DARK, Rgb, mix
 from vrg.figures import Figure, rounded
 from vrg.games import game_of, look
-from vrg.regions import Bounds
+from vrg.regions import Bounds, Rectangle
 from vrg.types import Vector
 from vrg.ui import palette
 from vrg.ui.labels import overlap
@@ -19,6 +19,8 @@ SHOWN: Final = 0.55
 """Walls are shown lower than they are by this factor, so that one sees over them."""
 LAYER: Final = 0.003
 """m between surfaces that lie upon each other, so that none shines through."""
+LEVELS: Final = 4
+"""The most figures that lie upon each other in layers of their own; below what moves, which lies upon all."""
 METRES: Final = 0.035
 """The width in m of a line that is a pixel wide in a window."""
 AROUND: Final = 120.0
@@ -34,10 +36,9 @@ class Solid:
     """Something that does not move.
 
     Args:
-        name: its own. casts: it casts a shadow.
+        casts: it casts a shadow.
     """
 
-    name: str
     mesh: Mesh
     colour: Rgb
     casts: bool = False
@@ -55,6 +56,12 @@ class Extent:
     y: float
     length: float
     width: float
+
+    @property
+    def region(self) -> Rectangle:
+        """The same as a region."""
+        along, across = self.length / 2, self.width / 2
+        return Rectangle(self.x - along, self.y - across, self.x + along, self.y + across)
 
 
 def extent(scene: Scene) -> Extent:
@@ -74,17 +81,19 @@ def ground(scene: Scene) -> list[Solid]:
     plain = [(place.x + x, place.y + y) for x, y in rounded(place.length + 2 * AROUND, place.width + 2 * AROUND, 20.0)]
     meshes: dict[tuple[Rgb, bool], list[Mesh]] = {(EARTH, False): [sheet(plain, -3 * LAYER)]}
     below: list[tuple[Bounds, int]] = []
-    for figure in look.ground(game_of(scene.game), scene.zones, scene.obstacles, LIT):
+    figures = look.ground(game_of(scene.game), scene.zones, scene.obstacles, LIT)
+    if not any(zone.kind == "field" for zone in scene.zones):
+        # Lines on what there is give a feeling for lengths.
+        lined = [zone.region for zone in scene.zones] or [place.region]
+        figures.append(Figure("lines", tuple(line for region in lined for line in look.grid(region, LIT))))
+    for figure in figures:
         xs, ys = zip(*(point for shape in figure.shapes for point in shape.points), strict=True)
         box = min(xs), min(ys), max(xs), max(ys)
-        level = 1 + max((level for other, level in below if overlap(box, other)), default=-1)
+        level = min(LEVELS, 1 + max((level for other, level in below if overlap(box, other)), default=-1))
         below.append((box, level))
         for colour, casts, mesh in _solids(figure, level):
             meshes.setdefault((colour, casts), []).append(mesh)
-    return [
-        Solid(f"solid {number}", joined(of_colour), colour, casts)
-        for number, ((colour, casts), of_colour) in enumerate(meshes.items())
-    ]
+    return [Solid(joined(of_colour), colour, casts) for (colour, casts), of_colour in meshes.items()]
 
 
 def _solids(figure: Figure, level: int) -> Iterator[tuple[Rgb, bool, Mesh]]:

@@ -119,4 +119,4 @@ def _axial_rings(*rings: tuple[list[tuple[float, float]], float]) -> Mesh:
 def marker_mesh(marker: Marker) -> Mesh:
     """The sign of a role as a plate of about 1 m across, as windows draw it."""
     sign = look.marker(marker, 0.5, palette.TEXT)
-    return joined(prism(part, 0.0, 0.06) for part in ([circle(sign.radius, 24)] if sign.radius else [sign.points]))
+    return prism(circle(sign.radius, 24) if sign.radius else sign.points, 0.0, 0.06)

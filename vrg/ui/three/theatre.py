@@ -188,11 +188,9 @@ class Theatre:
             for figure in picture.ground(scene)
             if figure.writing is not None
         }
-        for solid in ground(scene):
-            # With a slash it would be a part of another one.
-            name = f"/ground/{solid.name.replace('/', '-')}"
-            self._nodes[f"ground/{solid.name}"] = self.server.scene.add_mesh_simple(
-                name,
+        for number, solid in enumerate(ground(scene)):
+            self._nodes[f"ground/{number}"] = self.server.scene.add_mesh_simple(
+                f"/ground/{number}",
                 solid.mesh.vertices,
                 solid.mesh.faces,
                 color=solid.colour,

@@ -115,7 +115,7 @@ class WebNode(Node):
         self._inlets = SceneInlets(mailbox, keys)
         self._builder = SceneBuilder(sizes={name: robot.size for name, robot in robots.items()}, obstacles=obstacles)
         self._scene = Scene()
-        self._ground: tuple[object, str] = (None, "")
+        self._kept: dict[str, tuple[object, str]] = {}
         self._pace = Pace(FRAME)
         # Another page of this match, also on another machine, gets answers of its own.
         self._own = secrets.token_hex(4)
@@ -151,7 +151,7 @@ class WebNode(Node):
         told = [call for call in calls if call.rule != "refused"]
         if told or (self._pace.due(tick, self._scene.rate) and self._audience.watched):
             self._scene = self._builder.build(tick.live)
-            shown = {**self._parts(self._scene), **self._details(tick.time)}
+            shown = {**parts.parts(self._scene, self._kept), **self._details(tick.time)}
             self._audience.show(shown, [parts.call(call, self._scene.game) for call in told])
 
     def stop(self) -> None:
@@ -160,16 +160,8 @@ class WebNode(Node):
             self._give_back(player)
         if self._audience.watched:
             # Whoever looks keeps the last picture.
-            self._audience.show(self._parts(self._builder.build(live=self._scene.live)))
+            self._audience.show(parts.parts(self._builder.build(live=self._scene.live), self._kept))
         self._audience.stop()
-
-    def _parts(self, scene: Scene) -> dict[str, str]:
-        ground_of = (scene.game, scene.zones, scene.obstacles, scene.starts)
-        # Outlines take long to encode, and seldom change.
-        if self._ground[0] != ground_of:
-            self._ground = ground_of, parts.encode(parts.ground(scene))
-        changing = (parts.looks(scene), parts.state(scene), parts.strokes(scene), parts.frame(scene))
-        return {"ground": self._ground[1], **{part["t"]: parts.encode(part) for part in changing}}
 
     def _details(self, now: float) -> dict[str, str]:
         """The details that are wanted, if it is time for them."""

@@ -22,7 +22,7 @@ from vrg.ui.scene import Scene, SceneBody, ScenePlayer, clock_text
 from vrg.ui.view import extent
 
 _COLOURS: Final = (
-    "BACKGROUND", "PANEL", "RAISED", "LINE", "FIELD", "GRID", "BORDER", "WALL", "WALL_EDGE", "TEXT", "MUTED", "INK",
+    "BACKGROUND", "PANEL", "RAISED", "LINE", "FIELD", "TEXT", "MUTED", "INK",
     "SAFE", "WARNING", "ALARM", "CAUTION", "GOOD", "CALM", "LOST",
 )  # fmt: skip
 """The colours of the palette that the page itself uses."""
@@ -170,10 +170,25 @@ def frame(scene: Scene) -> dict[str, Any]:
     }
 
 
-def parts(scene: Scene) -> dict[str, str]:
-    """All parts of a scene as texts of JSON, by name, in the order in which the page needs them."""
-    every = ground(scene), looks(scene), state(scene), strokes(scene), frame(scene)
-    return {part["t"]: encode(part) for part in every}
+def parts(scene: Scene, kept: dict[str, tuple[object, str]] | None = None) -> dict[str, str]:
+    """All parts of a scene as texts of JSON, by name, in the order in which the page needs them.
+
+    Args:
+        kept: outlines, which take long to encode and seldom change, with what they were made of. It is brought up to
+            date.
+    """
+    kept = {} if kept is None else kept
+    bodies = tuple((b.name, b.length, b.width, b.role, b.state, b.physical, b.out_of_play) for b in scene.bodies)
+    players = tuple((player.name, player.role, player.state, player.mark) for player in scene.players)
+    made_of = {
+        "ground": (scene.game, scene.zones, scene.obstacles, scene.starts),
+        "looks": (scene.game, scene.stage, scene.obstacles, bodies, players),
+    }
+    for (name, of), make in zip(made_of.items(), (ground, looks), strict=True):
+        if name not in kept or kept[name][0] != of:
+            kept[name] = of, encode(make(scene))
+    changing = {part["t"]: encode(part) for part in (state(scene), strokes(scene), frame(scene))}
+    return {name: text for name, (_, text) in kept.items()} | changing
 
 
 def call(call: Call, game_name: str) -> str:

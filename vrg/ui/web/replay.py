@@ -24,6 +24,7 @@ class ReplaySite(Site):
     def __init__(self, host: str, port: int, timeline: Timeline, match: str) -> None:
         super().__init__(host, port, "index.html", script="replay.js")
         self._timeline, self._match = timeline, match
+        self._kept: dict[str, tuple[object, str]] = {}
 
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what pages ask for."""
@@ -52,7 +53,7 @@ class ReplaySite(Site):
             words = f"expected a match time such as /at?t=83.2, and a rate up to {FASTEST:g}"
             return web.Response(status=400, text=words)
         scene = self._timeline.at(min(max(time, self._timeline.begin), self._timeline.end), rate)
-        texts = parts(scene)
+        texts = parts(scene, self._kept)
         texts["calls"] = f'{{"t":"calls","calls":[{",".join(call(one, scene.game) for one in scene.calls)}]}}'
         marks = {name: f"{zlib.crc32(text.encode()):x}" for name, text in texts.items()}
         known = set(request.query.get("have", "").split(","))

@@ -1,6 +1,6 @@
 // Draws the field. What stands still is drawn once and kept; what moves is drawn upon it in each frame.
 import { css, drawFigure, drawShape, drawSign, frameOf, setFont } from "./figures.js";
-import { Labels } from "./labels.js";
+import { Placer } from "./labels.js";
 import { angle, fit } from "./view.js";
 import { WORDS } from "./words.js";
 
@@ -15,7 +15,7 @@ export class Field {
     this.context = canvas.getContext("2d", { alpha: false });
     this.still = document.createElement("canvas");
     this.stillOf = "";
-    this.labels = new Labels();
+    this.placer = new Placer();
     /** The names of robots as they are placed, and the robots. */
     this.plates = [];
     this.robots = [];
@@ -61,7 +61,7 @@ export class Field {
 
   drawStill(match, view, width, height, strip, ratio, ui) {
     const signs = match.looks.legend;
-    const key = JSON.stringify([view, width, height, ratio, ui, signs, match.groundNumber]);
+    const key = JSON.stringify([view, width, height, ratio, ui, match.looksNumber, match.groundNumber]);
     if (key === this.stillOf) return;
     this.stillOf = key;
     const [x0, y0, x1, y1] = match.ground.box, share = (y1 - y0) / (x1 - x0);
@@ -118,7 +118,7 @@ export class Field {
   write(found, area, colours, ui) {
     const c = this.context, sizeOf = ({ size = 13 }) => Math.max(11, Math.round(size * ui));
     const seen = found.filter(({ circle: { x, y } }) => x > -20 && y > -20 && x < area.width + 20 && y < area.height + 20);
-    const placed = this.labels.place(seen, area, (text, label) => {
+    const placed = this.placer.place(seen, area, (text, label) => {
       setFont(c, sizeOf(label), label.bold);
       return [c.measureText(text).width, Math.round(1.4 * sizeOf(label))];
     }, this.painted);

@@ -1,4 +1,4 @@
-// Draws figures, which are shapes in metres with colours, as the server sends them: see vrg/figures.py. Pure functions.
+// Draws figures, which are shapes in metres with colours, as the server sends them: see vrg/figures.py.
 import { angle, point } from "./view.js";
 
 const FONT = "system-ui, 'DejaVu Sans', sans-serif";

@@ -7,7 +7,7 @@ const COVERED = 600, DOUBTFUL = 400, LONG = 40, LOYAL = 35, PATIENT = 390, CLEAR
 /** From how many robots on their names may be shortened. */
 const CROWD = 8;
 
-export class Labels {
+export class Placer {
   constructor() {
     this.last = new Map();
     this.crowded = false;

@@ -19,6 +19,7 @@ export class Match {
     this.name = "";
     this.ground = null;
     this.groundNumber = 0;
+    this.looksNumber = 0;
     this.looks = { bodies: [], signs: [], marks: [], legend: [] };
     this.state = null;
     this.strokes = [];
@@ -50,6 +51,7 @@ export class Match {
         break;
       case "looks":
         this.looks = message;
+        this.looksNumber += 1;
         break;
       case "state":
         this.state = message;

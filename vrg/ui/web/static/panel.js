@@ -54,7 +54,7 @@ export class Panel {
     this.when("banners", [state?.banners, match.role], () => {
       byId("banners").replaceChildren(...(state?.banners ?? []).map((told) => banner(told, match.role)));
     });
-    this.when("players", [state?.players, match.looks.signs, match.player], () => {
+    this.when("players", [state?.players, match.looksNumber, match.player], () => {
       const rows = (state?.players ?? []).flatMap((player) => row(player, match));
       byId("players").tBodies[0].replaceChildren(...rows);
       byId("players").classList.toggle("many", rows.length > 12);
