@@ -202,7 +202,7 @@ def test_a_flash_is_drawn_where_it_happened_and_thins(scene_at):
         surface, view = painted(flashing)
         colours.append(close_to(colours_near(surface, view.point(*where_), 70), palette.CAUTION, 30))
     assert colours[0] > 300
-    assert colours[1] < colours[0] / 2
+    assert colours[1] < colours[0] - 150, "but for its word"
 
 
 def test_speed_and_a_low_battery_are_in_the_list_of_players(scene, scene_at):
