@@ -87,7 +87,7 @@ class Figure(Struct, frozen=True, omit_defaults=True):
         name: its own, such as `zone safe`. at: its frame.
         least: pixels per m with which it is drawn at least, so that it can be seen.
         most: pixels per m with which it is drawn at most, in a window of usual size.
-        label, writing: words with it.
+        label, writing: words with it. clear: m to the right of its place and above it upon which no words lie.
     """
 
     name: str
@@ -97,6 +97,7 @@ class Figure(Struct, frozen=True, omit_defaults=True):
     most: float = ENDLESS
     label: Label | None = None
     writing: Writing | None = None
+    clear: float = 0.0
 
 
 def pixels(name: str, at: Pose, *shapes: Shape, label: Label | None = None) -> Figure:

@@ -7,6 +7,7 @@ import random
 import pygame
 
 from vrg.figures import Figure, Label
+from vrg.games import look
 from vrg.types import Pose
 from vrg.ui.easel import FigurePainter
 from vrg.ui.labels import Placer, Wanted, line_to, nearest, overlap
@@ -109,6 +110,16 @@ def figures(places, short=""):
 def labelled(painter, *args):
     """The plates of figures in a picture."""
     return painter.label(pygame.Surface((700, 700)), pygame.Rect(0, 0, 700, 700), figures(*args), VIEW, 1.0)
+
+
+def test_no_name_lies_on_a_flag():
+    painter, area = FigurePainter(Fonts()), pygame.Rect(0, 0, 700, 700)
+    robot, flag = figures([(300.0, 300.0)]), look.thing("flag", (290.0, 700.0 - 325.0), (255, 0, 0))
+    [alone] = painter.label(pygame.Surface(area.size), area, robot, VIEW, 1.0)
+    [beside] = painter.label(pygame.Surface(area.size), area, [*robot, flag], VIEW, 1.0)
+    drawn = pygame.Rect(290, 325 - round(look.SMALLEST), round(0.75 * look.SMALLEST), round(look.SMALLEST))
+    assert alone.colliderect(drawn)
+    assert not beside.colliderect(drawn)
 
 
 def test_a_robot_outside_the_picture_has_no_name():

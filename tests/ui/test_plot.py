@@ -62,8 +62,8 @@ def test_a_zone_of_any_shape_is_drawn_with_its_name_in_its_middle(recorded, draw
     outlines = [patch.get_xy()[:-1].tolist() for patch in first.patches]
     for zone in zones:
         assert [pytest.approx((y, -x), abs=0.001) for x, y in zone.region.outline()] in outlines
-    names = {text.get_text(): text.get_position() for text in first.texts}
-    for zone, name in zip(zones[1:], ("CORNER\nZONE", "ISLAND", "GATE"), strict=True):
+    names = {text.get_text().replace("\n", " "): text.get_position() for text in first.texts}
+    for zone, name in zip(zones[1:], ("CORNER ZONE", "ISLAND", "GATE"), strict=True):
         x, y = names[name]
         assert zone.region.contains(-y, x)
     stripes, grid = (len(axes.collections[k].get_segments()) for axes, k in ((first, 1), (first, 0)))
@@ -128,6 +128,25 @@ def test_a_long_round_has_several_panels(recorded, drawn, tmp_path):
     assert titles[0].startswith("Pass 1, 0:00.0 to 0:")
     seen = sum(len(line.get_xdata()) for axes in drawn for line in axes.lines if len(line.get_xdata()) > 2)
     assert seen >= sum(int(track.playing.sum()) for track in tracks.values()), "every sample is in a panel"
+
+
+def test_a_halt_takes_no_panel_and_the_titles_are_those_of_the_play_clock(recorded, drawn, tmp_path):
+    def halted(track):
+        """The same with a halt of five minutes after 10 s, in which the robot stands."""
+        late = np.where(track.times > 10.0, track.times + 300.0, track.times)
+        stands = np.concatenate([track.playing & (track.times < 10.0), track.playing & (track.times >= 10.0)])
+        pairs = {name: np.concatenate([getattr(track, name)] * 2) for name in ("x", "y", "theta", "rounds")}
+        twice = {"roles": track.roles * 2, "states": track.states * 2}
+        times = np.concatenate([track.times, late + 1e-3])
+        order = np.argsort(times)
+        return dataclasses.replace(
+            track, times=times[order], playing=stands[order], **{name: of[order] for name, of in pairs.items()},
+            **{name: [of[k] for k in order] for name, of in twice.items()},
+        )  # fmt: skip
+
+    tracks = {name: halted(track) for name, track in read_tracks(recorded).items()}
+    plot_trajectories(tracks, tmp_path / "plot.png", game="sharks-and-minnows")
+    assert [axes.get_title() for axes in drawn] == ["Pass 1", "Pass 2"]
 
 
 def test_the_field_is_turned_as_in_windows(usual):

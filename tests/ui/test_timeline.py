@@ -43,6 +43,12 @@ def test_the_scene_does_not_depend_on_what_was_looked_at_before(timeline):
     assert there == back[::-1]
 
 
+def test_before_the_referee_spoke_its_first_words_tell_the_field():
+    poses = [(time, synthetic.poses(time)) for time in (0.0, 0.2)]
+    scene = Timeline(RecordedMatch(poses=poses, states=[(0.2, synthetic.state(0.2))])).at(0.0)
+    assert (scene.game, scene.zones) == ("sharks-and-minnows", synthetic.zones())
+
+
 def test_it_begins_and_ends_with_the_recording(timeline):
     assert (timeline.begin, timeline.end) == (0.0, 39.9)
     assert list(timeline.instants) == [tick / 10 for tick in range(400)]

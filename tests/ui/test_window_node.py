@@ -381,7 +381,10 @@ def test_question_mark_lists_the_keys_that_the_window_answers_to(bench: Bench) -
     listed = bench.node.listed
     assert ("SPACE", "emergency stop") in listed
     assert ("H" in dict(listed)) == isinstance(bench.node, Spectator)
-    assert listed == [act.value for act in Act if act in bench.node.acts and act.value[0]]
+    shown = [act for act in Act if act in bench.node.acts and act.value[0]]
+    assert listed == [(act.value[0], bench.node.meanings.get(act, act.value[1])) for act in shown]
+    if isinstance(bench.node, Spectator):
+        assert dict(listed)["TAB"] == "drive the next player"
 
 
 def test_a_key_is_looked_up_once_in_the_table_of_the_window(bench: Bench) -> None:

@@ -61,12 +61,14 @@ class Stream:
         lost: how many never came. lately: how many of them over the last SPAN. bad: how many were no messages, and
             misrouted: how many came on this key but were published on another one.
         longest: the longest real time between two messages, s.
+        sender: of the newest message, such as `player/ann`.
     """
 
     key: str
     rate: float
     bandwidth: float
     age: float
+    sender: str = ""
     lost: int = 0
     lately: int = 0
     bad: int = 0
@@ -83,6 +85,7 @@ class _Channel:
     bad: int = 0
     misrouted: int = 0
     payload: bytes = b""
+    sender: str = ""
     decoded: tuple[bytes, Received[Any] | None] | None = None
     counts: deque[tuple[float, int, int, int]] = field(default_factory=deque)
     """Monotonic time, s, and what had come, in messages, bytes and losses."""
@@ -148,6 +151,7 @@ class Traffic:
             return
         channel.heard.take(now, head.sequence, head.stamp)
         channel.payload = payload
+        channel.sender = "/".join(head.sender.split("/")[:2])
 
     def look(self) -> list[Stream]:
         """The streams heard so far, in the order of their keys."""
@@ -199,4 +203,5 @@ class Traffic:
             bad=channel.bad,
             misrouted=channel.misrouted,
             longest=heard.longest,
+            sender=channel.sender,
         )

@@ -84,7 +84,7 @@ def replay(
         taken = read_for_window(folder, setup)
         typer.echo(taken.note, nl=bool(taken.note))
         if in_three:
-            show_replay(taken.timeline, setup, at)
+            show_replay(taken.timeline, setup, at, listen)
         else:
             serve_replay(taken.timeline, setup.name, at, listen)
         return

@@ -22,16 +22,17 @@ def three(on: MatchOptions, listen: ListenOption = None) -> None:
     found.serve(THREE, address)
 
 
-def show_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None) -> None:
+def show_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None, listen: str | None) -> None:
     """Serve a recorded match in three dimensions until Ctrl-C is pressed.
 
     Args:
         since: the match time at which it begins, s; None for the first instant.
+        listen: the address that was typed, or None.
     """
     from vrg.launch.nodes.three import theatre
     from vrg.ui.three.replay import ThreeReplay
 
-    address = three_address(None)
+    address = three_address(listen)
     replay = ThreeReplay(theatre(setup, address), timeline)
     if since is not None:
         replay.playback = replay.playback.to(since)

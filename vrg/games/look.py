@@ -27,6 +27,8 @@ _WIDE: Final = 0.75
 """The width of a large letter, as a part of its height, on average."""
 _LINES: Final = 60
 """The most lines of a grid along one side."""
+_LARGE: Final = 0.5
+"""m; letters of a name that are so large are large enough."""
 _STRIPES: Final = 0.45
 """m between the stripes of a safe zone, of which there are at most a few dozen."""
 _CORNERS: Final[dict[Marker, tuple[Vector, ...]]] = {
@@ -97,7 +99,7 @@ def _stripes(region: Region, colour: Rgb) -> Iterable[Shape]:
 
 
 def _name(zone: Zone, theme: Theme) -> Writing | None:
-    """The name of a zone about its middle, in as many lines as give the largest letters.
+    """The name of a zone about its middle, in one line, or in two where that gives larger letters.
 
     A large zone has none, which would lie below those of the zones in it.
     """
@@ -109,9 +111,11 @@ def _name(zone: Zone, theme: Theme) -> Writing | None:
     if zone.team and isinstance(zone.region, Circle):
         # In its middle there may be an object.
         radius = zone.region.radius
-        space, drop = (1.7 * radius, 0.5 * radius), 0.6 * radius
-    one, many = ((words,), _largest((words,), space)), (tuple(words.split()), _largest(words.split(), space))
-    lines, along = many if max(many[1]) > 1.5 * max(one[1]) else one
+        space, drop = (1.6 * radius, 0.62 * radius), 0.55 * radius
+    parts = words.split()
+    tried = [((" ".join(parts[:k]), " ".join(parts[k:])) if k else (words,)) for k in range(len(parts))]
+    lines = max(tried, key=lambda lines: min(_LARGE, max(_largest(lines, space))) / (1.0 if len(lines) == 1 else 1.2))
+    along = _largest(lines, space)
     ink = mix(theme.safe, theme.text, 0.45) if safe else theme.muted
     return Writing(lines, zone.region.middle, ink, 20.0 if safe else 15.0, along, drop)
 
@@ -195,7 +199,7 @@ def thing(name: str, at: Vector, colour: Rgb, theme: Theme = DARK) -> Figure:
         Shape(((0.0, 0.5), (0.375, 0.375), (0.0, 0.25)), colour, theme.border, still=True),
         Shape(((0.0, 0.0),), theme.border, radius=0.05, still=True),
     )
-    return Figure(f"object {name}", shapes, Pose(*at, 0.0), 2 * SMALLEST)
+    return Figure(f"object {name}", shapes, Pose(*at, 0.0), 2 * SMALLEST, clear=0.5)
 
 
 def stroke(name: str, points: tuple[Vector, ...], label: str, colour: Rgb) -> list[Figure]:

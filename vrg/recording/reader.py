@@ -28,7 +28,7 @@ class RobotPoses:
         times: match time, s, rising. x, y: m. theta: rad, -pi to pi. All of shape (n,).
         roles, states: the referee's words at each time; empty before it spoke.
         rounds: the round at each time, 0 before the first; shape (n,).
-        playing: whether a round was being played, and not prepared or over; shape (n,).
+        playing: whether a round was being played, and not prepared, halted or over; shape (n,).
     """
 
     name: str
@@ -265,6 +265,10 @@ def motions_of(recorded: RecordedMatch) -> dict[str, Trajectory]:
     return {name: moves.motion(name) for name, moves in found.items()}
 
 
+def _plays(state: RefereeState) -> bool:
+    return state.stage == Stage.PLAY_ROUND and state.halted is None
+
+
 def _track(name: str, seen: Sequence[_Seen]) -> RobotPoses:
     said = [state for _, _, state in seen]
     own = [None if state is None else state.player(name) for state in said]
@@ -278,5 +282,5 @@ def _track(name: str, seen: Sequence[_Seen]) -> RobotPoses:
         roles=["" if player is None else player.role for player in own],
         states=["" if player is None else player.state for player in own],
         rounds=np.array([0 if state is None else state.round for state in said], dtype=np.int64),
-        playing=np.array([state is not None and state.stage == Stage.PLAY_ROUND for state in said], dtype=np.bool_),
+        playing=np.array([state is not None and _plays(state) for state in said], dtype=np.bool_),
     )

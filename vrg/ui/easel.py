@@ -10,6 +10,7 @@ import pygame
 
 from vrg.colours import mix
 from vrg.figures import ORIGIN, Figure, Label, Shape, Writing
+from vrg.regions import Bounds
 from vrg.types import Vector
 from vrg.ui import labels, palette, shapes
 from vrg.ui.labels import Placer, Wanted
@@ -105,7 +106,13 @@ class FigurePainter:
             Wanted(name, (text.get_width() + 10.0, text.get_height() + 2.0), circle)
             for (name, _, circle), text in zip(shown, texts, strict=True)
         ]
-        inside, *taken = ((r.left, r.top, r.right, r.bottom) for r in (area, *painted))
+        inside = (area.left, area.top, area.right, area.bottom)
+        taken: list[Bounds] = [(words.left, words.top, words.right, words.bottom) for words in painted]
+        for figure in figures:
+            if figure.clear:
+                frame = view_of(figure, view, ui)
+                side = figure.clear * frame.scale
+                taken.append((frame.left - 2, frame.top - side, frame.left + side, frame.top + 2))
         boxes = self._placer.place(wanted, inside, taken)
         for (_, label, circle), box in zip(shown, boxes, strict=True):
             led = labels.line_to(box, circle)

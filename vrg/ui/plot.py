@@ -41,6 +41,8 @@ LEGEND_LINES: Final = 36
 PART: Final = 30.0
 """The match time in s that a panel shows at most, if that makes no more than MOST panels."""
 MOST: Final = 16
+HALT: Final = 1.0
+"""The match time in s between two samples of play from which on play was halted meanwhile."""
 _NEARLY: Final = 1e-6
 _ROLE_MARKERS: Final = {
     Marker.TRIANGLE: "^",
@@ -247,17 +249,17 @@ class Part:
 def _parts(tracks: Mapping[str, RobotPoses]) -> list[Part]:
     """The parts of the match, each of at most PART seconds where that makes no more than MOST of them."""
     played = {int(n) for track in tracks.values() for n in np.unique(track.rounds[track.playing])}
-    lasted = {number: _lasted(tracks, number) for number in sorted(played) or [0]}
-    each = max(PART, sum(end - begin for begin, end in lasted.values()) / MOST)
+    clocks = {number: _clock(tracks, number) for number in sorted(played) or [0]}
+    each = max(PART, sum(float(clock[-1]) for _, clock in clocks.values()) / MOST)
     parts = []
-    for number, (begin, end) in lasted.items():
-        count = max(1, math.ceil((end - begin) / each - 0.2))
-        step = (end - begin) / count
+    for number, (times, clock) in clocks.items():
+        count = max(1, math.ceil(float(clock[-1]) / each - 0.2))
+        step = float(clock[-1]) / count
         for index in range(count):
             since, until = index * step, (index + 1) * step
             words = f", {clock_text(since)} to {clock_text(until)}" if count > 1 else ""
-            last = index == count - 1
-            parts.append(Part(number, begin + since, math.inf if last else begin + until, words))
+            begin, end = (float(np.interp(at, clock, times)) for at in (since, until))
+            parts.append(Part(number, begin, math.inf if index == count - 1 else end, words))
     return parts
 
 
@@ -291,10 +293,13 @@ def _played(track: RobotPoses, number: int) -> npt.NDArray[np.bool_]:
     return track.playing & (track.rounds == number) if number else track.playing
 
 
-def _lasted(tracks: Mapping[str, RobotPoses], number: int) -> tuple[float, float]:
-    """The begin and the end of a round, match time, s."""
-    times = np.concatenate([track.times[_played(track, number)] for track in tracks.values()])
-    return (float(times.min()), float(times.max())) if times.size else (0.0, 0.0)
+def _clock(tracks: Mapping[str, RobotPoses], number: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]]:
+    """The match times at which a round was played, and how long it had been played until then, both in s."""
+    times = np.unique(np.concatenate([track.times[_played(track, number)] for track in tracks.values()]))
+    if not times.size:
+        return np.zeros(1), np.zeros(1)
+    steps = np.diff(times, prepend=times[:1])
+    return times, np.cumsum(np.where(steps > HALT, 0.0, steps))
 
 
 def _draw_track(axes: Axes, track: RobotPoses, part: Part, colour: Colour, labels: Labels, game: Game) -> None:

@@ -42,6 +42,10 @@ class Spectator(WindowNode):
     """
 
     kind: ClassVar[str] = "spectator"
+    meanings: ClassVar[Mapping[Act, str]] = {
+        Act.NEXT: "drive the next player", Act.PREVIOUS: "drive the one before", Act.MANUAL: "drive, give it back",
+        Act.TAKE: "watch it again",
+    }  # fmt: skip
 
     def __init__(
         self,

@@ -89,7 +89,8 @@ class Timeline:
         builder = SceneBuilder(sizes=self._sizes, obstacles=self._obstacles)
         builder.clock(m.Clock(time=time, tick=0, epoch=0, rate=rate, estop=False))
         self._place(builder, time)
-        if (state := self._states.newest(time)) is not None:
+        # Before the referee spoke, the game and its field are known from what it said first.
+        if (state := self._states.newest(max([time, *self._states.times[:1]]))) is not None:
             builder.referee(state)
         if (order := self._estops.newest(time)) is not None:
             builder.estop(order)

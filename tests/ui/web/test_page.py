@@ -357,7 +357,7 @@ class TestDetails:
         for pressed, wanted in (("key", sorted(first)), ("key", sorted(first)[::-1]), ("key", first)):
             official.page.click(f"[data-heading='{pressed}']")
             assert self.names(official) == wanted
-        rates = "#table tbody td:nth-child(2)"
+        rates = "#table tbody td:nth-child(3)"
         official.page.click("[data-heading='Hz']")
         found = official.page.eval_on_selector_all(rates, "all => all.map(c => parseFloat(c.textContent))")
         assert found == sorted(found, reverse=True)
@@ -716,10 +716,12 @@ def test_after_the_end_the_last_picture_stays_and_a_lost_connection_comes_back(b
     first = WebServer(page_admission, "final")
     first.start()
     first.show(parts.parts(crowd(7, 30.0)))
-    page = Visitor(browser, f"http://127.0.0.1:{page_admission.port}/")
+    page = Visitor(browser, f"http://127.0.0.1:{page_admission.port}/#{page_admission.official}")
     page.wait("vrg.field.plates.length === 7")
+    assert page.page.locator("#halt").is_visible()
     first.stop()
     page.wait_text("#link-words", "The match has ended")
+    assert page.page.locator("#halt").is_hidden(), "there is nothing to decide any more"
     assert page.page.evaluate("vrg.field.plates.length") == 7
     again = WebServer(page_admission, "final")
     again.start()

@@ -17,7 +17,7 @@ def test_the_ground_has_zones_and_walls_with_the_colours_of_the_window(scene_at)
     ground = json.loads(parts.parts(scene_at(5.0, zones=synthetic.four_shapes()))["ground"])
     figures = {figure["name"]: figure for figure in ground["figures"]}
     words = [figure["writing"]["lines"] for figure in figures.values() if "writing" in figure]
-    assert words == [["CORNER", "ZONE"], ["ISLAND"], ["GATE"]]
+    assert words == [["CORNER ZONE"], ["ISLAND"], ["GATE"]]
     assert figures["zone corner"]["shapes"][0]["fill"] == list(mix(palette.FIELD, palette.SAFE, 0.2))
     assert len([name for name in figures if name.startswith("wall")]) == len(synthetic.OBSTACLES)
     assert ground["box"][0] < synthetic.X_MIN < synthetic.X_MAX < ground["box"][2]

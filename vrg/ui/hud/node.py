@@ -53,6 +53,7 @@ class Hud(WindowNode):
     """
 
     kind: ClassVar[str] = "hud"
+    meanings: ClassVar[Mapping[Act, str]] = {Act.NEXT: "next field", Act.TAKE: "set the goal"}
     repeated = frozenset({Act.NEXT, Act.PREVIOUS})
 
     def __init__(

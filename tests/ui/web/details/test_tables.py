@@ -120,10 +120,10 @@ def test_what_came_under_a_wrong_key_is_an_alarm():
 
 
 def test_bad_streams_stand_first():
-    good = Stream("clock", 50.0, 1000.0, 0.0, longest=0.05)
-    losing = Stream("poses", 40.0, 9000.0, 0.0, lost=3, lately=2, longest=0.1)
-    silent = Stream("player/ann/report", 0.0, 0.0, 4.0, longest=0.1)
-    orders = Stream("estop", 0.0, 0.0, 40.0, lost=7, longest=20.0)
+    good = Stream("clock", 50.0, 1000.0, 0.0, sender="world/w", longest=0.05)
+    losing = Stream("poses", 40.0, 9000.0, 0.0, sender="world/w", lost=3, lately=2, longest=0.1)
+    silent = Stream("player/ann/report", 0.0, 0.0, 4.0, sender="player/ann", longest=0.1)
+    orders = Stream("estop", 0.0, 0.0, 40.0, sender="player/ann", lost=7, longest=20.0)
     bids = Stream("player/ann/bid", 0.0, 0.0, 4.0, longest=0.1)
     assert streams.health(bids) is Tone.PLAIN, "nobody must bid"
     heard = [good, losing, silent, orders]
@@ -131,7 +131,9 @@ def test_bad_streams_stand_first():
 
     listed = streams.streams(Insight(streams=heard))
     assert [line.cells[0].text for line in listed.rows] == ["poses", "player/ann/report", "clock", "estop"]
-    assert listed.note == "4 streams, 90 messages/s, 10 kB/s, 3 lost"
+    summary = "4 streams, 90 messages/s, 10 kB/s, 3 lost"
+    assert listed.note == f"{summary}\nPublishing most, kB/s: world/w 10.0, player/ann 0.0"
+    assert [line.cells[1].text for line in listed.rows][:2] == ["world/w", "player/ann"]
     assert streams.streams(Insight(streams=[orders])).rows[0].cells[-1].text == "–", "several speak there"
 
 

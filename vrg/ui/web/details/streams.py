@@ -21,7 +21,7 @@ SHARED_BY_NAME: Final = tuple(Keys.expression(line.path) for line in (Keys.camer
 """The same, of keys with names in them."""
 EVENTS: Final = tuple(Keys.expression(line.path) for line in Keys.lines() if line.qos is Qos.EVENT)
 """The keys whose messages come when something happens, so that silence there is nothing bad."""
-STREAM_COLUMNS: Final = ("key", "Hz", "kB/s", "age", "lost")
+STREAM_COLUMNS: Final = ("key", "from", "Hz", "kB/s", "age", "lost")
 
 
 def health(stream: Stream) -> Tone:
@@ -47,7 +47,7 @@ def streams(insight: Insight) -> Grid:
     grave = {Tone.ALARM: 0, Tone.CAUTION: 1}
     tones = {stream.key: health(stream) for stream in insight.streams}
     ordered = sorted(insight.streams, key=lambda stream: (grave.get(tones[stream.key], 2), stream.key))
-    notes = [totals(insight.streams)] if ordered else [words.NOTHING_HEARD]
+    notes = [totals(insight.streams), most(insight.streams)] if ordered else [words.NOTHING_HEARD]
     notes += [words.NOT_HEARD.format(", ".join(insight.unheard))] if insight.unheard else []
     return Grid([_stream(stream, tones[stream.key]) for stream in ordered], STREAM_COLUMNS, "\n".join(notes))
 
@@ -58,6 +58,7 @@ def _stream(stream: Stream, tone: Tone) -> GridRow:
         "",
         (
             Cell(stream.key, tone),
+            Cell(stream.sender, Tone.QUIET),
             Cell(f"{stream.rate:.1f}", tone),
             Cell(f"{stream.bandwidth / 1e3:.1f}", tone),
             Cell(f"{stream.age:.1f}", tone),
@@ -74,6 +75,15 @@ def totals(heard: Sequence[Stream]) -> str:
         bandwidth=sum(stream.bandwidth for stream in heard) / 1e3,
         lost=sum(stream.lost for stream in heard if not has_several_senders(stream.key)),
     )
+
+
+def most(heard: Sequence[Stream]) -> str:
+    """Those who publish most, in words."""
+    sums: dict[str, float] = {}
+    for stream in heard:
+        sums[stream.sender] = sums.get(stream.sender, 0.0) + stream.bandwidth / 1e3
+    first = sorted(sums.items(), key=lambda each: -each[1])[:3]
+    return words.MOST.format(", ".join(f"{sender} {bandwidth:.1f}" for sender, bandwidth in first))
 
 
 def _refused(stream: Stream) -> list[str]:

@@ -7,6 +7,8 @@ WINDOW_SEAT: Final = "This page has a window's seat: it may stop everything, but
 NOT_HEARD: Final = "This seat may not hear: {}"
 SUMMARY: Final = "{count} streams, {rate:.0f} messages/s, {bandwidth:.0f} kB/s, {lost} lost"
 
+MOST: Final = "Publishing most, kB/s: {}"
+
 CONDITIONS: Final = "START CONDITIONS"
 NOTHING_WAITS: Final = "Nothing is missing."
 HALTED: Final = "HALTED"

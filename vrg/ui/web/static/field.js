@@ -109,19 +109,24 @@ export class Field {
       const named = found.find(({ name }) => name === own);
       named.label = { ...named.label, ink: colours.caution };
     }
-    latest.objects.forEach(([x, y], index) => state.objects[index] && drawFigure(c, view, state.objects[index].figure, ui, { x, y, theta: 0 }));
+    const flags = latest.objects.map(([x, y], index) => {
+      const figure = state.objects[index]?.figure ?? {}, at = { x, y, theta: 0 }, { left, top, scale } = frameOf(view, figure, ui, at);
+      drawFigure(c, view, figure, ui, at);
+      const side = (figure.clear ?? 0) * scale;
+      return { left: left - 2, top: top - side, width: side + 2, height: side + 2 };
+    });
     for (const figure of latest.flashes) add(figure.name, figure);
-    this.write(found, area, colours, ui);
+    this.write(found, [...this.painted, ...flags], area, colours, ui);
   }
 
-  /** Write the words beside figures. */
-  write(found, area, colours, ui) {
+  /** Write the words beside figures, and not upon the boxes that are taken. */
+  write(found, taken, area, colours, ui) {
     const c = this.context, sizeOf = ({ size = 13 }) => Math.max(11, Math.round(size * ui));
     const seen = found.filter(({ circle: { x, y } }) => x > -20 && y > -20 && x < area.width + 20 && y < area.height + 20);
     const placed = this.placer.place(seen, area, (text, label) => {
       setFont(c, sizeOf(label), label.bold);
       return [c.measureText(text).width, Math.round(1.4 * sizeOf(label))];
-    }, this.painted);
+    }, taken);
     c.lineWidth = 1;
     for (const { line, label } of placed) {
       if (!line) continue;

@@ -79,6 +79,9 @@ function hear(message) {
       // So that the robot does not drive on by itself when the stop is released.
       if (message.estop && driving) stopDriving(WORDS.stopped(match.player));
       break;
+    case "bye":
+      setRole(); // there is nothing to decide, and nobody to drive, any more
+      break;
     case "details":
       drawer.take(message);
       break;
@@ -97,11 +100,11 @@ function forgetToken() {
 function setRole() {
   stopDriving();
   document.body.dataset.role = match.role;
-  byId("official").hidden = match.role !== "official";
+  byId("official").hidden = match.role !== "official" || match.ended;
   byId("more").hidden = match.role !== "official";
   drawer.set(match.role === "official" && (drawer.open || detailed));
   detailed = false;
-  byId("seat").hidden = match.role !== "seat";
+  byId("seat").hidden = match.role !== "seat" || match.ended;
   document.title = [match.player, match.name, "VRG"].filter(Boolean).join(" · ");
 }
 
