@@ -28,7 +28,7 @@ from vrg.agents.perception.clusters import clusters, sighting_of
 from vrg.agents.perception.line import fitted
 from vrg.agents.perception.scan import Scan, make_scan
 from vrg.agents.perception.tracking import Tracker
-from vrg.agents.pursuit import apollonius, lion_move, pure_pursuit_gap, pure_pursuit_time, reaches_first
+from vrg.agents.pursuit import lion_move
 from vrg.bus.messages import Sighting
 from vrg.config.loading import load_match, match_path
 from vrg.geometry import circumradius, wrap
@@ -231,9 +231,6 @@ def theory(cases: int) -> dict[str, tuple[float, str]]:
     rng = np.random.default_rng(0)
     return {
         "intercept (eq. 4.4, with reach and k)": (_worst(cases, rng, _intercept), "s"),
-        "apollonius": (_worst(cases, rng, _apollonius), "s"),
-        "pure_pursuit_time": (_pursuit_times(cases, rng), "s"),
-        "pure_pursuit_gap": (_pursuit_gaps(min(cases, 10_000), rng), "m"),
         "lion_move": (_worst(cases, rng, _lion), "m"),
     }
 
@@ -258,63 +255,6 @@ def _intercept(rng: np.random.Generator) -> float:
         return math.inf
     first, step = times[there[0]], times[1]
     return max(0.0, abs(met.time - first) - step)
-
-
-def _apollonius(rng: np.random.Generator) -> float:
-    """The largest difference of the two arrival times on the circle; infinite if a point is on the wrong side."""
-    pursuer, evader = tuple(rng.uniform(-10, 10, 2)), tuple(rng.uniform(-10, 10, 2))
-    speed, other = rng.uniform(0.2, 2.0, 2)
-    circle = apollonius(pursuer, speed, evader, other)
-    if circle is None:
-        return 0.0
-    worst = 0.0
-    for angle in np.linspace(0.0, 6.0, 8):
-        for share, inside in ((1.0, None), (0.97, True), (1.03, False)):
-            point = (
-                circle.x + share * circle.radius * math.cos(angle),
-                circle.y + share * circle.radius * math.sin(angle),
-            )
-            own, its = math.dist(point, pursuer) / speed, math.dist(point, evader) / other
-            if inside is None:
-                worst = max(worst, abs(own - its) / max(1.0, own))
-            elif reaches_first(point, pursuer, speed, evader, other) == (inside == (other < speed)):
-                return math.inf
-    return worst
-
-
-def _pursuit_times(cases: int, rng: np.random.Generator) -> float:
-    """The largest difference, as a share of the time, from a pursuit that is driven in small steps."""
-    distance, angle = rng.uniform(1.0, 10.0, cases), rng.uniform(-math.pi, math.pi, cases)
-    speed = rng.uniform(0.5, 2.0, cases)
-    fast = speed * rng.uniform(0.0, 0.9, cases)
-    formula = np.array(
-        [
-            pure_pursuit_time((0.0, 0.0), s, (d, 0.0), (f * math.cos(a), f * math.sin(a)))
-            for d, a, s, f in zip(distance, angle, speed, fast, strict=True)
-        ]
-    )
-    steps = 40_000
-    dt = formula / steps
-    p, e = np.zeros((cases, 2)), np.column_stack((distance, np.zeros(cases)))
-    v = fast[:, None] * np.column_stack((np.cos(angle), np.sin(angle)))
-    for _ in range(steps):
-        way = e + v * dt[:, None] / 2 - p
-        p += way / np.maximum(np.hypot(*way.T), 1e-12)[:, None] * np.minimum(speed * dt, np.hypot(*way.T))[:, None]
-        e += v * dt[:, None]
-    return float(np.max(np.hypot(*(e - p).T) / (speed * formula)))
-
-
-def _pursuit_gaps(cases: int, rng: np.random.Generator) -> float:
-    """The largest difference from the gap that is left after a long pursuit in small steps, by the distance."""
-    angle = rng.uniform(-3.0, 3.0, cases)
-    gaps = np.array([pure_pursuit_gap(1.0, a) for a in angle])
-    p, e = np.zeros((cases, 2)), np.column_stack((np.ones(cases), np.zeros(cases)))
-    v, dt = np.column_stack((np.cos(angle), np.sin(angle))), 5e-4
-    for _ in range(40_000):
-        way = e + v * dt / 2 - p
-        p += way / np.hypot(*way.T)[:, None] * dt
-        e += v * dt
-    return float(np.max(np.abs(np.hypot(*(e - p).T) - gaps)))
 
 
 def _lion(rng: np.random.Generator) -> float:

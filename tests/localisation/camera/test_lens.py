@@ -26,7 +26,6 @@ def test_a_pixel_looks_where_what_is_seen_there_is(
     pixels = np.array([pixel])
     rays = lens.rays(pixels)
     assert lens.pixels(np.column_stack([3.0 * rays, [3.0]])) == pytest.approx(pixels, abs=1e-3)
-    assert lens.undistorted(pixels) == pytest.approx(rays * focal + (640.0, 360.0), abs=1e-6)
 
 
 def test_nothing_is_seen_of_nothing() -> None:

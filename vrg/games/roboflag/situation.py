@@ -82,10 +82,6 @@ class TeamField:
         side."""
         return (x - self.midline) * self.ahead
 
-    def corner_distance(self, place: Vector) -> float:
-        """The distance of a place from the corner of the home zone, m."""
-        return math.dist(place, (self.home.x, self.home.y))
-
 
 @dataclass(frozen=True, slots=True)
 class Known:

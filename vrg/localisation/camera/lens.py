@@ -67,8 +67,3 @@ class Lens(Struct, frozen=True):
         ahead = np.ascontiguousarray(points, dtype=np.float64).reshape(-1, 1, 3)
         found, _ = cv2.projectPoints(ahead, np.zeros(3), np.zeros(3), self.matrix, self.distortion)
         return np.asarray(found, dtype=np.float64).reshape(-1, 2)
-
-    def undistorted(self, pixels: Floats) -> Floats:
-        """The pixels where a lens without distortion would show the same points, shape (n, 2)."""
-        rays = self.rays(pixels)
-        return rays @ self.matrix[:2, :2].T + self.matrix[:2, 2]
