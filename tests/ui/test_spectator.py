@@ -155,3 +155,13 @@ def test_the_mixer_is_never_started():
     environment = {**os.environ, "SDL_VIDEODRIVER": "dummy"}
     environment.pop("SDL_AUDIODRIVER")
     subprocess.run([sys.executable, "-c", program], check=True, env=environment, timeout=300)
+
+
+def test_m_after_tab_gives_the_player_back_and_tells_it(window, match):
+    press(pygame.K_TAB)
+    match.step(window, 5.1, 1)
+    assert window.driving.player == "bruce"
+    press(pygame.K_m)
+    match.step(window, 5.2, 2)
+    assert window.driving.player is None
+    assert window.notice == "bruce is given back"

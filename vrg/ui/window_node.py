@@ -28,6 +28,7 @@ FRAME: Final = 1 / 30
 OVER: Final = "The match has ended: nobody hears this any more."
 NOT_SENT: Final = "STOP NOT SENT: it is sent as soon as the match is heard again. Stop the robots by hand!"
 STOPPED: Final = "Because of the emergency stop, {} is given back"
+GIVEN_BACK: Final = "{} is given back"
 LOST_PAD: Final = "The gamepad is lost: {} is given back"
 HAND: Final = "You drive {}: arrows, or RB and stick; ESC gives it back"
 LED: Final = "The referee drives {} now; then it is yours"
@@ -233,7 +234,7 @@ class WindowNode(Window, Node):
         if self.driving.player is None:
             self._drive_next(press)
         else:
-            self.give_back()
+            self.give_back(GIVEN_BACK.format(self.driving.player))
 
     def _leave(self, _press: Press) -> None:
         if self.driving.player is None:

@@ -179,7 +179,7 @@ class BoardPainter:
             at = (area.left + round(70 * ui), y)
             self._write(surface, reason, at, size, palette.MUTED, room=area.width - round(70 * ui), bold=False)
             y += row
-        line = "? shows the keys; START drives by hand, BACK is the emergency stop"
+        line = "? keys, START drives, BACK: emergency stop"
         self._write(
             surface, line, (area.left, y + round(6 * ui)), round(11 * ui), palette.MUTED, room=area.width, bold=False
         )
