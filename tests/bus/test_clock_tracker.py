@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.clock_tracker import DRIFT_SAMPLES, INTERVAL, LEAST, ClockEstimate, ClockTracker
+from vrg.bus.clock_tracker import DRIFT_SAMPLES, INTERVAL, MIN_INTERVALS, ClockEstimate, ClockTracker
 
 TICK = 0.02
 
@@ -47,7 +47,7 @@ def test_the_drift_is_found_through_the_jitter_of_a_link(drift: float, rate: flo
 
 
 def test_a_drift_is_not_guessed_from_too_little() -> None:
-    assert estimated(arrivals((LEAST - 1) * INTERVAL, drift=1e-4, delay=0.0)).drift is None
+    assert estimated(arrivals((MIN_INTERVALS - 1) * INTERVAL, drift=1e-4, delay=0.0)).drift is None
 
 
 def test_a_message_is_late_by_how_much_longer_it_took_than_the_fastest() -> None:

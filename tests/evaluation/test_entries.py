@@ -8,7 +8,7 @@ import pytest
 
 from tests.evaluation.conftest import OWN
 from vrg.evaluation import entries
-from vrg.evaluation.entries import LARGEST, MOST, Source, entries_in
+from vrg.evaluation.entries import LARGEST, MAX_FILES, Source, entries_in
 from vrg.runs.run_folder import delete
 
 CODE = f"{OWN}return STILL\n"
@@ -59,7 +59,7 @@ def test_what_cannot_be_read_is_an_entry_with_a_problem(tmp_path: Path) -> None:
     (folder / "linked" / "mine.py").write_text(CODE)
     (folder / "linked" / "weights.bin").symlink_to(elsewhere / "secret")
     (folder / "many" / "many.py").write_text(CODE)
-    for number in range(MOST):
+    for number in range(MAX_FILES):
         (folder / "many" / str(number)).mkdir()
     (folder / os.fsdecode(b"\xe9ve.py")).write_text(CODE)
     problems = {entry: source.problem for entry, source in found(folder).items()}
@@ -72,11 +72,11 @@ def test_what_cannot_be_read_is_an_entry_with_a_problem(tmp_path: Path) -> None:
     assert "expected a file, found none" in problems["old"]
     assert f"expected at most {LARGEST / 1e6:g} MB" in problems["huge"]
     assert "expected the strategy in two.py, or in the only file, found a.py, b.py" in problems["two"]
-    assert f"expected at most {MOST} files" in problems["many"]
+    assert f"expected at most {MAX_FILES} files" in problems["many"]
     assert len(problems) == 8
 
 
-@pytest.mark.parametrize(("depth", "name"), [(3 * MOST, "d"), (30, "d" * 200)])
+@pytest.mark.parametrize(("depth", "name"), [(3 * MAX_FILES, "d"), (30, "d" * 200)])
 def test_a_folder_without_end_is_a_problem_of_its_entry_alone(tmp_path: Path, depth: int, name: str) -> None:
     """Also where the path of a file is longer than any program can open it by."""
     (tmp_path / "ann.py").write_text(CODE)

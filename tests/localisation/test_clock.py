@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.localisation.clock import KEPT, ClockOffset
+from vrg.localisation.clock import CLOCK_WINDOW, ClockOffset
 
 
 def test_without_a_clock_message_there_is_no_match_time() -> None:
@@ -30,7 +30,7 @@ def test_what_was_heard_long_ago_is_forgotten() -> None:
     for tick in range(5000):
         offset.heard(0.02 * tick, 7.0 + 0.02 * tick * 1.001)
     now = 7.0 + 100.0 * 1.001
-    assert offset.match_time(now) == pytest.approx(100.0, abs=1.5 * KEPT * 0.001)
+    assert offset.match_time(now) == pytest.approx(100.0, abs=1.5 * CLOCK_WINDOW * 0.001)
 
 
 def followed(begin: float) -> ClockOffset:

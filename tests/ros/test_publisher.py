@@ -27,7 +27,7 @@ from vrg.hal.sensors.sonar import Sonar
 from vrg.regions import Rectangle
 from vrg.ros import messages as ros
 from vrg.ros.cdr import decode, encode
-from vrg.ros.publisher import AGAIN, RosPublisher
+from vrg.ros.publisher import REPUBLISH_PERIOD, RosPublisher
 from vrg.ros.wire import ros_name
 from vrg.types import Pose, Twist, Uncertainty
 
@@ -108,7 +108,7 @@ def test_poses_become_odometry_and_frames() -> None:
 
 def test_what_late_subscribers_need_comes_again() -> None:
     bench = Bench()
-    for n in range(int(2.5 * AGAIN / 0.1)):
+    for n in range(int(2.5 * REPUBLISH_PERIOD / 0.1)):
         bench.say(KEYS.referee_state, state())
         bench.tick(0.1 * n + 0.1)
     assert bench.counts["/m/map"] == bench.counts["/tf_static"] == bench.counts["/m/ann/robot_description"] == 3

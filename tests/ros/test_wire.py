@@ -17,7 +17,7 @@ from vrg.bus.configuration import client_settings
 from vrg.bus.session import Session, configuration, open_session
 from vrg.ros import messages
 from vrg.ros.cdr import decode, encode
-from vrg.ros.graph import FLOODED, KEPT, RosNode
+from vrg.ros.graph import FLOODED, QUEUE_LENGTH, RosNode
 from vrg.ros.types import FIELDS, HASHES
 from vrg.ros.wire import ATTACHMENT, Identity, Kind, Qos, attachment, data_key, gid_of
 from vrg.types import Twist
@@ -190,10 +190,10 @@ def test_a_message_of_another_type_is_refused(session: Session) -> None:
 @pytest.mark.parametrize(
     ("waiting", "named"),
     [
-        ([KEPT], 1),
-        ([KEPT - 1], 0),
-        ([KEPT] * FLOODED + [KEPT - 1], 1),
-        ([KEPT] * FLOODED + [KEPT - 1] * FLOODED, 4),
+        ([QUEUE_LENGTH], 1),
+        ([QUEUE_LENGTH - 1], 0),
+        ([QUEUE_LENGTH] * FLOODED + [QUEUE_LENGTH - 1], 1),
+        ([QUEUE_LENGTH] * FLOODED + [QUEUE_LENGTH - 1] * FLOODED, 4),
     ],
     ids=["a flood", "fast commands", "commands at the limit", "floods again and again"],
 )

@@ -124,7 +124,7 @@ def test_a_long_round_has_several_panels(recorded, drawn, tmp_path):
     longer = {name: dataclasses.replace(track, times=track.times * 8) for name, track in tracks.items()}
     plot_trajectories(longer, tmp_path / "plot.png", game="sharks-and-minnows")
     titles = [axes.get_title() for axes in drawn]
-    assert 8 < len(titles) <= plot.MOST
+    assert 8 < len(titles) <= plot.MAX_PANELS
     assert titles[0].startswith("Pass 1, 0:00.0 to 0:")
     seen = sum(len(line.get_xdata()) for axes in drawn for line in axes.lines if len(line.get_xdata()) > 2)
     assert seen >= sum(int(track.playing.sum()) for track in tracks.values()), "every sample is in a panel"

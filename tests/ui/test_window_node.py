@@ -17,7 +17,7 @@ from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.bus.pacing import LEASE, LONGEST, lease
+from vrg.bus.pacing import LEASE, MAX_LEASE, lease
 from vrg.bus.topics import Keys
 from vrg.hal.sensors.ins import Ins
 from vrg.ui import acts
@@ -411,7 +411,7 @@ def test_whoever_may_only_watch_is_offered_no_key_that_is_refused(keys: Keys) ->
 def test_a_lease_is_of_real_time_and_within_the_bound_of_the_message() -> None:
     assert lease(1.0) == LEASE
     assert lease(2.0) == pytest.approx(2 * LEASE)
-    assert lease(100.0) == lease(0.0) == LONGEST
+    assert lease(100.0) == lease(0.0) == MAX_LEASE
 
 
 def test_no_key_is_listed_with_two_meanings() -> None:

@@ -14,7 +14,7 @@ INTERVAL = 2.0
 """The length in s of the intervals of which the least delayed message counts."""
 DRIFT_SAMPLES = 15
 """The number of intervals that the drift is estimated from."""
-LEAST = 4
+MIN_INTERVALS = 4
 """The number of intervals before there is a drift."""
 
 
@@ -83,7 +83,7 @@ class ClockTracker:
     def _slope(self) -> float | None:
         """The slope of the least squares line through the floors, s per s."""
         count = len(self._floors)
-        if count < LEAST:
+        if count < MIN_INTERVALS:
             return None
         mean_time = sum(time for time, _ in self._floors) / count
         mean = sum(offset for _, offset in self._floors) / count

@@ -2,7 +2,7 @@
 
 import ipaddress
 
-_LONGEST = 253
+_HOST_LENGTH = 253
 """The number of characters of the longest host name (RFC 1035)."""
 
 
@@ -12,7 +12,7 @@ def is_host(text: str) -> bool:
         ipaddress.ip_address(text)
     except ValueError:
         bare = text.replace("-", "").replace("_", "")
-        return len(text) <= _LONGEST and text.isascii() and all(label.isalnum() for label in bare.split("."))
+        return len(text) <= _HOST_LENGTH and text.isascii() and all(label.isalnum() for label in bare.split("."))
     return "%" not in text
 
 

@@ -10,13 +10,13 @@ from functools import cache
 from vrg.errors import ConfigError
 
 NAME_RULE = "expected 1 to 64 letters, digits, _ and -, beginning with a letter or digit and not with x--"
-_LONGEST = 64
+_NAME_LENGTH = 64
 _CODED = "x--"
 
 
 def is_name(text: str) -> bool:
     """True if a text can be a name; see NAME_RULE. Letters of every language are letters."""
-    if not 1 <= len(text) <= _LONGEST or not text[0].isalnum() or text.startswith(_CODED):
+    if not 1 <= len(text) <= _NAME_LENGTH or not text[0].isalnum() or text.startswith(_CODED):
         return False
     # Some languages write marks over or under their letters.
     return text == normal(text) and all(c.isalnum() or c in "_-" or unicodedata.category(c)[0] == "M" for c in text)

@@ -15,7 +15,7 @@ FULL_SPEED_RATE: Final = 10.0
 """Match seconds per real second that are assumed where the world runs as fast as it can."""
 LEASE: Final = 0.3
 """The real time in s that a command of a person, or of a ROS node, holds. Commands come at least ten times a second."""
-LONGEST: Final = 1.0
+MAX_LEASE: Final = 1.0
 """The longest lease that a message can ask for, s of match time."""
 STALL = 0.5
 """The real time in s without the world's clock after which a node learns that time has stopped."""
@@ -31,7 +31,7 @@ def match_speed(rate: float) -> float:
 
 def lease(rate: float) -> float:
     """The match time in s that a command holds, at `rate` match seconds per real second."""
-    return min(LONGEST, LEASE * match_speed(rate))
+    return min(MAX_LEASE, LEASE * match_speed(rate))
 
 
 class Pacer:

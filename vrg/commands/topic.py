@@ -26,7 +26,7 @@ from vrg.commands.options import JsonOption, lasting
 from vrg.errors import MessageError
 from vrg.hal.sensors import message_class
 
-MOST = 1000
+QUEUE_LENGTH = 1000
 """The number of messages that wait to be taken."""
 QUIET = 3.0
 """The real time in s without a message after which `echo` reports that none has come."""
@@ -66,7 +66,7 @@ class Newest(queue.Queue[tuple[str, bytes]]):
     """A queue that forgets its oldest item for a new one where it is full, and never blocks who puts one in."""
 
     def _init(self, maxsize: int) -> None:
-        self.queue = deque(maxlen=MOST)
+        self.queue = deque(maxlen=QUEUE_LENGTH)
 
 
 def listening(endpoint: str, typed_keys: Path | None) -> AbstractContextManager[tuple[Stop, Session]]:

@@ -25,7 +25,7 @@ POSE_TIMEOUT = 0.5
 """The age in s of a physical robot's pose above which a match in play is halted."""
 _ENDED = 0.3
 """The match time in s without a report, together with a lost pose, after which a player's process has likely ended."""
-_AGAIN = 0.5
+_READMISSION_DELAY = 0.5
 """The match time in s after a player was taken out from which on a report must be of a process that works again."""
 
 
@@ -151,7 +151,7 @@ class Attendance:
             name
             for name, since in self._out_since.items()
             if (report := self.report(name)) is not None
-            and report.stamp > since + _AGAIN
+            and report.stamp > since + _READMISSION_DELAY
             and self.reports_now(name, tick)
             and name not in self.lost
         ]

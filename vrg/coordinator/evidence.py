@@ -36,7 +36,7 @@ _HEAD = struct.Struct("<I8s")
 """The head of each tick: the number of its bytes, and its digest."""
 _START = bytes(8)
 """The digest before the first tick."""
-_LONGEST = 16_000_000
+_TICK_SIZE = 16_000_000
 """The bytes that a tick may have."""
 _DOUBTFUL = 1000
 """The ticks one after the other whose digests do not fit, at most, before the file counts as damaged from there on."""
@@ -423,7 +423,7 @@ def _pieces(file: BinaryIO) -> Iterator[_Piece]:
     while len(head := file.read(_HEAD.size)) == _HEAD.size and len(doubtful) < _DOUBTFUL:
         length, digest = _HEAD.unpack(head)
         # Behind what a power cut has left the file may be full of zeros, or of what was on the disk before.
-        if not 0 < length <= _LONGEST or len(data := file.read(length)) < length:
+        if not 0 < length <= _TICK_SIZE or len(data := file.read(length)) < length:
             return
         end += len(head) + length
         piece = _Piece(digest, data, _chained(before, data) == digest, end)

@@ -22,7 +22,7 @@ from vrg.types import printable
 
 TRIAL = 30.0
 """The match time in s of the game that a strategy plays alone before it takes part."""
-_LONGEST = 60
+_LABEL_SIZE = 60
 """The number of bytes of a label. The name of a file has two, and may have 255."""
 _LOOK = 0.1
 """The real time in s between two looks at whether a game takes too long."""
@@ -121,7 +121,7 @@ def _name_of(target: str) -> str:
 def short(name: str) -> str:
     """A name with only such signs as may stand in the name of a file, and not too long for one."""
     words = "".join(sign if sign.isalnum() or sign in "-_ " else "-" for sign in " ".join(normal(name).split()))
-    return words.encode()[:_LONGEST].decode(errors="ignore").strip() or "strategy"
+    return words.encode()[:_LABEL_SIZE].decode(errors="ignore").strip() or "strategy"
 
 
 def teams_of(setup: CheckedMatch, first: str | None = None) -> tuple[str, str]:

@@ -22,11 +22,11 @@ from vrg.types import printable
 
 LARGEST: Final = 4_000_000
 """The number of bytes that the files of an entry may have together."""
-LONGEST: Final = 200
+PATH_SIZE: Final = 200
 """The number of bytes that the path of a file may have in the folder of its entry."""
-TOGETHER: Final = 200_000_000
+ENTRY_SIZE: Final = 200_000_000
 """The number of bytes that all entries may have together."""
-MOST: Final = 100
+MAX_FILES: Final = 100
 """The number of files and folders that an entry may have."""
 
 
@@ -82,13 +82,13 @@ def entries_in(folder: Path, *, without: tuple[Path, ...] = (), owner: Callable[
     except OSError as error:
         raise ConfigError(f"{folder}: expected a folder of strategies: {error.strerror}") from None
     found: dict[str, Source] = {}
-    left = TOGETHER
+    left = ENTRY_SIZE
     for name in names:
         if folder.resolve() / name in others or (source := read_entry(folder / name)) is None:
             continue
         size = sum(map(len, source.files.values()))
         if size > left:
-            problem = f"it is too much: all entries together may have {TOGETHER / 1e6:g} MB"
+            problem = f"it is too much: all entries together may have {ENTRY_SIZE / 1e6:g} MB"
             source, size = structs.replace(source, files={}, main="", problem=problem), 0
         left -= size
         first = found.get(source.entry)
@@ -142,12 +142,14 @@ def _read_folder(path: Path, source: Source) -> Source | None:
     for place, folders, names, *handle in os.fwalk(path) if POSIX else os.walk(path):
         folders[:] = sorted(name for name in folders if name[:1] != "." and name != "__pycache__")
         seen += len(folders) + len(names)
-        if seen > MOST:
-            raise ConfigError(f"{source.name}: expected at most {MOST} files and folders in it, found more")
+        if seen > MAX_FILES:
+            raise ConfigError(f"{source.name}: expected at most {MAX_FILES} files and folders in it, found more")
         for name in sorted(name for name in names if name[:1] != "."):
             own = os.path.relpath(os.path.join(place, name), path)
-            if len(os.fsencode(own)) > LONGEST:
-                raise ConfigError(f"{source.name}: expected paths of at most {LONGEST} bytes in it, found a longer one")
+            if len(os.fsencode(own)) > PATH_SIZE:
+                raise ConfigError(
+                    f"{source.name}: expected paths of at most {PATH_SIZE} bytes in it, found a longer one"
+                )
             data = _read(name, left, handle[0] if handle else Path(place))
             left -= len(data)
             files[own] = data

@@ -35,7 +35,7 @@ _NODES = (
     "scipy.optimize",
 )
 """The modules that every game needs, and that are imported only when its nodes are made or when it lines up."""
-_LONGEST = 10_000_000
+_RESULT_SIZE = 10_000_000
 """The number of bytes that a result may have."""
 EXIT_TIMEOUT = 2.0
 """The real time in s that a process may need to end when its game has ended."""
@@ -103,7 +103,7 @@ class GameProcess:
         problem = ""
         try:
             # A strategy may have written to this pipe, too: what comes is checked, and nothing in it is run.
-            result = msgspec.json.decode(self.answer.recv_bytes(_LONGEST), type=Played)
+            result = msgspec.json.decode(self.answer.recv_bytes(_RESULT_SIZE), type=Played)
             # A thread that a strategy has left behind may keep the process from ending.
             self._process.wait(EXIT_TIMEOUT)
         except EOFError:

@@ -24,7 +24,7 @@ from vrg.evaluation.running import Games
 from vrg.evaluation.standings import Fit, Rating, fit, rated
 from vrg.types import printable
 
-_LONGEST = 2000
+_FAULT_LENGTH = 2000
 """The number of characters of what is wrong with a version."""
 _SHOWN = 5
 """The number of games with failures that the file for an author has."""
@@ -94,7 +94,7 @@ def admit(
 
 def _own(problem: str, copy: Path) -> str:
     """The problem of a version, in a line, with its files as their author knows them."""
-    return printable(" ".join(problem.replace(f"{copy.parent}/", "").split()))[:_LONGEST]
+    return printable(" ".join(problem.replace(f"{copy.parent}/", "").split()))[:_FAULT_LENGTH]
 
 
 class League(Games):

@@ -26,7 +26,7 @@ OUTLIER = 0.005
 TIMING, LIKENESS = 0.0015, 0.002
 """Standard deviations of what a fit errs by however long the motion is, s and as a share: times are known to some
 milliseconds, as drives report every 10 ms, and no axis follows the equation exactly."""
-LEAST = 0.0005
+MIN_ERROR = 0.0005
 """The least that this error is taken to be, m, once it is known how exact the readings are: then it is four times the
 median error."""
 BLOCK = 2.0
@@ -186,7 +186,7 @@ def fit(runs: Sequence[Run], start: Response) -> Fitted:
     begin = replace(start, top=min(start.top, 0.9 * fastest))
     values = np.clip(astuple(begin), low, high)
     for loss in ("soft_l1", "cauchy"):
-        far = OUTLIER if loss == "soft_l1" else max(LEAST, 4.0 * float(np.median(np.abs(errors(values)))))
+        far = OUTLIER if loss == "soft_l1" else max(MIN_ERROR, 4.0 * float(np.median(np.abs(errors(values)))))
         values = least_squares(
             errors, values, bounds=(low, high), loss=loss, f_scale=far, x_scale=np.maximum(values, 0.05), diff_step=1e-3
         ).x

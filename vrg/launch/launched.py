@@ -41,7 +41,7 @@ LINGER = 1.0
 """The real time in s that all processes go on after the game is over, so that everybody hears how it ended."""
 POLL_PERIOD = 0.05
 """The real time in s between two looks at the processes."""
-_AGAIN = 0.5
+_REPEAT_PERIOD = 0.5
 """The real time in s after which the referee is asked once more to halt play."""
 _AWAITED = 10.0
 """The real time in s without another process that is ready after which those that are awaited are named."""
@@ -264,7 +264,7 @@ class LaunchedMatch:
         elif host.machine not in self._halted_for and self.state is not None:
             if self.state.halted is not None or self.state.stage is Stage.GAME_OVER:
                 self._halted_for.add(host.machine)
-            elif now - self._asked >= _AGAIN:
+            elif now - self._asked >= _REPEAT_PERIOD:
                 self._asked = now
                 reason = shortened(trouble, REASON_LENGTH)
                 halt = Official(action=OfficialAction.HALT, by=LAUNCHER, reason=reason)

@@ -23,7 +23,7 @@ LAUNCHER = "launcher"
 """The official by whom a player has failed, for the journal."""
 _LATE = 2.0
 """The real time in s for which a process that has ended may still be heard."""
-_AGAIN = 1.0
+_REPEAT_PERIOD = 1.0
 """The real time in s after which the referee gets the message once more, if it has not done it."""
 
 
@@ -128,7 +128,7 @@ class Vacancies:
             over = state.body.stage is Stage.GAME_OVER
             done = player is None or player.state == DISQUALIFIED or halted or over
             first = name not in self._told
-            if (first or not done) and now - self._told.get(name, -_AGAIN) >= _AGAIN:
+            if (first or not done) and now - self._told.get(name, -_REPEAT_PERIOD) >= _REPEAT_PERIOD:
                 self._told[name] = now
                 self._mailbox.publish(self._keys.official, self._decision(name, why))
 

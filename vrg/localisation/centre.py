@@ -27,7 +27,7 @@ LEARNED = ("way", "turn", "bend")
 """The words for what an estimator learns of a robot's odometry."""
 NEVER = 1e8
 """The age in s of a robot that no source has seen."""
-LEAST = 0.001
+MIN_DEVIATION = 0.001
 """The smallest standard deviation of what a robot measures of its own place, m and rad."""
 PERIOD = 0.05
 """The match time in s between two ticks."""
@@ -144,8 +144,8 @@ def own_fix(name: str, model: RobotModel, place: OwnPlace, origin: tuple[float, 
         gps = model.sensor(GpsSpec) or GpsSpec()
         x, y = from_wgs84(*place.earth, origin)
         same = max(1.0, 2.0 * gps.correlation * gps.rate)
-        return Fix(name, Pose(x, y, 0.0), max(LEAST, gps.position_noise * math.sqrt(same)))
+        return Fix(name, Pose(x, y, 0.0), max(MIN_DEVIATION, gps.position_noise * math.sqrt(same)))
     if place.pose is None:
         return None
     ins = model.sensor(InsSpec) or InsSpec()
-    return Fix(name, place.pose, max(LEAST, ins.position_noise), max(LEAST, ins.heading_noise))
+    return Fix(name, place.pose, max(MIN_DEVIATION, ins.position_noise), max(MIN_DEVIATION, ins.heading_noise))

@@ -7,7 +7,7 @@ time it was when; see also `vrg.bus.clock_tracker`.
 from collections import deque
 from typing import Final
 
-KEPT: Final = 10.0
+CLOCK_WINDOW: Final = 10.0
 """The time in s for which a clock message counts: clocks drift, and a world may fall behind."""
 STOPPED: Final = 0.1
 """By how much every message of a second is later, s, if the match clock has stood still for a while and goes on."""
@@ -25,7 +25,7 @@ class ClockOffset:
             comes late counts as late.
     """
 
-    def __init__(self, kept: float = KEPT, stopped: float = STOPPED) -> None:
+    def __init__(self, kept: float = CLOCK_WINDOW, stopped: float = STOPPED) -> None:
         self._kept, self._stopped = kept, stopped
         self._best: deque[tuple[float, float]] = deque()
         """Arrivals and match time minus arrival, s: each is better than all that came after it."""

@@ -19,7 +19,7 @@ from vrg.ui.edit.editor import Recent
 
 MOST_RECENT: Final = 12
 """The number of recent matches that are listed."""
-_LONGEST: Final = 200_000
+_MAX_FILE_SIZE: Final = 200_000
 """The size in bytes above which a file is taken for something else."""
 _MOST_FILES: Final = 300
 """The number of files of a folder that are read."""
@@ -120,7 +120,7 @@ def _tables(folder: Path) -> Iterator[tuple[Path, dict[str, Any]]]:
 def _table(path: Path) -> dict[str, Any] | None:
     """The content of a file; None if it cannot be read as TOML."""
     try:
-        return toml_of(read_text(path, _LONGEST))
+        return toml_of(read_text(path, _MAX_FILE_SIZE))
     except (OSError, FileError, tomllib.TOMLDecodeError):
         return None
 
@@ -129,6 +129,6 @@ def _strategies(folder: Path) -> Iterator[str]:
     """The classes in the Python files of a folder that are strategies, as far as their text tells, and the policies."""
     for path in sorted(folder.glob("*.py"))[:_MOST_FILES]:
         with suppress(OSError):
-            if path.stat().st_size <= _LONGEST:
+            if path.stat().st_size <= _MAX_FILE_SIZE:
                 yield from (f"{path.name}:{name}" for name, kind in classes_in(path).items() if kind.acts)
     yield from (path.name for path in sorted(folder.iterdir())[:_MOST_FILES] if is_strategy_file(path.name))

@@ -22,7 +22,7 @@ from vrg.files import decoded, opened
 from vrg.recording.layout import VIEW
 from vrg.recording.schemas import schema_name
 
-LONGEST: Final = 16_000_000
+MAX_CHUNK_SIZE: Final = 16_000_000
 """The bytes that a chunk may have, also unpacked. A recorder begins a new one after 1 MiB, and a picture may follow."""
 _CUT: Final = (EndOfFile, struct.error)
 """The exceptions of mcap's reader where a file ends within a record."""
@@ -83,7 +83,7 @@ def records_in(path: Path | Sequence[Path], torn: list[Path] | None = None) -> I
     channels: dict[int, Channel] = {}
     whole = True
     with opened(path) as stream:
-        records = StreamReader(stream, emit_chunks=True, record_size_limit=LONGEST).records
+        records = StreamReader(stream, emit_chunks=True, record_size_limit=MAX_CHUNK_SIZE).records
         begun = False
         while True:
             try:
@@ -123,6 +123,6 @@ def _unpacked(chunk: Chunk) -> list[McapRecord] | None:
             size = max(size, zstandard.frame_content_size(chunk.data))
         elif chunk.compression:
             return None  # no recorder packs in another way
-        return breakup_chunk(chunk, validate_crc=True) if size <= LONGEST else None
+        return breakup_chunk(chunk, validate_crc=True) if size <= MAX_CHUNK_SIZE else None
     except _DAMAGED:
         return None

@@ -17,7 +17,7 @@ _NUMBERS: Final = {
     "bool": "?", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i", "uint32": "I",
     "float32": "f", "float64": "d",
 }  # fmt: skip
-_LONGEST: Final = 1 << 24
+_MAX_ELEMENTS: Final = 1 << 24
 """The number of elements above which a sequence is taken to be garbage."""
 
 Message = Mapping[str, Any]
@@ -154,7 +154,7 @@ def _read(data: bytes, at: int, kind: str) -> tuple[Any, int]:
     if kind.endswith("]"):
         element, _, given = kind[:-1].partition("[")
         (count,), at = ((int(given),), at) if given else _unpack(data, at, "I", 1)
-        if count > _LONGEST:
+        if count > _MAX_ELEMENTS:
             raise struct.error(f"a sequence of {count}")
         if element in _NUMBERS:
             values, at = _unpack(data, at, _NUMBERS[element], count)

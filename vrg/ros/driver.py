@@ -29,7 +29,7 @@ log = logging.getLogger(__name__)
 
 PERIOD: Final = 0.05
 """The time in s between two commands to the robot."""
-SILENT: Final = 0.5
+ODOMETRY_TIMEOUT: Final = 0.5
 """The age in s of the odometry above which the robot is not driven."""
 ZEROS: Final = 1.0
 """The time in s for which a robot that was disarmed is commanded to stand. Then another node may drive it."""
@@ -337,10 +337,10 @@ class RosDriver(Driver):
 
     def _silence(self, now: float) -> str | None:
         """The reason why there is no odometry that is fresh. Needs the lock."""
-        if (age := self._reported.age(now)) <= SILENT:
+        if (age := self._reported.age(now)) <= ODOMETRY_TIMEOUT:
             return None
         delay = self._reported.delay()
-        if age - delay <= SILENT < delay:
+        if age - delay <= ODOMETRY_TIMEOUT < delay:
             return (
                 f"the odometry on {self._odom} is {delay:.1f} s old when it comes: the link is slow, or the robot's "
                 "clock has stood still (a simulated robot needs `use_sim_time = true` in the match file)"

@@ -15,12 +15,12 @@ from vrg.ros.wire import Identity, Kind, Qos, any_type_key, attachment, data_key
 
 log = logging.getLogger(__name__)
 
-KEPT: Final = 4
+QUEUE_LENGTH: Final = 4
 """The messages of a topic that are kept until they are taken. The newest counts; others may be of another type."""
 FLOODED: Final = 30
-"""The calls at which KEPT messages wait, beyond those at which fewer do, from which on it is logged that they come too
-fast; that is over when as many are made up for."""
-LONGEST: Final = 4096
+"""The calls at which QUEUE_LENGTH messages wait, beyond those at which fewer do, from which on it is logged that they
+come too fast; that is over when as many are made up for."""
+MAX_MESSAGE_SIZE: Final = 4096
 """The bytes of the longest message that is decoded, of most types."""
 SHOWN: Final = 300
 """The characters of a problem that are logged."""
@@ -103,7 +103,7 @@ class RosNode:
                 self._send(self._publishers[topic], message)
 
     def subscribe(
-        self, topic: str, of: str, longest: int = LONGEST, *, floods: bool = False
+        self, topic: str, of: str, longest: int = MAX_MESSAGE_SIZE, *, floods: bool = False
     ) -> Callable[[], dict[str, Any] | None]:
         """Hear a topic.
 
@@ -122,14 +122,14 @@ class RosNode:
         )
         own = data_key(self._domain, topic, of)
         # Those of a distribution without hashes, or with another definition, have another last chunk.
-        take = self._session.collect_raw(f"{own.rpartition('/')[0]}/*", KEPT)
+        take = self._session.collect_raw(f"{own.rpartition('/')[0]}/*", QUEUE_LENGTH)
 
         full, flooded = 0, False
 
         def newest() -> dict[str, Any] | None:
             nonlocal full, flooded
             found = take()
-            full = min(full + 1, FLOODED) if len(found) == KEPT else max(full - 1, 0)
+            full = min(full + 1, FLOODED) if len(found) == QUEUE_LENGTH else max(full - 1, 0)
             before, flooded = flooded, full == FLOODED or (flooded and full > 0)
             if floods and flooded and not before:
                 log.warning("%s: %s comes much faster than it can count: only the newest of a tick does", topic, of)

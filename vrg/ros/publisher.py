@@ -36,7 +36,7 @@ from vrg.types import Pose
 
 log = logging.getLogger(__name__)
 
-AGAIN: Final = 2.0
+REPUBLISH_PERIOD: Final = 2.0
 """The match time in s after which what late subscribers need is published again: map, descriptions, static frames."""
 PERIOD: Final = 1 / 30
 """The match time in s between two ticks, and so between two messages of a topic."""
@@ -126,7 +126,7 @@ class RosPublisher(Node):
             time = clock.body.time
             self._offer("/clock", "rosgraph_msgs/Clock", lambda: {"clock": ros.stamp(time)})
         state = self._states.latest
-        if tick.live and state is not None and not 0.0 <= tick.time - self._again < AGAIN:
+        if tick.live and state is not None and not 0.0 <= tick.time - self._again < REPUBLISH_PERIOD:
             self._again = tick.time
             self._publish_lasting(tick.time, state.body)
         for poses in self._poses.take():

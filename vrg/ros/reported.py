@@ -27,11 +27,11 @@ from vrg.types import Pose, Twist
 
 Fields = Mapping[str, Any]
 
-KEPT: Final = 300.0
+OFFSET_WINDOW: Final = 300.0
 """The time in s for which the quickest message counts: clocks that differ by 100 ppm are 30 ms apart by then."""
 SET_BACK: Final = 10.0
 """By how much a stamp is smaller than the last one, s, if the clock was set back, and the message is not just late."""
-LONGEST: Final = 1.0
+MAX_GAP: Final = 1.0
 """The longest time in s for which a robot is taken to have driven between two messages. Without any it is stopped."""
 FULL: Final = 1.5
 """The greatest charge that is a share: a fresh battery may have a little more than it is taken to hold."""
@@ -62,7 +62,7 @@ class Reported:
         """The frame of its body; if it was not given, that of its odometry."""
         self._given = frame
         self._simulated = simulated
-        self._clock = ClockOffset() if simulated else ClockOffset(KEPT, stopped=math.inf)
+        self._clock = ClockOffset() if simulated else ClockOffset(OFFSET_WINDOW, stopped=math.inf)
         self._newest: dict[type[SensorSpec], tuple[float, float, SensorMessage]] = {}
         """The newest of each sensor: its stamp by the robot's clock, when it came by ours, and what it holds."""
         self._last: tuple[float, Pose] | None = None
@@ -190,7 +190,7 @@ class Reported:
             return False
         before, last = self._last
         time, moved = at - before, compose(inverse(last), pose)
-        most = min(time, LONGEST)
+        most = min(time, MAX_GAP)
         far = math.hypot(moved.x, moved.y) > 2.0 * self._model.v_max * most + WAY_SLACK
         if time < 0.0 or far or abs(moved.theta) > 2.0 * self._model.w_max * most + TURN_SLACK:
             return True

@@ -39,8 +39,8 @@ LETTER: Final = 0.075
 LEGEND_LINES: Final = 36
 """The lines of the legend in one column."""
 PART: Final = 30.0
-"""The match time in s that a panel shows at most, if that makes no more than MOST panels."""
-MOST: Final = 16
+"""The match time in s that a panel shows at most, if that makes no more than MAX_PANELS panels."""
+MAX_PANELS: Final = 16
 HALT: Final = 1.0
 """The match time in s between two samples of play from which on play was halted meanwhile."""
 _NEARLY: Final = 1e-6
@@ -247,10 +247,10 @@ class Part:
 
 
 def _parts(tracks: Mapping[str, RobotPoses]) -> list[Part]:
-    """The parts of the match, each of at most PART seconds where that makes no more than MOST of them."""
+    """The parts of the match, each of at most PART seconds where that makes no more than MAX_PANELS of them."""
     played = {int(n) for track in tracks.values() for n in np.unique(track.rounds[track.playing])}
     clocks = {number: _clock(tracks, number) for number in sorted(played) or [0]}
-    each = max(PART, sum(float(clock[-1]) for _, clock in clocks.values()) / MOST)
+    each = max(PART, sum(float(clock[-1]) for _, clock in clocks.values()) / MAX_PANELS)
     parts = []
     for number, (times, clock) in clocks.items():
         count = max(1, math.ceil(float(clock[-1]) / each - 0.2))

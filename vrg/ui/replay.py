@@ -26,7 +26,7 @@ from vrg.ui.window_base import Window
 
 FRAMES: Final = 40
 """Frames in a second of real time, at most."""
-LONGEST: Final = 0.25
+MAX_FRAME_TIME: Final = 0.25
 """s of real time that a frame counts for at most."""
 
 MOVES: Final[dict[Act, Callable[[Playback], Playback]]] = {
@@ -233,6 +233,6 @@ def show(window: ReplayWindow) -> None:
     try:
         while not window.closed:
             # After the computer has slept, the match does not jump.
-            window.frame(min(clock.tick(FRAMES) / 1000, LONGEST))
+            window.frame(min(clock.tick(FRAMES) / 1000, MAX_FRAME_TIME))
     finally:
         window.close()

@@ -18,7 +18,7 @@ PHYSICAL_RIM: Final = 2
 """Pixels of white around the badge of a player with a physical robot, as around its body."""
 _ROW: Final = 24
 """The height of a row where there is room, in pixels at the usual size of a window."""
-_LEAST: Final = 18
+_MIN_ROW_HEIGHT: Final = 18
 """The height below which rows are not made any lower; the list then has two columns, and tells no speeds."""
 _WIDE: Final = (0.10, 0.42)
 _HALF: Final = (0.16, 0.60)
@@ -59,9 +59,9 @@ class RosterPainter:
             the y below the list. Faults may need more than the area.
         """
         physical = {body.name for body in scene.bodies if body.physical}
-        columns = 1 if area.height / len(scene.players) >= _LEAST * ui else 2
+        columns = 1 if area.height / len(scene.players) >= _MIN_ROW_HEIGHT * ui else 2
         rows = -(-len(scene.players) // columns)
-        height = round(min(_ROW * ui, max(_LEAST * ui, area.height / rows)))
+        height = round(min(_ROW * ui, max(_MIN_ROW_HEIGHT * ui, area.height / rows)))
         gap = round(14 * ui)
         width = (area.width - gap * (columns - 1)) // columns
         y = area.top

@@ -43,7 +43,7 @@ _POLL = 0.02
 """The longest real time in s between two looks at the processes."""
 _BACKLOG = 16 * wire.PART
 """The number of bytes that may wait for the launcher before no more files and logs are read."""
-_KEPT = 14 * 24 * 3600.0
+_RUN_RETENTION = 14 * 24 * 3600.0
 """The wall time in s for which a run that was not fetched, as its launcher was gone, is kept."""
 
 
@@ -158,7 +158,7 @@ class HostAgent:
                 self._beat = (order.sent, time.monotonic())
 
     def _prepare(self, message: wire.Prepare) -> None:
-        sweep(self._home, time.time() - _KEPT)
+        sweep(self._home, time.time() - _RUN_RETENTION)
         if message.display is not None:
             os.environ["DISPLAY"] = message.display
         folder = RunFolder(self._home / message.run)

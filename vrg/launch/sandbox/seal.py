@@ -32,8 +32,8 @@ NICENESS = 5
 """The niceness of a sealed process, which comes behind the processes of the match itself on a busy machine."""
 OWN_MEMORY = 500
 """The memory that VRG may use besides what the strategy may, MB."""
-_KEPT = ("PATH", "LANG", "LANGUAGE", "TZ", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV")
-_KEPT_BEGIN = ("LC_", "OMP_", "OPENBLAS_", "MKL_")
+_VARIABLES = ("PATH", "LANG", "LANGUAGE", "TZ", "PYTHONPATH", "PYTHONHASHSEED", "VIRTUAL_ENV")
+_VARIABLE_PREFIXES = ("LC_", "OMP_", "OPENBLAS_", "MKL_")
 """The environment variables that a sealed process keeps, by their names or what these begin with."""
 STACK = 64_000_000
 """The longest stack, bytes: no other bound counts it."""
@@ -88,7 +88,9 @@ def seal(policy: Policy) -> None:
 
 def _forget_environment() -> None:
     """Forget the environment variables but for a few: they may hold what is not for everybody, such as tokens."""
-    kept = {name: value for name, value in os.environ.items() if name in _KEPT or name.startswith(_KEPT_BEGIN)}
+    kept = {
+        name: value for name, value in os.environ.items() if name in _VARIABLES or name.startswith(_VARIABLE_PREFIXES)
+    }
     os.environ.clear()
     # What the process was started with stays in its memory otherwise: proc(5), /proc/pid/stat, fields 50 and 51.
     fields = Path("/proc/self/stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()

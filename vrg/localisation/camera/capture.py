@@ -14,9 +14,9 @@ import numpy.typing as npt
 from vrg.errors import ConfigError
 from vrg.localisation.camera.readers import Frame, Reader
 
-SILENT: Final = 1.0
+SILENCE: Final = 1.0
 """The time in s without a new picture after which a camera counts as having stopped or frozen."""
-_AGAIN: Final = 1.0
+_RETRY_PERIOD: Final = 1.0
 """The time in s between two attempts to open a camera."""
 _ENDING: Final = 15.0
 """The time that a thread which reads may take to end, s: OpenCV gives up a silent camera after 10 s."""
@@ -73,7 +73,7 @@ class Capture:
                 return self._trouble
             if self._over:
                 return "the pictures of the file are over"
-            if quiet <= SILENT:
+            if quiet <= SILENCE:
                 return None
             if self._repeats:
                 return "it has frozen: it sends the same picture again and again: unplug it and plug it in"
@@ -85,7 +85,7 @@ class Capture:
                 reader = self._open()
             except ConfigError as error:
                 self._tell(str(error))
-                self._stop.wait(_AGAIN)
+                self._stop.wait(_RETRY_PERIOD)
                 continue
             try:
                 self._read(reader)
@@ -96,7 +96,7 @@ class Capture:
             if not reader.live:
                 self._over = True
                 return
-            self._stop.wait(_AGAIN)
+            self._stop.wait(_RETRY_PERIOD)
 
     def _read(self, reader: Reader) -> None:
         before: npt.NDArray[np.uint8] | None = None

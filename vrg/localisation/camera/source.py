@@ -35,7 +35,7 @@ their places, as cameras are bumped or sag about once in so long. Variances grow
 _HOUR: Final = 3600.0
 _UNCHECKED: Final = 5.0
 """The time in s without two tags on the floor after which it is said: robots hide them for less."""
-_LEAST: Final = (0.005, math.radians(0.5))
+_MIN_DEVIATIONS: Final = (0.005, math.radians(0.5))
 """The smallest standard deviations of a fix, m and rad, whatever the geometry: heights and times are not exact, and a
 robot at 0.7 m/s drives 7 mm in 10 ms."""
 
@@ -200,7 +200,7 @@ class CameraSource(RealSource):
             return None
         robot = robot_at(located, own.offset)
         position, heading = (math.sqrt(unchecked / _HOUR) * bumped for bumped in _BUMPED)
-        least = max(robot.position, _LEAST[0]), max(robot.heading, _LEAST[1])
+        least = max(robot.position, _MIN_DEVIATIONS[0]), max(robot.heading, _MIN_DEVIATIONS[1])
         return Fix(name, robot.pose, *least, common=(position, heading))
 
     def _floor_tags(self, tags: list[Tag]) -> tuple[int, int]:

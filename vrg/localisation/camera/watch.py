@@ -15,7 +15,7 @@ from vrg.localisation.camera.readers import Frame, Reader
 
 log = logging.getLogger(__name__)
 
-_KEPT: Final = 50
+_QUEUE_LENGTH: Final = 50
 """The pictures whose tags wait to be taken; older ones are of no use."""
 _PATIENCE: Final = 0.1
 _ENDING: Final = 2.0
@@ -52,7 +52,7 @@ class Watch:
         self._capture = Capture(open_, monotonic)
         self._period = 1.0 / rate
         self._detector = TagDetector(prints)
-        self._found: deque[Sighting] = deque(maxlen=_KEPT)
+        self._found: deque[Sighting] = deque(maxlen=_QUEUE_LENGTH)
         self._stop = threading.Event()
         self._trouble: str | None = None
         self._thread = threading.Thread(target=self._run, name="tags", daemon=True)

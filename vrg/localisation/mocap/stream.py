@@ -14,14 +14,14 @@ import msgspec
 from vrg.localisation.mocap.frames import Frame, Request, Trouble, read
 from vrg.system import POSIX
 
-SILENT: Final = 3.0
+SILENCE: Final = 3.0
 """The time in s without a rigid body after which a system counts as seeing nothing. It is longer than the patience of a
 request, so that of a system from which nothing comes at all that is told."""
-_AGAIN: Final = 1.0
+_RETRY_PERIOD: Final = 1.0
 """The time in s between two attempts to reach a system."""
 _ENDING: Final = 1.0
 """The time that a process which has closed its output may take to end, s."""
-_KEPT: Final = 512
+_QUEUE_LENGTH: Final = 512
 """The number of frames that wait for a node that does not tick."""
 
 
@@ -42,7 +42,7 @@ class Stream:
         self._command = (*program, msgspec.json.encode(request).decode())
         self._host, self._patience = request.options.get("hostname", request.system), request.patience
         self._monotonic = monotonic
-        self._frames: deque[Frame] = deque(maxlen=_KEPT)
+        self._frames: deque[Frame] = deque(maxlen=_QUEUE_LENGTH)
         self._lock = threading.Lock()
         self._stop = threading.Event()
         self._process: subprocess.Popen[bytes] | None = None
@@ -78,7 +78,7 @@ class Stream:
             if self._trouble is not None:
                 return self._trouble
             quiet = self._monotonic() - self._seen
-        if quiet <= SILENT:
+        if quiet <= SILENCE:
             return None
         return (
             f"{self._host} has shown no rigid body for {quiet:.0f} s: does it run, are bodies enabled, and are they in "
@@ -97,7 +97,7 @@ class Stream:
                     words = f"{self._host}: what has come from it cannot be read: {error}"
                 status = _status(process)
                 self._tell(words or self._ending(status))
-            self._stop.wait(_AGAIN)
+            self._stop.wait(_RETRY_PERIOD)
 
     def _begun(self) -> subprocess.Popen[bytes] | None:
         with self._lock:

@@ -17,7 +17,7 @@ from vrg.localisation.sim.settings import Errors, SimSettings
 from vrg.localisation.source import Source, SourceContext
 from vrg.types import Pose
 
-_KEPT = 50
+_HISTORY_LENGTH = 50
 """The number of poses of an emulated robot that are kept."""
 _STANDS = 0.3
 """The time in s after which an emulated robot whose motion is not heard counts as standing."""
@@ -47,7 +47,7 @@ class SimSource(Source):
         self._placed = mailbox.subscribe(keys.placed(), only=[keys.placed(name).key for name in emulated])
         self._fastest = {name: motion_noise(context.robots[name]).fastest for name in emulated}
         self._odometry: dict[str, Pose] = {}
-        self._truths = {name: deque([(0.0, context.starts[name])], maxlen=_KEPT) for name in emulated}
+        self._truths = {name: deque([(0.0, context.starts[name])], maxlen=_HISTORY_LENGTH) for name in emulated}
         """The poses of the emulated robots, in the map's frame, with the match times, s."""
         self._waiting: deque[tuple[float, dict[str, Pose]]] = deque()
         """The poses of the virtual robots, with their times, for which those of emulated ones have not come yet."""

@@ -15,9 +15,9 @@ from vrg.errors import LaunchError
 
 log = logging.getLogger(__name__)
 
-LONGEST: Final = 65_535
+MAX_PACKET_SIZE: Final = 65_535
 """The number of bytes of the longest packet of UDP."""
-_KEPT: Final = 512
+_QUEUE_LENGTH: Final = 512
 """The number of packets that wait for a node that does not tick."""
 _LOOK: Final = 0.2
 """The time in s between two looks at whether the thread is to end."""
@@ -50,7 +50,7 @@ class Receiver:
         self._at = (address, port)
         self._interface = interface
         self._monotonic = monotonic
-        self._packets: deque[Packet] = deque(maxlen=_KEPT)
+        self._packets: deque[Packet] = deque(maxlen=_QUEUE_LENGTH)
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
 
@@ -98,7 +98,7 @@ class Receiver:
         with opened:
             while not self._ending.is_set():
                 try:
-                    data, (host, port) = opened.recvfrom(LONGEST)
+                    data, (host, port) = opened.recvfrom(MAX_PACKET_SIZE)
                 except TimeoutError:
                     continue
                 except OSError as error:  # the network is down for a while

@@ -23,7 +23,7 @@ from vrg.localisation.ssl.packets import (
 from vrg.regions import surrounding
 from vrg.types import Pose
 
-AGAIN: Final = 0.5
+REPEAT_PERIOD: Final = 0.5
 """The match time in s after which the state of the referee is sent again although nothing has changed."""
 GEOMETRY: Final = 50
 """The number of packets of vision of which one has the geometry of the field."""
@@ -81,7 +81,7 @@ class SslPublisher(Node):
         for poses in self._poses.take():
             self._vision(poses.body, tick.time - poses.stamp)
         news = state.body, self._words
-        if self._told != news or not 0.0 <= tick.time - self._told_at < AGAIN:
+        if self._told != news or not 0.0 <= tick.time - self._told_at < REPEAT_PERIOD:
             self._told, self._told_at = news, tick.time
             self._referee(state.body)
 

@@ -19,7 +19,7 @@ from vrg.localisation.ssl.packets import Seen, read_tracker, read_vision
 from vrg.localisation.ssl.settings import SslSettings
 from vrg.types import Pose
 
-_SILENT: Final = 3.0
+_SILENCE: Final = 3.0
 """The time in s without a packet after which that is told."""
 _OTHER: Final = 2.0
 """The time in s for which a camera must be silent before one of the same number of another sender is listened to."""
@@ -74,7 +74,7 @@ class SslSource(RealSource):
         if packets or self._heard is None:
             self._heard = now
         silence = now - self._heard
-        self.tell(self._nothing(silence) if silence > _SILENT else None)
+        self.tell(self._nothing(silence) if silence > _SILENCE else None)
         for packet in packets:
             seen = self._read(packet)
             if seen is None or not self._listens_to(packet, seen):

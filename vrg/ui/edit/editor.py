@@ -14,7 +14,7 @@ from vrg.ui.edit import checking
 from vrg.ui.edit.checking import CheckResult, problem_text
 from vrg.ui.edit.choices import Choices
 from vrg.ui.edit.draft import COLUMNS, SETTINGS, Draft
-from vrg.ui.edit.placing import MOST, with_count
+from vrg.ui.edit.placing import MAX_PLAYERS, with_count
 from vrg.ui.edit.requests import (
     Check,
     Count,
@@ -186,7 +186,7 @@ class Editor:
         ]
         maps = self._tools.choices(self._base).of(self.draft, "map")
         start = {"games": games(), "maps": maps, "recent": listed, "first": DEFAULT_GAME}
-        return {"start": start, "begins": self._begins, "colours": colours(), "most": MOST}
+        return {"start": start, "begins": self._begins, "colours": colours(), "most": MAX_PLAYERS}
 
     def _do(self, request: Request) -> str | _Ask | None:
         if isinstance(request, Open | Watch | Leave) and self.changed and not request.sure:
@@ -227,8 +227,8 @@ class Editor:
             case Place(player=player, x=x, y=y, heading=heading):
                 draft, last = draft.place(player, Pose(x, y, heading)), str(player)
             case Count(players=count):
-                if not 1 <= count <= MOST:
-                    return f"expected a number of players from 1 to {MOST}, got {count}"
+                if not 1 <= count <= MAX_PLAYERS:
+                    return f"expected a number of players from 1 to {MAX_PLAYERS}, got {count}"
                 draft = with_count(draft, count, self.verdict)
             case Remove(players=players):
                 if len(set(players)) >= len(draft.players):

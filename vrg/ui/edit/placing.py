@@ -17,7 +17,7 @@ STEP = 0.5
 """The distance in m between two places that are tried."""
 GAP = 0.05
 """The distance in m between outlines that is enough where there is less room."""
-MOST = 64
+MAX_PLAYERS = 64
 """The number of players that can be asked for."""
 UNKNOWN_SIZE = (0.5, 0.5)
 """The length and width in m of a robot whose model is not known."""
@@ -31,7 +31,7 @@ def robot_size(model: str) -> Vector:
 
 def with_count(draft: Draft, count: int, ground: CheckResult) -> Draft:
     """Return the draft with so many players, at least 1: the last ones go, or new ones come."""
-    count = min(max(1, count), MOST)
+    count = min(max(1, count), MAX_PLAYERS)
     while len(draft.players) > count:
         draft = fewer(draft)
     while len(draft.players) < count:

@@ -9,7 +9,7 @@ from vrg.ui.hud import words
 from vrg.ui.typed import Typed
 
 SIGNS: Final = frozenset("0123456789+-.")
-LONGEST: Final = 9
+FIELD_LENGTH: Final = 9
 """The number of characters in a field."""
 
 
@@ -44,7 +44,7 @@ class Form:
             return None
         if sign not in SIGNS:
             return words.NOT_A_SIGN.format(field=words.FIELDS[self.focus][0], got=sign)
-        self._take(Typed(self.texts[self.focus], self._fresh).type(sign, LONGEST))
+        self._take(Typed(self.texts[self.focus], self._fresh).type(sign, FIELD_LENGTH))
         return None
 
     def erase(self) -> None:

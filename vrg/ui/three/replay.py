@@ -10,7 +10,7 @@ from vrg.ui.timeline import Timeline
 
 FRAME: Final = 1 / 30
 """The real time in s between two frames."""
-LONGEST: Final = 0.25
+MAX_FRAME_TIME: Final = 0.25
 """s of real time that a frame counts for at most, so that the match does not jump after the computer has slept."""
 _HELD: Final = 0.6
 """s of real time in which the bar stays where it was moved by a person."""
@@ -47,7 +47,7 @@ class ThreeReplay:
             before, shown = time.monotonic(), -1.0
             while not wait(FRAME):
                 now = time.monotonic()
-                seconds, before = min(now - before, LONGEST), now
+                seconds, before = min(now - before, MAX_FRAME_TIME), now
                 if not self._theatre.watched:
                     continue
                 self.playback = self.playback.advance(seconds)

@@ -9,9 +9,9 @@ from vrg.ui.web.details import words
 from vrg.ui.web.details.insight import Insight
 from vrg.ui.web.details.tables import Cell, Grid, GridRow, Tone
 
-SILENT: Final = 1.0
+SILENCE: Final = 1.0
 """The real time in s after which a stream that was regular counts as silent."""
-FADING: Final = 5.0
+SILENCE_FACTOR: Final = 5.0
 """A stream counts as silent after so many times the longest time that there was between two of its messages."""
 SHARED: Final = tuple(
     line.path for line in (Keys.official, Keys.estop, Keys.estop_release, Keys.seat_request, Keys.seat_answer)
@@ -29,9 +29,9 @@ def health(stream: Stream) -> Tone:
     if stream.bad or stream.misrouted or (stream.lately and not has_several_senders(stream.key)):
         return Tone.ALARM
     events = any(key_matches(expression, stream.key) for expression in EVENTS)
-    regular = 0.0 < stream.longest < SILENT and not events
+    regular = 0.0 < stream.longest < SILENCE and not events
     if (stream.lost and not has_several_senders(stream.key)) or (
-        regular and stream.age > max(SILENT, FADING * stream.longest)
+        regular and stream.age > max(SILENCE, SILENCE_FACTOR * stream.longest)
     ):
         return Tone.CAUTION
     return Tone.PLAIN
