@@ -120,7 +120,7 @@ def test_names_become_such_as_are_safe_in_paths_and_pages(tmp_path: Path) -> Non
 
 
 def test_all_entries_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(entries, "TOGETHER", 2500)
+    monkeypatch.setattr(entries, "ENTRY_SIZE", 2500)
     for name in ("ann", "bob", "cid"):
         with (tmp_path / f"{name}.py").open("wb") as file:
             file.truncate(1000)

@@ -41,8 +41,8 @@ class Fake:
 
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(capture, "SILENT", 0.3)
-    monkeypatch.setattr(capture, "_AGAIN", 0.05)
+    monkeypatch.setattr(capture, "SILENCE", 0.3)
+    monkeypatch.setattr(capture, "_RETRY_PERIOD", 0.05)
 
 
 def test_only_the_newest_picture_is_handed_over_and_only_once() -> None:

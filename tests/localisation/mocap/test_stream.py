@@ -25,7 +25,7 @@ MOCK = Request(
 
 @pytest.fixture
 def make(monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
-    monkeypatch.setattr(module, "_AGAIN", 0.05)
+    monkeypatch.setattr(module, "_RETRY_PERIOD", 0.05)
     made: list[Stream] = []
 
     def begun(*values: object) -> Stream:
@@ -123,7 +123,7 @@ def test_a_system_that_is_not_there_holds_nothing_up(make: Make) -> None:
 
 
 def test_a_system_that_sees_no_body_is_told_of(make: Make, server: Server, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "SILENT", 0.3)
+    monkeypatch.setattr(module, "SILENCE", 0.3)
     stream = make(natnet(server))
     assert newest(stream).bodies == []
     until(stream, "localhost has shown no rigid body for")
