@@ -14,10 +14,10 @@ from vrg.bus import messages as m
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.configuration import MAX_MESSAGE_SIZE, client_settings
 from vrg.bus.flood import MAX_MESSAGE_RATE
-from vrg.bus.link import EVENTS_KEPT, _undeclare
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick, due_index
 from vrg.bus.process import claim, run_node, run_world
+from vrg.bus.router_link import EVENTS_KEPT, _undeclare
 from vrg.bus.session import Session, configuration, open_router, open_session
 from vrg.bus.topics import Qos, Topic
 from vrg.commands.official import Conversation

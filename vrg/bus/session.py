@@ -21,9 +21,9 @@ from vrg.bus.arrivals import Arrivals, Arrive
 from vrg.bus.codec import encode
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
 from vrg.bus.credentials import Credentials
-from vrg.bus.link import RouterLink, brief, kept_events, subscription
 from vrg.bus.mailbox import Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
+from vrg.bus.router_link import RouterLink, brief, kept_events, subscription
 from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Qos, Topic, router_alive
 from vrg.bus.transport import OnArrival

@@ -1,7 +1,7 @@
 """The transport of one simulated process, and the fate of its link to the router.
 
 What arrives is kept by `vrg.bus.arrivals`, as in a real session, and what was missed while the link was lost is
-published and asked for once more, as by `vrg.bus.link`.
+published and asked for once more, as by `vrg.bus.router_link`.
 """
 
 import math
@@ -13,8 +13,8 @@ from typing import Final
 from vrg.bus.arrivals import Arrivals, Arrive
 from vrg.bus.codec import encode
 from vrg.bus.configuration import LEASE_MS
-from vrg.bus.link import CLOCK_CHECK_PERIOD, DOUBTFUL, EVENT_LIFESPAN, EVENTS_KEPT, RETRY
 from vrg.bus.mailbox import Mailbox, Origin, Outgoing
+from vrg.bus.router_link import CLOCK_CHECK_PERIOD, DOUBTFUL, EVENT_LIFESPAN, EVENTS_KEPT, RETRY
 from vrg.bus.topics import Qos, key_matches
 from vrg.bus.transport import OnArrival
 from vrg.faults.machine import Machine

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from vrg.agents.player import Player
 from vrg.agents.strategy import Strategy
-from vrg.bus.links import link_of
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.radio import Radio
+from vrg.bus.radio_model import link_of
 from vrg.config.setup import MatchSetup, radio_seed
 from vrg.errors import ConfigError, StrategyError
 from vrg.hal.backends import MatchContext, open_driver
