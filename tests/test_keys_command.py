@@ -9,8 +9,6 @@ import pytest
 from click.testing import Result
 
 from tests.command_line import invoke
-from vrg.bus.access import rules
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration
 from vrg.commands import node
 from vrg.commands.keys import seat_of
@@ -18,6 +16,8 @@ from vrg.commands.page import encrypted, open_page, reached_at
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.games import GAMES
+from vrg.seats.access import rules
+from vrg.seats.seat import Seat, SeatKind
 from vrg.ui.web.admission import Admission, admission
 
 GAME = "sharks-and-minnows"

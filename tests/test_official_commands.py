@@ -14,7 +14,6 @@ from tests.command_line import invoke
 from tests.ui import synthetic
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.session import open_router, open_session
 from vrg.bus.topics import Keys
 from vrg.commands import estop as stopping
@@ -24,6 +23,7 @@ from vrg.errors import BusError, ConfigError, CredentialsError
 from vrg.launch.endpoints import free_endpoint
 from vrg.launch.running import RunningMatch, registered
 from vrg.seats.folder import KeysFolder
+from vrg.seats.seat import Roster, Seat, SeatKind
 
 
 @pytest.fixture

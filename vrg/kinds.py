@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from vrg.bus.seats import NAMED, Seat, SeatKind
 from vrg.registry import Registry
+from vrg.seats.seat import NAMED, Seat, SeatKind
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,6 @@ os.environ["SDL_VIDEODRIVER"] = "dummy"
 
 
 from vrg.bus.lockstep import Lockstep
-from vrg.bus.seats import Seat, SeatKind
 from vrg.config.files import HERE
 from vrg.config.loading import load_match, match_path
 from vrg.games.hud.helm import Wish
@@ -24,6 +23,7 @@ from vrg.launch.nodes.windows import hud_node
 from vrg.launch.nodes.world import world_node
 from vrg.launch.specs import seats_at, specs, window_of
 from vrg.runs.run_folder import RunFolder
+from vrg.seats.seat import Seat, SeatKind
 from vrg.types import Pose
 from vrg.ui.hud.node import Hud
 

@@ -11,11 +11,9 @@ import pytest
 
 from tests.playing import matches
 from tests.playing.matches import calls_of
-from vrg.bus.access import hears
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Stage
 from vrg.bus.node import Node, Tick
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.topics import Keys, Topic
 from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
@@ -29,6 +27,8 @@ from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS
 from vrg.playing.in_process import Ending
 from vrg.runs.run_folder import RunFolder
+from vrg.seats.access import hears
+from vrg.seats.seat import Roster, Seat, SeatKind
 
 TOO_NEAR = 0.35
 """The distance in m to an intruder in play at which a place in a message would tell where it is."""

@@ -8,9 +8,9 @@ from cryptography.x509.oid import ExtendedKeyUsageOID
 from hypothesis import given, settings
 
 from tests.naming import names
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.errors import ConfigError
 from vrg.seats.authority import AUTHORITY_LASTS, SLACK, KeyPair, is_of, make_authority, make_seat, validity
+from vrg.seats.seat import Roster, Seat, SeatKind
 
 NOW = datetime(2026, 3, 1, 12, tzinfo=UTC)
 LASTS = timedelta(days=30)

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from vrg.bus.credentials import find_credentials
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.errors import ConfigError, CredentialsError
 from vrg.launch.folder_lock import KEYS_LOCK
 from vrg.launch.match_keys import check_keys, keys_for
+from vrg.seats.credentials import find_credentials
 from vrg.seats.folder import LOCAL_HOSTS, KeysFolder
+from vrg.seats.seat import Roster, Seat, SeatKind
 
 ROSTER = Roster("final", {"ann": "red", "Łukasz": "blue"})
 ANN, LUKASZ, ROUTER = Seat(SeatKind.PLAYER, "ann"), Seat(SeatKind.PLAYER, "Łukasz"), Seat(SeatKind.ROUTER)

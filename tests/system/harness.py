@@ -22,9 +22,7 @@ import zenoh
 from tests.system.observer import Observer
 from tests.vcan import UDP
 from vrg.bus.configuration import client_settings
-from vrg.bus.credentials import find_credentials
 from vrg.bus.messages import Stage
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration, open_session
 from vrg.bus.topics import Keys
 from vrg.hal.can.link import Link
@@ -33,6 +31,8 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch
 from vrg.launch.child import job_of
 from vrg.runs.run_folder import RunFolder
+from vrg.seats.credentials import find_credentials
+from vrg.seats.seat import Seat, SeatKind
 
 FRESH_FOR = 90.0
 """s of play after which a shared match is too near its end for another test."""

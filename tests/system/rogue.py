@@ -19,8 +19,8 @@ import zenoh
 import zenoh.ext
 
 from vrg.bus.configuration import client_settings
-from vrg.bus.credentials import Credentials
 from vrg.bus.session import configuration
+from vrg.seats.credentials import Credentials
 
 ROUNDS, PAUSE, LONGEST = 20, 0.05, 400
 

@@ -17,14 +17,14 @@ from tests.system.harness import DEADLINE, PLAYERS, Match, long_match, patient, 
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
 from vrg.bus.configuration import client_settings
-from vrg.bus.credentials import Credentials, find_credentials
 from vrg.bus.messages import Message
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import configuration, open_session
 from vrg.config.loading import load_match
 from vrg.errors import BusError
 from vrg.recording.reader import read_tracks
+from vrg.seats.credentials import Credentials, find_credentials
 from vrg.seats.folder import KeysFolder
+from vrg.seats.seat import Seat, SeatKind
 from vrg.types import STILL, Pose, Twist
 
 pytestmark = pytest.mark.system

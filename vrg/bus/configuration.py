@@ -4,8 +4,8 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
-from vrg.bus.credentials import Credentials
 from vrg.errors import BusError
+from vrg.seats.credentials import Credentials
 
 LEASE_MS = 1000
 """The time in ms after which a frozen process is noticed. The default of zenoh is ten times as long."""
@@ -42,7 +42,7 @@ def router_settings(
 
     Args:
         credentials: those of the seat `router`; None lets everybody in.
-        access: who may do what, as `vrg.bus.access.rules` makes it; None lets everybody do everything.
+        access: who may do what, as `vrg.seats.access.rules` makes it; None lets everybody do everything.
         upstream: the endpoint of another router to be linked with.
     """
     others = [] if upstream is None else [upstream]

@@ -20,7 +20,6 @@ import zenoh
 from vrg.bus.arrivals import Arrivals, Arrive
 from vrg.bus.codec import encode
 from vrg.bus.configuration import check_endpoint, client_settings, router_settings
-from vrg.bus.credentials import Credentials
 from vrg.bus.mailbox import Mailbox, Numbers, Origin, Outgoing
 from vrg.bus.messages import Message
 from vrg.bus.router_link import RouterLink, brief, kept_events, subscription
@@ -28,6 +27,7 @@ from vrg.bus.stopping import StopSignal
 from vrg.bus.topics import Qos, Topic, router_alive
 from vrg.bus.transport import OnArrival
 from vrg.errors import BusError, CredentialsError, MessageError, MisroutedError
+from vrg.seats.credentials import Credentials
 
 log = logging.getLogger(__name__)
 
@@ -97,7 +97,7 @@ def _check_handshake(endpoint: str, credentials: Credentials) -> None:
     Raises:
         CredentialsError: it is there, but it and this seat do not accept each other.
     """
-    from vrg.bus.handshake import refusal  # noqa: PLC0415 - the library of encryption is loaded only in this case
+    from vrg.seats.handshake import refusal  # noqa: PLC0415 - the library of encryption is loaded only in this case
 
     refused = refusal(endpoint, credentials)
     if refused is not None:
@@ -384,7 +384,7 @@ def open_router(
         upstream: the endpoint of another router. The two are linked, and linked again whenever the link was lost, so
             that the clients of both hear one another.
         credentials: those of the seat `router`; None lets everybody in.
-        access: who may do what, as `vrg.bus.access.rules` makes it; None lets everybody do everything.
+        access: who may do what, as `vrg.seats.access.rules` makes it; None lets everybody do everything.
 
     Raises:
         BusError: the endpoint is taken or cannot be listened on.
@@ -394,7 +394,7 @@ def open_router(
         try:
             listeners, open_entrance = [endpoint], None
             if credentials is not None:
-                from vrg.bus.entrance import doors, entrance  # noqa: PLC0415 - only routers load asyncio
+                from vrg.seats.entrance import doors, entrance  # noqa: PLC0415 - only routers load asyncio
 
                 listeners = doors()
                 open_entrance = stack.enter_context(entrance(endpoint, listeners))

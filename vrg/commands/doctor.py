@@ -17,7 +17,6 @@ from packaging.requirements import Requirement
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import PULSE_PERIOD
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import DEFAULT_ENDPOINT, open_router, open_session
 from vrg.bus.topics import Keys
 from vrg.commands.matches import credentials_for
@@ -28,6 +27,7 @@ from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
 from vrg.launch.running import running
 from vrg.modules import silent_errors
+from vrg.seats.seat import Seat, SeatKind
 
 
 def _python() -> Finding:

@@ -6,10 +6,8 @@ from typing import Annotated
 
 import typer
 
-from vrg.bus.credentials import Credentials, find_credentials_of
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import REASON_LENGTH, Estop, EstopRelease, shortened
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.topics import Keys
 from vrg.commands.groups import DecisionOptions
@@ -17,6 +15,8 @@ from vrg.commands.matches import credentials_for, keys_of, own_match, which_matc
 from vrg.commands.official import ANSWER_TIMEOUT, Conversation, me, sender
 from vrg.errors import BusError
 from vrg.launch import running
+from vrg.seats.credentials import Credentials, find_credentials_of
+from vrg.seats.seat import Seat, SeatKind
 
 STOPPING = sorted(
     {party.kind for party in Keys.estop.speakers} & {party.kind for party in Keys.referee_state.listeners},

@@ -10,12 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vrg.bus.access import rules as access_rules
 from vrg.bus.configuration import check_endpoint, router_settings
-from vrg.bus.credentials import find_credentials
 from vrg.bus.hosts import check_host, is_host
 from vrg.bus.names import check_name, name_of
-from vrg.bus.seats import NAMED, Seat, SeatKind
 from vrg.commands.groups import CommandGroup
 from vrg.commands.options import (
     GameArgument,
@@ -31,6 +28,9 @@ from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError
 from vrg.files import write_whole
 from vrg.kinds import ROUTER
+from vrg.seats.access import rules as access_rules
+from vrg.seats.credentials import find_credentials
+from vrg.seats.seat import NAMED, Seat, SeatKind
 
 if TYPE_CHECKING:
     from vrg.seats.folder import SeatKeys

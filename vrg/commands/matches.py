@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from vrg.bus.credentials import Credentials, find_credentials
-from vrg.bus.seats import Seat
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
@@ -21,6 +19,8 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import Kind
 from vrg.launch import running
 from vrg.registry import did_you_mean
+from vrg.seats.credentials import Credentials, find_credentials
+from vrg.seats.seat import Seat
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup

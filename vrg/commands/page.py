@@ -15,9 +15,7 @@ import psutil
 import typer
 from rich.console import Console
 
-from vrg.bus.credentials import is_official
 from vrg.bus.hosts import netloc
-from vrg.bus.seats import Seat, SeatKind
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import (
@@ -35,7 +33,9 @@ from vrg.kinds import FOXGLOVE, WEB
 from vrg.launch.first_state import first_state
 from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
+from vrg.seats.credentials import is_official
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
+from vrg.seats.seat import Seat, SeatKind
 from vrg.ui.web.admission import DEFAULT_PORT, OFFICIAL, Admission, VisitorKind, admission, read_admission, tls_context
 
 if TYPE_CHECKING:

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
-from vrg.bus.credentials import is_official
 from vrg.bus.session import DEFAULT_ENDPOINT
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, credentials_for
 from vrg.commands.options import listening_address
 from vrg.errors import ConfigError
 from vrg.kinds import ROS
+from vrg.seats.credentials import is_official
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup

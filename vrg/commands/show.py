@@ -10,7 +10,6 @@ import typer
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.process import run_node
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.topics import Keys
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, connected, setup_named, which_match
@@ -26,6 +25,7 @@ from vrg.commands.options import (
 from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
 from vrg.kinds import COMMANDER, HUD, SPECTATOR
 from vrg.launch.running import gone
+from vrg.seats.seat import Seat, SeatKind
 
 AT: Final = "ADDRESS:PORT"
 TeamOption = Annotated[

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Self
 import msgspec
 from msgspec import structs
 
-from vrg.bus.seats import Roster
 from vrg.bus.topics import Keys
 from vrg.config.files import HERE, Machine, MatchFile, PlayerEntry
 from vrg.errors import ConfigError, FileError, LaunchError
@@ -27,6 +26,7 @@ from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.modules import module_in
 from vrg.regions import Region
 from vrg.registry import did_you_mean
+from vrg.seats.seat import Roster
 from vrg.system import POSIX
 
 if TYPE_CHECKING:

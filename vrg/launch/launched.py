@@ -7,7 +7,6 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from vrg.bus.credentials import Credentials, find_credentials
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import (
     REASON_LENGTH,
@@ -21,7 +20,6 @@ from vrg.bus.messages import (
 )
 from vrg.bus.node import sender_of
 from vrg.bus.process import PULSE_PERIOD
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
@@ -35,6 +33,8 @@ from vrg.launch.running import RunningMatch, registered
 from vrg.launch.vacancies import LAUNCHER, Vacancies
 from vrg.runs.events import EventKind
 from vrg.runs.run_folder import RunFolder
+from vrg.seats.credentials import Credentials, find_credentials
+from vrg.seats.seat import Seat, SeatKind
 from vrg.types import few
 
 LINGER = 1.0

@@ -7,11 +7,11 @@ from contextlib import contextmanager
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from vrg.bus.seats import Roster, Seat
 from vrg.errors import ConfigError
 from vrg.launch.folder_lock import delete_abandoned_keys, keys_lock
 from vrg.seats.authority import authority_name
 from vrg.seats.folder import LOCAL_HOSTS, KeysFolder
+from vrg.seats.seat import Roster, Seat
 
 _PREFIX = "vrg-keys-"
 _LASTS = timedelta(days=2)

@@ -13,12 +13,10 @@ from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 
-from vrg.bus.credentials import find_credentials
 from vrg.bus.hosts import host_of, port_of
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import RefereeState
 from vrg.bus.process import run_node
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import DEFAULT_ENDPOINT, Session, open_session
 from vrg.bus.stopping import Stop
 from vrg.config.files import HERE
@@ -36,6 +34,8 @@ from vrg.launch.supervisor import Supervisor
 from vrg.launch.vacancies import LAUNCHER
 from vrg.runs.events import EventLog
 from vrg.runs.run_folder import RunFolder
+from vrg.seats.credentials import find_credentials
+from vrg.seats.seat import Seat, SeatKind
 from vrg.types import printable
 from vrg.ui.table import TerminalTable
 from vrg.ui.web.admission import Admission

@@ -14,8 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vrg.blame import tell_of_refusals
-from vrg.bus.access import rules
-from vrg.bus.credentials import Credentials, find_credentials, is_official
 from vrg.bus.process import Statistics, run_node
 from vrg.bus.refusals import refusals_logged
 from vrg.bus.session import Session, open_router, open_session
@@ -27,6 +25,8 @@ from vrg.kinds import ROUTER, Kind
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
 from vrg.registry import load_object
 from vrg.runs.run_folder import RunFolder
+from vrg.seats.access import rules
+from vrg.seats.credentials import Credentials, find_credentials, is_official
 from vrg.system import POSIX, bound_processor_time
 
 if TYPE_CHECKING:

@@ -5,13 +5,13 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from vrg.bus.seats import Seat
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
 from vrg.kinds import BY_PROCESS, HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
+from vrg.seats.seat import Seat
 
 if TYPE_CHECKING:
     from vrg.ui.web.admission import Admission

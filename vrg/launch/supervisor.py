@@ -6,7 +6,6 @@ from pathlib import Path
 
 from msgspec import structs
 
-from vrg.bus.credentials import Credentials
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import ProcessStatus
 from vrg.bus.session import Session, open_session
@@ -20,6 +19,7 @@ from vrg.launch.greed import Greed
 from vrg.launch.managed import DUMP, HANDOVER, STOP_TIMEOUT, ManagedProcess, ProcessSpec
 from vrg.launch.pulses import Pulses
 from vrg.runs.events import EventKind, NoNotes, Notes
+from vrg.seats.credentials import Credentials
 
 CUT_OFF = 1.0
 """The real time in s without a connection to the router after which the router is taken to hang."""

@@ -1,1 +1,1 @@
-"""The keys of a match's seats: certificates, the files that they are kept in, and whom they belong to."""
+"""The seats of a match: who has one, what it may publish and hear, its certificates, and how a router lets it in."""

@@ -17,8 +17,8 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from vrg.bus.hosts import check_host
-from vrg.bus.seats import LONGEST_COMMON_NAME, Seat, SeatKind
 from vrg.errors import ConfigError
+from vrg.seats.seat import LONGEST_COMMON_NAME, Seat, SeatKind
 
 SLACK = timedelta(days=1)
 """The time that the wall clocks of two machines may differ: a certificate counts from so long before it was made."""

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from vrg.bus.credentials import AUTHORITY, CERTIFICATE, PRIVATE_KEY, Credentials
-from vrg.bus.seats import Seat, SeatKind
 from vrg.errors import ConfigError
 from vrg.files import read_bytes, write_whole
 from vrg.seats.authority import KeyPair, Validity, authority_name, is_of, make_authority, make_seat, validity
+from vrg.seats.credentials import AUTHORITY, CERTIFICATE, PRIVATE_KEY, Credentials
+from vrg.seats.seat import Seat, SeatKind
 
 LASTS = timedelta(days=30)
 """The validity of the keys of a seat, unless something else is asked for."""

@@ -26,15 +26,15 @@ from tests.ui.hud.making import (
 )
 from tests.ui.virtual_pad import VirtualPad
 from vrg.bus import messages as m
-from vrg.bus.access import hears, lines, speaks
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.topics import key_matches
 from vrg.colours import Rgb
 from vrg.games.hud.helm import Goal, Wish
+from vrg.seats.access import hears, lines, speaks
+from vrg.seats.seat import Roster, Seat, SeatKind
 from vrg.types import Pose, Twist
 from vrg.ui import palette
 from vrg.ui.acts import Act

@@ -12,9 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vrg import __version__
-from vrg.bus.credentials import Credentials, find_credentials, keep_key
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import open_session
 from vrg.bus.stopping import StopSignal
 from vrg.config.loading import load_match
@@ -34,6 +32,8 @@ from vrg.launch.supervisor import Supervisor
 from vrg.launch.vacancies import LAUNCHER
 from vrg.runs.events import EventKind
 from vrg.runs.run_folder import RunFolder, delete
+from vrg.seats.credentials import Credentials, find_credentials, keep_key
+from vrg.seats.seat import Seat, SeatKind
 
 log = logging.getLogger(__name__)
 

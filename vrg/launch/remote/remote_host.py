@@ -12,9 +12,7 @@ from pathlib import Path
 from msgspec import structs
 
 from vrg import __version__
-from vrg.bus.credentials import find_credentials
 from vrg.bus.messages import ProcessState, ProcessStatus
-from vrg.bus.seats import Seat, SeatKind
 from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
@@ -31,6 +29,8 @@ from vrg.launch.specs import seats_at, specs
 from vrg.runs.events import EventKind, Notes
 from vrg.runs.keeping import files_of_strategy
 from vrg.runs.run_folder import RunFolder
+from vrg.seats.credentials import find_credentials
+from vrg.seats.seat import Seat, SeatKind
 
 AGENT_TIMEOUT = 3.0
 """The time in s without a word from an agent, which speaks twice a second, after which play is halted. The referee

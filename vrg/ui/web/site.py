@@ -15,8 +15,8 @@ from aiohttp.http import HttpProcessingError
 from aiohttp.web import RequestPayloadError
 
 from vrg.bus.mailbox import is_power_of_ten
-from vrg.bus.waiting_room import WaitingRoom
 from vrg.errors import LaunchError
+from vrg.seats.waiting_room import WaitingRoom
 from vrg.ui.web.admission import tls_context
 from vrg.ui.web.headers import PAGE_HEADERS, foreign
 

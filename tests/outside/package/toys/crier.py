@@ -2,10 +2,10 @@
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick
-from vrg.bus.seats import SeatKind
 from vrg.bus.topics import Keys
 from vrg.kinds import Kind
 from vrg.launch.context import Made, NodeContext
+from vrg.seats.seat import SeatKind
 
 
 class Crier(Node):

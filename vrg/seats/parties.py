@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from vrg.bus.seats import SeatKind
+from vrg.seats.seat import SeatKind
 
 
 @dataclass(frozen=True)

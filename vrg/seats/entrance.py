@@ -21,7 +21,7 @@ from contextlib import ExitStack, contextmanager
 from itertools import cycle
 
 from vrg.bus.hosts import host_of, port_of
-from vrg.bus.waiting_room import WaitingRoom
+from vrg.seats.waiting_room import WaitingRoom
 from vrg.system import POSIX
 
 if POSIX:

@@ -17,9 +17,9 @@ from itertools import product
 from typing import Any
 
 from vrg.bus.names import chunk_of
-from vrg.bus.parties import EVERYBODY, Party
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.topics import ALIVE, READINGS, ROUTERS_ALIVE, Keys, Qos, TopicLine
+from vrg.seats.parties import EVERYBODY, Party
+from vrg.seats.seat import Roster, Seat, SeatKind
 
 NODE_OF_SEAT: dict[SeatKind, tuple[str, str]] = {
     SeatKind.WORLD: ("world", "world"),

@@ -9,13 +9,13 @@ import pytest
 
 from tests.bus.bench import free
 from vrg.bus.configuration import client_settings, router_settings
-from vrg.bus.credentials import Credentials, find_credentials
-from vrg.bus.handshake import refusal
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.session import open_router, open_session
 from vrg.errors import BusError, CredentialsError
 from vrg.seats.authority import SLACK
+from vrg.seats.credentials import Credentials, find_credentials
 from vrg.seats.folder import KeysFolder
+from vrg.seats.handshake import refusal
+from vrg.seats.seat import Roster, Seat, SeatKind
 
 ROSTER = Roster("final", {"ann": "red"})
 ANN, ROUTER = Seat(SeatKind.PLAYER, "ann"), Seat(SeatKind.ROUTER)

@@ -14,14 +14,14 @@ from pathlib import Path
 import pytest
 
 from tests.bus.bench import free
-from vrg.bus import entrance as subject
-from vrg.bus.credentials import find_credentials
-from vrg.bus.entrance import _Hall, begins_handshake, entrance
 from vrg.bus.hosts import host_of, port_of
-from vrg.bus.seats import Roster, Seat, SeatKind
 from vrg.bus.session import open_router, open_session
 from vrg.bus.stopping import stop_on_signals
+from vrg.seats import entrance as subject
+from vrg.seats.credentials import find_credentials
+from vrg.seats.entrance import _Hall, begins_handshake, entrance
 from vrg.seats.folder import KeysFolder
+from vrg.seats.seat import Roster, Seat, SeatKind
 
 ANN, ROUTER = Seat(SeatKind.PLAYER, "ann"), Seat(SeatKind.ROUTER)
 DEADLINE = 10.0

@@ -3,7 +3,7 @@
 import socket
 import ssl
 
-from vrg.bus.credentials import Credentials
+from vrg.seats.credentials import Credentials
 
 _STEP_TIMEOUT = 2.0
 """The real time in s for each step of the handshake."""

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from vrg.bus.seats import Seat, SeatKind
 from vrg.errors import CredentialsError
 from vrg.files import write_whole
+from vrg.seats.seat import Seat, SeatKind
 
 CERTIFICATE, PRIVATE_KEY, AUTHORITY = "seat.crt", "seat.key", "ca.crt"
 """The names of the files in the folder of a seat."""
