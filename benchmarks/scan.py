@@ -15,7 +15,7 @@ from cast in mm over all scans but for beams that graze a corner: the 1 % of lar
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import TypeVar
 
 import numpy as np
@@ -27,7 +27,7 @@ from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.sonar import SonarSpec
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.hal.sim.engines.engine import Floats
+from vrg.hal.sim.engines.engine import Floats, Start
 from vrg.hal.sim.engines.pybullet import BulletEngine
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.sensors.base import Instant, Mounted, Surroundings
@@ -65,17 +65,16 @@ class Scene:
         sizes = np.full((ROBOTS, 2), (self.model.length, self.model.width))
         self.segments = np.concatenate((self.map.edges, box_edges(np.hstack((self.poses, sizes)))))
         self.edges = Edges(self.segments)
-        self.lasers = LaserSimulation(Surroundings(self.map, seed, noise=True))
-        self.sonars = SonarSimulation(Surroundings(self.map, seed, noise=True))
-        self.cameras = CameraSimulation(Surroundings(self.map, seed, noise=True))
-        self.engine = BulletEngine(self.map)
-        for name, pose in zip(self.names, self.poses.tolist(), strict=True):
-            self.engine.add(name, self.model, Pose(*pose))
+        starts = zip(self.names, self.poses.tolist(), strict=True)
+        self.engine = BulletEngine(self.map, [Start(name, self.model, Pose(*pose)) for name, pose in starts])
         self._tick = 0
-        mounted = [Mounted(row, name, self.model, self.mount) for row, name in enumerate(self.names)]
-        self.lasers.resize(mounted, self._instant())
-        self.sonars.resize([replace(m, spec=self._spec(SonarSpec)) for m in mounted], self._instant())
-        self.cameras.resize([replace(m, spec=self._spec(CameraSpec)) for m in mounted], self._instant())
+        around, now = Surroundings(self.map, seed, noise=True), self._instant()
+        self.lasers = LaserSimulation(around, self._mounted(LaserSpec), now)
+        self.sonars = SonarSimulation(around, self._mounted(SonarSpec), now)
+        self.cameras = CameraSimulation(around, self._mounted(CameraSpec), now)
+
+    def _mounted(self, kind: type[P]) -> list[Mounted[P]]:
+        return [Mounted(row, name, self.model, self._spec(kind)) for row, name in enumerate(self.names)]
 
     def _spec(self, kind: type[P]) -> P:
         spec = self.model.sensor(kind)

@@ -39,6 +39,7 @@ from vrg.hal.device import Device
 from vrg.hal.estop import EstopOrders
 from vrg.hal.gate import RefereeGate
 from vrg.hal.sim import safety
+from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.driver import SimDriver
 from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
@@ -155,12 +156,9 @@ def _standing(**change: object) -> property:
     return property(planted)
 
 
-def _same_epoch(restore: Callable[[World, WorldSnapshot], None]) -> Callable[[World, WorldSnapshot], None]:
-    def planted(self: World, snapshot: WorldSnapshot) -> None:
-        restore(self, snapshot)
-        self.epoch -= 1
-
-    return planted
+def _same_epoch(self: World, config: WorldConfig, snapshot: WorldSnapshot | None = None) -> None:
+    BUILD(self, config, snapshot)
+    self.epoch = 0
 
 
 def _keeping_back(announce: Callable[[Coordinator], None]) -> Callable[[Coordinator], None]:
@@ -200,7 +198,7 @@ def _for_ever(self: Device, now: float) -> Twist | None:
 
 BY_HAND = Device.manual_twist
 GATE, REASON, DRIVE = RefereeGate.hear, Player._reason_to_stand, Player.drive
-HEAR, INITIALISE = Pacer.hear, EmulatedDrive.__init__
+HEAR, INITIALISE, BUILD = Pacer.hear, EmulatedDrive.__init__, World.__init__
 TIMEOUT = "REFEREE_TIMEOUT"
 PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
     "journal: a full disk goes unnoticed": (4, [(SimulatedJournal, "_put", _ignoring_full)]),
@@ -229,7 +227,7 @@ PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
         [Fault(FaultKind.KILL, WORLD, 2.5, 0.1)],
         [(Coordinator, "_hear_world", lambda _: Effects())],
     ),
-    "world: a restart is no new epoch": (9, [(World, "restore", _same_epoch(World.restore))]),
+    "world: a restart is no new epoch": (9, [(World, "__init__", _same_epoch)]),
     "everyone: an emergency stop is ignored": (
         3,
         [(EstopOrders, "take", lambda _: None), (EstopOrders, "_sound", lambda *_: None)],

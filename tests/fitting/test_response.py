@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from vrg.fitting.response import PARAMETERS, Response, Run, fit, followed
 from vrg.hal.models import robot_model
+from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose, Twist
@@ -67,15 +68,14 @@ def driven(own: Response, seconds: float, seed: int = 0, noise: float = 0.0002) 
 
 def test_the_response_of_the_model_is_that_of_the_simulation() -> None:
     model = robot_model("P2AT")
-    engine = PlanarEngine(load_map("open"))
-    engine.add("ann", model, Pose(0.0, 0.0, 0.0))
+    engine = PlanarEngine(load_map("open"), [Start("ann", model, Pose(0.0, 0.0, 0.0))])
     commands = commanded(20.0)
     ways = []
     for n in range(1000):
         if n % 5 == 0:
             engine.command("ann", Twist(commands[n // 5][1], 0.0))
         engine.step(0.02)
-        ways.append(engine.state("ann").pose.x)
+        ways.append(float(engine.poses[0, 0]))
     times = [0.02 * n for n in range(1001)]
     assert np.cumsum(followed(Response.of(model), Run(commands, times, ()))) == pytest.approx(ways, abs=0.03)
 

@@ -1,9 +1,10 @@
 """Helpers for tests of engines."""
 
 import math
+from dataclasses import dataclass
 from itertools import combinations
 
-from vrg.hal.sim.engines.engine import Engine
+from vrg.hal.sim.engines.engine import Engine, bumpers
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.types import STILL, Pose, Twist
 
@@ -33,7 +34,25 @@ def carry(engine: Engine, name: str, v: float, seconds: float) -> None:
         x, y, theta = engine.poses[engine.row(name)].tolist()
         engine.move(name, Pose(x + v * DT * math.cos(theta), y + v * DT * math.sin(theta), theta), Twist(v, 0.0))
         engine.step(DT)
-    engine.move(name, engine.state(name).pose, STILL)
+    engine.move(name, body_of(engine, name).pose, STILL)
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """The state of one robot's body: the angles are those that its axes have turned, rad, and there is one value of
+    touch for each bumper."""
+
+    pose: Pose
+    twist: Twist
+    angles: tuple[float, ...]
+    touch: tuple[bool, ...]
+
+
+def body_of(engine: Engine, name: str) -> Body:
+    row = engine.row(name)
+    touch = tuple(bool(engine.touch[row] >> n & 1) for n in range(bumpers(engine.models[row])))
+    pose, twist = Pose(*engine.poses[row].tolist()), Twist(*engine.velocities[row].tolist())
+    return Body(pose, twist, engine.angles_of(row), touch)
 
 
 def footprint(engine: Engine, row: int) -> Box:

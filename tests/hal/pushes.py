@@ -3,8 +3,10 @@
 import math
 from dataclasses import dataclass
 
+from tests.hal.engine_bench import body_of
 from vrg.hal.models import robot_model
 from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose, Twist
 
@@ -45,17 +47,18 @@ class Push:
         pusher, pushed, speed = robot_model(self.pusher), robot_model(self.pushed), STATES[self.state]
         if alone and not speed:
             return Pose(0.0, 0.0, HEADING)
-        engine = ENGINES.get(engine_name)(load_map("open"))
-        engine.add("pushed", pushed, Pose(0.0, 0.0, HEADING))
-        engine.command("pushed", None if speed is None else Twist(speed, 0.0))
+        robots = [Start("pushed", pushed, Pose(0.0, 0.0, HEADING))]
         if not alone:
             way = HEADING + math.radians(BEARINGS[self.side])
             off = _GAP + (math.hypot(*pusher.size) + math.hypot(*pushed.size)) / 2
-            engine.add("pusher", pusher, Pose(off * math.cos(way), off * math.sin(way), way + math.pi))
+            robots.append(Start("pusher", pusher, Pose(off * math.cos(way), off * math.sin(way), way + math.pi)))
+        engine = ENGINES.get(engine_name)(load_map("open"), robots)
+        engine.command("pushed", None if speed is None else Twist(speed, 0.0))
+        if not alone:
             engine.command("pusher", Twist(pusher.v_max, 0.0))
         for _ in range(round(seconds / TICK)):
             engine.step(TICK)
-        pose = engine.state("pushed").pose
+        pose = body_of(engine, "pushed").pose
         engine.close()
         return pose
 

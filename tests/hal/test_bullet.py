@@ -2,30 +2,39 @@
 
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
 from tests.hal.engine_bench import drive, forward, run
 from vrg.hal.models import MODELS, robot_model
+from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose
 
 pybullet = pytest.importorskip("pybullet")
 from vrg.hal.sim.engines.pybullet import BulletEngine  # noqa: E402 - only where there are wheels of it
 
+Make = Callable[[str], BulletEngine]
+
 
 @pytest.fixture
-def engine() -> Iterator[BulletEngine]:
-    """On open ground."""
-    engine = BulletEngine(load_map("open"))
-    yield engine
-    engine.close()
+def make() -> Iterator[Make]:
+    """A builder of engines on open ground with robot a of a model."""
+    made: list[BulletEngine] = []
+
+    def build(name: str) -> BulletEngine:
+        made.append(BulletEngine(load_map("open"), [Start("a", robot_model(name), Pose(0, 0, 0))]))
+        return made[-1]
+
+    yield build
+    for engine in made:
+        engine.close()
 
 
 @pytest.mark.parametrize("name", MODELS.names())
-def test_a_full_brake_does_not_tip_it(engine: BulletEngine, name: str) -> None:
-    engine.add("a", robot_model(name), Pose(0, 0, 0))
+def test_a_full_brake_does_not_tip_it(make: Make, name: str) -> None:
+    engine = make(name)
     drive(engine, "a", robot_model(name).v_max, seconds=2.0)
     engine.command("a", None)
     for _ in range(50):
@@ -38,10 +47,8 @@ def test_a_full_brake_does_not_tip_it(engine: BulletEngine, name: str) -> None:
 
 
 def test_a_collision_does_not_tip_it() -> None:
-    engine = BulletEngine(load_map("marhes_lab"))
-    model = robot_model("ATRV-Jr")
-    engine.add("a", model, Pose(-2.0, -1.0, 2.8))
-    engine.add("b", robot_model("P2AT"), Pose(0.5, -1.0, 3.1))
+    heavy = Start("a", robot_model("ATRV-Jr"), Pose(-2.0, -1.0, 2.8))
+    engine = BulletEngine(load_map("marhes_lab"), [heavy, Start("b", robot_model("P2AT"), Pose(0.5, -1.0, 3.1))])
     for name in engine.names:
         forward(engine, name, 1.0)
     for _ in range(300):
@@ -53,7 +60,8 @@ def test_a_collision_does_not_tip_it() -> None:
     engine.close()
 
 
-def test_closing_twice_is_fine_and_lets_go_of_the_client(engine: BulletEngine) -> None:
+def test_closing_twice_is_fine_and_lets_go_of_the_client(make: Make) -> None:
+    engine = make("P2AT")
     client = engine._client
     engine.close()
     engine.close()

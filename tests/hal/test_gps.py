@@ -40,13 +40,12 @@ def readings(
     """What a robot at (10, 20) receives, once a second."""
     map_ = Map("yard", Rectangle(-50, -50, 50, 50), boxes, (), ALBUQUERQUE)
     model = replace(P2AT, sensors=(spec,))
-    suite = SensorSuite(Surroundings(map_, 3, noise))
 
     def now(tick: int) -> Instant:
         pose = np.array([[10.0, 20.0, 0.0]])
         return Instant(tick, 0.02, [model], pose, np.zeros((1, 2)), np.zeros((1, 2)), [0], lambda _: 1.0)
 
-    suite.resize([robot], [model], [False], now(0))
+    suite = SensorSuite(Surroundings(map_, 3, noise), [robot], [False], now(0))
     return [message for tick in range(50 * count) for _, _, message in suite.sense(now(tick))]  # type: ignore[misc]
 
 

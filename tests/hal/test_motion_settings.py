@@ -10,6 +10,7 @@ from vrg.errors import ConfigError
 from vrg.hal.gate import RefereeGate
 from vrg.hal.models import robot_model
 from vrg.hal.models.settings import MOTION, with_motion
+from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.fleet import Fleet
 from vrg.hal.sim.map import load_map
@@ -47,11 +48,9 @@ def test_mistakes_in_the_match_file_are_told(tmp_path: Path, motion: str, words:
 
 def ann(delay: float) -> tuple[PlanarEngine, Fleet, RefereeGate]:
     """A robot that acts on commands after a delay."""
-    engine = PlanarEngine(load_map("open"))
-    fleet = Fleet(engine)
-    fleet.add("ann", with_motion(robot_model("P2AT"), {"delay": delay}), Pose(0.0, 0.0, 0.0))
-    fleet.resize()
-    return engine, fleet, RefereeGate()
+    model = with_motion(robot_model("P2AT"), {"delay": delay})
+    engine = PlanarEngine(load_map("open"), [Start("ann", model, Pose(0.0, 0.0, 0.0))])
+    return engine, Fleet(engine, {}), RefereeGate()
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.15])
@@ -64,7 +63,7 @@ def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None
             fleet.drive(now, "ann", Twist(0.5 if now >= 0.2 - 1e-9 else 0.0, 0.0), armed=True, estop=False)
         fleet.command(now, gate, estop=False)
         engine.step(0.02)
-        if begins is None and engine.state("ann").pose.x > 0.0:
+        if begins is None and engine.poses[0, 0] > 0.0:
             begins = now
     assert begins == pytest.approx(0.2 + delay, abs=0.011)
 
@@ -76,14 +75,14 @@ def test_what_was_commanded_before_a_stop_is_forgotten(delay: float) -> None:
 
     def go(since: float, seconds: float, twist: Twist | None, *, armed: bool = True, estop: bool = False) -> float:
         """Let time pass, and return by how much the robot moves."""
-        before = engine.state("ann").pose.x
+        before = engine.poses[0, 0]
         for n in range(round(seconds / 0.02)):
             now = since + 0.02 * n
             if twist is not None and n % 5 == 0:
                 fleet.drive(now, "ann", twist, armed=armed, estop=estop)
             fleet.command(now, gate, estop=estop)
             engine.step(0.02)
-        return engine.state("ann").pose.x - before
+        return engine.poses[0, 0] - before
 
     assert go(0.0, 1.0, Twist(0.5, 0.0)) > 0.0
     assert go(1.0, 10.0, None) > 0.0, "it brakes once its watchdog has expired"

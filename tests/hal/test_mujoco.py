@@ -5,6 +5,7 @@ import pytest
 
 from tests.hal.engine_bench import DT, deepest_overlap, run
 from vrg.hal.models import MODELS, robot_model
+from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.mujoco import MujocoEngine
 from vrg.hal.sim.map import load_map
 from vrg.types import STILL, Pose
@@ -14,16 +15,16 @@ MAP = load_map("courtyard")
 
 def squeeze(seed: int) -> MujocoEngine:
     """A random crowd upon an obstacle, through which a kinematic body jumps about, 5 s later."""
-    rng, engine = np.random.default_rng(seed), MujocoEngine(MAP)
+    rng = np.random.default_rng(seed)
     x, y = [(at.x, at.y) for at in (MAP.circles[0], MAP.boxes[7])][seed % 2]
     size = rng.uniform(0.0, 1.5)
 
     def pose() -> Pose:
         return Pose(x + rng.uniform(-size, size), y + rng.uniform(-size, size), rng.uniform(-3.0, 3.0))
 
-    engine.add("jumper", robot_model("P2AT"), pose(), kinematic=True)
-    for n in range(rng.integers(2, 12)):
-        engine.add(f"r{n}", robot_model(rng.choice(MODELS.names())), pose())
+    jumper = Start("jumper", robot_model("P2AT"), pose(), kinematic=True)
+    others = [Start(f"r{n}", robot_model(rng.choice(MODELS.names())), pose()) for n in range(rng.integers(2, 12))]
+    engine = MujocoEngine(MAP, [jumper, *others])
     for _ in range(50):
         engine.step(DT)
         engine.move("jumper", pose(), STILL)

@@ -5,11 +5,11 @@ from functools import cache
 
 import pytest
 
-from tests.hal.engine_bench import ENGINE_NAMES, deepest_overlap, forward, run
+from tests.hal.engine_bench import ENGINE_NAMES, body_of, deepest_overlap, forward, run
 from tests.hal.pushes import PUSHES, SECONDS, STATES, Push
 from vrg.hal.models import robot_model
 from vrg.hal.sim.engines import ENGINES
-from vrg.hal.sim.engines.engine import DRIVE
+from vrg.hal.sim.engines.engine import DRIVE, Start
 from vrg.hal.sim.map import load_map
 from vrg.types import Pose
 
@@ -78,19 +78,18 @@ def test_it_does_not_creep(engine: str) -> None:
 
 @pytest.mark.parametrize("engine_name", ENGINE_NAMES)
 def test_a_heavier_one_presses_it_against_a_wall_and_may_leave(engine_name: str) -> None:
-    engine = ENGINES.get(engine_name)(load_map("marhes_lab"))
-    engine.add("light", P2AT, Pose(-3.5, -1.0, 0.3))
-    engine.add("heavy", ATRV_JR, Pose(-2.0, -1.0, math.pi))
+    light, heavy = Start("light", P2AT, Pose(-3.5, -1.0, 0.3)), Start("heavy", ATRV_JR, Pose(-2.0, -1.0, math.pi))
+    engine = ENGINES.get(engine_name)(load_map("marhes_lab"), [light, heavy])
     forward(engine, "heavy", 1.0)
     for _ in range(150):
         run(engine, 0.02)
         assert deepest_overlap(engine) < 0.02
-    assert -4.4 < engine.state("light").pose.x < -3.8
-    assert abs(engine.state("heavy").twist.v) < 0.1
+    assert -4.4 < body_of(engine, "light").pose.x < -3.8
+    assert abs(body_of(engine, "heavy").twist.v) < 0.1
     forward(engine, "heavy", -0.5)
     run(engine, 3.0)
-    assert engine.state("heavy").pose.x > -2.8
+    assert body_of(engine, "heavy").pose.x > -2.8
     forward(engine, "light", 0.5)
     run(engine, 1.0)
-    assert engine.state("light").twist.v == pytest.approx(0.5, rel=0.05)
+    assert body_of(engine, "light").twist.v == pytest.approx(0.5, rel=0.05)
     engine.close()

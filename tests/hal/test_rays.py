@@ -114,7 +114,7 @@ def test_agrees_with_pybullets_rays_within_5_mm() -> None:
     from vrg.hal.sim.engines.pybullet import BulletEngine  # noqa: PLC0415
 
     map_ = load_map("courtyard")
-    engine = BulletEngine(map_)
+    engine = BulletEngine(map_, [])
     try:
         pybullet.performCollisionDetection(physicsClientId=engine._client)
         edges, rng = Edges(map_.edges), np.random.default_rng(3)

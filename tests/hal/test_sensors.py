@@ -35,10 +35,8 @@ def instant(tick: int, models: Sequence[RobotModel], wheels: tuple[float, float]
 
 
 def make(*names: str, seed: int = 1, noise: bool = True, model: RobotModel = P2AT, tick: int = 0) -> SensorSuite:
-    suite = SensorSuite(Surroundings(load_map("open"), seed, noise))
-    models = [model] * len(names)
-    suite.resize(names, models, [False] * len(names), instant(tick, models, (3.0, 4.0)))
-    return suite
+    now = instant(tick, [model] * len(names), (3.0, 4.0))
+    return SensorSuite(Surroundings(load_map("open"), seed, noise), names, [False] * len(names), now)
 
 
 def drive(suite: SensorSuite, names: Sequence[str], ticks: int, left: float, right: float, start: int = 0) -> dict:  # type: ignore[type-arg]
@@ -145,8 +143,7 @@ def test_bumpers_and_battery_say_what_is_true() -> None:
 
 
 def test_of_a_physical_robot_only_what_it_may_lack_is_simulated() -> None:
-    suite = SensorSuite(Surroundings(load_map("open"), 1, True))
-    suite.resize(["g"], [P2AT], [True], instant(0, [P2AT], (0, 0)))
+    suite = SensorSuite(Surroundings(load_map("open"), 1, True), ["g"], [True], instant(0, [P2AT], (0, 0)))
     assert {m.kind for _, _, m in suite.sense(instant(0, [P2AT], (0, 0)))} == {"laser", "sonar", "gps"}
 
 
@@ -164,7 +161,7 @@ FRONT: LaserSpec = MOUNT
 
 
 def lasers(noise: bool, seed: int = 1, map_name: str = "marhes_lab") -> LaserSimulation:
-    simulation = LaserSimulation(Surroundings(load_map(map_name), seed, noise))
+    simulation = LaserSimulation(Surroundings(load_map(map_name), seed, noise), [], instant(0, [P2AT], (0, 0)))
     simulation.look([P2AT], np.array([(0.0, 0.0, 0.0)]))
     return simulation
 

@@ -45,8 +45,7 @@ def heard(
     model = replace(P2AT, sensors=(spec,))
     n = len(poses)
     now = Instant(0, 0.02, [model] * n, np.array(poses), np.zeros((n, 2)), np.zeros((n, 2)), [0] * n, lambda _: 1.0)
-    suite = SensorSuite(Surroundings(map_, 1, noise))
-    suite.resize([f"r{i}" for i in range(n)], [model] * n, [False] * n, now)
+    suite = SensorSuite(Surroundings(map_, 1, noise), [f"r{i}" for i in range(n)], [False] * n, now)
     said = {robot: message for robot, _, message in suite.sense(now)}
     found = said["r0"]
     assert isinstance(found, Sonar)

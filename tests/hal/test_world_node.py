@@ -18,7 +18,6 @@ from vrg.bus.messages import (
     EstopRelease,
     MeasuredPose,
     RefereeState,
-    RequestKind,
     RobotState,
     SensorMessage,
     SpeedLimit,
@@ -38,7 +37,7 @@ from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.ghost import EXTRAPOLATE
 from vrg.hal.sim.node import WorldNode
-from vrg.hal.sim.requests import grant
+from vrg.hal.sim.requests import place
 from vrg.types import STILL, Pose, Twist
 
 S = TypeVar("S", bound=SensorMessage)
@@ -52,7 +51,7 @@ def go(name: str = "a", left: float = 3.0, right: float = 3.0) -> tuple[Topic[Dr
 
 
 GO, GO_B = go(), go("b")
-LASER_A, LASER_C, LASER_G = (KEYS.sensor(Laser, name, "front") for name in "acg")
+LASER_A, LASER_G = (KEYS.sensor(Laser, name, "front") for name in "ag")
 SENSORS = {
     "laser/front", "sonar/rings", "touch/main", "encoders/main", "odometry/main", "ins/main", "gps/main",
     "battery/main",
@@ -99,10 +98,6 @@ def stopped(moving: Wire) -> Wire:
 
 def release(world: Wire) -> None:
     world.say(KEYS.estop_release, EstopRelease(by="me"))
-
-
-def spawn(name: str, model: str = "P2AT") -> WorldRequest:
-    return WorldRequest(kind=RequestKind.SPAWN, robot=name, model=model, pose=Pose(5, 5, 0))
 
 
 def state(wire: Wire, name: str = "a") -> RobotState:
@@ -205,12 +200,10 @@ class TestCommands:
         world.tick(100, each=[go("a", 900.0, 900.0)])
         assert speed(world) == pytest.approx(P2AT.v_max)
 
-    def test_a_limit_may_come_before_its_robot(self, world: Wire) -> None:
+    def test_a_limit_for_a_robot_that_is_not_there_is_ignored(self, world: Wire) -> None:
         world.say(KEYS.speed_limit("c"), SpeedLimit(v_max=0.2))
-        world.tick()
-        world.say(KEYS.world_request, spawn("c"))
-        world.tick(60, each=[go("c", 6.0, 6.0)])
-        assert speed(world, "c") == pytest.approx(0.2)
+        world.tick(100, each=[go("a", 900.0, 900.0)])
+        assert speed(world) == pytest.approx(P2AT.v_max)
 
 
 class TestEmergencyStop:
@@ -279,48 +272,33 @@ class TestReferee:
 
 
 class TestRequests:
-    def request(self, world: Wire, kind: RequestKind, **fields: object) -> WorldAnswer | None:
-        """Ask for something; the answer."""
-        world.say(KEYS.world_request, WorldRequest(kind=kind, **fields))  # type: ignore[arg-type]
+    def request(self, world: Wire, places: dict[str, Pose], number: str | None = None) -> WorldAnswer | None:
+        """Ask for places; the answer."""
+        world.say(KEYS.world_request, WorldRequest(places=places, id=number))
         world.tick()
         return world.last(KEYS.world_answer) if KEYS.world_answer.key in world.heard else None
 
-    def test_spawn_adds_a_robot_that_drives_and_reports(self, moving: Wire) -> None:
-        odometry = sensed(moving, Odometry).pose.x
-        self.request(moving, RequestKind.SPAWN, robot="c", model="ATRV-Jr", pose=Pose(5, 5, 0))
-        assert moving.node.world.names == ["a", "b", "c"]
-        assert sensed(moving, Odometry).pose.x >= odometry
-        moving.tick(60, each=[go("c")])
-        assert speed(moving, "c") > 0.3
-        assert LASER_C.key in moving.heard
-
     def test_a_request_that_is_granted_is_answered_if_it_has_an_id(self, world: Wire) -> None:
-        assert self.request(world, RequestKind.PLACE, places={"a": Pose(5, 5, 0)}) is None
-        answer = self.request(world, RequestKind.PLACE, places={"a": Pose(5, 5, 0)}, id="7")
+        assert self.request(world, {"a": Pose(5, 5, 0)}) is None
+        answer = self.request(world, {"a": Pose(5, 5, 0)}, "7")
         assert answer == WorldAnswer(id="7", refused=None)
 
     @pytest.mark.parametrize("number", ["7", None])
     def test_a_refusal_is_always_answered(self, world: Wire, number: str | None) -> None:
-        answer = self.request(world, RequestKind.PLACE, places={"a": Pose(500, 5, 0)}, id=number)
+        answer = self.request(world, {"a": Pose(500, 5, 0)}, number)
         assert answer is not None
         assert answer.id == number
         assert "inside map" in (answer.refused or "")
 
-    def test_remove_takes_one_out(self, world: Wire) -> None:
-        world.tick(10)
-        self.request(world, RequestKind.REMOVE, robot="a")
-        assert world.node.world.names == ["b"]
-        world.tick(60, each=[GO, GO_B])
-        assert speed(world, "b") > 0.3
-
-    def test_reset_puts_one_or_all_at_their_start_with_zero_odometry(self) -> None:
+    def test_a_placed_robot_is_at_rest_with_zero_odometry_and_the_others_drive_on(self) -> None:
         world = wire(noise=False)
         world.tick(100, each=[GO, GO_B])
-        self.request(world, RequestKind.RESET, robot="b")
+        self.request(world, {"b": Pose(0.0, 3.0, 0.0)})
         assert x_of(world) > 0.4
         assert x_of(world, "b") == pytest.approx(0.0, abs=0.02)
+        assert speed(world, "b") <= 0.03
         world.tick(99, each=[GO, GO_B])
-        self.request(world, RequestKind.RESET)
+        self.request(world, {"a": Pose(0.0, 0.0, 0.0), "b": Pose(0.0, 3.0, 0.0)})
         for name, y in (("a", 0.0), ("b", 3.0)):
             pose = world.node.world.pose(name)
             assert (pose.x, pose.y) == pytest.approx((0.0, y), abs=0.02)
@@ -332,7 +310,7 @@ class TestRequests:
     )
     def test_robots_are_placed_at_once(self, world: Wire, places: dict[str, Pose]) -> None:
         world.tick()
-        self.request(world, RequestKind.PLACE, places=places)
+        self.request(world, places)
         assert {name: world.node.world.pose(name) for name in places} == places
 
     def test_as_many_are_placed_as_there_is_room_for_and_the_others_are_named(self) -> None:
@@ -340,7 +318,7 @@ class TestRequests:
         world.tick()
         # a cannot leave, so b cannot come to its place, and c cannot come to b's.
         places = {"a": Pose(500, 0, 0), "b": Pose(2, 2, 0), "c": Pose(4, 2, 0), "d": Pose(8, 5, 1)}
-        answer = self.request(world, RequestKind.PLACE, places=places)
+        answer = self.request(world, places)
         room = "expected room, but it would overlap"
         for words in ("robot a: ", f"place b: {room} a", f"place c: {room} b"):
             assert words in (answer.refused if answer else "")
@@ -349,28 +327,23 @@ class TestRequests:
         assert poses["d"] == Pose(8, 5, 1)
 
     @pytest.mark.parametrize(
-        ("kind", "fields", "why"),
+        ("places", "why"),
         [
-            (RequestKind.REMOVE, {"robot": "ghost"}, "ghost"),
-            (RequestKind.RESET, {"robot": "ghost"}, "ghost"),
-            (RequestKind.PLACE, {}, "expected places"),
-            (RequestKind.PLACE, {"places": {"ghost": Pose(5, -20, 0)}}, "ghost"),
-            (RequestKind.PLACE, {"places": {"a": Pose(-12, -22, 0)}}, "wall or obstacle"),
-            (RequestKind.PLACE, {"places": {"a": Pose(500, 0, 0)}}, "inside map"),
-            (RequestKind.PLACE, {"places": {"a": Pose(20.0, -16.9, 0)}}, "overlap b"),
-            (RequestKind.SPAWN, {"robot": "c", "pose": Pose(5, -20, 0)}, "expected a model"),
-            (RequestKind.SPAWN, {"robot": "c", "model": "x", "pose": Pose(5, -20, 0)}, "P2AT"),
-            (RequestKind.SPAWN, {"robot": "b", "model": "P2AT", "pose": Pose(5, -20, 0)}, "not in the world"),
+            ({}, "expected places"),
+            ({"ghost": Pose(5, -20, 0)}, "ghost"),
+            ({"a": Pose(-12, -22, 0)}, "wall or obstacle"),
+            ({"a": Pose(500, 0, 0)}, "inside map"),
+            ({"a": Pose(20.0, -16.9, 0)}, "overlap b"),
         ],
     )
     def test_an_impossible_request_is_logged_and_changes_nothing(
-        self, kind: RequestKind, fields: dict[str, object], why: str, caplog: pytest.LogCaptureFixture
+        self, places: dict[str, Pose], why: str, caplog: pytest.LogCaptureFixture
     ) -> None:
         world = Wire(config(("a", 20.0, -20.0, 0.0), ("b", 20.0, -17.0, 0.0), map="courtyard"))
         world.tick()
         before = world.node.world.snapshot().robots
         with caplog.at_level(logging.WARNING):
-            self.request(world, kind, **fields)
+            self.request(world, places)
         assert why in caplog.text
         assert world.node.world.snapshot().robots == before
 
@@ -445,7 +418,6 @@ class TestSnapshot:
         assert speed(new) > 0.3
 
     def test_damaged_bytes_and_the_snapshot_of_another_set_up_are_refused(self, world: Wire) -> None:
-        node = WorldNode(config(("z", 0.0, 0.0, 0.0)), Mailbox(), KEYS)
         good = world.node.snapshot()
         for kept, words in (
             (b"\x00garbage", "snapshot"),
@@ -453,7 +425,7 @@ class TestSnapshot:
             (good, "choose another run folder"),
         ):
             with pytest.raises(WorldError, match=words):
-                node.restore(kept)
+                WorldNode(config(("z", 0.0, 0.0, 0.0)), Mailbox(), KEYS, kept)
 
 
 class TestSetup:
@@ -557,7 +529,7 @@ class TestPhysicalRobots:
         assert world.last(LASER_A).ranges[90] == pytest.approx(nearest, abs=0.001)
         sees = world.last(LASER_G)
         assert sees.ranges.min() == sees.range_max, "a is behind it"
-        world.say(KEYS.world_request, WorldRequest(kind=RequestKind.PLACE, places={"a": Pose(4.0, 0.0, 0.0)}))
+        world.say(KEYS.world_request, WorldRequest(places={"a": Pose(4.0, 0.0, 0.0)}))
         world.tick(10)
         assert world.last(LASER_G).ranges[90] == pytest.approx(nearest, abs=0.001)
 
@@ -586,41 +558,24 @@ class TestPhysicalRobots:
         assert x_of(world) < -0.6
 
     @pytest.mark.parametrize(
-        ("fields", "why"),
+        ("places", "why"),
         [
-            ({"kind": RequestKind.PLACE, "places": {"g": Pose(5, 5, 0)}}, "g is physical: carry"),
-            ({"kind": RequestKind.RESET, "robot": "g"}, "g is physical: carry"),
-            ({"kind": RequestKind.PLACE, "places": {"a": Pose(3.2, 0, 0)}}, "overlap g, a physical robot"),
-            ({"kind": RequestKind.SPAWN, "robot": "b", "model": "P2AT", "pose": Pose(3.2, 0, 0)}, "overlap g"),
-            ({"kind": RequestKind.SPAWN, "robot": "g", "model": "P2AT", "pose": Pose(5, 5, 0)}, "not in the world"),
+            ({"g": Pose(5, 5, 0)}, "g is physical: carry"),
+            ({"a": Pose(3.2, 0, 0)}, "overlap g, a physical robot"),
         ],
     )
-    def test_only_people_move_it(self, world: Wire, fields: dict[str, object], why: str) -> None:
+    def test_only_people_move_it(self, world: Wire, places: dict[str, Pose], why: str) -> None:
         before = world.node.snapshot()
         with pytest.raises(WorldError, match=why):
-            grant(world.node.world, WorldRequest(**fields))  # type: ignore[arg-type]
+            place(world.node.world, places)
         assert world.node.snapshot() == before
 
-    def test_a_reset_of_all_is_one_of_the_virtual_ones(self, world: Wire) -> None:
-        measure(world, 5.0)
-        world.tick(60, each=[GO])
-        assert x_of(world) > 0.1
-        world.say(KEYS.world_request, WorldRequest(kind=RequestKind.RESET))
-        world.tick()
-        assert x_of(world) == pytest.approx(0.0, abs=0.02)
-        assert x_of(world, "g") == 5.0
-
-    @pytest.mark.parametrize("gone", ["a", "g"])
-    def test_robots_come_and_go_beside_it(self, gone: str) -> None:
-        world = Wire(config(("v", 0, 5, 0), ("g", 3, 0, 0), ("a", 0, 0, 0), physical="g", noise=False))
-        world.tick(2)
-        world.say(KEYS.world_request, WorldRequest(kind=RequestKind.REMOVE, robot=gone))
-        world.say(KEYS.world_request, spawn("b"))
-        world.heard.clear()
-        world.tick(60, each=[GO_B])
-        assert world.node.world.names == [n for n in ("v", "g", "a", "b") if n != gone]
+    def test_it_may_stand_between_virtual_robots_in_the_list(self) -> None:
+        world = Wire(config(("v", 0, 5, 0), ("g", 3, 0, 0), ("b", 5, 5, 0), physical="g", noise=False))
+        world.tick(62, each=[GO_B])
+        assert world.node.world.names == ["v", "g", "b"]
         states = {key.split("/")[3] for key in world.heard if key.endswith("/state")}
-        assert states == {"v", "a", "b"} - {gone}
+        assert states == {"v", "b"}
         assert sensed(world, Odometry, "b").twist.v == pytest.approx(0.33, abs=0.02)
         assert sensed(world, Odometry, "b").pose.x > 0.1
         assert sensed(world, Odometry, "v").pose.x == 0.0
@@ -633,15 +588,16 @@ class TestPhysicalRobots:
         since = pytest.approx(new.node.world.time - 0.02)
         assert body(new, "g") == Body("g", Pose(5.0, 1.0, 0.0), STILL, True, pytest.approx(0.02), since)
         assert new.node.world.virtual == ["a"]
+        assert new.node.world.names == ["a", "g"], "in the order of the set-up"
         assert new.node.world.pose("a") == world.node.world.pose("a")
         measure(new, 6.0)
         new.tick()
         assert body(new, "g").pose.x == 6.0
 
     def test_a_match_with_and_one_without_it_are_two_set_ups(self, world: Wire) -> None:
-        virtual = Wire(config(("a", 0.0, 0.0, 0.0), ("g", 3.0, 0.0, 0.0), noise=False))
+        virtual = config(("a", 0.0, 0.0, 0.0), ("g", 3.0, 0.0, 0.0), noise=False)
         with pytest.raises(WorldError, match="choose another run folder"):
-            virtual.node.restore(world.node.snapshot())
+            Wire(virtual, world.node.snapshot())
 
     def test_its_start_must_be_free_like_any_other(self) -> None:
         problems = check_setup(config(("a", 20, -20, 0), ("g", 20.2, -20, 0), physical="g", map="courtyard"))

@@ -83,8 +83,8 @@ class SimBench(DriverBench):
 class Wire:
     """A world node alone, with a mailbox to talk to it and what it last said by key."""
 
-    def __init__(self, world: WorldConfig, node: WorldNode | None = None) -> None:
-        self.node = node or WorldNode(world, Mailbox(), KEYS)
+    def __init__(self, world: WorldConfig, snapshot: bytes | None = None) -> None:
+        self.node = WorldNode(world, Mailbox(), KEYS, snapshot)
         self.heard: dict[str, Message] = {}
         self.log: list[tuple[str, float, Message]] = []
         self._speaker = Mailbox()
@@ -98,9 +98,7 @@ class Wire:
 
     def restarted(self) -> "Wire":
         """A world of the same set-up, restored from a snapshot of this one."""
-        node = WorldNode(self.node.world.config, Mailbox(), KEYS)
-        node.restore(self.node.snapshot())
-        return Wire(config(), node=node)
+        return Wire(self.node.world.config, self.node.snapshot())
 
     def say(self, topic: Topic, body: Message) -> None:  # type: ignore[type-arg]
         """Send a message to the world, heard at its next tick."""

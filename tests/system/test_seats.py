@@ -154,7 +154,7 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
         put(keys.clock.key, m.Clock(time=FAR, tick=1, epoch=99, rate=1.0, estop=False), FAR),
         put(keys.poses.key, m.Poses(bodies=(m.Body("ann", pose, STILL, False),))),
         put(keys.robot_state("ann").key, m.RobotState(armed=True, estop=False, fault="rogue")),
-        put(keys.world_request.key, m.WorldRequest(kind=m.RequestKind.REMOVE, robot="bob")),
+        put(keys.world_request.key, m.WorldRequest(places={"bob": pose})),
         put(keys.official.key, m.Official(action=m.OfficialAction.END, by="rogue")),
         put(keys.estop_release.key, m.EstopRelease(by="rogue")),
         put(keys.seat_request.key, m.SeatRequest(player="bob", strategy="rogue", by="rogue", id="1")),

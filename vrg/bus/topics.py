@@ -148,7 +148,7 @@ class Keys:
         "poses", m.Poses, LATEST, (WORLD,), (REFEREE, RECORDER, WINDOW, OFFICIAL, TRACKER), "where every body truly is"
     )
     world_request = TopicLine(
-        "world/request", m.WorldRequest, EVENT, (REFEREE,), (WORLD,), "spawn, remove, reset, place"
+        "world/request", m.WorldRequest, EVENT, (REFEREE,), (WORLD,), "where to put virtual robots"
     )
     world_answer = TopicLine(
         "world/answer", m.WorldAnswer, EVENT, (WORLD,), (REFEREE,), "whether a request was granted"

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import RequestKind, WorldRequest
+from vrg.bus.messages import WorldRequest
 from vrg.bus.topics import Keys
 from vrg.coordinator.outcome import Effects, announce
 from vrg.coordinator.rulebook import Call
@@ -48,7 +48,7 @@ class Placing:
             self._count += 1
             number = outcome.once_placed.answers or f"place-{self._count}"
             self._asked[number] = outcome.once_placed
-        self._mailbox.publish(self._topic, WorldRequest(kind=RequestKind.PLACE, places=dict(outcome.place), id=number))
+        self._mailbox.publish(self._topic, WorldRequest(places=dict(outcome.place), id=number))
 
     def hear(self) -> list[Effects]:
         """Return the effects of the world's answers to officials: done, or refused."""

@@ -213,16 +213,10 @@ class Process:
 class WorldProcess(Process):
     """The process of the world, which owns match time. It goes on from its newest snapshot."""
 
-    _snapshot: bytes | None = None
+    snapshot: bytes | None = None
 
     def look(self, *, quiet: bool) -> None:
         """Do nothing: it waits for nothing."""
-
-    def restored(self, node: WorldNode) -> WorldNode:
-        """The node, as it goes on from the newest snapshot."""
-        if self._snapshot is not None:
-            node.restore(self._snapshot)
-        return node
 
     def _attach(self, session: SimulatedSession, node: Node) -> None:
         session.attach(node.mailbox)
@@ -243,7 +237,7 @@ class WorldProcess(Process):
                 with self.machine.runs():
                     self._turn(node, session, Tick(self._match.time))
                 if self.node is node and self._number % SNAPSHOT_PERIOD == 0:
-                    self._snapshot = node.snapshot()
+                    self.snapshot = node.snapshot()
                 self._number += 1
             self._match.network.after(node.period / self.machine.pace, step)
 

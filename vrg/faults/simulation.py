@@ -21,7 +21,6 @@ from vrg.faults.network import Network
 from vrg.faults.observer import Observer
 from vrg.faults.plan import OF_CAN, RECORDER, REFEREE, WORLD, Fault, FaultKind, Streams
 from vrg.faults.process import RESTART, Process, WorldProcess
-from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.recorder import recorder_node
@@ -209,9 +208,7 @@ class SimulatedMatch:
     def _world(self, _medium: object) -> Node:
         process = self.processes[WORLD]
         assert isinstance(process, WorldProcess)
-        node = world_node(self.setup)
-        assert isinstance(node, WorldNode)
-        return process.restored(node)
+        return world_node(self.setup, process.snapshot)
 
     def _referee(self, _medium: object) -> Node:
         setup = self.setup

@@ -7,6 +7,7 @@ import pytest
 
 from tests.outside.package.toys.kiwi import KIWI
 from vrg.hal.models import robot_model
+from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box
@@ -35,13 +36,14 @@ TICK = 0.02
 def test_robots_in_a_crowd_move_as_in_the_planar_engine(seed: int, small: bool) -> None:
     """They push one another and walls, brake and are let go again, to the same places and with the same wheels."""
     rng = np.random.default_rng(seed)
-    engine, walls = PlanarEngine(PEN), motion.walls_of(PEN)
+    starts, walls = [], motion.walls_of(PEN)
     robots, motions = motion.robots(MODELS, 1)[0], motion.motions(1, len(MODELS), 2)[0]
     advance, command, lock = compiled(motion.advance), compiled(motion.command), compiled(motion.lock)
     for n, model in enumerate(MODELS):
         x, y, theta = 1.1 * (n % 3 - 1) + rng.uniform(-0.1, 0.1), 0.5 - 1.1 * (n // 3), rng.uniform(-3.0, 3.0)
-        engine.add(f"r{n}", model, Pose(x, y, theta))
+        starts.append(Start(f"r{n}", model, Pose(x, y, theta)))
         motions.poses[n] = x, y, theta
+    engine = PlanarEngine(PEN, starts)
     touched = 0
     for step in range(40 if small else 150):
         for n, model in enumerate(MODELS):

@@ -63,7 +63,7 @@ from vrg.bus.messages.robot import (
     SpeedLimit,
 )
 from vrg.bus.messages.seat import SeatAnswer, SeatRequest
-from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, RequestKind, WorldAnswer, WorldRequest, at_rest
+from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, WorldAnswer, WorldRequest, at_rest
 
 __all__ = [
     "AT_REST",
@@ -114,7 +114,6 @@ __all__ = [
     "Recover",
     "RefereeState",
     "Report",
-    "RequestKind",
     "RobotState",
     "Say",
     "SeatAnswer",

@@ -1,13 +1,12 @@
 """The messages of the world, and the requests to it."""
 
-import enum
 from collections.abc import Mapping
 from typing import Annotated
 
 from msgspec import Meta, Struct
 
 from vrg.bus.messages.base import Message, Text, freeze
-from vrg.types import Count, FrozenDict, Name, Pose, Seconds, Twist, Uncertainty
+from vrg.types import Count, Name, Pose, Seconds, Twist, Uncertainty
 
 
 class Clock(Message, frozen=True, kw_only=True):
@@ -70,31 +69,18 @@ class Poses(Message, frozen=True, kw_only=True):
     bodies: tuple[Body, ...]
 
 
-class RequestKind(enum.StrEnum):
-    """The kinds of requests to the world."""
-
-    SPAWN = "spawn"
-    REMOVE = "remove"
-    RESET = "reset"
-    PLACE = "place"
-
-
 class WorldRequest(Message, frozen=True, kw_only=True):
-    """A request to change the world.
+    """A request to put virtual robots somewhere else, at rest: as many as there is room for.
 
     Args:
-        kind: SPAWN adds a robot of `model` at `pose`. REMOVE removes it. RESET puts it at its start pose, or all
-            virtual robots if `robot` is None. PLACE puts robots at `places`, as many as there is room for.
-        robot: the robot's name, for the first three kinds.
         id: the world's answer repeats it. None if the asker wants to hear of a refusal only.
+        places: the pose of each of these robots, by name.
     """
 
-    kind: RequestKind
+    version = 2
+
     id: Name | None = None
-    robot: Name | None = None
-    model: Name | None = None
-    pose: Pose | None = None
-    places: Mapping[Name, Pose] = FrozenDict()
+    places: Mapping[Name, Pose]
 
     def __post_init__(self) -> None:
         freeze(self, "places")

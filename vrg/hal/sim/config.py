@@ -68,18 +68,6 @@ class WorldConfig:
     noise: bool = True
     robots: tuple[RobotSetup, ...] = ()
 
-    def description(self, name: str, model: str) -> RobotModel:
-        """The description of a robot that may come. One of these `robots` has the settings of its sensors.
-
-        Args:
-            model: the name of its model. A robot that comes with another model has that model's own sensors.
-
-        Raises:
-            ConfigError: there is no such model.
-        """
-        own = (robot.description for robot in self.robots if (robot.name, robot.model) == (name, model))
-        return next(own, None) or robot_model(model)
-
 
 def fingerprint(config: WorldConfig) -> str:
     """A text that tells apart worlds of different set-ups. The rate, `lasers` and `camera` do not count."""

@@ -4,19 +4,19 @@ This module uses no bus and no clock.
 """
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from vrg.bus.messages import RobotState
-from vrg.errors import WorldError
 from vrg.hal.gate import RefereeGate
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.battery import Batteries
 from vrg.hal.sim.engines.engine import Engine, Floats
 from vrg.hal.sim.safety import Interlock
-from vrg.types import STILL, Pose, Twist
+from vrg.hal.sim.snapshot import RobotSnapshot
+from vrg.types import STILL, Twist
 
 _EMPTY = "battery empty: motors are off"
 _SILENT = "no drive command in time: braked"
@@ -30,7 +30,7 @@ class Member:
     """One virtual robot.
 
     Args:
-        start: the pose where a reset puts it. v_max: the top speed that the referee and its model allow, m/s.
+        v_max: the top speed that the referee and its model allow, m/s.
         interlock: its arming, its watchdog and its emergency stop.
         command: the motion that it was last commanded to make; None while its wheels are locked.
         empty: True if its battery is empty.
@@ -39,7 +39,6 @@ class Member:
 
     name: str
     model: RobotModel
-    start: Pose
     v_max: float
     interlock: Interlock = field(default_factory=Interlock)
     command: Twist | None = None
@@ -91,23 +90,26 @@ class Member:
 
 
 class Fleet:
-    """The virtual robots, in the order in which they were added. Call `resize` after each change of the list.
+    """The virtual robots, in the order of the engine's rows.
 
     Args:
         engine: the engine of the world, which has a row for each virtual and each physical robot.
+        snapshot: the robots as they were, by name; one that is not there begins anew.
     """
 
-    def __init__(self, engine: Engine) -> None:
-        self.members: list[Member] = []
-        self._by_name: dict[str, Member] = {}
+    def __init__(self, engine: Engine, snapshot: Mapping[str, RobotSnapshot]) -> None:
+        rows = (~engine.kinematic).nonzero()[0]
+        self.members = [Member(engine.names[row], engine.models[row], engine.models[row].v_max) for row in rows]
+        self._by_name = {member.name: member for member in self.members}
         self._engine = engine
-        self._limits: dict[str, float] = {}
-        self._rows: slice | npt.NDArray[np.intp] = slice(None)
+        self._rows = rows if engine.kinematic.any() else slice(None)
         """The rows of `members` in the engine's arrays."""
-        self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
-        self._counted: list[str] = []
-        """The names of the robots whose batteries are in `_batteries`."""
-        self._used: dict[str, float] = {}
+        used = np.zeros(len(self.members))
+        for row, member in enumerate(self.members):
+            if (before := snapshot.get(member.name)) is not None:
+                member.v_max, member.interlock.locked, used[row] = before.v_max, before.locked, before.energy_used
+        models = [member.model for member in self.members]
+        self._batteries = Batteries(models, used, engine.angles[self._rows], engine.velocities[self._rows])
 
     @property
     def names(self) -> list[str]:
@@ -118,46 +120,8 @@ class Fleet:
         """The robot of this name, or None if there is none."""
         return self._by_name.get(name)
 
-    def add(self, name: str, model: RobotModel, pose: Pose) -> Member:
-        """Put a robot into the world.
-
-        Raises:
-            WorldError: the name is taken.
-        """
-        self._engine.add(name, model, pose)
-        member = Member(name, model, pose, min(self._limits.get(name, model.v_max), model.v_max))
-        self.members.append(member)
-        self._by_name[name] = member
-        return member
-
-    def remove(self, name: str) -> None:
-        """Take a robot out of the world.
-
-        Raises:
-            WorldError: there is none of that name.
-        """
-        member = self.find(name)
-        if member is None:
-            raise WorldError(f"remove {name}: expected one of the virtual robots ({', '.join(self.names) or 'none'})")
-        self._engine.remove(name)
-        self.members.remove(member)
-        del self._by_name[name]
-
-    def resize(self) -> None:
-        """Adapt to a change of the list of robots, or of their rows in the engine."""
-        engine = self._engine
-        self._used |= {name: float(used) for name, used in zip(self._counted, self._batteries.used, strict=True)}
-        # A robot that was removed takes its battery with it.
-        names = self.names
-        self._used = {name: used for name, used in self._used.items() if name in names}
-        self._rows = (~engine.kinematic).nonzero()[0] if engine.kinematic.any() else slice(None)
-        used = np.array([self._used.get(name, 0.0) for name in names])
-        models = [member.model for member in self.members]
-        self._counted = names
-        self._batteries = Batteries(models, used, engine.angles[self._rows], engine.velocities[self._rows])
-
     def drive(self, now: float, name: str, twist: Twist, armed: bool, estop: bool) -> None:
-        """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come.
+        """Take in a drive command. One for another robot is ignored.
 
         One that is not finite is ignored, too, as a robot is then braked that gets no other.
         """
@@ -166,8 +130,7 @@ class Fleet:
             member.drive(now, twist, armed, estop)
 
     def limit(self, name: str, v_max: float) -> None:
-        """Take in the referee's limit of a robot's speed, m/s. It also holds for a robot that comes later."""
-        self._limits[name] = v_max
+        """Take in the referee's limit of a robot's speed, m/s. One for another robot is ignored."""
         member = self.find(name)
         if member is not None:
             member.v_max = min(v_max, member.model.v_max)
@@ -209,12 +172,6 @@ class Fleet:
     def used(self, name: str) -> float:
         """The energy drawn since a robot's battery was full, J."""
         return float(self._batteries.used[self.names.index(name)])
-
-    def set_used(self, used: dict[str, float]) -> None:
-        """Set the energy drawn by each robot, J, from a snapshot. Call `resize` afterwards."""
-        self._used = dict(used)
-        self._counted = []
-        self._batteries = Batteries([], np.zeros(0), np.zeros((0, 2)), np.zeros((0, 3)))
 
     def rest(self, name: str) -> None:
         """Take note that a robot was put somewhere at rest."""

@@ -11,7 +11,7 @@ from vrg.errors import WorldError
 from vrg.hal.estop import EstopOrders
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.engines import BULLET, installed
-from vrg.hal.sim.requests import grant
+from vrg.hal.sim.requests import place
 from vrg.hal.sim.snapshot import decode_snapshot, encode_snapshot
 from vrg.hal.sim.world import World
 
@@ -30,16 +30,18 @@ class WorldNode(Node):
     Args:
         config: the set-up of the world.
         mailbox: the node's own mailbox. keys: the keys of the match.
+        snapshot: the bytes of a snapshot. The world goes on from it: one epoch later, with every robot at rest.
 
     Raises:
         ConfigError: the set-up has problems; the error lists all of them.
+        WorldError: the snapshot is damaged, of another release, or of another set-up.
     """
 
     kind = "world"
 
-    def __init__(self, config: WorldConfig, mailbox: Mailbox, keys: Keys) -> None:
+    def __init__(self, config: WorldConfig, mailbox: Mailbox, keys: Keys, snapshot: bytes | None = None) -> None:
         super().__init__("world", mailbox, config.tick)
-        self.world = World(config)
+        self.world = World(config, None if snapshot is None else decode_snapshot(snapshot))
         self._keys = keys
         self._started = False
         self._measured = mailbox.subscribe(keys.robot_pose())
@@ -60,20 +62,11 @@ class WorldNode(Node):
 
     @property
     def start_tick(self) -> int:
-        """The number of the first tick: 0, or after `restore` the snapshot's. Read it before the first tick only."""
+        """The number of the first tick: 0, or the snapshot's. Read it before the first tick only."""
         return self.world.tick
 
-    def restore(self, data: bytes) -> None:
-        """Go on from a snapshot: one epoch later, with every robot at rest. Call it before the first tick.
-
-        Raises:
-            WorldError: the snapshot is damaged, of another release, or of another set-up.
-            ConfigError: it names an unknown robot model.
-        """
-        self.world.restore(decode_snapshot(data))
-
     def snapshot(self) -> bytes:
-        """The bytes of a snapshot, which `restore` takes."""
+        """The bytes of a snapshot, from which a new world can go on."""
         return encode_snapshot(self.world.snapshot())
 
     def tick(self, tick: Tick) -> None:
@@ -141,7 +134,7 @@ class WorldNode(Node):
     def _request(self, request: WorldRequest) -> None:
         refused = None
         try:
-            grant(self.world, request)
+            place(self.world, request.places)
         except WorldError as error:
             log.warning("refused a request to the world: %s", error)
             refused = shortened(str(error))

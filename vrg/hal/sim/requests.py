@@ -1,55 +1,24 @@
-"""The requests to the world: to add robots, to remove them, or to put them somewhere else."""
+"""Requests to put robots of a world somewhere else."""
 
 from collections.abc import Mapping
 
-from vrg.bus.messages import RequestKind, WorldRequest
-from vrg.errors import ConfigError, WorldError
+from vrg.errors import WorldError
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import overlap, place_problems
 from vrg.hal.sim.world import World
 from vrg.types import Pose
 
 
-def grant(world: World, request: WorldRequest) -> None:
-    """Do what a request asks for. A physical robot cannot be placed or reset, because only people can move it.
-
-    Raises:
-        WorldError: the request cannot be granted, or only for some robots, with those robots and the reason.
-    """
-    match request.kind:
-        case RequestKind.SPAWN:
-            _spawn(world, request)
-        case RequestKind.REMOVE:
-            world.remove(_named(request))
-        case RequestKind.PLACE:
-            if not request.places:
-                raise WorldError("place: expected places, got none")
-            _place(world, request.places)
-        case RequestKind.RESET:
-            chosen = world.virtual if request.robot is None else [request.robot]
-            _place(world, {name: world.member(name).start for name in chosen})
-
-
-def _spawn(world: World, request: WorldRequest) -> None:
-    name = _named(request)
-    if request.model is None or request.pose is None:
-        raise WorldError(f"spawn {name}: expected a model and a pose")
-    if name in world.names:
-        raise WorldError(f"spawn {name}: expected a name that is not in the world")
-    try:
-        model = world.config.description(name, request.model)
-    except ConfigError as error:
-        raise WorldError(f"spawn {name}: {error}") from None
-    _require_room(world, name, model, request.pose, set())
-    world.add(name, model, request.pose)
-
-
-def _place(world: World, places: Mapping[str, Pose]) -> None:
+def place(world: World, places: Mapping[str, Pose]) -> None:
     """Put robots somewhere, as many as there is room for; the others stay where they are.
 
+    A physical robot cannot be placed, because only people can move it.
+
     Raises:
-        WorldError: some stay; tells which, and why.
+        WorldError: there are no places, or some robots stay; the error names them, each with the reason.
     """
+    if not places:
+        raise WorldError("place: expected places, got none")
     refused: dict[str, str] = {}
     # Who stays is in the way of others, so that one refusal may lead to more.
     while wrong := _without_room(world, {name: pose for name, pose in places.items() if name not in refused}):
@@ -85,9 +54,3 @@ def _require_room(world: World, name: str, model: RobotModel, pose: Pose, leavin
         if other != name and other not in leaving and overlap(model, pose, world.model(other), world.pose(other)):
             kind = ", a physical robot" if other not in world.virtual else ""
             raise WorldError(f"place {name}: expected room, but it would overlap {other}{kind}")
-
-
-def _named(request: WorldRequest) -> str:
-    if request.robot is None:
-        raise WorldError(f"{request.kind}: expected a robot, got none")
-    return request.robot

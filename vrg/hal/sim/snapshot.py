@@ -9,34 +9,19 @@ from vrg.errors import FileError, WorldError
 from vrg.files import decoded
 from vrg.types import Count, Name, Pose
 
-_VERSION = 4
-
-
-class GhostSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """The snapshot of one physical robot.
-
-    Args:
-        pose: the pose where the world showed it.
-    """
-
-    name: Name
-    model: Name
-    pose: Pose
+_VERSION = 5
 
 
 class RobotSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """The snapshot of one virtual robot.
 
     Args:
-        start: the pose where a reset puts it. pose: the pose where it is. angles: those that its axes have turned, rad.
+        pose: the pose where it is. angles: those that its axes have turned, rad.
         sensors: what its sensors must remember, by their simulation.
         energy_used: the energy drawn since its battery was full, J. v_max: its top speed in this match, m/s.
         locked: True if the emergency stop has stopped it and no command that disarms was heard since.
     """
 
-    name: Name
-    model: Name
-    start: Pose
     pose: Pose
     angles: tuple[float, ...]
     sensors: dict[str, Any]
@@ -51,7 +36,7 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     Args:
         setup: the fingerprint of the set-up that the world was made from.
         refereed: True if a referee had been heard. Nothing then moves until it is heard again.
-        robots: the virtual robots. physical: the physical robots.
+        robots: the virtual robots by name. physical: the poses where the world showed the physical ones, by name.
     """
 
     setup: str
@@ -59,8 +44,8 @@ class WorldSnapshot(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     epoch: Count
     estop: bool
     refereed: bool
-    robots: list[RobotSnapshot]
-    physical: list[GhostSnapshot]
+    robots: dict[Name, RobotSnapshot]
+    physical: dict[Name, Pose]
     version: int = _VERSION
 
 

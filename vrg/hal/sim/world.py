@@ -5,8 +5,6 @@ Virtual robots see the ghost and run into it. The world also uses the ghost's po
 the robot lacks.
 """
 
-import numpy as np
-
 from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.gate import RefereeGate
@@ -14,13 +12,14 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.engines import ENGINES
+from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.fleet import Fleet, Member
 from vrg.hal.sim.ghost import EXTRAPOLATE, Ghost
 from vrg.hal.sim.map import load_map
 from vrg.hal.sim.rests import Rests
 from vrg.hal.sim.sensors.base import Instant, Measured, Surroundings
 from vrg.hal.sim.sensors.suite import SensorSuite
-from vrg.hal.sim.snapshot import GhostSnapshot, RobotSnapshot, WorldSnapshot
+from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
 from vrg.types import Pose, Twist
 
 _BATTERY_TICKS = 10
@@ -34,35 +33,48 @@ class World:
 
     Args:
         config: the set-up of the world.
+        snapshot: the world as it was. It goes on in a new epoch, with every robot at rest and its motors off. Physical
+            robots are taken to be at their poses in the snapshot, as if measured at the snapshot's time.
 
     Raises:
         ConfigError: check_setup found problems; the error lists all of them.
+        WorldError: the snapshot is of another set-up than this world's.
     """
 
-    def __init__(self, config: WorldConfig) -> None:
+    def __init__(self, config: WorldConfig, snapshot: WorldSnapshot | None = None) -> None:
         if problems := check_setup(config):
             raise ConfigError(problems)
         self.config = config
         self.map = load_map(config.map)
-        self.tick = 0
-        self.epoch = 0
-        self.estop = False
         self._setup = fingerprint(config)
-        self._engine = ENGINES.get(config.engine)(self.map)
-        self._fleet = Fleet(self._engine)
-        self._ghosts: dict[str, Ghost] = {}
-        self._gate = RefereeGate()
-        self._sensors = SensorSuite(Surroundings(self.map, config.seed, config.noise))
+        if snapshot is not None and snapshot.setup != self._setup:
+            raise WorldError(
+                f"snapshot: expected one of this set-up ({self._setup}), got one of another ({snapshot.setup}): "
+                "choose another run folder, or delete the snapshot to begin anew"
+            )
+        self.tick, self.epoch, self.estop, self._gate = 0, 0, False, RefereeGate()
+        before: dict[str, RobotSnapshot] = {}
+        seen: dict[str, Pose] = {}
+        if snapshot is not None:
+            self.tick, self.epoch, self.estop = snapshot.tick, snapshot.epoch + 1, snapshot.estop
+            self._gate = RefereeGate(refereed=snapshot.refereed)
+            before, seen = snapshot.robots, snapshot.physical
+        starts = []
+        for robot in config.robots:
+            kept = before.get(robot.name)
+            pose, angles = (seen.get(robot.name, robot.pose), ()) if kept is None else (kept.pose, kept.angles)
+            starts.append(Start(robot.name, robot.description, pose, robot.physical, angles))
+        self._engine = ENGINES.get(config.engine)(self.map, starts)
+        self._fleet = Fleet(self._engine, before)
+        self._ghosts = {start.name: Ghost(start.pose, self.time) for start in starts if start.kinematic}
         self._pictures = Demand([robot.name for robot in config.robots if robot.camera])
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
         self._rests = Rests()
-        for robot in config.robots:
-            if robot.physical:
-                self._add_ghost(robot.name, robot.description, robot.pose)
-            else:
-                self._fleet.add(robot.name, robot.description, robot.pose)
-        self._resize()
+        surroundings = Surroundings(self.map, config.seed, config.noise)
+        self._sensors = SensorSuite(surroundings, self.names, [start.kinematic for start in starts], self._instant())
+        for name, kept in before.items():
+            self._sensors.recall(name, kept.sensors)
 
     @property
     def time(self) -> float:
@@ -108,7 +120,7 @@ class World:
         return Pose(*self._engine.poses[self._engine.row(name)].tolist())
 
     def drive(self, name: str, twist: Twist, armed: bool) -> None:
-        """Take in a drive command. One for a robot that is not in the world is ignored: the robot may still come."""
+        """Take in a drive command. One for a robot that is not in the world is ignored."""
         self._fleet.drive(self.time, name, twist, armed, self.estop)
 
     def measure(self, name: str, measured: MeasuredPose, stamp: float) -> None:
@@ -130,7 +142,7 @@ class World:
             raise WorldError(f"pose of {name}: {error}") from None
 
     def limit(self, name: str, v_max: float) -> None:
-        """Take in the referee's limit of a robot's speed, m/s. It also holds for a robot that comes later."""
+        """Take in the referee's limit of a robot's speed, m/s. One for a robot that is not in the world is ignored."""
         self._fleet.limit(name, v_max)
 
     def ask_camera(self, name: str, lease: float) -> None:
@@ -147,28 +159,6 @@ class World:
     def referee(self, state: RefereeState, stamp: float) -> None:
         """Take in the referee's state of match time `stamp`, s."""
         self._gate.hear(stamp, state)
-
-    def add(self, name: str, model: RobotModel, pose: Pose) -> None:
-        """Put a virtual robot into the world, where there must be room for it.
-
-        Raises:
-            WorldError: the name is taken.
-        """
-        self._fleet.add(name, model, pose)
-        self._resize()
-
-    def remove(self, name: str) -> None:
-        """Take a robot out of the world.
-
-        Raises:
-            WorldError: there is none of that name.
-        """
-        if self._ghosts.pop(name, None) is not None:
-            self._engine.remove(name)
-        else:
-            self._engine.row(name)
-            self._fleet.remove(name)
-        self._resize()
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a virtual robot somewhere else, at rest, where there must be room for it.
@@ -228,11 +218,8 @@ class World:
     def snapshot(self) -> WorldSnapshot:
         """The snapshot from which a restarted world goes on."""
         fleet = self._fleet
-        robots = [
-            RobotSnapshot(
-                name=member.name,
-                model=member.model.name,
-                start=member.start,
+        robots = {
+            member.name: RobotSnapshot(
                 pose=Pose(*pose),
                 angles=fleet.angles(member.name),
                 sensors=self._sensors.remember(member.name),
@@ -241,8 +228,7 @@ class World:
                 locked=member.interlock.locked,
             )
             for member, pose in zip(fleet.members, fleet.poses.tolist(), strict=True)
-        ]
-        physical = [GhostSnapshot(name=n, model=self.model(n).name, pose=self.pose(n)) for n in self._ghosts]
+        }
         return WorldSnapshot(
             setup=self._setup,
             tick=self.tick,
@@ -250,60 +236,13 @@ class World:
             estop=self.estop,
             refereed=self._gate.refereed,
             robots=robots,
-            physical=physical,
+            physical={name: self.pose(name) for name in self._ghosts},
         )
-
-    def restore(self, snapshot: WorldSnapshot) -> None:
-        """Go on from a snapshot, in a new epoch, with every robot at rest and its motors off.
-
-        Physical robots are taken to be at their poses in the snapshot, as if measured at the snapshot's time.
-
-        Raises:
-            ConfigError: the snapshot names a robot model that is not known.
-            WorldError: the snapshot is of another set-up than this world's.
-        """
-        if snapshot.setup != self._setup:
-            raise WorldError(
-                f"snapshot: expected one of this set-up ({self._setup}), got one of another ({snapshot.setup}): "
-                "choose another run folder, or delete the snapshot to begin anew"
-            )
-        both: list[RobotSnapshot | GhostSnapshot] = [*snapshot.robots, *snapshot.physical]
-        models = {robot.name: self.config.description(robot.name, robot.model) for robot in both}
-        for name in self.names:
-            self._engine.remove(name)
-        self._ghosts.clear()
-        self._said.clear()
-        self._rests = Rests()
-        self._fleet = Fleet(self._engine)
-        self._fleet.set_used({robot.name: robot.energy_used for robot in snapshot.robots})
-        self.tick, self.epoch, self.estop = snapshot.tick, snapshot.epoch + 1, snapshot.estop
-        self._gate = RefereeGate(refereed=snapshot.refereed)
-        for ghost in snapshot.physical:
-            self._add_ghost(ghost.name, models[ghost.name], ghost.pose)
-        for robot in snapshot.robots:
-            member = self._fleet.add(robot.name, models[robot.name], robot.pose)
-            member.start, member.v_max = robot.start, robot.v_max
-            member.interlock.locked = robot.locked
-            self._engine.restore(robot.name, robot.pose, robot.angles)
-        self._resize()
-        for robot in snapshot.robots:
-            self._sensors.recall(robot.name, robot.sensors)
 
     def close(self) -> None:
         """Close the engine and the sensors. Idempotent."""
         self._sensors.close()
         self._engine.close()
-
-    def _add_ghost(self, name: str, model: RobotModel, pose: Pose) -> None:
-        self._engine.add(name, model, pose, kinematic=True)
-        self._ghosts[name] = Ghost(pose, self.time)
-
-    def _resize(self) -> None:
-        """Adapt to a change of the list of robots, or of their rows in the engine."""
-        engine = self._engine
-        self._fleet.resize()
-        ghosts = np.asarray(engine.kinematic).tolist()
-        self._sensors.resize(engine.names, engine.models, ghosts, self._instant())
 
     def _instant(self) -> Instant:
         engine = self._engine

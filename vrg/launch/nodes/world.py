@@ -16,20 +16,21 @@ SNAPSHOT_PERIOD = 5
 """The number of world ticks between two snapshots. With the default tick this is 0.1 s of match time."""
 
 
-def world_node(setup: MatchSetup) -> WorldNode:
-    """Make the world of a match.
+def world_node(setup: MatchSetup, snapshot: bytes | None = None) -> WorldNode:
+    """Make the world of a match, which goes on from the bytes of a snapshot if there are any.
 
     Raises:
         ConfigError: the set-up of the world has problems.
+        WorldError: the snapshot is damaged, of another release, or of another set-up.
     """
-    return WorldNode(setup.world, Mailbox(), setup.keys)
+    return WorldNode(setup.world, Mailbox(), setup.keys, snapshot)
 
 
 def world(on: NodeContext) -> Made:
     """The world, which goes on from the snapshot in the run folder."""
-    node = world_node(on.setup)
-    if on.folder.snapshot.exists():
-        node.restore(read_bytes(on.folder.snapshot))
+    snapshot = read_bytes(on.folder.snapshot) if on.folder.snapshot.exists() else None
+    node = world_node(on.setup, snapshot)
+    if snapshot is not None:
         log.info("going on from the snapshot at tick %d", node.start_tick)
     keeper = _SnapshotKeeper(on.folder, node.snapshot)
     return Made(node, {"first_tick": node.start_tick, "rate": on.setup.rate, "after_tick": keeper})

@@ -21,12 +21,6 @@ class IdealEngine(Engine):
     def close(self) -> None:
         pass
 
-    def _added(self, row: int) -> None:
-        pass
-
-    def _removed(self, row: int) -> None:
-        pass
-
     def _placed(self, row: int) -> None:
         pass
 

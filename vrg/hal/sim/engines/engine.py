@@ -25,20 +25,20 @@ in place a P2AT needs 0.56, an ATRV-Jr 0.62. Held wheels have the full friction,
 
 
 @dataclass(frozen=True, slots=True)
-class BodyState:
-    """The state of one robot's body.
+class Start:
+    """A robot as an engine begins with it, at rest and with its wheels braked.
 
     Args:
-        pose: the body's pose in the map's frame.
-        twist: the velocity of the body.
-        angles: those that the axes of its drivetrain have turned since the start, rad.
-        touch: one value per bumper, True if it is in contact.
+        name: one that no other robot has. pose: in the map's frame.
+        kinematic: True for a body that only `move` moves, and that may be anywhere, also in a wall.
+        angles: those that the axes of its drivetrain have turned, rad; all 0 if none are given.
     """
 
+    name: str
+    model: RobotModel
     pose: Pose
-    twist: Twist
-    angles: tuple[float, ...]
-    touch: tuple[bool, ...]
+    kinematic: bool = False
+    angles: tuple[float, ...] = ()
 
 
 class Engine(ABC):
@@ -49,7 +49,7 @@ class Engine(ABC):
     rather than with the wall.
 
     Args:
-        map_: the walls and obstacles.
+        map_: the walls and obstacles. robots: all robots; no other ones come, and none leaves.
 
     Attributes:
         names, models: the robots' names and models.
@@ -63,73 +63,28 @@ class Engine(ABC):
             bodies that are not kinematic counts.
     """
 
-    def __init__(self, map_: Map) -> None:
+    def __init__(self, map_: Map, robots: Sequence[Start]) -> None:
         self.map = map_
-        self.names: list[str] = []
-        self.models: list[RobotModel] = []
-        self.kinematic: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
-        self.poses: Floats = np.zeros((0, 3))
-        self.velocities: Floats = np.zeros((0, 3))
-        self.angles: Floats = np.zeros((0, 2))
-        self.speeds: Floats = np.zeros((0, 2))
-        self.touch: list[int] = []
-        self._targets: Floats = np.zeros((0, 2))
-        self._braking: npt.NDArray[np.bool_] = np.zeros(0, dtype=bool)
-        self._slew: Floats = np.zeros((0, 1))
-        self._slowing: Floats = np.zeros((0, 1))
+        self.names = [robot.name for robot in robots]
+        self.models = models = [robot.model for robot in robots]
+        count, axes = len(robots), max((len(model.drivetrain.axes) for model in models), default=0)
+        self.kinematic: npt.NDArray[np.bool_] = np.array([robot.kinematic for robot in robots], dtype=bool)
+        poses = [(robot.pose.x, robot.pose.y, wrap(robot.pose.theta)) for robot in robots]
+        self.poses: Floats = np.array(poses, dtype=np.float64).reshape(-1, 3)
+        self.velocities: Floats = np.zeros((count, 3))
+        self.angles: Floats = np.zeros((count, axes))
+        for row, robot in enumerate(robots):
+            self.angles[row, : len(robot.angles)] = robot.angles
+        self.speeds: Floats = np.zeros((count, axes))
+        self.touch = [0] * count
+        self._targets: Floats = np.zeros((count, axes))
+        self._braking: npt.NDArray[np.bool_] = np.ones(count, dtype=bool)
+        brakes = [model.brake / model.drivetrain.wheel_radius for model in models]
+        self._slew: Floats = np.array(brakes, dtype=np.float64).reshape(-1, 1)
+        self._slowing: Floats = self._slew.copy()
         """How fast the speeds of the axes rise, and how fast they fall, rad/s^2."""
-        self._holonomic: list[int] = []
+        self._holonomic = [row for row, model in enumerate(models) if model.drivetrain.holonomic]
         """The rows of the robots that can drive sideways."""
-
-    def add(self, name: str, model: RobotModel, pose: Pose, kinematic: bool = False) -> None:
-        """Put a robot into the world, at rest and with its wheels braked.
-
-        Args:
-            kinematic: True for a body that only `move` moves, and that may be anywhere, also in a wall.
-
-        Raises:
-            WorldError: the name is taken.
-        """
-        if name in self.names:
-            raise WorldError(f"robot: expected a name that is not in the world, got {name!r}")
-        self.names.append(name)
-        self.models.append(model)
-        self.touch.append(0)
-        self.poses = np.vstack((self.poses, (pose.x, pose.y, wrap(pose.theta))))
-        self.velocities = np.vstack((self.velocities, np.zeros(3)))
-        axes = max(len(model.drivetrain.axes), self.angles.shape[1])
-        for field in ("angles", "speeds", "_targets"):
-            old = getattr(self, field)
-            setattr(self, field, np.pad(old, ((0, 1), (0, axes - old.shape[1]))))
-        self.kinematic = np.append(self.kinematic, kinematic)
-        self._braking = np.append(self._braking, True)
-        self._find_holonomic()
-        self._slew = np.vstack((self._slew, (model.brake / model.drivetrain.wheel_radius,)))
-        self._slowing = np.vstack((self._slowing, self._slew[-1:]))
-        self._added(len(self.names) - 1)
-
-    def remove(self, name: str) -> None:
-        """Take a robot out of the world.
-
-        Raises:
-            WorldError: there is none of that name.
-        """
-        row = self.row(name)
-        self._removed(row)
-        del self.names[row], self.models[row], self.touch[row]
-        for field in (
-            "kinematic",
-            "poses",
-            "velocities",
-            "angles",
-            "speeds",
-            "_targets",
-            "_braking",
-            "_slew",
-            "_slowing",
-        ):
-            setattr(self, field, np.delete(getattr(self, field), row, axis=0))
-        self._find_holonomic()
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a robot somewhere else, at rest. The caller must check that it fits there.
@@ -203,37 +158,9 @@ class Engine(ABC):
             known = ", ".join(self.names) or "none"
             raise WorldError(f"robot: expected one of those in the world ({known}), got {name!r}") from None
 
-    def state(self, name: str) -> BodyState:
-        """The state of one robot's body.
-
-        Raises:
-            WorldError: there is none of that name.
-        """
-        row = self.row(name)
-        touch = tuple(bool(self.touch[row] >> n & 1) for n in range(bumpers(self.models[row])))
-        return BodyState(
-            Pose(*self.poses[row].tolist()), Twist(*self.velocities[row].tolist()), self.angles_of(row), touch
-        )
-
     def angles_of(self, row: int) -> tuple[float, ...]:
         """The angles that the axes of one robot have turned, rad."""
         return tuple(self.angles[row, : len(self.models[row].drivetrain.axes)].tolist())
-
-    def restore(self, name: str, pose: Pose, angles: Sequence[float]) -> None:
-        """Put a robot at its pose in a snapshot, at rest, with its axes turned as they were (rad)."""
-        self.place(name, pose)
-        self.angles[self.row(name), : len(angles)] = angles
-
-    def _find_holonomic(self) -> None:
-        self._holonomic = [row for row, model in enumerate(self.models) if model.drivetrain.holonomic]
-
-    @abstractmethod
-    def _added(self, row: int) -> None:
-        """Called after a robot has been appended."""
-
-    @abstractmethod
-    def _removed(self, row: int) -> None:
-        """Called before a robot is taken out of the arrays."""
 
     @abstractmethod
     def _placed(self, row: int) -> None:

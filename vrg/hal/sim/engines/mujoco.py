@@ -15,11 +15,12 @@ The state is in the arrays of `Engine`, and in the stretch of the tyres. The sol
 """
 
 import math
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 
-from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.engines.traction import MAX_PHYSICS_STEP, Traction
 from vrg.hal.sim.map import Map
 
@@ -43,19 +44,22 @@ _JOINTS = (
 class MujocoEngine(Engine):
     """An engine that moves rigid bodies with MuJoCo."""
 
-    def __init__(self, map_: Map) -> None:
-        super().__init__(map_)
-        self._traction = Traction()
+    def __init__(self, map_: Map, robots: Sequence[Start]) -> None:
+        super().__init__(map_, robots)
+        self._traction = Traction(robots)
         self._walls = len(map_.boxes) + len(map_.circles)
-        self._stale = True
-        """Whether the list of robots has changed since the model was built."""
+        self._model = self._build()
+        self._data = mujoco.MjData(self._model)
+        self._places, self._speeds, self._forces = (
+            array.reshape(-1, 3) for array in (self._data.qpos, self._data.qvel, self._data.qfrc_applied)
+        )
+        self._fastest = np.array([(m.v_max, m.v_max, m.w_max) for m in self.models]).reshape(-1, 3)
+        self._bound = 2.0 * self._fastest.max(axis=0, initial=0.0)
 
     def step(self, dt: float) -> None:
         """Advance by dt seconds, in physics steps of at most MAX_PHYSICS_STEP."""
         if not self.names:
             return
-        if self._stale:
-            self._build()
         aims = self._accelerate(dt)
         aims[self._braking] = 0.0  # the wheels lock at once; friction decides how fast that stops the body
         self.speeds = aims
@@ -77,14 +81,6 @@ class MujocoEngine(Engine):
 
     def close(self) -> None:
         """Do nothing: this engine holds nothing that must be released."""
-
-    def _added(self, row: int) -> None:
-        self._traction.add(self.models[row], kinematic=bool(self.kinematic[row]))
-        self._stale = True
-
-    def _removed(self, row: int) -> None:
-        self._traction.remove(row)
-        self._stale = True
 
     def _placed(self, row: int) -> None:
         self._traction.release(row)
@@ -132,7 +128,7 @@ class MujocoEngine(Engine):
                     at_x, at_y, theta = self.poses[row].tolist()
                     self.touch[row] |= bumper_bit(self.models[row], math.atan2(y - at_y, x - at_x) - theta)
 
-    def _build(self) -> None:
+    def _build(self) -> mujoco.MjModel:
         """Build the model of the map and of all robots, in the plane of the joints.
 
         Boxes are as tall as they are wide, so that the shortest way out of one is sideways. A column is a sphere: what
@@ -169,14 +165,7 @@ class MujocoEngine(Engine):
                 conaffinity=0 if kinematic else _WALL | _BODY | _KINEMATIC,
                 **contact,
             )
-        self._model = spec.compile()
-        self._data = mujoco.MjData(self._model)
-        self._places, self._speeds, self._forces = (
-            array.reshape(-1, 3) for array in (self._data.qpos, self._data.qvel, self._data.qfrc_applied)
-        )
-        self._fastest = np.array([(model.v_max, model.v_max, model.w_max) for model in self.models])
-        self._bound = 2.0 * self._fastest.max(axis=0)
-        self._stale = False
+        return spec.compile()
 
 
 def _half(length: float, width: float) -> tuple[float, float, float]:

@@ -8,12 +8,12 @@ takes the whole push, as far as walls and its neighbours leave room.
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from vrg.hal.models import RobotModel
-from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.shapes import Box, Gap, Outline, apart, box_gap, circle_gap, outline
 from vrg.regions import Circle
@@ -43,25 +43,28 @@ class PlanarEngine(Engine):
     the robot's circumscribed circle. A robot is checked only when one of its budgets is used up.
     """
 
-    def __init__(self, map_: Map) -> None:
-        super().__init__(map_)
+    def __init__(self, map_: Map, robots: Sequence[Start]) -> None:
+        super().__init__(map_, robots)
         self._statics: list[Box | Circle] = [*map_.boxes, *map_.circles]
         self._outlines = [outline(box) for box in map_.boxes]
         """Of the walls and obstacles that are boxes, which come first in `_statics`."""
         boxes = np.array([(b.x, b.y, b.heading, b.length / 2, b.width / 2) for b in map_.boxes]).reshape(-1, 5)
         self._box_at, self._box_half = boxes[:, :2], boxes[:, 3:]
         self._box_cos, self._box_sin = np.cos(boxes[:, 2]), np.sin(boxes[:, 2])
-        self._motions: Floats = np.zeros((2, 0, 3))
+        self._motions: Floats = np.zeros((self.speeds.shape[1], len(robots), 3))
         """The effect of each axis (first index) of each robot on its v, its w and its speed to the left."""
-        self._reach: Floats = np.zeros(0)
-        self._budgets: Floats = np.zeros((2, 0))
+        for row, model in enumerate(self.models):
+            self._motions[: len(model.drivetrain.axes), row] = np.transpose(model.drivetrain.motions)
+        self._reach: Floats = np.array([math.hypot(m.length, m.width) / 2 for m in self.models])
+        self._budgets: Floats = np.zeros((2, len(robots)))
         """The way in m that each robot can go before it could touch a wall (first row) or a robot (second row)."""
-        self._any_kinematic = False
+        self._any_kinematic = bool(self.kinematic.any())
         self._contacts: set[tuple[int, int, int]] = set()
-        self._margin = CONTACT
-        """The distance in m below which two bodies may touch in this step."""
-        self._shove = math.inf
-        """The longest push of a robot in one attempt, m."""
+        # Without kinematic bodies no robot is pushed farther than it has driven in this step, so a robot that is out of
+        # reach before the push is out of reach after it.
+        self._margin, self._shove = (CONTACT + _PUSH, _SHOVE) if self._any_kinematic else (CONTACT, math.inf)
+        """The distance in m below which bodies may touch in a step; the longest push of a robot in an attempt, m."""
+        self._forget()
 
     def step(self, dt: float) -> None:
         """Advance by dt seconds."""
@@ -99,30 +102,16 @@ class PlanarEngine(Engine):
     def close(self) -> None:
         """Do nothing: this engine holds nothing that must be released."""
 
-    def _added(self, row: int) -> None:
-        self._forget(self.models, self.kinematic)
-
-    def _removed(self, row: int) -> None:
-        self._forget(self.models[:row] + self.models[row + 1 :], np.delete(self.kinematic, row))
-
     def _placed(self, row: int) -> None:
-        self._forget(self.models, self.kinematic)
+        self._forget()
 
     def _moved(self, row: int, way: float, turn: float) -> None:
         self._budgets[1, row] -= way + turn * self._reach[row]
 
-    def _forget(self, models: list[RobotModel], kinematic: npt.NDArray[np.bool_]) -> None:
-        """Compute everything that depends on the list of robots anew, and check every robot at the next step."""
-        self._motions = np.zeros((self.speeds.shape[1], len(models), 3))
-        for row, model in enumerate(models):
-            self._motions[: len(model.drivetrain.axes), row] = np.transpose(model.drivetrain.motions)
-        self._reach = np.array([math.hypot(m.length, m.width) / 2 for m in models])
-        self._budgets = np.full((2, len(models)), -1.0)
-        self._budgets[0, kinematic] = math.inf
-        # Without kinematic bodies no robot is pushed farther than it has driven in this step, so a robot that is out of
-        # reach before the push is out of reach after it.
-        self._any_kinematic = bool(kinematic.any())
-        self._margin, self._shove = (CONTACT + _PUSH, _SHOVE) if self._any_kinematic else (CONTACT, math.inf)
+    def _forget(self) -> None:
+        """Check every robot at the next step, whatever was near it."""
+        self._budgets[:] = -1.0
+        self._budgets[0, self.kinematic] = math.inf
         self._contacts.clear()
         self.touch = [0] * len(self.touch)
 

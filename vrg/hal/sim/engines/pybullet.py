@@ -11,6 +11,7 @@ the other bodies at that speed. It is far taller than they are, so that no body 
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
 from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engines import check_installed
-from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, bumper_bit
+from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.engines.traction import GIVE, MAX_PHYSICS_STEP, damped_slip
 from vrg.hal.sim.map import WALL_HEIGHT, Map
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
@@ -67,22 +68,29 @@ class Tyre(NamedTuple):
 class BulletEngine(Engine):
     """An engine that moves rigid bodies with PyBullet, in a physics client of its own without a window."""
 
-    def __init__(self, map_: Map) -> None:
-        super().__init__(map_)
+    def __init__(self, map_: Map, robots: Sequence[Start]) -> None:
+        super().__init__(map_, robots)
         self._client = pybullet.connect(pybullet.DIRECT)
-        self._bodies: list[int] = []
-        self._passing: set[tuple[int, int]] = set()
-        """The pairs of a kinematic body and a body that it lets through until the two are apart."""
-        self._radii: Floats = np.zeros((0, 1))
-        self._motions: list[BodyState] = []
-        self._tyres: list[list[Tyre]] = []
-        self._damped: list[float] = []
-        """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
-        self._stretches: list[list[tuple[float, float]]] = []
-        """The stretch of the tyres of each robot: for each wheel ahead and aside, m."""
         self._open = True
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=self._client)
         self._build_map()
+        self._bodies = [
+            self._build_kinematic(robot.model) if robot.kinematic else self._build_robot(robot.model)
+            for robot in robots
+        ]
+        self._passing: set[tuple[int, int]] = set()
+        """The pairs of a kinematic body and a body that it lets through until the two are apart."""
+        self._radii: Floats = np.array([m.drivetrain.wheel_radius for m in self.models]).reshape(-1, 1)
+        self._tyres = [
+            [Tyre.of(w, w.axis) for w in model.drivetrain.wheels if w.axis is not None] for model in self.models
+        ]
+        self._damped = [damped_slip(model) for model in self.models]
+        """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
+        self._motions: list[BodyState] = [self._motion(body) for body in self._bodies]
+        self._stretches: list[list[tuple[float, float]]] = [[] for _ in robots]
+        """The stretch of the tyres of each robot: for each wheel ahead and aside, m."""
+        for row in range(len(robots)):
+            self._placed(row)
 
     def step(self, dt: float) -> None:
         """Advance by dt seconds, in physics steps of at most MAX_PHYSICS_STEP."""
@@ -122,24 +130,6 @@ class BulletEngine(Engine):
         if self._open:
             self._open = False
             pybullet.disconnect(physicsClientId=self._client)
-
-    def _added(self, row: int) -> None:
-        model = self.models[row]
-        self._bodies.append(self._build_kinematic(model) if self.kinematic[row] else self._build_robot(model))
-        self._radii = np.array([m.drivetrain.wheel_radius for m in self.models]).reshape(-1, 1)
-        self._tyres.append([Tyre.of(w, w.axis) for w in model.drivetrain.wheels if w.axis is not None])
-        self._stretches.append([])
-        self._damped.append(damped_slip(model))
-        self._motions.append(self._motion(self._bodies[row]))
-        self._placed(row)
-
-    def _removed(self, row: int) -> None:
-        body = self._bodies.pop(row)
-        for pair in [pair for pair in self._passing if body in pair]:
-            self._meet(pair, True)
-        pybullet.removeBody(body, physicsClientId=self._client)
-        self._radii = np.delete(self._radii, row, axis=0)
-        del self._tyres[row], self._stretches[row], self._motions[row], self._damped[row]
 
     def _placed(self, row: int) -> None:
         body, model = self._bodies[row], self.models[row]

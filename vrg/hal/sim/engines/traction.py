@@ -17,13 +17,14 @@ whatever the friction is. `skid_steer` is given the track measured with it (test
 """
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
-from vrg.hal.sim.engines.engine import DRIVE, Floats
+from vrg.hal.sim.engines.engine import DRIVE, Floats, Start
 
 MAX_PHYSICS_STEP = 0.01
 """The longest physics step, s."""
@@ -40,43 +41,39 @@ class Traction:
     Its arrays have a column for each robot, and before it a row for each wheel, and before that one for the slip along
     the way of a wheel and one for that across it. A robot with fewer wheels than another one has wheels that press
     nothing in the last rows.
+
+    Args:
+        robots: all robots of an engine.
     """
 
-    def __init__(self) -> None:
-        self._ways: Floats = np.zeros((3, 2, 0, 0))
+    def __init__(self, robots: Sequence[Start]) -> None:
+        models = [robot.model for robot in robots]
+        wheels = [_driven(model) for model in models]
+        shape = max(map(len, wheels), default=0), len(robots)
+        self._ways: Floats = np.zeros((3, 2, *shape))
         """The slip for each unit of a body's speed ahead, speed to the left and turn rate; so also the force ahead, the
         force to the left and the moment for each unit of a push."""
-        self._stretches: Floats = np.zeros((2, 0, 0))
+        self._stretches: Floats = np.zeros((2, *shape))
         """The stretch of the tyres, as a fraction of GIVE."""
-        self._axes: npt.NDArray[np.intp] = np.zeros((0, 0), dtype=np.intp)
-        self._radii: Floats = np.zeros(0)
-        self._damped: Floats = np.zeros(0)
+        self._axes: npt.NDArray[np.intp] = np.zeros(shape, dtype=np.intp)
+        for row, own in enumerate(wheels):
+            for n, (wheel, axis) in enumerate(own):
+                c, s, held = math.cos(wheel.heading), math.sin(wheel.heading), float(not wheel.rollers)
+                ahead, aside = (c, s, wheel.x * s - wheel.y * c), (-s, c, wheel.x * c + wheel.y * s)
+                self._ways[:, 0, n, row] = ahead
+                self._ways[:, 1, n, row] = [held * way for way in aside]
+                self._axes[n, row] = axis
+        self._radii: Floats = np.array([model.drivetrain.wheel_radius for model in models])
+        self._damped: Floats = np.array([damped_slip(model) for model in models])
         """The slip of each robot in m/s at which the damping of a tyre alone is its full friction."""
-        self._grips: Floats = np.zeros(0)
-        """The full friction of a wheel of each robot, N."""
-
-    def add(self, model: RobotModel, *, kinematic: bool) -> None:
-        """Append the wheels of a robot. Those of a kinematic body press nothing."""
-        wheels = _driven(model)
-        more = max(0, len(wheels) - len(self._axes))
-        for field in ("_ways", "_stretches", "_axes"):
-            old = getattr(self, field)
-            setattr(self, field, np.pad(old, (*[(0, 0)] * (old.ndim - 2), (0, more), (0, 1))))
-        for n, (wheel, axis) in enumerate(wheels):
-            c, s, held = math.cos(wheel.heading), math.sin(wheel.heading), float(not wheel.rollers)
-            ahead, aside = (c, s, wheel.x * s - wheel.y * c), (-s, c, wheel.x * c + wheel.y * s)
-            self._ways[:, 0, n, -1] = ahead
-            self._ways[:, 1, n, -1] = [held * way for way in aside]
-            self._axes[n, -1] = axis
-        self._radii = np.append(self._radii, model.drivetrain.wheel_radius)
-        self._damped = np.append(self._damped, damped_slip(model))
         # The friction that gives the model's brake, times the load of a wheel that a motor can hold.
-        self._grips = np.append(self._grips, 0.0 if kinematic else model.brake * model.mass / len(wheels))
-
-    def remove(self, row: int) -> None:
-        """Take the wheels of a robot away."""
-        for field in ("_ways", "_stretches", "_axes", "_radii", "_damped", "_grips"):
-            setattr(self, field, np.delete(getattr(self, field), row, axis=-1))
+        self._grips: Floats = np.array(
+            [
+                0.0 if robot.kinematic else robot.model.brake * robot.model.mass / len(own)
+                for robot, own in zip(robots, wheels, strict=True)
+            ]
+        )
+        """The full friction of a wheel of each robot, N; those of a kinematic body press nothing."""
 
     def release(self, row: int) -> None:
         """Undo the stretch of a robot's tyres, as it is put somewhere at rest."""

@@ -73,20 +73,18 @@ class Instant:
 
 
 class SensorSimulation(Generic[P]):
-    """Simulates all sensors of one kind in a world. Its results depend on its ticks and the seed alone."""
+    """Simulates all sensors of one kind in a world. Its results depend on its ticks and the seed alone.
 
-    def __init__(self, surroundings: Surroundings) -> None:
+    Args:
+        mounted: all these sensors. now: the state of the robots before the first tick.
+    """
+
+    def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[P]], now: Instant) -> None:
         self.surroundings = surroundings
-        self.mounted: list[Mounted[P]] = []
-        self._schedule: list[tuple[int, Mounted[P]]] = []
-        self._beat = 1
-        """Every reading is due at a multiple of so many ticks."""
-
-    def resize(self, mounted: Sequence[Mounted[P]], now: Instant) -> None:
-        """Adapt to a change of the list of robots, or of their rows."""
         self.mounted = list(mounted)
         self._schedule = [(m.spec.due_every(now.dt), m) for m in mounted]
         self._beat = math.gcd(*(every for every, _ in self._schedule)) or 1
+        """Every reading is due at a multiple of so many ticks."""
 
     def sense(self, now: Instant) -> list[Measured]:
         """The readings of the sensors that are due at this tick, one after the other. It is called once per tick."""

@@ -19,18 +19,12 @@ class CameraSimulation(SensorSimulation[CameraSpec]):
     the match file asks, otherwise with the first picture, which then comes late.
     """
 
-    def __init__(self, surroundings: Surroundings) -> None:
-        super().__init__(surroundings)
+    def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[CameraSpec]], now: Instant) -> None:
+        super().__init__(surroundings, mounted, now)
         self._renderer: Renderer | None = None
         self._plan: list[tuple[int, int, Mounted[CameraSpec]]] = []
         """The number of ticks from one picture of a camera to the next, which tick of these it is, and the camera."""
-
-    def resize(self, mounted: Sequence[Mounted[CameraSpec]], now: Instant) -> None:
-        """Adapt to a change of the list of robots, or of their rows."""
-        super().resize(mounted, now)
-        self._plan = []
-        for m in mounted:
-            every = m.spec.due_every(now.dt)
+        for every, m in self._schedule:
             # Not all cameras in one tick, which would hold the world up.
             self._plan.append((every, zlib.crc32(m.robot.encode()) % every, m))
         if any(m.robot in now.cameras for m in mounted):

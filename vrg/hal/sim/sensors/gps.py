@@ -1,6 +1,7 @@
 """The simulation of GPS receivers: satellites that walls may hide, and an error that changes slowly."""
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -24,8 +25,8 @@ _FAR = 1e3
 class GpsSimulation(SensorSimulation[GpsSpec]):
     """Simulates all GPS receivers of a world. The satellites are the same for all of them."""
 
-    def __init__(self, surroundings: Surroundings) -> None:
-        super().__init__(surroundings)
+    def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[GpsSpec]], now: Instant) -> None:
+        super().__init__(surroundings, mounted, now)
         rng = generator(surroundings.seed, "sky", "gps")
         self._azimuths = rng.uniform(-math.pi, math.pi, SATELLITES)
         # Uniform on the half sphere.

@@ -6,27 +6,20 @@ import numpy as np
 
 from vrg.hal.sensors.ins import Ins, InsSpec
 from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.noise import Floats, Noise
+from vrg.hal.sim.sensors.noise import Noise
 from vrg.types import Pose
 
 
 class InsSimulation(SensorSimulation[InsSpec]):
     """Simulates inertial navigation systems: they measure the robots' true poses plus noise."""
 
-    def __init__(self, surroundings: Surroundings) -> None:
-        super().__init__(surroundings)
-        self._noise = Noise(lambda: surroundings.seed, "ins", 3)
-        self._index: dict[tuple[str, str], int] = {}
-        self._deviations: Floats = np.zeros((0, 3))
-        """The standard deviations of each system: shape (systems, 3), m, m and rad."""
-
-    def resize(self, mounted: Sequence[Mounted[InsSpec]], now: Instant) -> None:
-        """Adapt to a change of the list of robots, or of their rows."""
-        super().resize(mounted, now)
-        self._noise.resize([f"{m.robot} {m.spec.name}" for m in mounted])
+    def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[InsSpec]], now: Instant) -> None:
+        super().__init__(surroundings, mounted, now)
+        self._noise = Noise(lambda: surroundings.seed, "ins", 3, [f"{m.robot} {m.spec.name}" for m in mounted])
         self._index = {(m.robot, m.spec.name): index for index, m in enumerate(mounted)}
         specs = [m.spec for m in mounted]
         self._deviations = np.array([(s.position_noise, s.position_noise, s.heading_noise) for s in specs])
+        """The standard deviations of each system: shape (systems, 3), m, m and rad."""
 
     def sense(self, now: Instant) -> list[Measured]:
         """The noisy poses of the robots whose reading is due."""

@@ -19,8 +19,8 @@ _BLOCK = 64
 class LaserSimulation(SensorSimulation[LaserSpec]):
     """Simulates all laser range finders of a world. They see the map and all robots, physical ones included."""
 
-    def __init__(self, surroundings: Surroundings) -> None:
-        super().__init__(surroundings)
+    def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[LaserSpec]], now: Instant) -> None:
+        super().__init__(surroundings, mounted, now)
         self._static = Edges(surroundings.map_.edges)
         self._edges = self._static
         self._discs = surroundings.map_.discs

@@ -27,20 +27,16 @@ class Noise:
     Args:
         seed: returns the world's seed. sensor: a word for the sensor.
         columns: how many numbers one reading of a robot needs.
+        names: what tells the robots apart, one for each.
     """
 
-    def __init__(self, seed: Callable[[], int], sensor: str, columns: int) -> None:
+    def __init__(self, seed: Callable[[], int], sensor: str, columns: int, names: Sequence[str]) -> None:
         self._seed = seed
         self._sensor = sensor
         self._columns = columns
-        self._names: list[str] = []
+        self._names = names
         self._block: tuple[int, int] | None = None
         self._drawn: Floats = np.zeros((_BLOCK, 0, columns))
-
-    def resize(self, names: Sequence[str]) -> None:
-        """Take over a new list of robots."""
-        self._names = list(names)
-        self._block = None
 
     def at(self, number: int) -> Floats:
         """The numbers for reading `number` of all robots: shape (robots, columns)."""
@@ -50,7 +46,7 @@ class Noise:
             self._block = seed, block
             shape = (_BLOCK, self._columns)
             draws = [generator(seed, n, self._sensor, block).standard_normal(shape) for n in self._names]
-            self._drawn = np.stack(draws, axis=1) if draws else np.zeros((_BLOCK, 0, self._columns))
+            self._drawn = np.stack(draws, axis=1)
         drawn: Floats = self._drawn[index]
         return drawn
 

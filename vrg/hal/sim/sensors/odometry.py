@@ -10,7 +10,6 @@ from itertools import accumulate, groupby
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from vrg.geometry import wrap
 from vrg.hal.sensors.encoders import EncodersSpec
@@ -18,8 +17,6 @@ from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.noise import Floats, Noise, generator
 from vrg.types import Pose, Twist
-
-Indices = npt.NDArray[np.intp]
 
 _FINE = 1_000_000
 """The encoders' ticks per turn that are assumed for a robot whose model has odometry but no encoders."""
@@ -31,64 +28,44 @@ _LONGEST = 50
 class OdometrySimulation(SensorSimulation[OdometrySpec]):
     """Simulates odometry: it adds up the ways of the wheels. Its arrays have one column for each axis of each robot."""
 
-    def __init__(self, surroundings: Surroundings) -> None:
-        super().__init__(surroundings)
-        self._noises: list[Noise] = []
-        self._index: dict[tuple[str, str], int] = {}
-        self._columns: tuple[Indices, Indices] = np.zeros(0, np.intp), np.zeros(0, np.intp)
-        """The row of the robot in the engine, and the axis, of each column."""
-        self.poses: Floats = np.zeros((0, 3))
+    def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[OdometrySpec]], now: Instant) -> None:
+        mounted = sorted(mounted, key=_axes)  # those with as many axes have a source of noise together
+        super().__init__(surroundings, mounted, now)
+        self._index = {(m.robot, m.spec.name): index for index, m in enumerate(mounted)}
+        self.poses: Floats = np.zeros((len(mounted), 3))
         """The poses relative to where the odometry began: shape (robots, 3), m and rad, in the order of `mounted`."""
         self._ticks: list[int] = []
         """The ticks whose ways are not integrated yet."""
-        self._angles: list[Floats] = []
+        self._angles = [now.angles.copy()]
         """The angles of the axes at the tick before them and at each of them."""
-        self._per_rad: Floats = np.zeros(0)
-        self._turned: Floats = np.zeros(0)
-        """The angle of one count, rad, with the calibration error of the axis."""
-        self._slip: Floats = np.zeros(0)
-        self._motions: Floats = np.zeros((0, 3))
-        """The effect of each column on the way ahead, the turn, and the way to the left of its robot."""
-        self._starts: list[int] = []
-        """The first column of each robot."""
-
-    def resize(self, mounted: Sequence[Mounted[OdometrySpec]], now: Instant) -> None:
-        """Adapt to a change of the list of robots, or of their rows. The odometry of robots that stay goes on."""
-        self._catch_up()
-        before = {sensor: self.poses[index] for sensor, index in self._index.items()}
-        mounted = sorted(mounted, key=_axes)  # those with as many axes have a source of noise together
-        super().resize(mounted, now)
-        names = [(m.robot, m.spec.name) for m in mounted]
-        self._index = {name: index for index, name in enumerate(names)}
-        self.poses = np.array([before.get(name, np.zeros(3)) for name in names]).reshape(-1, 3)
-        self._noises = []
-        for count, group in groupby(mounted, _axes):
-            noise = Noise(lambda: self.surroundings.seed, "odometry", count)
-            noise.resize([f"{m.robot} {m.spec.name}" for m in group])
-            self._noises.append(noise)
+        self._noises = [
+            Noise(lambda: surroundings.seed, "odometry", count, [f"{m.robot} {m.spec.name}" for m in group])
+            for count, group in groupby(mounted, _axes)
+        ]
         counts = [_axes(m) for m in mounted]
         self._columns = (
             np.array([m.row for m in mounted for _ in range(_axes(m))], np.intp),
             np.array([axis for m in mounted for axis in range(_axes(m))], np.intp),
         )
+        """The row of the robot in the engine, and the axis, of each column."""
         self._per_rad = np.repeat([_ticks(m) / math.tau for m in mounted], counts)
         self._slip = np.repeat([m.spec.slip_noise for m in mounted], counts)
         scale = np.ones(sum(counts))
-        self._motions = np.zeros((sum(counts), 3))
+        self._motions: Floats = np.zeros((sum(counts), 3))
+        """The effect of each column on the way ahead, the turn, and the way to the left of its robot."""
         self._starts = [0, *accumulate(counts)][:-1]
+        """The first column of each robot."""
         for m, start in zip(mounted, self._starts, strict=True):
             own = slice(start, start + _axes(m))
-            if self.surroundings.noise:
-                rng = generator(self.surroundings.seed, m.robot, f"scale of odometry {m.spec.name}")
+            if surroundings.noise:
+                rng = generator(surroundings.seed, m.robot, f"scale of odometry {m.spec.name}")
                 scale[own] += m.spec.scale_noise * rng.standard_normal(_axes(m))
             self._motions[own] = np.transpose(m.model.drivetrain.motions)
         self._turned = scale / self._per_rad
-        self._angles = [now.angles.copy()]
+        """The angle of one count, rad, with the calibration error of the axis."""
 
     def sense(self, now: Instant) -> list[Measured]:
         """Take in the way of this tick, and return the odometry of the robots whose reading is due."""
-        if not self._index:
-            return []
         self._ticks.append(now.tick)
         self._angles.append(now.angles.copy())
         due = self.due(now)

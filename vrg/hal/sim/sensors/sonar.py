@@ -14,14 +14,9 @@ from vrg.hal.sim.sensors.rays import Edges, among_robots
 class SonarSimulation(SensorSimulation[SonarSpec]):
     """Simulates all ultrasonic rings of a world. They hear the map and all robots, physical ones included."""
 
-    def __init__(self, surroundings: Surroundings) -> None:
-        super().__init__(surroundings)
+    def __init__(self, surroundings: Surroundings, mounted: Sequence[Mounted[SonarSpec]], now: Instant) -> None:
+        super().__init__(surroundings, mounted, now)
         self._static = Edges(surroundings.map_.edges)
-        self._places: dict[tuple[str, str], Floats] = {}
-
-    def resize(self, mounted: Sequence[Mounted[SonarSpec]], now: Instant) -> None:
-        """Adapt to a change of the list of robots, or of their rows."""
-        super().resize(mounted, now)
         self._places = {(m.robot, m.spec.name): np.array([(p.x, p.y, p.theta) for p in m.spec.places]) for m in mounted}
 
     def sense(self, now: Instant) -> list[Measured]:
