@@ -117,7 +117,7 @@ class Scene:
             nothing,
             nothing,
             [0] * ROBOTS,
-            lambda _robot: 1.0,
+            np.ones(ROBOTS),
             frozenset(self.names),
         )
 

@@ -38,7 +38,7 @@ from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.device import Device
 from vrg.hal.estop import EstopOrders
 from vrg.hal.gate import RefereeGate
-from vrg.hal.sim import safety
+from vrg.hal.sim import robot
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.driver import SimDriver
 from vrg.hal.sim.snapshot import WorldSnapshot
@@ -209,7 +209,7 @@ PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
     "coordinator: it announces what is not on disk": (0, [(Journal, "settled", lambda _: True)]),
     "coordinator: a call is kept back": (3, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
     "executor: what comes twice is taken twice": (3, [(Numbers, "is_new", lambda *_: True)]),
-    "device: no watchdog": (3, [(safety, "COMMAND_TIMEOUT", 1e9)]),
+    "device: no watchdog": (3, [(robot, "COMMAND_TIMEOUT", 1e9)]),
     "device: a silent referee is not missed": (1, [(vrg.hal.gate, TIMEOUT, 1e9), (vrg.agents.player, TIMEOUT, 1e9)]),
     "device: a person who sends nothing more is obeyed": (
         [Fault(FaultKind.HAND, "ann", 4.0, 1.5)],
@@ -325,7 +325,7 @@ def test_the_command_names_the_seed_the_faults_and_what_does_not_hold(
     good = invoke(*command)
     assert good.exit_code == 0, good.output
     assert "in 0 something did not hold" in good.output
-    monkeypatch.setattr(safety, "COMMAND_TIMEOUT", 1e9)  # the processes are forks of this one
+    monkeypatch.setattr(robot, "COMMAND_TIMEOUT", 1e9)  # the processes are forks of this one
     found = invoke(*command)
     assert found.exit_code == 1
     assert "seed 3: " in found.output

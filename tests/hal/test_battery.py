@@ -5,7 +5,7 @@ import pytest
 
 from tests.hal.omni import OMNI
 from vrg.hal.models import robot_model
-from vrg.hal.sim.battery import GRAVITY, Batteries
+from vrg.hal.sim.robot import GRAVITY, Batteries
 from vrg.types import Twist
 
 P2AT = robot_model("P2AT")

@@ -21,7 +21,6 @@ from vrg.hal.sensors import png
 from vrg.hal.sensors.camera import Camera, CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.config import RobotSetup, WorldConfig, fingerprint
-from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.map import Map, load_map
 from vrg.hal.sim.sensors.rays import Edges, Fan, cast
 from vrg.hal.sim.shapes import Box
@@ -271,14 +270,24 @@ def test_pictures_end_with_the_lease_that_nobody_renews() -> None:
 
 
 def test_demand_is_a_lease_that_is_never_shortened() -> None:
-    demand = Demand(["always"])
-    assert demand.at(0.0) == {"always"}
-    demand.ask("a", 0.0, 5.0)
-    demand.ask("a", 1.0, 1.0)
-    demand.ask("b", 1.0, 1.0)
-    assert demand.at(1.5) == {"always", "a", "b"}
-    assert demand.at(2.0) == {"always", "a"}
-    assert demand.at(5.0) == {"always"}
+    names = ("always", "a", "b")
+    robots = [RobotSetup(name=n, model="P2AT", pose=Pose(3.0 * i, 0, 0), camera=i == 0) for i, n in enumerate(names)]
+    world = World(WorldConfig(map="open", engine="planar", robots=tuple(robots)))
+
+    def wanted(tick: int) -> set[str]:
+        world.tick = tick
+        return set(world._instant().cameras)
+
+    assert wanted(0) == {"always"}
+    world.ask_camera("a", 5.0)
+    world.ask_camera("nobody", 5.0)
+    world.tick = 50
+    world.ask_camera("a", 1.0)
+    world.ask_camera("b", 1.0)
+    assert wanted(75) == {"always", "a", "b"}
+    assert wanted(100) == {"always", "a"}
+    assert wanted(250) == {"always"}
+    world.close()
 
 
 def test_whether_pictures_are_taken_does_not_make_another_world() -> None:

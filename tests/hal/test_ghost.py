@@ -10,7 +10,7 @@ from vrg.bus.messages import LOST, MeasuredPose
 from vrg.bus.node import CLOCK_SKEW
 from vrg.errors import WorldError
 from vrg.geometry import along_arc
-from vrg.hal.sim.ghost import EXTRAPOLATE, Ghost
+from vrg.hal.sim.robot import EXTRAPOLATE, Ghost
 from vrg.types import STILL, Pose, Twist, Uncertainty
 
 places = st.floats(-100, 100)
@@ -33,7 +33,7 @@ def test_the_arc_is_what_many_small_steps_give(pose: Pose, v: float, side: float
 
 @given(now=st.floats(0, 10), v=st.floats(-100, 100), w=st.floats(-1000, 1000))
 def test_it_never_goes_on_for_longer_than_it_may(now: float, v: float, w: float) -> None:
-    ghost = Ghost(Pose(9, 9, 0), 0.0)
+    ghost = Ghost("g", Pose(9, 9, 0), 0.0)
     ghost.measure(MeasuredPose(pose=Pose(0, 0, 0), twist=Twist(v, w)), 0.0, 0.0)
     pose, _ = ghost.at(now)
     assert math.hypot(pose.x, pose.y) <= abs(v) * EXTRAPOLATE + 1e-9
@@ -41,7 +41,7 @@ def test_it_never_goes_on_for_longer_than_it_may(now: float, v: float, w: float)
 
 
 def test_the_newest_measurement_counts_whatever_order_they_come_in() -> None:
-    ghost = Ghost(Pose(0, 0, 0), 0.0)
+    ghost = Ghost("g", Pose(0, 0, 0), 0.0)
     ghost.measure(MeasuredPose(pose=Pose(2, 0, 0), twist=STILL), 1.0, 1.1)
     ghost.measure(MeasuredPose(pose=Pose(1, 0, 0), twist=STILL), 0.9, 1.1)
     assert ghost.at(1.1)[0].x == 2
@@ -50,7 +50,7 @@ def test_the_newest_measurement_counts_whatever_order_they_come_in() -> None:
 
 
 def test_clocks_may_differ_a_little_but_nobody_measures_the_future() -> None:
-    ghost = Ghost(Pose(0, 0, 0), 0.0)
+    ghost = Ghost("g", Pose(0, 0, 0), 0.0)
     ghost.measure(MeasuredPose(pose=Pose(1, 0, 0), twist=Twist(0.5, 0.0)), 1.0 + CLOCK_SKEW, 1.0)
     assert (ghost.age(1.0), ghost.at(1.0)) == (0.0, (Pose(1, 0, 0), Twist(0.5, 0.0)))
     with pytest.raises(WorldError, match="or before"):
@@ -59,14 +59,14 @@ def test_clocks_may_differ_a_little_but_nobody_measures_the_future() -> None:
 
 
 def test_the_edge_of_what_a_message_may_hold_is_not_passed() -> None:
-    ghost = Ghost(Pose(1e5, -1e5, 0), 0.0)
+    ghost = Ghost("g", Pose(1e5, -1e5, 0), 0.0)
     ghost.measure(MeasuredPose(pose=Pose(1e5, -1e5, -0.5), twist=Twist(100.0, 0.0)), 0.0, 0.0)
     pose, _ = ghost.at(0.2)
     assert (pose.x, pose.y) == (1e5, -1e5)
 
 
 def test_the_age_of_a_robot_that_is_lost_counts_from_when_it_was_seen() -> None:
-    ghost, known = Ghost(Pose(0, 0, 0), 0.0), Uncertainty(0.01, 0.0, 0.01, 0.1)
+    ghost, known = Ghost("g", Pose(0, 0, 0), 0.0), Uncertainty(0.01, 0.0, 0.01, 0.1)
     ghost.measure(MeasuredPose(pose=Pose(1, 0, 0), uncertainty=known, unseen=LOST), 5.0, 5.0)
     assert (ghost.age(5.1), ghost.uncertainty) == (pytest.approx(0.1), known)
     ghost.measure(MeasuredPose(pose=Pose(1, 0, 0), twist=Twist(1.0, 0.0), unseen=LOST + 0.1), 6.0, 6.0)

@@ -43,7 +43,7 @@ def readings(
 
     def now(tick: int) -> Instant:
         pose = np.array([[10.0, 20.0, 0.0]])
-        return Instant(tick, 0.02, [model], pose, np.zeros((1, 2)), np.zeros((1, 2)), [0], lambda _: 1.0)
+        return Instant(tick, 0.02, [model], pose, np.zeros((1, 2)), np.zeros((1, 2)), [0], np.ones(1))
 
     suite = SensorSuite(Surroundings(map_, 3, noise), [robot], [False], now(0))
     return [message for tick in range(50 * count) for _, _, message in suite.sense(now(tick))]  # type: ignore[misc]

@@ -31,7 +31,7 @@ def instant(tick: int, models: Sequence[RobotModel], wheels: tuple[float, float]
     """All robots stand at the origin and turn their wheels at these rates, rad/s."""
     n = len(models)
     turned = np.tile(wheels, (n, 1)) * tick * DT
-    return Instant(tick, DT, models, np.zeros((n, 3)), np.zeros((n, 3)), turned, [0b101] * n, lambda _: 0.5)
+    return Instant(tick, DT, models, np.zeros((n, 3)), np.zeros((n, 3)), turned, [0b101] * n, np.full(n, 0.5))
 
 
 def make(*names: str, seed: int = 1, noise: bool = True, model: RobotModel = P2AT, tick: int = 0) -> SensorSuite:

@@ -44,7 +44,7 @@ def heard(
     map_ = Map("yard", Rectangle(-20, -20, 20, 20), walls.get("boxes", ()), walls.get("circles", ()))  # type: ignore[arg-type]
     model = replace(P2AT, sensors=(spec,))
     n = len(poses)
-    now = Instant(0, 0.02, [model] * n, np.array(poses), np.zeros((n, 2)), np.zeros((n, 2)), [0] * n, lambda _: 1.0)
+    now = Instant(0, 0.02, [model] * n, np.array(poses), np.zeros((n, 2)), np.zeros((n, 2)), [0] * n, np.ones(n))
     suite = SensorSuite(Surroundings(map_, 1, noise), [f"r{i}" for i in range(n)], [False] * n, now)
     said = {robot: message for robot, _, message in suite.sense(now)}
     found = said["r0"]

@@ -35,9 +35,9 @@ from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.config import check_setup
-from vrg.hal.sim.ghost import EXTRAPOLATE
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.sim.requests import place
+from vrg.hal.sim.robot import EXTRAPOLATE
 from vrg.types import STILL, Pose, Twist
 
 S = TypeVar("S", bound=SensorMessage)
@@ -359,6 +359,11 @@ class TestBattery:
         assert sensed(world, Battery).charge == 0.0
         assert speed(world) == 0.0
         assert "battery empty" in (state(world).fault or "")
+        world.tick()  # so that the next energy balance after the restart is 10 ticks away
+        new = world.restarted()
+        new.tick(8, each=[GO])
+        assert speed(new) == 0.0, "nor does it move after a restart"
+        assert "battery empty" in (state(new).fault or "")
 
 
 class TestSnapshot:

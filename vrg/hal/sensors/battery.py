@@ -24,7 +24,7 @@ class BatterySpec(SensorSpec):
     """A gauge that measures the charge of the battery of the robot model."""
 
     message = Battery
-    simulation = "vrg.hal.sim.sensors.battery:BatterySimulation"
+    simulation = "vrg.hal.sim.sensors.simple:BatterySimulation"
     recorded = Recorded.NONE
 
     rate: Rate = 1.0

@@ -32,7 +32,7 @@ class EncodersSpec(SensorSpec):
     """
 
     message = Encoders
-    simulation = "vrg.hal.sim.sensors.encoders:EncodersSimulation"
+    simulation = "vrg.hal.sim.sensors.simple:EncodersSimulation"
     recorded = Recorded.NONE
 
     ticks: Annotated[int, Meta(ge=1, le=10**9)]

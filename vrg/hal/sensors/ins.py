@@ -31,7 +31,7 @@ class InsSpec(SensorSpec):
     """
 
     message = Ins
-    simulation = "vrg.hal.sim.sensors.ins:InsSimulation"
+    simulation = "vrg.hal.sim.sensors.simple:InsSimulation"
     recorded = Recorded.NONE
 
     position_noise: Deviation = 0.02

@@ -40,7 +40,7 @@ class TouchSpec(SensorSpec):
     """
 
     message = Touch
-    simulation = "vrg.hal.sim.sensors.touch:TouchSimulation"
+    simulation = "vrg.hal.sim.sensors.simple:TouchSimulation"
     recorded = Recorded.CHANGES
     depiction = Ticks
 

@@ -35,7 +35,7 @@ def _without_room(world: World, places: Mapping[str, Pose]) -> dict[str, str]:
     found = {}
     for name, pose in places.items():
         try:
-            _require_room(world, name, world.member(name).model, pose, set(places))
+            _require_room(world, name, world.robot(name).model, pose, set(places))
         except WorldError as error:
             found[name] = str(error)
             continue

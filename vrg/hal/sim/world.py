@@ -5,18 +5,19 @@ Virtual robots see the ghost and run into it. The world also uses the ghost's po
 the robot lacks.
 """
 
-from vrg.bus.messages import Body, MeasuredPose, Poses, RefereeState, RobotState
+import math
+
+import numpy as np
+
+from vrg.bus.messages import MeasuredPose, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
 from vrg.hal.gate import RefereeGate
 from vrg.hal.models import RobotModel
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
-from vrg.hal.sim.demand import Demand
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Start
-from vrg.hal.sim.fleet import Fleet, Member
-from vrg.hal.sim.ghost import EXTRAPOLATE, Ghost
 from vrg.hal.sim.map import load_map
-from vrg.hal.sim.rests import Rests
+from vrg.hal.sim.robot import Batteries, Ghost, VirtualRobot
 from vrg.hal.sim.sensors.base import Instant, Measured, Surroundings
 from vrg.hal.sim.sensors.suite import SensorSuite
 from vrg.hal.sim.snapshot import RobotSnapshot, WorldSnapshot
@@ -60,21 +61,31 @@ class World:
             self._gate = RefereeGate(refereed=snapshot.refereed)
             before, seen = snapshot.robots, snapshot.physical
         starts = []
-        for robot in config.robots:
-            kept = before.get(robot.name)
-            pose, angles = (seen.get(robot.name, robot.pose), ()) if kept is None else (kept.pose, kept.angles)
-            starts.append(Start(robot.name, robot.description, pose, robot.physical, angles))
-        self._engine = ENGINES.get(config.engine)(self.map, starts)
-        self._fleet = Fleet(self._engine, before)
-        self._ghosts = {start.name: Ghost(start.pose, self.time) for start in starts if start.kinematic}
-        self._pictures = Demand([robot.name for robot in config.robots if robot.camera])
+        for setup in config.robots:
+            kept = before.get(setup.name)
+            pose, angles = (seen.get(setup.name, setup.pose), ()) if kept is None else (kept.pose, kept.angles)
+            starts.append(Start(setup.name, setup.description, pose, setup.physical, angles))
+        self._engine = engine = ENGINES.get(config.engine)(self.map, starts)
+        self._robots: list[VirtualRobot | Ghost] = [
+            Ghost(start.name, start.pose, self.time) if start.kinematic else VirtualRobot(start.name, start.model, row)
+            for row, start in enumerate(starts)
+        ]
+        """All robots, in the order of the engine's rows."""
+        self._ghosts = {robot.name: robot for robot in self._robots if isinstance(robot, Ghost)}
+        self._virtual = {robot.name: robot for robot in self._robots if isinstance(robot, VirtualRobot)}
+        self._pictures = {setup.name: math.inf for setup in config.robots if setup.camera}
+        """The match time until which pictures of a robot's camera are requested, s."""
         self._state_ticks = max(1, round(STATE_PERIOD / config.tick))
         self._said: dict[str, RobotState] = {}
-        self._rests = Rests()
+        used = np.array([before[name].energy_used if name in before else 0.0 for name in engine.names])
+        self._batteries = Batteries(engine.models, used, engine.angles, engine.velocities)
         surroundings = Surroundings(self.map, config.seed, config.noise)
-        self._sensors = SensorSuite(surroundings, self.names, [start.kinematic for start in starts], self._instant())
-        for name, kept in before.items():
-            self._sensors.recall(name, kept.sensors)
+        self._sensors = SensorSuite(surroundings, engine.names, engine.kinematic.tolist(), self._instant())
+        for name, robot in self._virtual.items():
+            if (kept := before.get(name)) is not None:
+                robot.v_max, robot.locked = kept.v_max, kept.locked
+                self._sensors.recall(name, kept.sensors)
+        self._find_empty()
 
     @property
     def time(self) -> float:
@@ -89,19 +100,18 @@ class World:
     @property
     def virtual(self) -> list[str]:
         """The names of the virtual robots, in the same order."""
-        return self._fleet.names
+        return list(self._virtual)
 
-    def member(self, name: str) -> Member:
+    def robot(self, name: str) -> VirtualRobot:
         """The virtual robot of this name.
 
         Raises:
             WorldError: there is no such robot, or it is physical.
         """
         self._engine.row(name)
-        member = self._fleet.find(name)
-        if member is None:
+        if name in self._ghosts:
             raise WorldError(f"{name} is physical: carry it, or let it drive there")
-        return member
+        return self._virtual[name]
 
     def model(self, name: str) -> RobotModel:
         """The model of a robot.
@@ -121,7 +131,8 @@ class World:
 
     def drive(self, name: str, twist: Twist, armed: bool) -> None:
         """Take in a drive command. One for a robot that is not in the world is ignored."""
-        self._fleet.drive(self.time, name, twist, armed, self.estop)
+        if name in self._virtual:
+            self._virtual[name].drive(self.time, twist, armed=armed, estop=self.estop)
 
     def measure(self, name: str, measured: MeasuredPose, stamp: float) -> None:
         """Take in a measured pose of a physical robot. One that is older than the newest changes nothing.
@@ -136,25 +147,27 @@ class World:
         if ghost is None:
             known = ", ".join(self._ghosts) or "none"
             raise WorldError(f"pose of {name}: expected one of the physical robots ({known})")
-        try:
-            ghost.measure(measured, stamp, self.time)
-        except WorldError as error:
-            raise WorldError(f"pose of {name}: {error}") from None
+        ghost.measure(measured, stamp, self.time)
 
     def limit(self, name: str, v_max: float) -> None:
         """Take in the referee's limit of a robot's speed, m/s. One for a robot that is not in the world is ignored."""
-        self._fleet.limit(name, v_max)
+        if name in self._virtual:
+            self._virtual[name].limit(v_max)
 
     def ask_camera(self, name: str, lease: float) -> None:
-        """Take pictures of a robot's camera for `lease` seconds of match time. An unknown robot is ignored."""
+        """Take pictures of a robot's camera for `lease` seconds of match time. An unknown robot is ignored.
+
+        It never ends another lease. A viewer asks again before the lease ends.
+        """
         if name in self._engine.names:
-            self._pictures.ask(name, self.time, lease)
+            self._pictures[name] = max(self.time + lease, self._pictures.get(name, 0.0))
 
     def engage(self, engaged: bool) -> None:
         """Latch or release the emergency stop. After a release no robot moves until it is armed again."""
         self.estop = engaged
         if engaged:
-            self._fleet.stop()
+            for robot in self._virtual.values():
+                robot.stop()
 
     def referee(self, state: RefereeState, stamp: float) -> None:
         """Take in the referee's state of match time `stamp`, s."""
@@ -166,20 +179,27 @@ class World:
         Raises:
             WorldError: there is none of that name, or it is physical.
         """
-        self.member(name)
+        row = self.robot(name).row
         self._engine.place(name, pose)
         self._sensors.placed(name)
-        self._fleet.rest(name)
+        self._batteries.place(row)
 
     def step(self) -> None:
         """Advance by one tick."""
         self.tick += 1
-        self._fleet.command(self.time, self._gate, self.estop)
+        engine, now = self._engine, self.time
+        held = self.estop or self._gate.closed(now)
+        for name, robot in self._virtual.items():
+            before = robot.command
+            command = robot.decide(now, self._gate, held=held)
+            if command != before:
+                engine.command(name, command)
         for name, ghost in self._ghosts.items():
-            self._engine.move(name, *ghost.at(self.time))
-        self._engine.step(self.config.tick)
+            engine.move(name, *ghost.at(now))
+        engine.step(self.config.tick)
         if self.tick % _BATTERY_TICKS == 0:
-            self._fleet.drain(_BATTERY_TICKS * self.config.tick)
+            self._batteries.draw(_BATTERY_TICKS * self.config.tick, engine.angles, engine.velocities)
+            self._find_empty()
 
     def reseed(self, seed: int) -> None:
         """Let all noise depend on another seed from now on."""
@@ -193,41 +213,29 @@ class World:
         """The states of the virtual robots: those that have changed, and all of them every STATE_PERIOD."""
         now, estop = self.time, self.estop
         regular = self.tick % self._state_ticks == 0
-        states = [(member.name, member.state(now, estop)) for member in self._fleet.members]
+        states = [(name, robot.state(now, estop=estop)) for name, robot in self._virtual.items()]
         news = [(name, state) for name, state in states if regular or self._said.get(name) != state]
         self._said |= dict(news)
         return news
 
     def poses(self) -> Poses:
         """The true poses of all virtual robots and the assumed poses of the physical ones."""
-        engine, ghosts, rests, now = self._engine, self._ghosts, self._rests, self.time
-        bodies = []
-        for name, (x, y, theta), velocity in zip(
-            engine.names, engine.poses.tolist(), engine.velocities.tolist(), strict=True
-        ):
-            ghost = ghosts.get(name)
-            age = 0.0 if ghost is None else ghost.age(now)
-            twist = Twist(*velocity)
-            rest = rests.since(name, twist, now, known=age <= EXTRAPOLATE)
-            robot = self._fleet.find(name)
-            stands = None if robot is None else robot.stands
-            known = None if ghost is None else ghost.uncertainty
-            bodies.append(Body(name, Pose(x, y, theta), twist, ghost is not None, age, rest, stands, known))
-        return Poses(bodies=tuple(bodies))
+        now, engine = self.time, self._engine
+        rows = zip(self._robots, engine.poses.tolist(), engine.velocities.tolist(), strict=True)
+        return Poses(bodies=tuple(robot.body(Pose(*pose), Twist(*velocity), now) for robot, pose, velocity in rows))
 
     def snapshot(self) -> WorldSnapshot:
         """The snapshot from which a restarted world goes on."""
-        fleet = self._fleet
         robots = {
-            member.name: RobotSnapshot(
-                pose=Pose(*pose),
-                angles=fleet.angles(member.name),
-                sensors=self._sensors.remember(member.name),
-                energy_used=fleet.used(member.name),
-                v_max=member.v_max,
-                locked=member.interlock.locked,
+            name: RobotSnapshot(
+                pose=self.pose(name),
+                angles=self._engine.angles_of(robot.row),
+                sensors=self._sensors.remember(name),
+                energy_used=float(self._batteries.used[robot.row]),
+                v_max=robot.v_max,
+                locked=robot.locked,
             )
-            for member, pose in zip(fleet.members, fleet.poses.tolist(), strict=True)
+            for name, robot in self._virtual.items()
         }
         return WorldSnapshot(
             setup=self._setup,
@@ -245,7 +253,7 @@ class World:
         self._engine.close()
 
     def _instant(self) -> Instant:
-        engine = self._engine
+        engine, now = self._engine, self.time
         return Instant(
             self.tick,
             self.config.tick,
@@ -254,6 +262,11 @@ class World:
             engine.velocities,
             engine.angles,
             engine.touch,
-            self._fleet.charge,
-            self._pictures.at(self.time),
+            self._batteries.charge,
+            {name for name, until in self._pictures.items() if until > now},
         )
+
+    def _find_empty(self) -> None:
+        charges = self._batteries.charge.tolist()
+        for robot in self._virtual.values():
+            robot.empty = charges[robot.row] <= 0.0

@@ -18,11 +18,11 @@ import numpy as np
 
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Wheel
-from vrg.hal.sim.battery import GRAVITY
 from vrg.hal.sim.engines import check_installed
 from vrg.hal.sim.engines.engine import CONTACT, DRIVE, Engine, Floats, Start, bumper_bit
 from vrg.hal.sim.engines.traction import GIVE, MAX_PHYSICS_STEP, damped_slip
 from vrg.hal.sim.map import WALL_HEIGHT, Map
+from vrg.hal.sim.robot import GRAVITY
 from vrg.hal.sim.shapes import Box, box_gap, circle_gap
 from vrg.modules import silent_errors
 

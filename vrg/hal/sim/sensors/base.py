@@ -1,7 +1,7 @@
 """The base class of the simulations of sensors, with the data that they are given and that they return."""
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -57,7 +57,7 @@ class Instant:
         velocities: shape (robots, 3): v in m/s, w in rad/s, and the speed to the left in m/s.
         angles: shape (robots, axes): the angles that the axes of their drivetrains have turned, rad.
         touch: one number per robot; bit n is set if bumper n is in contact.
-        charge: returns the charge of a robot's battery by the robot's name, from 1 (full) to 0 (empty).
+        charge: the charge of each battery, from 1 (full) to 0 (empty).
         cameras: the names of the robots of whose cameras pictures are requested.
     """
 
@@ -68,7 +68,7 @@ class Instant:
     velocities: Floats
     angles: Floats
     touch: Sequence[int]
-    charge: Callable[[str], float]
+    charge: Floats
     cameras: Collection[str] = ()
 
 

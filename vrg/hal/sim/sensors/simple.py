@@ -1,13 +1,44 @@
-"""The simulation of the inertial navigation system: the true pose with noise."""
+"""The simulations of the small sensors: the battery's gauge, bumpers, wheel encoders, and inertial navigation."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from vrg.hal.sensors.battery import Battery, BatterySpec
+from vrg.hal.sensors.encoders import Encoders, EncodersSpec
 from vrg.hal.sensors.ins import Ins, InsSpec
+from vrg.hal.sensors.touch import Touch, TouchSpec
 from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
 from vrg.hal.sim.sensors.noise import Noise
 from vrg.types import Pose
+
+
+class BatterySimulation(SensorSimulation[BatterySpec]):
+    """Simulates gauges without noise: they tell the true charge."""
+
+    def measure(self, mounted: Mounted[BatterySpec], now: Instant) -> Battery:
+        """The charge of a robot's battery."""
+        return Battery(charge=float(now.charge[mounted.row]))
+
+
+class TouchSimulation(SensorSimulation[TouchSpec]):
+    """Simulates bumpers: they tell which of them are pressed."""
+
+    def measure(self, mounted: Mounted[TouchSpec], now: Instant) -> Touch:
+        """The bumpers of a robot: bit n of its contacts is bumper n."""
+        bits = now.touch[mounted.row]
+        return Touch(pressed=tuple(bool(bits >> n & 1) for n in range(mounted.spec.count)))
+
+
+class EncodersSimulation(SensorSimulation[EncodersSpec]):
+    """Simulates encoders: they count the turns of the wheels."""
+
+    def measure(self, mounted: Mounted[EncodersSpec], now: Instant) -> Encoders:
+        """The counts of a robot's encoders."""
+        per_rad = mounted.spec.ticks / math.tau
+        angles = now.angles[mounted.row, : len(mounted.model.drivetrain.axes)].tolist()
+        return Encoders(counts=tuple(math.floor(angle * per_rad) for angle in angles))
 
 
 class InsSimulation(SensorSimulation[InsSpec]):
