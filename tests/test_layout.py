@@ -266,7 +266,7 @@ BUDGETS = {
     "games": 4_020,  # with the look of what lies on a field
     "learning": 3_450,
     "bus": 2_750,
-    "hal/sim": 2_600,
+    "hal/sim": 2_590,
     "localisation": 2_710,
     "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these
     "hal/can/workshop": 2_310,  # with what listens to a bus for a person

@@ -4,7 +4,7 @@ import logging
 
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Clock, Estop, MeasuredPose, RobotState, SensorMessage, WorldAnswer, WorldRequest, shortened
+from vrg.bus.messages import Clock, Estop, MeasuredPose, SensorMessage, WorldAnswer, WorldRequest, shortened
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys, Topic, name_in
 from vrg.errors import WorldError
@@ -57,7 +57,7 @@ class WorldNode(Node):
         self._estops = EstopOrders(mailbox, keys)
         self._poses = keys.poses
         self._clock = keys.clock
-        self._states: dict[str, Topic[RobotState]] = {}
+        self._states = {name: keys.robot_state(name) for name in self.world.virtual}
         self._sensors: dict[tuple[str, str, type[SensorMessage]], Topic[SensorMessage]] = {}
 
     @property
@@ -78,7 +78,7 @@ class WorldNode(Node):
         publish = self.mailbox.publish
         world = self.world
         for name, state in world.states():
-            publish(self._state_of(name), state)
+            publish(self._states[name], state)
         for robot, sensor, reading in world.sense():
             publish(self._sensor_of(robot, sensor, type(reading)), reading)
         poses = world.poses()
@@ -140,13 +140,6 @@ class WorldNode(Node):
             refused = shortened(str(error))
         if refused is not None or request.id is not None:
             self.mailbox.publish(self._answers, WorldAnswer(id=request.id, refused=refused))
-
-    def _state_of(self, robot: str) -> Topic[RobotState]:
-        """The topic of a robot's state. It is made once for a robot, not at each tick."""
-        topic = self._states.get(robot)
-        if topic is None:
-            topic = self._states[robot] = self._keys.robot_state(robot)
-        return topic
 
     def _sensor_of(self, robot: str, sensor: str, message: type[SensorMessage]) -> Topic[SensorMessage]:
         topic = self._sensors.get((robot, sensor, message))
