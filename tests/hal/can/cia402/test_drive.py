@@ -23,9 +23,9 @@ from vrg.hal.can.cia402.codec import (
     mapping_entry,
     nmt,
 )
-from vrg.hal.can.cia402.sdo import ENCODER_COUNTS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402.drive import Cia402Drive
+from vrg.hal.can.workshop.cia402.objects import ENCODER_COUNTS
 from vrg.hal.can.workshop.cia402.states import AbortOption, ErrorBehaviour
 from vrg.hal.can.workshop.emulated import BOOT
 from vrg.hal.can.workshop.faults import FaultKind

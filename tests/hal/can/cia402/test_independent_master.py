@@ -12,7 +12,7 @@ from tests.hal.can.live import PATIENCE, LiveDrives
 from tests.vcan import INTERFACE, VCAN
 from vrg.hal.can.cia402.codec import DEVICE_TYPE, SERIAL_NUMBER, Object
 from vrg.hal.can.cia402.errors import RPDO_TIMEOUT
-from vrg.hal.can.cia402.sdo import ENCODER_COUNTS, object_dictionary
+from vrg.hal.can.workshop.cia402.objects import ENCODER_COUNTS, object_dictionary
 
 pytestmark = pytest.mark.vcan
 

@@ -4,6 +4,7 @@ import dataclasses
 import random
 
 import pytest
+from canopen import SdoAbortedError
 
 from tests.hal.can.cia402.wire import NODE, Wire
 from vrg.errors import RobotError
@@ -11,12 +12,14 @@ from vrg.hal.can.axis import MotorState
 from vrg.hal.can.cia402 import set_up
 from vrg.hal.can.cia402.axis import Cia402Axis
 from vrg.hal.can.cia402.codec import EVENT_TIMER, NODE_IDS, Function, NmtCommand, Object
-from vrg.hal.can.cia402.set_up import DEADLINE, master_of
+from vrg.hal.can.cia402.sdo import SdoClient
+from vrg.hal.can.cia402.set_up import DEADLINE, SetUp, master_of
 from vrg.hal.can.cia402.units import Cia402Options
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402.drive import Cia402Drive
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.faults import FaultKind
+from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.wire import SERIAL_NUMBER, WireClock
 
 
@@ -27,6 +30,25 @@ def without_deadline(wire: Wire) -> Wire:
         wire.drive.objects._values.pop((Object.RPDO + number, EVENT_TIMER), None)
         wire.drive.objects._defaults.clear()
     return wire
+
+
+class FixedMappings(SdoClient):
+    """The objects of a drive whose PDOs have four entries each, however few a master wants."""
+
+    def __init__(self) -> None:
+        super().__init__(NODE, lambda _: None, SimulatedClock())
+        self.objects: dict[tuple[int, int], bytes] = {}
+
+    def upload(self, index: int, sub: int) -> bytes:
+        return b"\x04" if not sub and self._maps(index) else self.objects.get((index, sub), b"\0")
+
+    def download(self, index: int, sub: int, data: bytes, force_segment: bool = False) -> None:
+        if not sub and self._maps(index):
+            raise SdoAbortedError(0x0601_0002)
+        self.objects[index, sub] = data
+
+    def _maps(self, index: int) -> bool:
+        return Object.RPDO_MAPPING <= index < Object.TPDO or Object.TPDO_MAPPING <= index < Object.TPDO_MAPPING + 0x200
 
 
 class TestMeeting:
@@ -198,3 +220,11 @@ class TestMeeting:
         wire.fault(kind)
         with pytest.raises(RobotError, match=words):
             wire.axis.prepare()
+
+
+def test_pdos_with_a_fixed_number_of_entries_are_filled_up_with_empty_ones() -> None:
+    drive = FixedMappings()
+    SetUp(NODE, drive, lambda _: None, SimulatedClock()).configure()
+    entries = [drive.objects[Object.RPDO_MAPPING, sub].hex() for sub in range(1, 5)]
+    assert entries == ["10004060", "00000000", "00000000", "00000000"]
+    assert drive.objects[Object.RPDO, 1] == (Function.RPDO1 | NODE).to_bytes(4, "little"), "it is switched on"

@@ -91,7 +91,7 @@ class Interview:
             return self._period if done else None
         self._serial_asked += question[0] == Object.IDENTITY
         data = self._sdo.read(*question, timeout)
-        return None if data is None else int.from_bytes(data, "little")
+        return None if data is None else int.from_bytes(data[:4], "little")  # some drives send more than it has
 
     @property
     def _identity_problem(self) -> str | None:

@@ -1,5 +1,6 @@
 """Sets a drive up before it may be started: its PDOs, its watchdog, its mode of operation."""
 
+import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 
@@ -7,20 +8,25 @@ import canopen
 
 from vrg.errors import RobotError
 from vrg.hal.can.cia402.codec import (
+    COB_ID,
     CONTROL_PDO,
     EVENT_TIMER,
+    INHIBIT,
     MOTION_PDO,
     NODE_IDS,
     NODE_MASK,
+    NOT_VALID,
     PROFILE_VELOCITY,
     SETPOINT_PDO,
     STATUS_PDO,
     SUPPLY_PDO,
+    TRANSMISSION,
     Control,
     Function,
     NmtCommand,
     Object,
     Pdo,
+    mapping_entry,
     nmt,
 )
 from vrg.hal.can.cia402.sdo import NoAnswerError, SdoClient
@@ -38,6 +44,10 @@ _MODE_TRIES, _MODE_PAUSE = 50, 0.01
 """The number of questions whether the drive has taken the mode of operation, and the time in s between two of them."""
 _MISSING = range(0x0602_0000, 0x060A_0000)
 """SDO abort codes which mean that a drive does not have an object."""
+_READ_ONLY = 0x0601_0002
+"""The SDO abort code for an object that cannot be written."""
+_NO_REMOTE = 1 << 30
+"""The bit of a COB-ID by which a PDO is not to be asked for."""
 _GO_ON, _HAVE_A_FAULT = 0, 1
 """The reactions of a drive to a lost network connection (0x6007)."""
 _STAY = 1
@@ -77,39 +87,37 @@ class SetUp:
         Raises:
             RobotError: it refuses, or does not answer.
         """
-        drive = self._sdo.remote
         with self._asking():
-            drive.sdo[Object.CONTROLWORD].raw = Control.DISABLE_VOLTAGE
+            self._write(Object.CONTROLWORD, 0, Control.DISABLE_VOLTAGE, 2)
             # Drives let their PDOs be mapped only while they are pre-operational.
             self._send(nmt(self._node, NmtCommand.PRE_OPERATIONAL))
             self.firmware = self._text(Object.FIRMWARE)
-            drive.sdo[Object.HEARTBEAT_TIME].raw = round(HEARTBEAT * 1000)
-            _map(drive.rpdo[1], CONTROL_PDO, self._node)
-            self._map_setpoints(drive.rpdo[2])
+            self._write(Object.HEARTBEAT_TIME, 0, round(HEARTBEAT * 1000), 2)
+            self._map(CONTROL_PDO)
+            self._map_setpoints()
             # The drive sends its statusword whenever that changes, and at least this often. An encoder changes all the
             # time: the inhibit time keeps a drive that takes this for an event from filling the bus.
-            _map(drive.tpdo[1], STATUS_PDO, self._node, every=0.05)
-            _map(drive.tpdo[2], MOTION_PDO, self._node, every=0.01, inhibit=0.01)
+            self._map(STATUS_PDO, every=0.05)
+            self._map(MOTION_PDO, every=0.01, inhibit=0.01)
             try:
-                _map(drive.tpdo[3], SUPPLY_PDO, self._node, every=1.0, inhibit=0.5)
+                self._map(SUPPLY_PDO, every=1.0, inhibit=0.5)
                 self.tells_supply = True
             except canopen.SdoAbortedError as error:
                 if error.code not in _MISSING:
                     raise
             self._react_when_cut_off()
-            drive.sdo[Object.MODE].raw = PROFILE_VELOCITY
+            self._write(Object.MODE, 0, PROFILE_VELOCITY, 1)
 
     def _react_when_cut_off(self) -> None:
         """Let a drive that would go on without a network have a fault; one without this object has it anyway."""
-        option = self._sdo.remote.sdo[Object.ABORT_CONNECTION_OPTION]
         try:
-            if option.raw == _GO_ON:
-                option.raw = _HAVE_A_FAULT
+            if self._number(Object.ABORT_CONNECTION_OPTION, 0, 2) == _GO_ON:
+                self._write(Object.ABORT_CONNECTION_OPTION, 0, _HAVE_A_FAULT, 2)
         except canopen.SdoAbortedError as error:
             if error.code not in _MISSING:
                 raise
 
-    def _map_setpoints(self, pdo: canopen.pdo.PdoMap) -> None:
+    def _map_setpoints(self) -> None:
         """Map the PDO of the setpoints, with the deadline that is the drive's watchdog.
 
         A drive without such a deadline may watch the heartbeat of this master instead.
@@ -118,13 +126,13 @@ class SetUp:
             RobotError: the drive can do neither.
         """
         try:
-            _map(pdo, SETPOINT_PDO, self._node, every=DEADLINE)
-            answer = f"{self._sdo.remote.sdo[Object.RPDO + 1][EVENT_TIMER].raw} ms"
+            self._map(SETPOINT_PDO, every=DEADLINE)
+            answer = f"{self._number(Object.RPDO + 1, EVENT_TIMER, 2)} ms"
         except canopen.SdoAbortedError as error:
             if error.code not in _MISSING:
                 raise
             answer = f"that it has none ({error})"
-            _map(pdo, SETPOINT_PDO, self._node)
+            self._map(SETPOINT_PDO)
         if answer == f"{round(DEADLINE * 1000)} ms":
             return
         if self._watch_master():
@@ -142,14 +150,13 @@ class SetUp:
 
         It stays in its network state then, as after a late setpoint, where it has a choice (0x1029).
         """
-        drive = self._sdo.remote
         wanted = master_of(self._node) << 16 | round(DEADLINE * 1000)
         try:
-            drive.sdo[Object.CONSUMER_HEARTBEAT][1].raw = wanted
-            drive.sdo[Object.ABORT_CONNECTION_OPTION].raw = _HAVE_A_FAULT
-            kept = drive.sdo[Object.CONSUMER_HEARTBEAT][1].raw == wanted
+            self._write(Object.CONSUMER_HEARTBEAT, 1, wanted, 4)
+            self._write(Object.ABORT_CONNECTION_OPTION, 0, _HAVE_A_FAULT, 2)
+            kept = self._number(Object.CONSUMER_HEARTBEAT, 1, 4) == wanted
             with suppress(canopen.SdoAbortedError):
-                drive.sdo[Object.ERROR_BEHAVIOUR][1].raw = _STAY
+                self._write(Object.ERROR_BEHAVIOUR, 1, _STAY, 1)
         except canopen.SdoAbortedError:
             return False
         return kept and master_of(self._node) in NODE_IDS
@@ -166,7 +173,7 @@ class SetUp:
         """
         with self._asking():
             for _ in range(_MODE_TRIES):
-                mode = self._sdo.remote.sdo[Object.MODE_DISPLAY].raw
+                mode = self._number(Object.MODE_DISPLAY, 0, 1, signed=True)
                 if mode == PROFILE_VELOCITY:
                     return
                 self._clock.sleep(_MODE_PAUSE)
@@ -187,9 +194,57 @@ class SetUp:
 
     def _text(self, index: int) -> str:
         try:
-            return str(self._sdo.remote.sdo[index].raw)
+            return self._sdo.upload(index, 0).decode("ascii", "ignore").rstrip("\0")
         except canopen.SdoAbortedError:
             return ""
+
+    def _number(self, index: int, sub: int, size: int, *, signed: bool = False) -> int:
+        """The number of `size` bytes in an object; some drives send more bytes than it has."""
+        return int.from_bytes(self._sdo.upload(index, sub)[:size], "little", signed=signed)
+
+    def _write(self, index: int, sub: int, value: int, size: int) -> None:
+        self._sdo.download(index, sub, value.to_bytes(size, "little"))
+
+    def _map(self, pdo: Pdo, *, every: float = 0.0, inhibit: float | None = None) -> None:
+        """Map a PDO in the right order: off, its settings, no entries, each entry, how many, on.
+
+        Args:
+            every: s of its event timer, 0 = none, also for a drive that has no such timer.
+            inhibit: s of its inhibit time. None leaves it as it is.
+        """
+        commands = pdo.function in _COMMANDS
+        number = pdo.function - Function.TPDO1 >> 8
+        settings = (Object.RPDO if commands else Object.TPDO) + number
+        mapping = settings + Object.RPDO_MAPPING - Object.RPDO
+        # The bit that refuses remote frames means nothing in the PDOs that the drive hears.
+        identifier = pdo.function | self._node | (0 if commands else _NO_REMOTE)
+        self._write(settings, COB_ID, identifier | NOT_VALID, 4)
+        self._write(settings, TRANSMISSION, 255, 1)
+        if inhibit is not None:
+            self._write(settings, INHIBIT, round(inhibit * 10_000), 2)
+        try:
+            self._write(settings, EVENT_TIMER, round(every * 1000), 2)
+        except canopen.SdoAbortedError as error:
+            if every or error.code not in _MISSING:
+                raise
+        self._map_objects(mapping, pdo)
+        self._write(settings, COB_ID, identifier, 4)
+
+    def _map_objects(self, mapping: int, pdo: Pdo) -> None:
+        """Write the entries of a mapping. A drive whose number of entries is fixed gets empty ones too."""
+        sizes = (8 * struct.calcsize(kind) for kind in pdo.packing.format.lstrip("<"))
+        entries = [mapping_entry(index, bits) for index, bits in zip(pdo.objects, sizes, strict=True)]
+        try:
+            self._write(mapping, 0, 0, 1)
+        except canopen.SdoAbortedError:
+            entries += [0] * (self._number(mapping, 0, 1) - len(entries))
+        for sub, entry in enumerate(entries, 1):
+            self._write(mapping, sub, entry, 4)
+        try:
+            self._write(mapping, 0, len(entries), 1)
+        except canopen.SdoAbortedError as error:
+            if error.code != _READ_ONLY:
+                raise
 
 
 def master_of(node: int) -> int:
@@ -198,27 +253,3 @@ def master_of(node: int) -> int:
     No other robot's master may keep it going. Another node with this id is found as the watchdog is proved.
     """
     return NODE_MASK - node
-
-
-def _map(pdo: canopen.pdo.PdoMap, wanted: Pdo, node: int, *, every: float = 0.0, inhibit: float | None = None) -> None:
-    """Map a PDO. canopen keeps the right order: off, its settings, no entries, each entry, how many, on.
-
-    Args:
-        every: s of its event timer, 0 = none, also for a drive that has no such timer.
-        inhibit: s of its inhibit time. None leaves it as it is.
-    """
-    pdo.cob_id = wanted.function | node
-    pdo.enabled, pdo.trans_type = True, 255
-    pdo.event_timer = round(every * 1000)
-    pdo.rtr_allowed = wanted.function in _COMMANDS  # the bit means nothing there
-    pdo.inhibit_time = None if inhibit is None else round(inhibit * 10_000)
-    pdo.clear()
-    for index in wanted.objects:
-        pdo.add_variable(index)
-    try:
-        pdo.save()
-    except canopen.SdoAbortedError as error:
-        if every or error.code not in _MISSING:
-            raise
-        pdo.event_timer = None
-        pdo.save()

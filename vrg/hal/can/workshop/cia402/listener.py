@@ -172,12 +172,13 @@ class CanopenListener(Listener):
         """Put what a node has answered into words and units."""
         answers = self._answers.get(node.node, {})
 
-        def number(index: int, sub: int = 0, *, signed: bool = False) -> int | None:
+        def number(index: int, sub: int = 0, *, size: int = 4, signed: bool = False) -> int | None:
             data = answers.get((index, sub))
-            return None if data is None else int.from_bytes(data, "little", signed=signed)
+            return None if data is None else int.from_bytes(data[:size], "little", signed=signed)
 
         state = NMT_WORDS[self._network[node.node]]
-        status, error, millivolts = number(Object.STATUSWORD), number(Object.ERROR_CODE), number(Object.VOLTAGE)
+        status, error = number(Object.STATUSWORD, size=2), number(Object.ERROR_CODE, size=2)
+        millivolts = number(Object.VOLTAGE)
         if status is not None:
             known = drive_state(status)
             state += f", {known.words if known else f'statusword 0x{status:04X}'}"
