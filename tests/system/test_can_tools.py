@@ -135,7 +135,7 @@ def test_a_drive_is_turned_stopped_and_given_another_id(node: Callable[..., obje
     bus = CanBus(VCAN, listener.hear)
     bus.start()
     going = subprocess.Popen(jog, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    wait_until(lambda: 5 in listener.found and (listener.found[5].velocity or 0.0) > 0.5, "the motor to turn")
+    wait_until(lambda: 5 in listener.found and listener.found[5].velocity > 0.5, "the motor to turn")
     bus.stop()
     stopped = vrg("can", "stop", *ON)
     assert stopped.returncode == 0, stopped.stdout + stopped.stderr

@@ -15,8 +15,8 @@ from vrg.commands.can_listening import listening, table_of
 from vrg.commands.can_options import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
 from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
+from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
-from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.listening import BusState
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.can.workshop.survey import unheard
@@ -71,7 +71,7 @@ def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat t
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
-    turning = [found for found in heard.nodes if abs(found.velocity or 0.0) > TURNING_SPEED]
+    turning = [found for found in heard.nodes if abs(found.velocity) > TURNING_SPEED]
     for found in turning:
         console.print(
             f"[red]{found.protocol} {found.node} still turns at {found.velocity:.3g} turn/s, whatever it reports: "
@@ -277,7 +277,7 @@ def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, secon
             looked = look_again(train, looked)
 
 
-def _wanted(heard: BusState, ids: Iterable[int] | None, link: str) -> list[Found]:
+def _wanted(heard: BusState, ids: Iterable[int] | None, link: str) -> list[AxisReport]:
     """The drives of these ids, or all.
 
     Raises:
@@ -292,7 +292,7 @@ def _wanted(heard: BusState, ids: Iterable[int] | None, link: str) -> list[Found
     return [found for found in heard.nodes if found.node in ids]
 
 
-def _which(nodes: list[Found], id_: int | None, serial: str | None, link: str) -> tuple[Found, str]:
+def _which(nodes: list[AxisReport], id_: int | None, serial: str | None, link: str) -> tuple[AxisReport, str]:
     """The one drive that has this id and this serial number, and its serial number.
 
     Raises:
@@ -306,6 +306,6 @@ def _which(nodes: list[Found], id_: int | None, serial: str | None, link: str) -
     ]
     if len(fitting) == 1:
         return fitting[0]
-    there = ", ".join(f"id {found.node} serial {' and '.join(found.serials) or '?'}" for found in nodes) or "none"
+    there = ", ".join(f"id {found.node} serial {found.serial or '?'}" for found in nodes) or "none"
     what = f"{'id ' + str(id_) if id_ is not None else ''} {'serial ' + serial if serial else ''}".strip()
     raise RobotError(f"{link}: expected one drive with {what}, found {len(fitting)}; heard: {there}")

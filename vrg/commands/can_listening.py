@@ -14,6 +14,7 @@ from rich.table import Table
 from vrg.commands import can_options
 from vrg.commands.can_options import BusOptions
 from vrg.commands.options import lasting, make_console, stoppable
+from vrg.hal.can.axis import NEVER
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
 from vrg.hal.can.workshop.listening import ASK_PERIOD, BusState, ListenedBus
@@ -48,24 +49,24 @@ def table_of(heard: BusState) -> Group:
         table.add_row(
             found.protocol,
             str(found.node),
-            escape(", ".join(found.serials)) or "?",
+            escape(", ".join(sorted(found.serials))) or "?",
             escape(found.firmware) or "?",
-            escape(found.state) if silent < HEARTBEAT_TIMEOUT else "silent",
-            _number(found.position, 2),
-            _number(found.velocity, 2),
+            escape(found.words) if silent < HEARTBEAT_TIMEOUT else "silent",
+            _number(found.position if found.measured > NEVER else None, 2),
+            _number(found.velocity if found.measured > NEVER else None, 2),
             _number(found.voltage, 1),
         )
         problems = [found.errors] if found.errors else []
         if silent >= HEARTBEAT_TIMEOUT:
-            problems.append(f"no heartbeat for {silent:.1f} s")
+            problems.append("no heartbeat" + (f" for {silent:.1f} s" if silent < math.inf else " yet"))
         if len(found.serials) > 1:
-            problems.append(f"{len(found.serials)} drives have this id: {', '.join(found.serials)}")
+            problems.append(f"{len(found.serials)} drives have this id: {', '.join(sorted(found.serials))}")
         wrong += [f"[red]{found.protocol} {found.node}: {escape(words)}[/red]" for words in problems]
     return Group(table, *wrong)
 
 
 def _number(value: float | None, digits: int) -> str:
-    return "?" if value is None else f"{value:.{digits}f}"
+    return "?" if value is None or math.isnan(value) else f"{value:.{digits}f}"
 
 
 def scan(on: BusOptions, seconds: Annotated[float, lasting("How long to listen.", 0.3, 60)] = 1.5) -> None:

@@ -15,11 +15,10 @@ from collections.abc import Sequence
 
 import pytest
 
-from vrg.hal.can.axis import MotorState, ProtocolOptions
+from vrg.hal.can.axis import AxisReport, MotorState, ProtocolOptions
 from vrg.hal.can.frame import CLASSIC_BYTES, FD_BYTES, STANDARD_MASK, Frame, fd_size
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
-from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.survey import Survey
 from vrg.testing.wire import SERIAL_NUMBER, SPEED, WATCHDOG, ProtocolWire, WireClock
 
@@ -240,8 +239,8 @@ class ProtocolContract:
         wire.fault(FaultKind.NAN)
         wire.advance(0.5)
         assert wire.axis.odd
-        assert math.isfinite(wire.axis.position)
-        assert math.isfinite(wire.axis.velocity)
+        for report in (wire.axis, *wire.survey.nodes):
+            assert math.isfinite(report.position + report.velocity)
 
     def test_frames_that_are_too_short_are_odd(self, wire: ProtocolWire) -> None:
         wire.running()
@@ -303,7 +302,7 @@ class ProtocolContract:
         wire.running()
         found = self.look(wire)
         assert found.node == wire.node
-        assert found.state
+        assert found.words
         assert not found.errors
         if self.options is None:
             # A listener knows no wiring: what only that tells, it cannot know.
@@ -313,6 +312,15 @@ class ProtocolContract:
         wire.fault(FaultKind.ERROR)
         wire.advance(0.2)
         assert self.look(wire).errors
+
+    def test_a_listener_that_is_asked_nothing_sends_nothing(self, wire: ProtocolWire) -> None:
+        """Somebody else asks the drives, sets them up and drives them."""
+        self.require_listener()
+        sent: list[Frame] = []
+        survey = Survey([self.protocol.listener_type(lambda frame, **_: sent.append(frame), WireClock(wire))])
+        for frame in wire.running().heard:
+            survey.hear(frame)
+        assert ([node.node for node in survey.nodes], sent) == ([wire.node], [])
 
     def test_a_listener_switches_off_whoever_drives(self, wire: ProtocolWire) -> None:
         wire.running()
@@ -345,7 +353,7 @@ class ProtocolContract:
         if self.protocol.listener is None:
             pytest.skip("it has no listener")
 
-    def look(self, wire: ProtocolWire) -> Found:
+    def look(self, wire: ProtocolWire) -> AxisReport:
         """The one node that is on the wire, after it was asked for all that it tells."""
         self.require_listener()
         wire.survey.greet()

@@ -1,6 +1,7 @@
 """`vrg can` and what its commands look at, on a bus within this process."""
 
 import json
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -13,19 +14,24 @@ from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from tests.tiny import TINY_CAN
 from vrg.commands import can_control
 from vrg.commands.can import app
-from vrg.commands.can_listening import listening
+from vrg.commands.can_listening import listening, table_of
+from vrg.commands.options import make_console
 from vrg.errors import ConfigError, RobotError
+from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.calibration import AxisCalibration, Calibration, calibration_text, load_calibration
 from vrg.hal.can.cia402.codec import Function
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive.messages import AxisState
 from vrg.hal.can.train import DriveTrain
+from vrg.hal.can.vesc import codec
+from vrg.hal.can.vesc.codec import Packet
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
-from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.listening import BusState
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
+from vrg.hal.can.workshop.survey import Survey, all_listeners
+from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.driver import arm
 
 pytestmark = pytest.mark.usefixtures("simulated")
@@ -312,7 +318,7 @@ def looks(lab: Simulation, seconds: float) -> tuple[BusState, int]:
     return heard, count
 
 
-def node(heard: BusState, number: int) -> Found:
+def node(heard: BusState, number: int) -> AxisReport:
     """The node of this id."""
     (found,) = (found for found in heard.nodes if found.node == number)
     return found
@@ -321,15 +327,27 @@ def node(heard: BusState, number: int) -> Found:
 def test_two_drives_with_one_id_show_both_serial_numbers(lab: Simulation) -> None:
     with Drives("cia402", [5], link=LINK, serial=0xA), Drives("cia402", [5], link=LINK, serial=0xB):
         heard, _ = looks(lab, 1.5)
-    assert node(heard, 5).serials == ("A", "B")
+    assert node(heard, 5).serials == {"A", "B"}
 
 
 def test_a_node_that_answers_nothing_holds_up_nobody(lab: Simulation) -> None:
     asked = mute_node(lab)
     with Drives("cia402", [5], link=LINK, serial=0xABC), Drives("odrive", [20], link=LINK):
         heard, count = looks(lab, 2.0)
-    assert node(heard, MUTE).state == "operational"
+    assert node(heard, MUTE).words == "operational"
     assert not node(heard, MUTE).serials
-    assert node(heard, 5).serials == ("ABC",)
+    assert node(heard, 5).serials == {"ABC"}
     assert not heard.troubles
     assert 0 < len(asked) <= count, "a look waits for one answer that does not come, not for all"
+
+
+def test_a_drive_that_has_only_answered_a_greeting_is_silent_and_its_values_are_unknown(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    survey = Survey(all_listeners(lambda _: None, SimulatedClock()))  # type: ignore[arg-type]
+    host = codec.own_id(os.getpid())
+    survey.hear(Frame(codec.frame_id(Packet.PONG, host), b"\x07\x00", extended=True, at=5.0))
+    make_console().print(table_of(BusState(survey.nodes, [], 6.0)))
+    row, *problems = capsys.readouterr().out.splitlines()[1:]
+    assert row.split() == ["vesc", "7", "?", "?", "silent", "?", "?", "?"]
+    assert problems == ["vesc 7: no heartbeat yet"]

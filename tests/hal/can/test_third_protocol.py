@@ -81,7 +81,7 @@ def test_the_survey_of_a_bus_knows_it(lab: Simulation) -> None:
         lab.clock.sleep(0.5)
         bus.stop()
         (found,) = survey.nodes
-        assert (found.protocol, found.node, found.state, found.serials) == ("toy", 5, "idle", ("1000",))
+        assert (found.protocol, found.node, found.words, found.serials) == ("toy", 5, "idle", {"1000"})
 
 
 def test_one_that_cannot_be_imported_leaves_the_others_alone(installed: Path, caplog: pytest.LogCaptureFixture) -> None:

@@ -15,7 +15,7 @@ from vrg.hal.can.axis import Axis, MotorState, ProtocolOptions, Send
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.protocols import Protocol
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
-from vrg.hal.can.workshop.listener import Claim, Found, Listener
+from vrg.hal.can.workshop.listener import Claim, Listener
 from vrg.hal.clock import Clock
 
 PROTOCOL = Protocol(
@@ -224,9 +224,10 @@ class ToyDrive(EmulatedDrive):
         return self._fail(Error.BROKEN)
 
 
-class ToyListener(Listener):
+class ToyListener(Listener[ToyAxis]):
     word = "toy"
     title = "Toy"
+    node_type = ToyAxis
 
     def claim(self, frame: Frame) -> Claim:
         if frame.extended or frame.remote or not identifier(1, Kind.STATUS) <= frame.id < 0x180:
@@ -236,24 +237,14 @@ class ToyListener(Listener):
         return Claim.CERTAIN if frame.id >> 3 & 0xF in self.found else Claim.NONE
 
     def hear(self, frame: Frame) -> None:
-        number = frame.id >> 3 & 0xF
-        if frame.id & 7 == Kind.STATUS:
-            status = status_of(frame.data)
-            if status is not None:
-                node = self._recognise(number, frame)
-                node.heard = frame.at
-                node.state, node.on = "running" if status.running else "idle", status.running
-                node.errors = f"error {status.error}" if status.error else ""
-                node.serials = tuple(sorted({*node.serials, f"{status.serial:X}"}))
-        elif frame.id & 7 == Kind.MOTION and len(frame.data) == _MOTION.size and number in self.found:
-            self.found[number].position, self.found[number].velocity = _MOTION.unpack(frame.data)
+        self._recognise(frame.id >> 3 & 0xF, frame).receive(frame)
 
     def stop(self) -> None:
         for number in NODES:
             self._send(Frame(identifier(number, Kind.ORDER), bytes([Order.IDLE])), urgent=True)
 
-    def clear(self, node: Found) -> None:
-        self._send(Frame(identifier(node.node, Kind.ORDER), bytes([Order.CLEAR])))
+    def clear(self, node: ToyAxis) -> None:
+        node.clear()
 
-    def ask(self, node: Found) -> None:
+    def ask(self, node: ToyAxis) -> None:
         pass  # a drive tells all by itself

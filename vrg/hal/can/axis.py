@@ -79,6 +79,7 @@ class AxisReport:
             master; None where everything makes sense.
         serials: the serial numbers of all that have answered to this id, in words: two drives may share it by mistake.
         firmware: the version in words; empty before it is known.
+        protocol: the word of its protocol in tables, where a listener has recognised it.
     """
 
     encoder_advice: ClassVar[str] = "switch them on in the drive"
@@ -104,6 +105,17 @@ class AxisReport:
         self.odd: str | None = None
         self.serials: set[str] = set()
         self.firmware = ""
+        self.protocol = ""
+
+    @property
+    def words(self) -> str:
+        """The activity of the drive, in words."""
+        return self.state.value
+
+    @property
+    def errors(self) -> str:
+        """All errors that the drive reports, in words, also those that are no `fault`; empty where there is none."""
+        return self.fault or ""
 
     @property
     def identified(self) -> bool:

@@ -56,7 +56,7 @@ class Protocol:
         return found
 
     @property
-    def listener_type(self) -> "type[Listener]":
+    def listener_type(self) -> "type[Listener[Any]]":
         """The class of what recognises its nodes.
 
         Raises:
@@ -66,7 +66,7 @@ class Protocol:
             raise ConfigError(
                 f"protocol {self.name}: it has no listener, so that its drives cannot be found or set on a bus"
             )
-        found: type[Listener] = self._load(self.listener, "vrg.hal.can.workshop.listener", "Listener")
+        found: type[Listener[Any]] = self._load(self.listener, "vrg.hal.can.workshop.listener", "Listener")
         return found
 
     def _load(self, target: str, module: str, base: str) -> Any:

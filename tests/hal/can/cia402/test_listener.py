@@ -3,16 +3,17 @@
 import pytest
 
 from tests.hal.can.cia402.wire import NODE, Wire
+from vrg.hal.can.axis import NEVER, AxisReport
 from vrg.hal.can.cia402.codec import Function, NmtCommand, Object, nmt
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Found
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.wire import SERIAL_NUMBER
 
 
-def asked(wire: Wire) -> Found:
+def asked(wire: Wire) -> AxisReport:
     """The one node on the wire, after it was asked for all that it tells."""
     wire.survey.greet()
     (found,) = wire.survey.nodes
@@ -24,8 +25,8 @@ def test_a_drive_is_known_by_its_answers() -> None:
     wire = Wire().running(10.0)
     wire.advance(0.12)
     found = asked(wire)
-    assert (found.protocol, found.node, found.serials) == ("canopen", NODE, (f"{SERIAL_NUMBER:X}",))
-    assert found.state == "operational, operation enabled"
+    assert (found.protocol, found.node, found.serials) == ("canopen", NODE, {f"{SERIAL_NUMBER:X}"})
+    assert found.words == "operational, operation enabled"
     assert found.errors == ""
     assert found.firmware == "1.0.0"
     assert found.voltage == 24.0
@@ -40,7 +41,7 @@ def test_its_error_is_told_in_words() -> None:
     wire.advance(0.2)
     found = asked(wire)
     assert found.errors == "position sensor (0x7300)"
-    assert found.state == "operational, fault"
+    assert found.words == "operational, fault"
 
 
 def test_a_node_that_lacks_objects_is_shown_with_what_it_has() -> None:
@@ -48,7 +49,7 @@ def test_a_node_that_lacks_objects_is_shown_with_what_it_has() -> None:
     for index in (Object.FIRMWARE, Object.ENCODER_RESOLUTION, Object.STATUSWORD):
         del wire.drive.objects.object_dictionary[index]
     found = asked(wire)
-    assert (found.state, found.position, found.voltage) == ("pre-operational", None, 24.0)
+    assert (found.words, found.measured, found.voltage) == ("pre-operational", NEVER, 24.0)
     assert found.firmware == "VRG emulated drive"
 
 
@@ -56,7 +57,7 @@ def test_a_stopped_node_is_asked_nothing() -> None:
     wire = Wire().meet()
     wire.inject(nmt(NODE, NmtCommand.STOP))
     wire.advance(0.2)
-    assert asked(wire).state == "stopped"
+    assert asked(wire).words == "stopped"
     assert not wire.survey.nodes[0].serials
 
 

@@ -85,7 +85,6 @@ class MoteusAxis(Axis):
 
     Attributes:
         options: a person's options for the drive.
-        words: what the drive is doing, in words; empty before it is known.
     """
 
     options: MoteusOptions
@@ -95,7 +94,7 @@ class MoteusAxis(Axis):
         super().__init__(node, send, clock, options)
         self.wrap = WRAP
         self._map: int | None = None
-        self.words = ""
+        self._mode: int | None = None
         self._wanted = self._stopping = False
         self._polled = NEVER
         self._uptime = 0
@@ -112,6 +111,11 @@ class MoteusAxis(Axis):
         heads = [(self.node << 8, 0xFF00), (self.node, 0x7F), (codec.BROADCAST, 0x7F)]
         standard = [Filter(id_, mask & 0x7FF) for id_, mask in heads if id_ <= 0x7FF]
         return [*standard, *(Filter(id_, mask & EXTENDED_MASK, extended=True) for id_, mask in heads)]
+
+    @property
+    def words(self) -> str:
+        """The drive's mode, in words; empty before it is known."""
+        return "" if self._mode is None else describe_mode(self._mode)
 
     @property
     def identified(self) -> bool:
@@ -245,7 +249,7 @@ class MoteusAxis(Axis):
 
     def _judge(self, mode: int, fault: int) -> None:
         """Set the state by the mode and the fault that the drive reports."""
-        self.words = describe_mode(mode)
+        self._mode = mode
         if mode in (Mode.STOPPED, Mode.FAULT):
             self._stopping = False
         elif self._stopping:

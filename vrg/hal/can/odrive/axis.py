@@ -53,6 +53,7 @@ class OdriveAxis(Axis):
     def __init__(self, node: int, send: Send, clock: Clock, options: ProtocolOptions | None = None) -> None:
         super().__init__(node, send, clock, options)
         self._version: messages.Version | None = None
+        self._heartbeat = messages.Heartbeat(0, messages.AxisState.UNDEFINED)
         self._wanted = False
         self._asked_supply = self._commanded = NEVER
         self._asked = 0
@@ -66,6 +67,16 @@ class OdriveAxis(Axis):
     def filters(self) -> list[Filter]:
         """They let all frames from and to this node and to all nodes through, so that another master is noticed."""
         return [Filter(self.node << 5, _NODE_MASK), Filter(codec.BROADCAST << 5, _NODE_MASK)]
+
+    @property
+    def words(self) -> str:
+        """The state of the axis, as ODrive writes it."""
+        return messages.describe_state(self._heartbeat.state)
+
+    @property
+    def errors(self) -> str:
+        """All error bits, as ODrive writes them."""
+        return messages.describe_errors(self._heartbeat.error)
 
     @property
     def identified(self) -> bool:
@@ -96,7 +107,7 @@ class OdriveAxis(Axis):
             return
         match message:
             case messages.Heartbeat():
-                self._heartbeat(message, frame.at)
+                self._judge(message, frame.at)
             case messages.EncoderEstimates():
                 self._estimate(message.position, message.velocity, frame.at)
             case messages.BusVoltageCurrent():
@@ -194,8 +205,8 @@ class OdriveAxis(Axis):
         if version.protocol == messages.PROTOCOL_VERSION and not self.serials:
             self.ask_serial()
 
-    def _heartbeat(self, heartbeat: messages.Heartbeat, at: float) -> None:
-        self.heard = at
+    def _judge(self, heartbeat: messages.Heartbeat, at: float) -> None:
+        self._heartbeat, self.heard = heartbeat, at
         self._says(heartbeat.state not in (messages.AxisState.IDLE, messages.AxisState.UNDEFINED), at)
         errors = heartbeat.error
         self.starved = bool(errors & AxisError.WATCHDOG_TIMER_EXPIRED)

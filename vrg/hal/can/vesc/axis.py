@@ -44,7 +44,6 @@ _ON_CURRENT = 0.3
 """A beyond which a motor is driven."""
 _RESTART_GAP = 0.2
 """s without a tachometer after which one that begins at zero belongs to a drive that was started again."""
-_WORDS = {MotorState.IDLE: "off", MotorState.CLOSED_LOOP: "driving", MotorState.ESTOP: "kill switch"}
 _UNANSWERED = 8
 """Times in a row, 0.05 s apart, that a drive which sends its status may answer nothing; then it hears nothing."""
 _AGAIN = 3
@@ -95,11 +94,6 @@ class VescAxis(Axis):
     def identified(self) -> bool:
         """True if the version has been received, and both status messages."""
         return bool(self._versions) and (NEVER not in (self.told, self.measured) or self.problem is not None)
-
-    @property
-    def words(self) -> str:
-        """The activity of the drive, in words; empty before it is known."""
-        return _WORDS.get(self.state, "")
 
     @property
     def problem(self) -> str | None:
@@ -215,7 +209,8 @@ class VescAxis(Axis):
             if self._wanted and gap > _RESTART_GAP and abs(position) < min(1.0, abs(self.position)):
                 self._complain("it was started again")
                 self._wanted = False
-            self._estimate(position, self._erpm / 60 / self._pairs, frame.at)
+            if self.options.pole_pairs is not None:
+                self._estimate(position, self._erpm / 60 / self._pairs, frame.at)
             self._supply(told.voltage, frame.at)
 
     def _overhear(self, frame: Frame) -> None:

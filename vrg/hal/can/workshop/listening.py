@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from vrg.bus.stopping import StopSignal
 from vrg.errors import RobotError
+from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link, Medium
-from vrg.hal.can.workshop.listener import Found
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 
 ASK_PERIOD = 0.25
@@ -19,7 +19,7 @@ ASK_PERIOD = 0.25
 class BusState:
     """The nodes of a bus, the troubles of the bus itself, in words, and the time of the look, in monotonic s."""
 
-    nodes: list[Found]
+    nodes: list[AxisReport]
     troubles: list[str]
     at: float
 

@@ -7,7 +7,6 @@ it is stopped, and stops by itself when no setpoint has come for the time that t
 import math
 from collections.abc import Callable, Sequence
 
-from vrg.hal.can.axis import NEVER
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.moteus import codec
 from vrg.hal.can.moteus.axis import HOST, STOP_SUBFRAMES, MoteusAxis
@@ -15,7 +14,7 @@ from vrg.hal.can.moteus.codec import Resolution, Subframe, SubframeKind
 from vrg.hal.can.moteus.registers import MAP_VERSION, WRAP, Mode, Register, scale_of
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.listener import AxisListener, Claim, Found
+from vrg.hal.can.workshop.listener import Claim, Listener
 
 _MODEL, _FIRMWARE = 9, 0x0001_0001
 _TICK = 0.01
@@ -181,13 +180,13 @@ def _signed(number: int) -> int:
 _GREETING = (codec.read(Register.MODE, 1, Resolution.INT8), codec.read(Register.FAULT, 1, Resolution.INT16))
 
 
-class MoteusListener(AxisListener):
+class MoteusListener(Listener[MoteusAxis]):
     """See `Listener`. A drive is recognised by a CAN FD frame with registers. It only answers."""
 
     word = "moteus"
     title = "moteus"
 
-    axis_type = MoteusAxis
+    node_type = MoteusAxis
 
     def claim(self, frame: Frame) -> Claim:
         """An answer of a drive is certainly one: no other protocol here has CAN FD frames."""
@@ -202,26 +201,26 @@ class MoteusListener(AxisListener):
 
     def hear(self, frame: Frame) -> None:
         """Take in an answer."""
-        number = codec.address_of(frame.id).source
-        node = self._tell(number, frame)
-        axis = self.axes[number]
-        if axis.measured != NEVER:
-            node.position, node.velocity = axis.position, axis.velocity
+        self._recognise(codec.address_of(frame.id).source, frame).receive(frame)
 
     def greet(self) -> None:
         """Ask every drive how it is."""
         self._send(codec.encode(HOST, codec.BROADCAST, _GREETING, reply=True))
 
-    def ask(self, node: Found) -> None:
+    def ask(self, node: MoteusAxis) -> None:
         """Ask a drive for its values; the answers come to `hear`, so that this waits for nothing."""
-        self.axes[node.node].identify(0.0)
+        node.identify(0.0)
+
+    def clear(self, node: MoteusAxis) -> None:
+        """Let a drive forget its fault."""
+        node.clear()
 
     def stop(self) -> None:
         """Stop every drive: all at once, and each that is known by its id as well."""
         for number in (codec.BROADCAST, *self.found):
             self._send(codec.encode(HOST, number, STOP_SUBFRAMES), urgent=True)
 
-    def rename(self, node: Found, serial: str, to: int) -> None:
+    def rename(self, node: MoteusAxis, serial: str, to: int) -> None:
         """Give a drive another id, which it keeps until it is switched off, unless it is saved.
 
         Raises:

@@ -2,19 +2,20 @@
 
 import logging
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 from vrg.errors import ConfigError, RobotError
-from vrg.hal.can.axis import Send
+from vrg.hal.can.axis import AxisReport, Send
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.troubles import NoFdError
-from vrg.hal.can.workshop.listener import Claim, Found, Listener
+from vrg.hal.can.workshop.listener import Claim, Listener
 from vrg.hal.clock import Clock
 
 log = logging.getLogger(__name__)
 
 
-def all_listeners(send: Send, clock: Clock) -> list[Listener]:
+def all_listeners(send: Send, clock: Clock) -> list[Listener[Any]]:
     """A listener of each protocol; one that cannot be imported is left out, with the reason in the log."""
     found = []
     for name in PROTOCOLS.names():
@@ -51,11 +52,11 @@ class Survey:
         listeners: one for each protocol. Of several that are equally sure of a frame the first has it.
     """
 
-    def __init__(self, listeners: Sequence[Listener]) -> None:
+    def __init__(self, listeners: Sequence[Listener[Any]]) -> None:
         self._listeners = listeners
 
     @property
-    def nodes(self) -> list[Found]:
+    def nodes(self) -> list[AxisReport]:
         """Everybody heard so far, by protocol and id."""
         found = [node for listener in self._listeners for node in listener.found.values()]
         return sorted(found, key=lambda node: (node.protocol, node.node))
@@ -78,7 +79,7 @@ class Survey:
         """
         _each(listener.greet for listener in self._listeners)
 
-    def ask(self, node: Found) -> None:
+    def ask(self, node: AxisReport) -> None:
         """Ask a node for all its values; see `Listener.ask`.
 
         Raises:
@@ -96,7 +97,7 @@ class Survey:
         """
         _each(listener.stop for listener in self._listeners)
 
-    def listener_of(self, node: Found) -> Listener:
+    def listener_of(self, node: AxisReport) -> Listener[Any]:
         """The protocol that a node speaks."""
         return next(listener for listener in self._listeners if listener.found.get(node.node) is node)
 
@@ -109,7 +110,7 @@ class Survey:
                 words.append(f"{listener.title} node{'s' if len(nodes) > 1 else ''} {', '.join(nodes)}")
         return " and ".join(words) or "none"
 
-    def _owner(self, frame: Frame) -> Listener | None:
+    def _owner(self, frame: Frame) -> Listener[Any] | None:
         """The listener that takes this frame, or None if none does."""
         surest, claim = None, Claim.NONE
         for listener in self._listeners:
@@ -124,10 +125,10 @@ class Survey:
         The telegram of a CANopen node that has not sent a heartbeat yet may look like an ODrive's heartbeat.
         """
         for listener in self._listeners:
-            for node in list(listener.found.values()):
-                owner = self._owner(node.known_by)
+            for number, frame in list(listener.known_by.items()):
+                owner = self._owner(frame)
                 if owner is not None and owner is not listener:
-                    listener.forget(node.node)
+                    listener.forget(number)
 
 
 def _each(actions: Iterable[Callable[[], None]]) -> None:

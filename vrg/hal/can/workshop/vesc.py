@@ -17,7 +17,7 @@ from vrg.hal.can.vesc.axis import MIN_ERPM, OLDEST, VescAxis, VescOptions
 from vrg.hal.can.vesc.codec import DRV, Comm, Firmware, Packet, Status, Status5
 from vrg.hal.can.workshop.emulated import Cycle, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
-from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, AxisListener, Claim, Found
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
 from vrg.hal.clock import Clock
 
 POLE_PAIRS = 7
@@ -155,7 +155,7 @@ class VescDrive(EmulatedDrive):
 _TOLD = (Packet.STATUS, Packet.STATUS_2, Packet.STATUS_3, Packet.STATUS_4, Packet.STATUS_5, Packet.STATUS_6)
 
 
-class VescListener(AxisListener):
+class VescListener(Listener[VescAxis]):
     """See `Listener`. A drive is recognised by its status messages, or by its answer to a ping.
 
     It counts electrical revolutions, so that turns of the shaft are known to the wiring alone and not reported.
@@ -164,7 +164,7 @@ class VescListener(AxisListener):
     word = "vesc"
     title = "VESC"
 
-    axis_type = VescAxis
+    node_type = VescAxis
 
     def __init__(self, send: Send, clock: Clock) -> None:
         super().__init__(send, clock)
@@ -182,27 +182,30 @@ class VescListener(AxisListener):
     def hear(self, frame: Frame) -> None:
         """Take in a frame."""
         if codec.node_of(frame) != self._host:
-            self._tell(codec.node_of(frame), frame)
+            self._recognise(codec.node_of(frame), frame).receive(frame)
         elif codec.packet_of(frame) == Packet.PONG:
             if frame.data and frame.data[0] in codec.NODE_IDS:
-                self._tell(frame.data[0], frame)
+                self._recognise(frame.data[0], frame).receive(frame)
         else:
-            for number in list(self.found):
-                self._tell(number, frame)
+            for node in self.found.values():
+                node.receive(frame)
 
     def greet(self) -> None:
         """Ask every drive to show itself."""
         ping = Frame(codec.frame_id(Packet.PING, codec.BROADCAST), bytes([self._host]), extended=True)
         self._send(ping)
 
-    def ask(self, node: Found) -> None:
+    def ask(self, node: VescAxis) -> None:
         """Ask a drive for its version and its fault. Answers of several at once would get mixed up, so this waits."""
-        axis = self.axes[node.node]
-        axis.clear()  # it asks for the fault that there is now
-        self._send(codec.ask_values(axis.host, node.node, codec.FLAGS_BIT))
-        axis.forget_serials()
-        axis.ask_serial()
-        self._clock.wait(lambda: axis.serials, ANSWER_TIMEOUT)
+        node.clear()  # it asks for the fault that there is now
+        self._send(codec.ask_values(node.host, node.node, codec.FLAGS_BIT))
+        node.forget_serials()
+        node.ask_serial()
+        self._clock.wait(lambda: node.serials, ANSWER_TIMEOUT)
+
+    def clear(self, node: VescAxis) -> None:
+        """Forget a drive's fault."""
+        node.clear()
 
     def stop(self) -> None:
         """Let every drive go of its motor: all at once, and each that is known by its id as well."""

@@ -1,9 +1,10 @@
 """CANopen nodes on a bus: how they are recognised, and what they tell; drives of profile 402 tell the most."""
 
+import math
 from typing import TYPE_CHECKING
 
 from vrg.errors import RobotError
-from vrg.hal.can.axis import Send
+from vrg.hal.can.axis import AxisReport, Send
 from vrg.hal.can.cia402.codec import (
     NMT_WORDS,
     NODE_MASK,
@@ -22,7 +23,7 @@ from vrg.hal.can.cia402.codec import (
 from vrg.hal.can.cia402.errors import describe_error
 from vrg.hal.can.cia402.units import units
 from vrg.hal.can.frame import Frame
-from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Found, Listener
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
 from vrg.hal.clock import Clock
 
 if TYPE_CHECKING:
@@ -54,17 +55,98 @@ _CHANGING = (
 joined."""
 
 
-class CanopenListener(Listener):
+class CanopenNode(AxisReport):
+    """The report of one node by its heartbeats and its answers by SDO. Only its master knows what is in its PDOs.
+
+    A velocity whose unit it does not report is NaN.
+
+    Args:
+        node: its id. send: sends a question. clock: the time by which answers are waited for.
+
+    Attributes:
+        network: its state in the network.
+    """
+
+    def __init__(self, node: int, send: Send, clock: Clock) -> None:
+        super().__init__(node)
+        self.network = int(Nmt.BOOTED)
+        self._send, self._clock = send, clock
+        self._client: SdoClient | None = None
+        self._answers: dict[tuple[int, int], bytes | None] = {}
+
+    @property
+    def client(self) -> "SdoClient":
+        """What asks it. canopen takes a while to load, and who only listens does without."""
+        from vrg.hal.can.cia402.sdo import SdoClient  # noqa: PLC0415
+
+        if self._client is None:
+            self._client = SdoClient(self.node, self._send, self._clock)
+        return self._client
+
+    @property
+    def words(self) -> str:
+        """Its states in the network and, if it is a drive, as one."""
+        words, status = NMT_WORDS[self.network], self._number(Object.STATUSWORD, size=2)
+        if status is None:
+            return words
+        known = drive_state(status)
+        return f"{words}, {known.words if known else f'statusword 0x{status:04X}'}"
+
+    @property
+    def errors(self) -> str:
+        """Its newest error code, in words."""
+        return describe_error(self._number(Object.ERROR_CODE, size=2) or 0)
+
+    def receive(self, frame: Frame) -> None:
+        """Hear one of its frames."""
+        function = frame.id & ~NODE_MASK
+        if function == Function.HEARTBEAT:
+            self.heard, self.network = frame.at, frame.data[0] & 0x7F
+        elif function == Function.SDO_ANSWER and self._client is not None:
+            self._client.hear(frame.data)
+            self.serials |= {f"{serial:X}" for serial in self._client.serials}
+
+    def ask(self) -> None:
+        """Ask it for its values. One that does not answer a question is not asked the next one."""
+        from vrg.hal.can.cia402.sdo import NoAnswerError  # noqa: PLC0415
+
+        if self.network == Nmt.STOPPED:
+            return  # it answers no SDO
+        try:
+            for question in (*_CHANGING, *_LASTING):
+                if question in _CHANGING or question not in self._answers:
+                    self._answers[question] = self.client.read(*question, ANSWER_TIMEOUT)
+        except NoAnswerError:
+            pass
+        self._learn()
+
+    def _learn(self) -> None:
+        """Put what it has answered into words and units."""
+        status, millivolts = self._number(Object.STATUSWORD, size=2), self._number(Object.VOLTAGE)
+        if status is not None:
+            self.on = drive_state(status) in POWERED
+        self.voltage = None if millivolts is None else millivolts / 1000
+        text = self._answers.get((Object.FIRMWARE, 0)) or self._answers.get((Object.NAME, 0)) or b""
+        self.firmware = text.decode("ascii", "replace").strip("\0 ")
+        counts, turns = (self._number(Object.ENCODER_RESOLUTION, sub) or 0 for sub in (1, 2))
+        found = units(counts, turns, self._number(Object.VELOCITY_UNIT))
+        position = self._number(Object.POSITION, signed=True)
+        velocity = self._number(Object.VELOCITY, signed=True)
+        if position is not None and counts and turns:
+            self.position, self.measured = position * turns / counts, self.heard
+        self.velocity = math.nan if velocity is None or found is None else found.turns_per_s(velocity)
+
+    def _number(self, index: int, sub: int = 0, *, size: int = 4, signed: bool = False) -> int | None:
+        data = self._answers.get((index, sub))
+        return None if data is None else int.from_bytes(data[:size], "little", signed=signed)
+
+
+class CanopenListener(Listener[CanopenNode]):
     """See `Listener`. A node is recognised by its heartbeat, which hardly any frame of another protocol looks like."""
 
     word = "canopen"
     title = "CANopen"
-
-    def __init__(self, send: Send, clock: Clock) -> None:
-        super().__init__(send, clock)
-        self._network: dict[int, int] = {}
-        self._clients: dict[int, SdoClient] = {}
-        self._answers: dict[int, dict[tuple[int, int], bytes | None]] = {}
+    node_type = CanopenNode
 
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat is certainly one, and so is every frame of a node that has sent one."""
@@ -77,30 +159,13 @@ class CanopenListener(Listener):
 
     def hear(self, frame: Frame) -> None:
         """Take in a frame: heartbeats, and the answers to what was asked."""
-        number, function = frame.id & NODE_MASK, frame.id & ~NODE_MASK
-        if function == Function.HEARTBEAT:
-            node = self._recognise(number, frame)
-            node.heard = frame.at
-            self._network[number] = frame.data[0] & 0x7F
-            self._tell(node)
-        elif function == Function.SDO_ANSWER and number in self._clients:
-            self._clients[number].hear(frame.data)
+        number = frame.id & NODE_MASK
+        if number in self.found or frame.id & ~NODE_MASK == Function.HEARTBEAT:
+            self._recognise(number, frame).receive(frame)
 
-    def ask(self, node: Found) -> None:
-        """Ask a node for its values by SDO. One that does not answer a question is not asked the next one."""
-        from vrg.hal.can.cia402.sdo import NoAnswerError  # noqa: PLC0415
-
-        if self._network[node.node] == Nmt.STOPPED:
-            return  # it answers no SDO
-        client = self._client(node)
-        answers = self._answers.setdefault(node.node, {})
-        try:
-            for question in (*_CHANGING, *_LASTING):
-                if question in _CHANGING or question not in answers:
-                    answers[question] = client.read(*question, ANSWER_TIMEOUT)
-        except NoAnswerError:
-            pass
-        self._tell(node)
+    def ask(self, node: CanopenNode) -> None:
+        """Ask a node for its values by SDO."""
+        node.ask()
 
     def stop(self) -> None:
         """Disable the voltage of every drive that is known, and let all nodes leave the state in which PDOs count.
@@ -112,12 +177,12 @@ class CanopenListener(Listener):
             self._send(download(number, Object.CONTROLWORD, Control.DISABLE_VOLTAGE, 2), urgent=True)
         self._send(nmt(0, NmtCommand.PRE_OPERATIONAL), urgent=True)
 
-    def clear(self, node: Found) -> None:
+    def clear(self, node: CanopenNode) -> None:
         """Send a fault reset, which is the rising edge of bit 7."""
         for word in (Control.DISABLE_VOLTAGE, Control.FAULT_RESET, Control.DISABLE_VOLTAGE):
             self._send(download(node.node, Object.CONTROLWORD, word, 2))
 
-    def read(self, node: Found, setting: str) -> str:
+    def read(self, node: CanopenNode, setting: str) -> str:
         """Return the value of an object of a drive, such as 0x6083 or 0x1401:05: a text, or an unsigned number.
 
         Raises:
@@ -129,7 +194,7 @@ class CanopenListener(Listener):
             return text
         return str(int.from_bytes(data, "little"))
 
-    def write(self, node: Found, setting: str, value: str) -> None:
+    def write(self, node: CanopenNode, setting: str, value: str) -> None:
         """Change an object to a whole number.
 
         Raises:
@@ -142,7 +207,7 @@ class CanopenListener(Listener):
         data = (number % (1 << 8 * size)).to_bytes(size, "little")
         self._write(node, *_object_of(setting), data)
 
-    def save(self, node: Found) -> None:
+    def save(self, node: CanopenNode) -> None:
         """Let a drive keep all its settings (0x1010:01).
 
         Raises:
@@ -150,53 +215,15 @@ class CanopenListener(Listener):
         """
         self._write(node, Object.STORE, 1, SAVE.to_bytes(4, "little"))
 
-    def _object(self, node: Found, setting: str) -> bytes:
-        data = self._client(node).read(*_object_of(setting), ANSWER_TIMEOUT)
+    def _object(self, node: CanopenNode, setting: str) -> bytes:
+        data = node.client.read(*_object_of(setting), ANSWER_TIMEOUT)
         if data is None:
             raise RobotError(f"canopen {node.node}: it has no object {setting}, or does not tell it")
         return data
 
-    def _write(self, node: Found, index: int, sub: int, data: bytes) -> None:
-        if not self._client(node).write(index, sub, data, _WRITE_TIMEOUT):
+    def _write(self, node: CanopenNode, index: int, sub: int, data: bytes) -> None:
+        if not node.client.write(index, sub, data, _WRITE_TIMEOUT):
             raise RobotError(f"canopen {node.node}: it refuses 0x{index:04X}:{sub:02X}")
-
-    def _client(self, node: Found) -> "SdoClient":
-        # canopen takes a while to load, and who only listens does without.
-        from vrg.hal.can.cia402.sdo import SdoClient  # noqa: PLC0415
-
-        if node.node not in self._clients:
-            self._clients[node.node] = SdoClient(node.node, self._send, self._clock)
-        return self._clients[node.node]
-
-    def _tell(self, node: Found) -> None:
-        """Put what a node has answered into words and units."""
-        answers = self._answers.get(node.node, {})
-
-        def number(index: int, sub: int = 0, *, size: int = 4, signed: bool = False) -> int | None:
-            data = answers.get((index, sub))
-            return None if data is None else int.from_bytes(data[:size], "little", signed=signed)
-
-        state = NMT_WORDS[self._network[node.node]]
-        status, error = number(Object.STATUSWORD, size=2), number(Object.ERROR_CODE, size=2)
-        millivolts = number(Object.VOLTAGE)
-        if status is not None:
-            known = drive_state(status)
-            state += f", {known.words if known else f'statusword 0x{status:04X}'}"
-            node.on = known in POWERED
-        node.state = state
-        node.errors = describe_error(error or 0)
-        node.voltage = None if millivolts is None else millivolts / 1000
-        if node.node in self._clients:
-            node.serials = tuple(f"{serial:X}" for serial in sorted(self._clients[node.node].serials))
-        text = answers.get((Object.FIRMWARE, 0)) or answers.get((Object.NAME, 0)) or b""
-        node.firmware = text.decode("ascii", "replace").strip("\0 ")
-        counts, turns = (number(Object.ENCODER_RESOLUTION, sub) or 0 for sub in (1, 2))
-        found = units(counts, turns, number(Object.VELOCITY_UNIT))
-        position, velocity = number(Object.POSITION, signed=True), number(Object.VELOCITY, signed=True)
-        if position is not None and counts and turns:
-            node.position = position * turns / counts
-        if velocity is not None and found is not None:
-            node.velocity = found.turns_per_s(velocity)
 
 
 def _object_of(text: str) -> tuple[int, int]:

@@ -9,8 +9,9 @@ from vrg.files import read_json
 from vrg.hal.can.axis import Send
 from vrg.hal.can.frame import Frame, FrameError
 from vrg.hal.can.odrive import codec, messages
+from vrg.hal.can.odrive.axis import OdriveAxis
 from vrg.hal.can.odrive.messages import Command
-from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Found, Listener
+from vrg.hal.can.workshop.listener import ANSWER_TIMEOUT, Claim, Listener
 from vrg.hal.clock import Clock
 
 _PACKINGS = {
@@ -107,7 +108,19 @@ _READ, _WRITE, _SAVE = 0, 1, 1
 _VALUES = (Command.VERSION, Command.ENCODER_ESTIMATES, Command.BUS_VOLTAGE_CURRENT)
 
 
-class OdriveListener(Listener):
+class OdriveNode(OdriveAxis):
+    """An axis that only listens: it asks nothing by itself, whatever it hears. It may have no id yet."""
+
+    @property
+    def words(self) -> str:
+        """The state of the axis, as ODrive writes it."""
+        return "has no id yet" if self.node == codec.BROADCAST else super().words
+
+    def _learn(self, version: messages.Version) -> None:
+        self.firmware = version.firmware
+
+
+class OdriveListener(Listener[OdriveNode]):
     """See `Listener`. A drive is recognised by its heartbeat, which some telegrams of CANopen look like.
 
     Attributes:
@@ -116,11 +129,12 @@ class OdriveListener(Listener):
 
     word = "odrive"
     title = "ODrive"
+    node_type = OdriveNode
 
     def __init__(self, send: Send, clock: Clock) -> None:
         super().__init__(send, clock)
         self.endpoints: Endpoints | None = None
-        self._fault_logged: dict[tuple[int, int], int] = {}
+        self._answers: dict[tuple[int, int], int] = {}
 
     def claim(self, frame: Frame) -> Claim:
         """A heartbeat is likely one, and so is every frame of a node that has sent one."""
@@ -138,23 +152,13 @@ class OdriveListener(Listener):
         except FrameError:
             return
         node = self._recognise(codec.node_of(frame.id), frame)
+        node.receive(frame)
         match message:
-            case messages.Heartbeat(error, state):
+            case messages.Address(serial=serial) if node.node == codec.BROADCAST:
+                node.serials.add(f"{serial:X}")
                 node.heard = frame.at
-                node.state, node.errors = messages.describe_state(state), messages.describe_errors(error)
-                node.on = state not in (messages.AxisState.IDLE, messages.AxisState.UNDEFINED)
-            case messages.Version():
-                node.firmware = message.firmware
-            case messages.Address(serial=serial):
-                node.serials = tuple(sorted({*node.serials, f"{serial:X}"}))
-                if node.node == codec.BROADCAST:
-                    node.state, node.heard = "has no id yet", frame.at
-            case messages.EncoderEstimates(position, velocity):
-                node.position, node.velocity = position, velocity
-            case messages.BusVoltageCurrent(voltage):
-                node.voltage = voltage
             case messages.TxSdo(endpoint=endpoint, value=value):
-                self._fault_logged[node.node, endpoint] = value
+                self._answers[node.node, endpoint] = value
 
     def greet(self) -> None:
         """Ask every drive for its serial number."""
@@ -165,11 +169,11 @@ class OdriveListener(Listener):
         for number in (codec.BROADCAST, *self.found):
             self._send(codec.encode(number, messages.SetAxisState(messages.AxisState.IDLE)), urgent=True)
 
-    def clear(self, node: Found) -> None:
+    def clear(self, node: OdriveNode) -> None:
         """Let an axis forget its errors."""
-        self._send(codec.encode(node.node, messages.ClearErrors()))
+        node.clear()
 
-    def rename(self, node: Found, serial: str, to: int) -> None:
+    def rename(self, node: OdriveNode, serial: str, to: int) -> None:
         """Give the drive of this serial number another id, which it keeps until it is switched off, unless it is saved.
 
         Raises:
@@ -177,20 +181,20 @@ class OdriveListener(Listener):
         """
         self._send(codec.encode(codec.BROADCAST, messages.Address(to, int(serial, 16))))
 
-    def read(self, node: Found, setting: str) -> str:
+    def read(self, node: OdriveNode, setting: str) -> str:
         """Return the value of an endpoint of a drive, which is named by its path.
 
         Raises:
             RobotError: there is no answer. ValueError: there is no such endpoint, or its firmware has other numbers.
         """
         endpoint = self._endpoint(node, setting)
-        self._fault_logged.pop((node.node, endpoint.number), None)
+        self._answers.pop((node.node, endpoint.number), None)
         self._send(codec.encode(node.node, messages.RxSdo(_READ, endpoint.number)))
-        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._fault_logged, ANSWER_TIMEOUT):
+        if not self._clock.wait(lambda: (node.node, endpoint.number) in self._answers, ANSWER_TIMEOUT):
             raise RobotError(f"odrive {node.node}: expected an answer to {setting}, got none")
-        return endpoint.words(self._fault_logged[node.node, endpoint.number])
+        return endpoint.words(self._answers[node.node, endpoint.number])
 
-    def write(self, node: Found, setting: str, value: str) -> None:
+    def write(self, node: OdriveNode, setting: str, value: str) -> None:
         """Change an endpoint.
 
         Raises:
@@ -199,7 +203,7 @@ class OdriveListener(Listener):
         endpoint = self._endpoint(node, setting)
         self._send(codec.encode(node.node, messages.RxSdo(_WRITE, endpoint.number, endpoint.raw(value))))
 
-    def save(self, node: Found) -> None:
+    def save(self, node: OdriveNode) -> None:
         """Let a drive keep all its settings; it starts again.
 
         Raises:
@@ -207,7 +211,7 @@ class OdriveListener(Listener):
         """
         self._send(codec.encode(node.node, messages.Reboot(_SAVE)))
 
-    def _endpoint(self, node: Found, setting: str) -> Endpoint:
+    def _endpoint(self, node: OdriveNode, setting: str) -> Endpoint:
         if self.endpoints is None:
             raise ValueError(
                 "expected --endpoints with the file flat_endpoints.json of the drive's firmware: each firmware numbers "
@@ -220,7 +224,7 @@ class OdriveListener(Listener):
             )
         return self.endpoints.find(setting)
 
-    def ask(self, node: Found) -> None:
+    def ask(self, node: OdriveNode) -> None:
         """Ask a drive for its values, and for its serial number once it has reported a version.
 
         Firmware 0.5, which tells none, would take the latter for an order to change its id.
