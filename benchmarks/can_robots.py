@@ -87,7 +87,7 @@ def arm(trains: Sequence[DriveTrain]) -> None:
             raise TimeoutError(f"not armed within {PATIENCE:g} s: {[one.state() for one in trains]}")
         for one in trains:
             _ready(one)
-            one.stand()
+            one.stop()
         time.sleep(0.02)
 
 

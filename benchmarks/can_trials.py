@@ -157,7 +157,7 @@ def _silences(drives: Drives, times: int, tell: Tell) -> Row:
             try:
                 driver.drive(AHEAD)
             except RobotError:
-                driver.stand()
+                driver.stop()
 
     thread = threading.Thread(target=drive)
     try:

@@ -255,7 +255,7 @@ class TestTurningOn:
         going.advance(COAST_TIMEOUT + 0.1)
         assert f"node {node}: it turns at" in going.trouble
         going.advance(1.0)
-        assert not going.driver._train._machine.guard.off, "the order is repeated"
+        assert not going.driver._machine.guard.off, "the order is repeated"
         going.fault(node, FaultKind.END)
         going.advance(1.0)
         going.recover()
@@ -328,7 +328,7 @@ def test_a_process_that_does_not_run_does_nothing(going: DeviceBench) -> None:
     going.port.freeze()
     going.wire.trouble = "the interface is down"
     going.clock.sleep(0.5)
-    assert going.driver._train._machine.guard.fault is None
+    assert going.driver._machine.guard.fault is None
     going.wire.trouble = None
     going.port.thaw()
 
@@ -426,7 +426,7 @@ def test_a_robot_that_is_closed_while_it_is_recovered_keeps_its_bus_closed(bench
     bench.port.start = lambda: (starts.append(bench.now), start())  # type: ignore[method-assign]
     bench.driver.recover()
     assert starts == [], "the bus was opened again"
-    assert not bench.driver._train.connected
+    assert not bench.driver.connected
     with pytest.raises(RobotError, match="this one is closed"):
         bench.port.send(Frame(1, b""))
 

@@ -15,11 +15,10 @@ from vrg.hal.sensors.battery import Battery, BatterySpec
 from vrg.hal.sensors.encoders import Encoders, EncodersSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sensors.spec import Sample
-from vrg.types import Twist
 
 
-class CanDriver(Driver):
-    """See `Driver` and `DriveTrain`.
+class CanDriver(DriveTrain, Driver):
+    """A drive train that is set up by a match file, and whose state is read as sensors; see `Driver` and `DriveTrain`.
 
     Ages are measured in real seconds on the bus. A match with physical robots runs at rate 1, so that they are seconds
     of match time too.
@@ -45,40 +44,16 @@ class CanDriver(Driver):
         if wiring.calibration:
             calibration = load_calibration(context.base / wiring.calibration, wiring.nodes)
             model = calibration.applied(model)
-        super().__init__(name, model)
+        Driver.__init__(self, name, model)
         self._now = context.now
         self._supply = wiring.supply
         axes = wiring.wheel_axes(model.drivetrain.axes, calibration)
         unwatched = wiring.watchdog == "unsafe"
         link, protocol, own = settings.link(name), settings.protocol_of(name), settings.options_of(name)
         medium, empty = context.medium or RealMedium(), wiring.empty
-        self._train = DriveTrain(
-            name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, empty=empty
+        DriveTrain.__init__(
+            self, name, medium, link, protocol, axes, model, options=own, unwatched=unwatched, empty=empty
         )
-
-    def connect(self) -> None:
-        """Open the bus and meet every drive; see `DriveTrain.connect`.
-
-        Raises:
-            RobotError: it cannot be used, with the reason.
-        """
-        self._train.connect()
-
-    def arm(self) -> None:
-        """Ask every motor for closed-loop control; `read().armed` is True when all are there.
-
-        Raises:
-            RobotError: not connected, a fault has latched, or the emergency stop is engaged.
-        """
-        self._train.arm()
-
-    def drive(self, twist: Twist) -> None:
-        """Command a motion of the body.
-
-        Raises:
-            RobotError: not armed, a fault, the emergency stop, or a bus that is full.
-        """
-        self._train.drive(twist)
 
     def read(self) -> Readings:
         """The newest readings, as the drives have reported them.
@@ -86,9 +61,9 @@ class CanDriver(Driver):
         Raises:
             StaleDataError: not connected, or no encoder has spoken yet.
         """
-        if not self._train.connected:
+        if not self.connected:
             raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
-        state = self._train.state()
+        state = self.state()
         if state.age == math.inf:
             raise StaleDataError(f"{self.name}: expected encoder estimates, but none was received yet")
         return Readings(
@@ -100,30 +75,6 @@ class CanDriver(Driver):
             latched=state.fault is not None,
             samples=self._samples(state),
         )
-
-    def stop(self) -> None:
-        """Command zero speed; stays armed."""
-        self._train.stand()
-
-    def disarm(self) -> None:
-        """Switch every motor off, until armed again. Idempotent."""
-        self._train.disarm()
-
-    def emergency_stop(self) -> None:
-        """Switch every motor off by the shortest way that the protocol has; this latches until `release`."""
-        self._train.engage()
-
-    def release(self) -> None:
-        """Let go of the emergency stop, also of one that was pressed at a drive; the motors stay off."""
-        self._train.release()
-
-    def recover(self) -> None:
-        """Forget what has latched; see `DriveTrain.recover`. It may take seconds."""
-        self._train.recover()
-
-    def close(self) -> None:
-        """Disarm and let go of the bus. Idempotent."""
-        self._train.close()
 
     def _samples(self, state: TrainState) -> list[Sample[SensorMessage]]:
         """A sample of each sensor that the model has and the drives have reported."""

@@ -213,7 +213,7 @@ class DriveTrain:
             self._look()
             raise RobotError(f"{self.name}: {self._machine.guard.fault}")
 
-    def stand(self) -> None:
+    def stop(self) -> None:
         """Send setpoints of zero, if it is armed and hears the bus. What keeps them from going out latches."""
         with self._lock:
             if not self._obey(self._machine.stand(self.clock.now())):
@@ -224,7 +224,7 @@ class DriveTrain:
         with self._lock:
             self._obey(self._machine.disarm(self.clock.now()))
 
-    def engage(self) -> None:
+    def emergency_stop(self) -> None:
         """The emergency stop of the match: switch every motor off by the shortest way that the protocol has."""
         with self._lock:
             self._obey(self._machine.engage())

@@ -31,7 +31,7 @@ OPTIONS = {"vesc": {"pole_pairs": 7}}
 
 def adapter_of(driver: CanDriver) -> Port:
     """The adapter of a driver on a simulated bus."""
-    port = driver._train._bus
+    port = driver._bus
     assert isinstance(port, Port)
     return port
 

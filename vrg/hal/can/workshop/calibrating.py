@@ -218,7 +218,7 @@ def bring_up(train: DriveTrain, patience: float, interrupted: Callable[[], bool]
             return False
         try:
             train.arm()  # a start may take several commands
-            train.stand()
+            train.stop()
             refused = None
         except RobotError as error:
             # On a busy computer the newest report of a drive may be old for a moment.
@@ -311,7 +311,7 @@ class _Runner:
     def _rest(self) -> TrainState:
         end = self._clock.now() + _SETTLE
         while self._clock.now() < end:
-            self._train.stand()
+            self._train.stop()
             self._clock.sleep(_PERIOD)
         state = self._state()
         self._train.disarm()
