@@ -269,7 +269,7 @@ BUDGETS = {
     "hal/sim": 2_590,
     "localisation": 2_710,
     "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these
-    "hal/can/workshop": 2_360,  # with what listens to a bus for a person; the objects of an emulated CiA 402 drive
+    "hal/can/workshop": 2_350,  # with what listens to a bus for a person; the objects of an emulated CiA 402 drive
     "coordinator": 2_050,
     "runs": 1_720,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_520,

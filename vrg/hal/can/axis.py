@@ -230,9 +230,9 @@ class Axis(AxisReport, ABC):
     def idle(self) -> None:
         """Switch the motor off."""
 
-    @abstractmethod
     def stop_now(self) -> None:
-        """Switch the motor off by the shortest way that the protocol has: the emergency stop."""
+        """Switch the motor off by the shortest way of the protocol, the emergency stop: `idle` if none is shorter."""
+        self.idle()
 
     @abstractmethod
     def clear(self) -> None:

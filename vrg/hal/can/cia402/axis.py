@@ -192,7 +192,10 @@ class Cia402Axis(Axis):
         self._send(SETPOINT_PDO.frame(self.node, self._units.velocity_of(velocity)))
 
     def idle(self) -> None:
-        """Switch the motor off."""
+        """Switch the motor off. To disable the voltage works in every state, and needs nothing but the output stage.
+
+        In an emergency a quick stop would brake along a ramp, by the same controller that may be its reason.
+        """
         self._wanted = self._late = False
         if self.state in (MotorState.STARTING, MotorState.CLOSED_LOOP):
             self.state = MotorState.IDLE
@@ -209,13 +212,6 @@ class Cia402Axis(Axis):
         set-up.
         """
         return self._settled and self._nmt not in (None, Nmt.OPERATIONAL, Nmt.BOOTED)
-
-    def stop_now(self) -> None:
-        """Disable voltage. That works in every state, and needs nothing but the drive's output stage.
-
-        A quick stop would brake along a ramp, by the same controller that may be why the button was pressed.
-        """
-        self.idle()
 
     def clear(self) -> None:
         """Send a fault reset, which is the rising edge of bit 7."""

@@ -196,10 +196,6 @@ class MoteusAxis(Axis):
             self.state = MotorState.IDLE
         self._order_stop(urgent=True)
 
-    def stop_now(self) -> None:
-        """Switch the motor off: this protocol has no shorter way."""
-        self.idle()
-
     def clear(self) -> None:
         """Forget a fault or an expired watchdog, which a stop does."""
         self._order_stop(urgent=False)

@@ -183,10 +183,6 @@ class VescAxis(Axis):
             self.state = MotorState.IDLE
         self._send(codec.setpoint(Packet.SET_CURRENT, self.node, 0), urgent=True)
 
-    def stop_now(self) -> None:
-        """Let go of the motor: this protocol has no shorter way."""
-        self.idle()
-
     def clear(self) -> None:
         """Forget the fault, which the drive itself does not keep."""
         self.fault, self.starved = None, False

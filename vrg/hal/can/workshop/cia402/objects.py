@@ -174,14 +174,10 @@ class Objects:
         """
         if index not in self.object_dictionary:
             raise SdoAbortedError(NO_OBJECT)
-        found = self.object_dictionary[index]
-        if isinstance(found, ODVariable):
-            if sub:
-                raise SdoAbortedError(NO_SUB)
-            return found
-        if sub not in found:
+        found = self.object_dictionary.get_variable(index, sub)
+        if found is None or found.subindex != sub:
             raise SdoAbortedError(NO_SUB)
-        return found[sub]
+        return found
 
     def get_data(self, index: int, sub: int, check_readable: bool = False) -> bytes:
         """The value of an object as bytes; the SDO server calls this.

@@ -141,7 +141,9 @@ class OdriveListener(Listener[OdriveNode]):
         if frame.extended or frame.fd or frame.remote:
             return Claim.NONE
         if codec.node_of(frame.id) == codec.BROADCAST:
-            return Claim.LIKELY if _is_nameless(frame) else Claim.NONE
+            # A drive without an id reports its serial number.
+            nameless = codec.command_of(frame.id) == Command.ADDRESS and frame.data[:1] == bytes([codec.BROADCAST])
+            return Claim.LIKELY if nameless else Claim.NONE
         heartbeat = codec.command_of(frame.id) == Command.HEARTBEAT and len(frame.data) == _HEARTBEAT_BYTES
         return Claim.LIKELY if heartbeat or codec.node_of(frame.id) in self.found else Claim.NONE
 
@@ -235,14 +237,3 @@ class OdriveListener(Listener[OdriveNode]):
             self._send(codec.request(node.node, command))
         if self._clock.wait(lambda: node.firmware, ANSWER_TIMEOUT):
             self._send(codec.request(node.node, Command.ADDRESS))
-
-
-def _is_nameless(frame: Frame) -> bool:
-    """True if a drive without an id reports its serial number."""
-    if codec.command_of(frame.id) != Command.ADDRESS:
-        return False
-    try:
-        message = codec.decode(frame)
-    except FrameError:
-        return False
-    return isinstance(message, messages.Address) and message.node == codec.BROADCAST
