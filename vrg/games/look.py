@@ -181,8 +181,13 @@ def reach(size: Vector) -> float:
 
 def trail(colour: Rgb, points: tuple[Vector, ...] = ()) -> Shape:
     """The way that a robot has driven lately."""
-    now, before = (mix(DARK.field, colour, share) for share in (0.9, 0.2))
+    now, before = _ways(colour)
     return Shape(points, line=now, width=3.0, closed=False, faded=before)
+
+
+@lru_cache(128)
+def _ways(colour: Rgb) -> tuple[Rgb, Rgb]:
+    return mix(DARK.field, colour, 0.9), mix(DARK.field, colour, 0.2)
 
 
 def mark(name: str, at: Pose, colour: Rgb) -> Figure:

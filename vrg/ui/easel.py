@@ -11,7 +11,6 @@ import pygame
 from vrg.colours import mix
 from vrg.figures import ORIGIN, Figure, Label, Shape, Writing
 from vrg.regions import Bounds
-from vrg.types import Vector
 from vrg.ui import labels, palette, shapes
 from vrg.ui.labels import Placer, Wanted
 from vrg.ui.text import Face, Fonts
@@ -152,7 +151,7 @@ def view_of(figure: Figure, view: Projection, ui: float) -> Projection:
 
 def draw_shape(surface: pygame.Surface, shape: Shape, frame: Projection, ui: float) -> None:
     """Draw one shape in a frame that is not turned."""
-    points = [_placed(shape, point, frame) for point in shape.points]
+    points = _placed(shape, frame)
     width = max(1.0, shape.width * ui)
     if shape.radius:
         radius = shape.radius * frame.scale
@@ -168,15 +167,14 @@ def draw_shape(surface: pygame.Surface, shape: Shape, frame: Projection, ui: flo
         return
     ends = [*points, points[0]] if shape.closed else points
     last = len(ends) - 1
-    for index, (start, end) in enumerate(pairwise(ends)):
-        if shape.faded is None and shape.width >= _WIDE and not shape.closed:
-            shapes.line(surface, start, end, shape.line, width)
-        elif shape.faded is None:
-            shapes.stroke(surface, start, end, shape.line, width)
-        else:
-            share = (index + 1) / last
-            tint = mix(shape.faded, shape.line, share)
-            shapes.stroke(surface, start, end, tint, (0.3 + 0.7 * share) * shape.width)
+    if shape.faded is not None:
+        for index, (start, end) in enumerate(pairwise(ends), 1):
+            share = index / last
+            shapes.stroke(surface, start, end, mix(shape.faded, shape.line, share), (0.3 + 0.7 * share) * shape.width)
+        return
+    draw = shapes.line if shape.width >= _WIDE and not shape.closed else shapes.stroke
+    for start, end in pairwise(ends):
+        draw(surface, start, end, shape.line, width)
 
 
 def draw_sign(surface: pygame.Surface, sign: tuple[Shape, ...], middle: Pixel, side: float, ui: float) -> None:
@@ -199,10 +197,11 @@ def _drawn(shapes: tuple[Shape, ...], scale: float, ui: float) -> pygame.Surface
     return surface
 
 
-def _placed(shape: Shape, point: Vector, frame: Projection) -> Pixel:
+def _placed(shape: Shape, frame: Projection) -> list[Pixel]:
+    left, top, scale = frame.left, frame.top, frame.scale
     if shape.still:
-        return frame.left + point[0] * frame.scale, frame.top - point[1] * frame.scale
-    return frame.point(*point)
+        return [(left + x * scale, top - y * scale) for x, y in shape.points]
+    return [frame.point(x, y) for x, y in shape.points]
 
 
 def _size(label: Label, ui: float) -> int:

@@ -16,6 +16,8 @@ _SIDES: Final = ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (-1, 1), (1, -1), (-1
 """The sides on which words may stand, in the order of preference; y is down in a window."""
 _STEPS: Final = (0.0, 1.2, 2.4, 3.6)
 """The distances of words from their circle, in heights of their box. Far away a line leads there."""
+_PLACES: Final = range(len(_STEPS) * len(_SIDES))
+"""The numbers of the places, the nearest first."""
 _CLEARLY: Final = 4.0
 """The distance by which words without a line must be nearer to their own circle than to any other."""
 _COVERED: Final = 600.0
@@ -81,7 +83,9 @@ class Placer:
             taken = [box for box in taken if overlap(box, around)]
         best, best_place, best_cost = area, 0, math.inf
         # The last place is tried first: most often it is still free, and then nothing else has to be looked at.
-        for index in sorted(range(len(_STEPS) * len(_SIDES)), key=lambda place: place != last):
+        for index in _PLACES if last is None else (last, *_PLACES):
+            if best_cost <= 0.0:
+                break
             step, side = divmod(index, len(_SIDES))
             stays = index == last
             cost = _LONG * step - _LOYAL * stays
