@@ -5,7 +5,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 from cryptography import x509
 from cryptography.x509.oid import ExtendedKeyUsageOID
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 
 from tests.naming import names
 from vrg.errors import ConfigError
@@ -93,6 +93,7 @@ def test_a_player_of_any_name_gets_a_certificate(name: str) -> None:
 
 @settings(max_examples=5, deadline=None)
 @given(names())
+@example("0000" + 16 * "\N{FEMININE ORDINAL INDICATOR}" + 8 * "\N{LINEAR B SYLLABLE B008 A}")
 def test_a_match_of_any_name_gets_an_authority(name: str) -> None:
     authority = make_authority(name, NOW)
     assert is_of(make_seat(authority, ANN, NOW, LASTS).certificate, authority.certificate)

@@ -65,7 +65,8 @@ class Validity:
 
 def authority_name(match: str) -> str:
     """The common name of the authority of a match."""
-    return f"VRG {match}"[:LONGEST_COMMON_NAME]
+    # The limit is one of bytes, of which a letter may have four.
+    return f"VRG {match}".encode()[:LONGEST_COMMON_NAME].decode(errors="ignore")
 
 
 def make_authority(match: str, now: datetime) -> KeyPair:
