@@ -6,13 +6,14 @@ usual size, because lines and letters must be seen however large a field is.
 """
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 from msgspec import Struct
 
 from vrg.colours import Rgb
 from vrg.regions import Region
+from vrg.segments import Stretch
 from vrg.types import Pose, Vector
 
 ORIGIN = Pose(0.0, 0.0, 0.0)
@@ -105,6 +106,11 @@ def pixels(name: str, at: Pose, *shapes: Shape, label: Label | None = None) -> F
     return Figure(name, shapes, at, least=1.0, most=1.0, label=label)
 
 
+def to_millimetres(points: Iterable[Vector]) -> tuple[Vector, ...]:
+    """Points rounded to a millimetre, which is more than can be seen: figures are sent to browsers as text."""
+    return tuple((round(x, 3), round(y, 3)) for x, y in points)
+
+
 def line(*points: Vector, colour: Rgb, width: float = 1.0) -> Shape:
     """An open line."""
     return Shape(points, line=colour, width=width, closed=False)
@@ -112,13 +118,11 @@ def line(*points: Vector, colour: Rgb, width: float = 1.0) -> Shape:
 
 def dashes(points: Sequence[Vector], colour: Rgb, width: float, length: float) -> Iterator[Shape]:
     """A line of dashes, each of which is `length` m long with its gap."""
-    for (ax, ay), (bx, by) in pairwise(points):
-        far = math.hypot(bx - ax, by - ay)
+    for start, end in pairwise(points):
+        far = math.dist(start, end)
         for index in range(math.ceil(far / length)):
-            ends = (min(1.0, (index + part) * length / far) for part in (0.0, 0.6))
-            yield line(
-                *((ax + share * (bx - ax), ay + share * (by - ay)) for share in ends), colour=colour, width=width
-            )
+            first, last = (min(1.0, (index + part) * length / far) for part in (0.0, 0.6))
+            yield line(*_part(start, end, (first, last)), colour=colour, width=width)
 
 
 def rounded(length: float, width: float, radius: float) -> tuple[Vector, ...]:
@@ -134,8 +138,10 @@ def rounded(length: float, width: float, radius: float) -> tuple[Vector, ...]:
 def within(region: Region, start: Vector, end: Vector) -> tuple[Vector, Vector] | None:
     """The part of a line that is inside a region; None if there is none."""
     stretch = region.inside(start, end)
-    if stretch is None:
-        return None
+    return None if stretch is None else _part(start, end, stretch)
+
+
+def _part(start: Vector, end: Vector, stretch: Stretch) -> tuple[Vector, Vector]:
     (ax, ay), (bx, by) = start, end
     a, b = ((ax + share * (bx - ax), ay + share * (by - ay)) for share in stretch)
     return a, b

@@ -10,7 +10,7 @@ from typing import Final
 
 from vrg.bus.messages import LARGE_ZONES, Zone
 from vrg.colours import DARK, Rgb, Theme, mix
-from vrg.figures import Figure, Label, Shape, Writing, line, pixels, room, rounded, within
+from vrg.figures import Figure, Label, Shape, Writing, line, pixels, room, rounded, to_millimetres, within
 from vrg.games.game import Game, Marker, Style
 from vrg.regions import Circle, Region
 from vrg.types import Pose, Vector
@@ -61,7 +61,7 @@ def ground(game: Game, zones: Sequence[Zone], obstacles: Iterable[Region], theme
 
 
 def _outline(region: Region) -> tuple[Vector, ...]:
-    return tuple((round(x, 3), round(y, 3)) for x, y in region.outline())
+    return to_millimetres(region.outline())
 
 
 def grid(region: Region, theme: Theme = DARK) -> tuple[Shape, ...]:
@@ -135,7 +135,7 @@ def marker(sign: Marker, radius: float, colour: Rgb, *, up: bool = False) -> Sha
     """
     if sign is Marker.CIRCLE:
         return Shape(((0.0, 0.0),), colour, radius=round(0.85 * radius, 3))
-    corners = tuple((round(x * radius, 3), round(y * radius, 3)) for x, y in _CORNERS[sign])
+    corners = to_millimetres((x * radius, y * radius) for x, y in _CORNERS[sign])
     if up:
         corners = tuple((-y, x) for x, y in corners)
     return Shape(corners, colour, still=up or sign is Marker.CROSS)
@@ -156,7 +156,7 @@ def _body(style: Style, length: float, width: float, physical: bool) -> tuple[Sh
         (rounded(length + 2 * rim, width + 2 * rim, 0.12 * width + rim), edge),
         (rounded(length, width, 0.12 * width), style.colour),
     ]
-    body = [Shape(tuple((round(x, 3), round(y, 3)) for x, y in line), colour) for line, colour in outlines]
+    body = [Shape(to_millimetres(outline), colour) for outline, colour in outlines]
     return (*body, marker(style.marker, 0.33 * width, DARK.ink))
 
 

@@ -16,8 +16,6 @@ from vrg.ui.labels import Placer, Wanted
 from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Pixel, Projection
 
-CROWD: Final = 8
-"""From how many robots on their names may be shortened."""
 LEGIBLE: Final = 9
 """Pixels; words with smaller letters are left out."""
 _FINENESS: Final = 2
@@ -38,7 +36,6 @@ class FigurePainter:
     def __init__(self, fonts: Fonts) -> None:
         self._fonts = fonts
         self._placer = Placer()
-        self._crowded = False
 
     def draw(
         self, surface: pygame.Surface, figures: Sequence[Figure], view: Projection, ui: float
@@ -94,24 +91,22 @@ class FigurePainter:
     ) -> list[pygame.Rect]:
         """Write the words beside figures inside of an area, not upon those that are painted; return where they are."""
         shown: list[tuple[str, Label, labels.Circle]] = []
+        taken: list[Bounds] = [(words.left, words.top, words.right, words.bottom) for words in painted]
         for figure in figures:
             frame = view_of(figure, view, ui)
+            if figure.clear:
+                side = figure.clear * frame.scale
+                taken.append((frame.left - 2, frame.top - side, frame.left + side, frame.top + 2))
             if figure.label is not None and area.inflate(40, 40).collidepoint(frame.left, frame.top):
                 circle = (frame.left, frame.top), figure.label.reach * frame.scale
                 shown.append((figure.name, figure.label, circle))
-        self._crowd(shown, ui)
-        texts = [self._text(label, ui) for _, label, _ in shown]
+        crowded = self._crowded(shown, ui)
+        texts = [self._text(label, crowded, ui) for _, label, _ in shown]
         wanted = [
             Wanted(name, (text.get_width() + 10.0, text.get_height() + 2.0), circle)
             for (name, _, circle), text in zip(shown, texts, strict=True)
         ]
         inside = (area.left, area.top, area.right, area.bottom)
-        taken: list[Bounds] = [(words.left, words.top, words.right, words.bottom) for words in painted]
-        for figure in figures:
-            if figure.clear:
-                frame = view_of(figure, view, ui)
-                side = figure.clear * frame.scale
-                taken.append((frame.left - 2, frame.top - side, frame.left + side, frame.top + 2))
         boxes = self._placer.place(wanted, inside, taken)
         for (_, label, circle), box in zip(shown, boxes, strict=True):
             led = labels.line_to(box, circle)
@@ -125,17 +120,14 @@ class FigurePainter:
             surface.blit(text, text.get_rect(center=plate.center))
         return plates
 
-    def _crowd(self, shown: Sequence[tuple[str, Label, labels.Circle]], ui: float) -> None:
-        """Decide whether robots lie so close that what is short stands for their names."""
+    def _crowded(self, shown: Sequence[tuple[str, Label, labels.Circle]], ui: float) -> bool:
+        """True if robots lie so close that what is short stands for their names."""
         named = [(label, circle) for _, label, circle in shown if label.short]
-        if len(named) < CROWD:
-            self._crowded = False
-            return
-        widest = max(self._fonts.width(label.words, _size(label, ui), Face.BOLD) for label, _ in named)
-        self._crowded = labels.crowded([circle for _, circle in named], widest, self._crowded)
+        widest = max((self._fonts.width(label.words, _size(label, ui), Face.BOLD) for label, _ in named), default=0)
+        return self._placer.crowded([circle for _, circle in named], widest)
 
-    def _text(self, label: Label, ui: float) -> pygame.Surface:
-        words = label.short if self._crowded and label.short else label.words
+    def _text(self, label: Label, crowded: bool, ui: float) -> pygame.Surface:
+        words = label.short if crowded and label.short else label.words
         words = f"{words} {label.remark}" if label.remark else words
         return self._fonts.render(words, _size(label, ui), label.ink, Face.BOLD if label.bold else Face.REGULAR)
 

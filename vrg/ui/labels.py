@@ -32,6 +32,8 @@ _PATIENT: Final = 390.0
 """By how much a place that is not good must be worse than another before it is left; less than what is doubtful."""
 _GAP: Final = 4.0
 """Between words and their circle."""
+_CROWD: Final = 8
+"""From how many circles on words may be shortened."""
 
 Circle = tuple[Vector, float]
 """A centre and a radius."""
@@ -56,6 +58,20 @@ class Placer:
     """Places words. Each stay on their side as long as that place is free, so that they do not flicker."""
 
     _last: dict[str, int] = field(default_factory=dict)
+    _close: bool = False
+
+    def crowded(self, circles: Sequence[Circle], widest: float) -> bool:
+        """True if circles lie so close that words have no room. It takes more room to go back to whole words.
+
+        Args:
+            circles: of the words that can be shortened. widest: the width of the longest ones.
+        """
+        if len(circles) < _CROWD:
+            self._close = False
+        else:
+            gaps = sorted(min(math.dist(a, b) for b, _ in circles if b is not a) for a, _ in circles)
+            self._close = gaps[len(gaps) // 2] < widest * (1.5 if self._close else 1.0)
+        return self._close
 
     def place(self, wanted: Sequence[Wanted], area: Bounds, taken: Sequence[Bounds] = ()) -> list[Bounds]:
         """The boxes of words: left, top, right, bottom.
@@ -111,16 +127,6 @@ def line_to(box: Bounds, circle: Circle) -> tuple[Vector, Vector] | None:
         return None
     share = radius / far
     return (x + (end[0] - x) * share, y + (end[1] - y) * share), end
-
-
-def crowded(circles: Sequence[Circle], widest: float, before: bool) -> bool:
-    """True if circles lie so close that words of a width have no room. It takes more room to go back to whole words.
-
-    Args:
-        before: whether they lay so close in the last picture.
-    """
-    gaps = sorted(min(math.dist(a, b) for b, _ in circles if b is not a) for a, _ in circles)
-    return gaps[len(gaps) // 2] < widest * (1.5 if before else 1.0)
 
 
 def overlap(a: Bounds, b: Bounds) -> float:

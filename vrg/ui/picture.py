@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Final
 
 from vrg.bus.messages import Stage
-from vrg.figures import Figure, Label, Shape
+from vrg.figures import Figure, Label, Shape, to_millimetres
 from vrg.games import game_of, look
 from vrg.geometry import ellipse
 from vrg.types import Pose
@@ -75,8 +75,7 @@ def uncertain(body: SceneBody) -> Figure | None:
     """The ellipse within which a body may be that is not known well."""
     if body.uncertainty is None:
         return None
-    edge = tuple((round(x, 3), round(y, 3)) for x, y in ellipse(0.0, 0.0, body.uncertainty))
-    outline = Shape(edge, line=palette.CAUTION, width=1.5)
+    outline = Shape(to_millimetres(ellipse(0.0, 0.0, body.uncertainty)), line=palette.CAUTION, width=1.5)
     return Figure(f"about {body.name}", (outline,), Pose(body.pose.x, body.pose.y, 0.0))
 
 

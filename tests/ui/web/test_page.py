@@ -16,7 +16,7 @@ from vrg.bus.messages import Stage, Zone
 from vrg.colours import hexadecimal
 from vrg.regions import Rectangle
 from vrg.types import Pose
-from vrg.ui.labels import Placer, Wanted, crowded, line_to
+from vrg.ui.labels import Placer, Wanted, line_to
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer
 from vrg.ui.web import parts
 from vrg.ui.web.admission import Admission, admission
@@ -177,10 +177,10 @@ class TestPureParts:
                 places.append(at)
         area, painted = (0.0, 0.0, 800.0, 500.0), (300.0, 200.0, 420.0, 260.0)
         circles = [(at, 14.0) for at in places]
-        close = robots == 16 and crowded(circles, 80.0, before=False)
+        placer = Placer()
+        close = placer.crowded(circles, 80.0)
         texts = [f"{number} out" if close else f"robot {number} out" for number in range(10, 10 + robots)]
         wanted = [Wanted(text, (10.0 * len(text) + 10.0, 18.0), of) for text, of in zip(texts, circles, strict=True)]
-        placer = Placer()
         boxes = [placer.place(wanted, area, [painted]) for _ in range(2)][1]
         found = self.run(
             visit,

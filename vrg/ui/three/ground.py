@@ -8,7 +8,7 @@ from typing import Final
 from vrg.colours import DARK, Rgb, mix
 from vrg.figures import Figure, rounded
 from vrg.games import game_of, look
-from vrg.regions import Bounds, Rectangle
+from vrg.regions import Bounds, Rectangle, surrounding
 from vrg.types import Vector
 from vrg.ui import palette
 from vrg.ui.labels import overlap
@@ -70,8 +70,7 @@ def extent(scene: Scene) -> Extent:
     boxes += [(x, y, x, y) for x, y in scene.starts]
     if not boxes:
         return Extent(0.0, 0.0, 10.0, 10.0)
-    x_min, y_min = min(box[0] for box in boxes), min(box[1] for box in boxes)
-    x_max, y_max = max(box[2] for box in boxes), max(box[3] for box in boxes)
+    x_min, y_min, x_max, y_max = surrounding(boxes)
     return Extent((x_min + x_max) / 2, (y_min + y_max) / 2, max(4.0, x_max - x_min), max(4.0, y_max - y_min))
 
 
@@ -87,8 +86,7 @@ def ground(scene: Scene) -> list[Solid]:
         lined = [zone.region for zone in scene.zones] or [place.region]
         figures.append(Figure("lines", tuple(line for region in lined for line in look.grid(region, LIT))))
     for figure in figures:
-        xs, ys = zip(*(point for shape in figure.shapes for point in shape.points), strict=True)
-        box = min(xs), min(ys), max(xs), max(ys)
+        box = surrounding((x, y, x, y) for shape in figure.shapes for x, y in shape.points)
         level = min(LEVELS, 1 + max((level for other, level in below if overlap(box, other)), default=-1))
         below.append((box, level))
         for colour, casts, mesh in _solids(figure, level):
