@@ -266,18 +266,18 @@ BUDGETS = {
     "games": 4_020,  # with the look of what lies on a field
     "learning": 3_450,
     "bus": 2_750,
-    "hal/sim": 2_590,
+    "hal/sim": 2_580,
     "localisation": 2_710,
     "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these
     "hal/can/workshop": 2_350,  # with what listens to a bus for a person; the objects of an emulated CiA 402 drive
     "coordinator": 2_050,
     "runs": 1_720,  # with what a replay shows and takes up, what differs between runs, and what robots were like
-    "hal": 1_520,
+    "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_620,  # vrg.compare; the figures of a picture
     "ros": 1_410,
     "testing": 1_340,
     "faults": 1_300,
-    "agents": 1_270,
+    "agents": 1_240,
     "recording": 1_210,
     "playing": 1_170,
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors

@@ -17,7 +17,7 @@ from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus import messages as m
 from vrg.bus.node import Tick
 from vrg.errors import StrategyError
-from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.spec import Sample
 from vrg.types import STILL, Twist

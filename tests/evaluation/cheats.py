@@ -117,7 +117,7 @@ def brakes(view):
     for player in every("Player"):
         if player.name == "shark":
             player._device.stop()
-            player._send = lambda twist: player._device.stop()
+            player._device.drive = lambda twist: player._device.stop() or STILL
 
 
 def teleport(view):

@@ -13,7 +13,7 @@ import pytest
 
 import vrg.agents.player
 import vrg.faults.session
-import vrg.hal.gate
+import vrg.hal.permission
 from tests.command_line import invoke
 from tests.tiny import TINY, TINY_CAN
 from vrg.agents import Action, View
@@ -37,7 +37,7 @@ from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.device import Device
 from vrg.hal.estop import EstopOrders
-from vrg.hal.gate import RefereeGate
+from vrg.hal.permission import Permission
 from vrg.hal.sim import robot
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.driver import SimDriver
@@ -178,7 +178,7 @@ def _unwatched(self: EmulatedDrive, *arguments: Any) -> None:
     self._watchdog = 0.0
 
 
-def _deaf_to_halts(self: RefereeGate, at: float, state: RefereeState) -> None:
+def _deaf_to_halts(self: Permission, at: float, state: RefereeState) -> None:
     standing = [msgspec.structs.replace(p, may_move=True) for p in state.players]
     GATE(self, at, msgspec.structs.replace(state, halted=None, players=standing) if state.halted is not None else state)
 
@@ -197,7 +197,7 @@ def _for_ever(self: Device, now: float) -> Twist | None:
 
 
 BY_HAND = Device.manual_twist
-GATE, REASON, DRIVE = RefereeGate.hear, Player._reason_to_stand, Player.drive
+GATE, REASON, DRIVE = Permission.hear, Player._reason_to_stand, Player.drive
 HEAR, INITIALISE, BUILD = Pacer.hear, EmulatedDrive.__init__, World.__init__
 TIMEOUT = "REFEREE_TIMEOUT"
 PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
@@ -210,7 +210,10 @@ PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
     "coordinator: a call is kept back": (3, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
     "executor: what comes twice is taken twice": (3, [(Numbers, "is_new", lambda *_: True)]),
     "device: no watchdog": (3, [(robot, "COMMAND_TIMEOUT", 1e9)]),
-    "device: a silent referee is not missed": (1, [(vrg.hal.gate, TIMEOUT, 1e9), (vrg.agents.player, TIMEOUT, 1e9)]),
+    "device: a silent referee is not missed": (
+        1,
+        [(vrg.hal.permission, TIMEOUT, 1e9), (vrg.agents.player, TIMEOUT, 1e9)],
+    ),
     "device: a person who sends nothing more is obeyed": (
         [Fault(FaultKind.HAND, "ann", 4.0, 1.5)],
         [(Device, "manual_twist", _for_ever)],
@@ -218,7 +221,7 @@ PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
     "everyone: in a HALT robots drive on": (
         [Fault(FaultKind.HALT, EVERYONE, 2.5, 0.0)],
         [
-            (RefereeGate, "hear", _deaf_to_halts),
+            (Permission, "hear", _deaf_to_halts),
             (Player, "_reason_to_stand", _deaf_player),
             (Player, "drive", _careless),
         ],

@@ -12,7 +12,7 @@ from tests.hal.device_bench import KEYS, Bench
 from tests.hal.fake_driver import MODEL, FakeDriver, PhysicalFake
 from vrg.bus import messages as m
 from vrg.errors import RobotError, StaleDataError
-from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
@@ -49,7 +49,7 @@ class TestGateAndLimit:
     def test_what_the_referee_holds_stands(self, bench: Bench, held: dict[str, object]) -> None:
         bench.referee(**held)  # type: ignore[arg-type]
         assert bench.device.drive(AHEAD) == STILL
-        assert bench.driver.told == ["drive 0.00 0.00"], "the command goes on, so that the watchdog is fed"
+        assert bench.driver.told == ["stop"], "zero speed is commanded on, so that the watchdog is fed"
 
     def test_a_referee_that_falls_silent_holds_everybody(self, bench: Bench) -> None:
         bench.tick(REFEREE_TIMEOUT - 0.1)

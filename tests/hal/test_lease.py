@@ -7,7 +7,7 @@ from tests.hal.fake_driver import MODEL, FakeDriver
 from tests.hal.world_bench import Wire, config
 from vrg.bus import messages as m
 from vrg.bus.topics import Topic
-from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
+from vrg.hal.permission import REFEREE_TIMEOUT, Permission
 from vrg.types import STILL, Twist
 
 AHEAD = Twist(0.5, 0.0)
@@ -21,48 +21,48 @@ def state(
     return referee_state([status(name, may_move, lease), status("b")], **options)  # type: ignore[arg-type]
 
 
-class TestGate:
-    def heard(self, **options: object) -> RefereeGate:
-        gate = RefereeGate()
-        gate.hear(10.0, state(**options))  # type: ignore[arg-type]
-        return gate
+class TestPermission:
+    def heard(self, **options: object) -> Permission:
+        permission = Permission()
+        permission.hear(10.0, state(**options))  # type: ignore[arg-type]
+        return permission
 
     @pytest.mark.parametrize("lease", [HOMEWARDS, STILL])
     def test_the_lease_beats_what_the_player_wants_and_nobody_else_is_leased(self, lease: Twist) -> None:
-        gate = self.heard(lease=lease)
-        assert gate.passed("a", AHEAD, 10.0) == lease
-        assert gate.passed("b", AHEAD, 10.0) == AHEAD
-        assert gate.passed("somebody else", AHEAD, 10.0) == AHEAD
+        permission = self.heard(lease=lease)
+        assert permission.motion("a", MODEL, AHEAD, 10.0) == lease
+        assert permission.motion("b", MODEL, AHEAD, 10.0) == AHEAD
+        assert permission.motion("somebody else", MODEL, AHEAD, 10.0) == AHEAD
 
     def test_each_state_renews_the_lease_and_tells_the_newest_motion(self) -> None:
-        gate = self.heard()
-        gate.hear(10.2, state(Twist(0.1, 0.0)))
-        assert gate.passed("a", AHEAD, 10.2 + REFEREE_TIMEOUT) == Twist(0.1, 0.0)
+        permission = self.heard()
+        permission.hear(10.2, state(Twist(0.1, 0.0)))
+        assert permission.motion("a", MODEL, AHEAD, 10.2 + REFEREE_TIMEOUT) == Twist(0.1, 0.0)
 
     @pytest.mark.parametrize(("name", "driven"), [("a", HOMEWARDS), ("b", AHEAD)], ids=["leased", "not leased"])
     def test_without_a_state_everybody_stands_in_the_end(self, name: str, driven: Twist) -> None:
-        gate = self.heard()
-        assert gate.passed(name, AHEAD, 10.0 + REFEREE_TIMEOUT) == driven
-        assert gate.passed(name, AHEAD, 10.0 + REFEREE_TIMEOUT + 0.01) == STILL
-        assert gate.passed(name, AHEAD, 10.0 + REFEREE_TIMEOUT + 5.0) == STILL
+        permission = self.heard()
+        assert permission.motion(name, MODEL, AHEAD, 10.0 + REFEREE_TIMEOUT) == driven
+        assert permission.motion(name, MODEL, AHEAD, 10.0 + REFEREE_TIMEOUT + 0.01) is None
+        assert permission.motion(name, MODEL, AHEAD, 10.0 + REFEREE_TIMEOUT + 5.0) is None
 
     def test_an_expired_lease_counts_again_as_soon_as_the_referee_is_heard(self) -> None:
-        gate = self.heard()
-        assert gate.passed("a", AHEAD, 12.0) == STILL
-        gate.hear(12.0, state())
-        assert gate.passed("a", AHEAD, 12.0) == HOMEWARDS
+        permission = self.heard()
+        assert permission.motion("a", MODEL, AHEAD, 12.0) is None
+        permission.hear(12.0, state())
+        assert permission.motion("a", MODEL, AHEAD, 12.0) == HOMEWARDS
 
     def test_a_state_without_the_lease_gives_the_robot_back(self) -> None:
-        gate = self.heard()
-        gate.hear(10.1, state(None))
-        assert gate.passed("a", AHEAD, 10.1) == AHEAD
+        permission = self.heard()
+        permission.hear(10.1, state(None))
+        assert permission.motion("a", MODEL, AHEAD, 10.1) == AHEAD
 
     @pytest.mark.parametrize("held", [{"halted": "rain"}, {"estop": True}, {"may_move": False}])
     def test_a_halt_a_stop_and_a_held_robot_beat_the_lease(self, held: dict[str, object]) -> None:
-        assert self.heard(**held).passed("a", AHEAD, 10.0) == STILL
+        assert self.heard(**held).motion("a", MODEL, AHEAD, 10.0) is None
 
     def test_a_lease_of_before_the_world_stepped_back_counts_no_longer(self) -> None:
-        assert self.heard().passed("a", AHEAD, 5.0) == STILL
+        assert self.heard().motion("a", MODEL, AHEAD, 5.0) is None
 
 
 @pytest.fixture

@@ -7,9 +7,9 @@ import pytest
 from tests.tiny import TINY
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
-from vrg.hal.gate import RefereeGate
 from vrg.hal.models import robot_model
 from vrg.hal.models.settings import MOTION, with_motion
+from vrg.hal.permission import Permission
 from vrg.hal.sim.engines.engine import Start
 from vrg.hal.sim.engines.planar import PlanarEngine
 from vrg.hal.sim.map import load_map
@@ -46,22 +46,22 @@ def test_mistakes_in_the_match_file_are_told(tmp_path: Path, motion: str, words:
     assert [robot.description.delay for robot in setup.world.robots] == [0.0, 0.1, 0.0], "and so does the world"
 
 
-def ann(delay: float) -> tuple[PlanarEngine, VirtualRobot, RefereeGate]:
+def ann(delay: float) -> tuple[PlanarEngine, VirtualRobot, Permission]:
     """A robot that acts on commands after a delay."""
     model = with_motion(robot_model("P2AT"), {"delay": delay})
     engine = PlanarEngine(load_map("open"), [Start("ann", model, Pose(0.0, 0.0, 0.0))])
-    return engine, VirtualRobot("ann", model), RefereeGate()
+    return engine, VirtualRobot("ann", model), Permission()
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.1, 0.15])
 def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None:
-    engine, robot, gate = ann(delay)
+    engine, robot, permission = ann(delay)
     begins = None
     for n in range(50):
         now = 0.02 * n
         if n % 5 == 0:
             robot.drive(now, Twist(0.5 if now >= 0.2 - 1e-9 else 0.0, 0.0), armed=True, estop=False)
-        engine.command("ann", robot.decide(now, gate, held=False))
+        engine.command("ann", robot.decide(now, permission, estop=False))
         engine.step(0.02)
         if begins is None and engine.poses[0, 0] > 0.0:
             begins = now
@@ -71,7 +71,7 @@ def test_a_virtual_robot_acts_on_a_command_after_its_delay(delay: float) -> None
 @pytest.mark.parametrize("delay", [0.0, 0.4])
 def test_what_was_commanded_before_a_stop_is_forgotten(delay: float) -> None:
     """After a silence, or an emergency stop, a robot that is commanded to stand does not move, however late it acts."""
-    engine, robot, gate = ann(delay)
+    engine, robot, permission = ann(delay)
 
     def go(since: float, seconds: float, twist: Twist | None, *, armed: bool = True, estop: bool = False) -> float:
         """Let time pass, and return by how much the robot moves."""
@@ -80,7 +80,7 @@ def test_what_was_commanded_before_a_stop_is_forgotten(delay: float) -> None:
             now = since + 0.02 * n
             if twist is not None and n % 5 == 0:
                 robot.drive(now, twist, armed=armed, estop=estop)
-            engine.command("ann", robot.decide(now, gate, held=estop))
+            engine.command("ann", robot.decide(now, permission, estop=estop))
             engine.step(0.02)
         return engine.poses[0, 0] - before
 

@@ -26,8 +26,8 @@ from vrg.bus.messages import (
 )
 from vrg.bus.topics import Topic
 from vrg.errors import ConfigError, WorldError
-from vrg.hal.gate import REFEREE_TIMEOUT
 from vrg.hal.models import MODELS, robot_model
+from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.encoders import Encoders
 from vrg.hal.sensors.ins import Ins

@@ -9,7 +9,7 @@ from tests.system.conftest import FAULTS
 from tests.system.harness import Match
 from tests.system.observer import Observer
 from vrg.bus.messages import OfficialAction, PlayerStatus
-from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.hal.permission import REFEREE_TIMEOUT
 
 LED = ("red1", "red2", "red3", "red4")
 BRAKING = 1.2

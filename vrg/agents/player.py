@@ -23,7 +23,7 @@ from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.device import Device
-from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.ins import Ins
@@ -157,17 +157,22 @@ class Player(Node):
         for problem in self._telling.tell(action, view.position):
             if self._warn_once(problem):
                 log.warning("%s", self._strategy.complaint(problem))
-        lease, manual = view.me.lease, self._device.manual_twist(view.time)
+        manual = self._device.manual_twist(view.time)
         sensible = self._makes_sense(action.twist)
         self._manual = manual is not None
-        if lease is not None:
+        if view.me.lease is not None:
             self._mode = BY_REFEREE
         elif self._manual:
             self._mode = "Manual"
         wanted = STILL
         if sensible or manual is not None:
             wanted = planned(self._strategy, view, manual or action.twist).quantised
-        self._send(lease or wanted if view.me.may_move else STILL)
+        try:
+            self._command = self._device.drive(wanted)
+        except RobotError as error:
+            # The robot was disarmed since its last reading. The next tick tries to arm it again.
+            self._fault = str(error)
+            self._device.stop()
 
     def give_way(self, why: str) -> None:
         """Stop the robot and report why, in place of a tick: the strategy has failed."""
@@ -297,18 +302,6 @@ class Player(Node):
             self._fault = str(error)
             return False
         return True
-
-    def _send(self, twist: Twist) -> None:
-        if twist == STILL:
-            self._device.stop()
-            self._command = STILL
-            return
-        try:
-            self._command = self._device.drive(twist)
-        except RobotError as error:
-            # The robot was disarmed since its last reading. The next tick tries to arm it again.
-            self._fault = str(error)
-            self._device.stop()
 
 
 @shared

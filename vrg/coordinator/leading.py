@@ -1,6 +1,7 @@
 """The coordinator's own driving of robots, such as the tagged players of RoboFlag (thesis 4.4.3).
 
-It works out the motions; the referee's state tells them, and the robots' devices and the world obey (vrg.hal.gate).
+It works out the motions; the referee's state has them, and the robots' devices and the world obey
+(vrg.hal.permission).
 """
 
 import math

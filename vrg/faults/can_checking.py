@@ -8,7 +8,7 @@ from vrg.bus.pacing import STALL
 from vrg.bus.process import STALLED_PERIOD
 from vrg.faults.observer import Spans
 from vrg.faults.plan import REFEREE, WORLD, FaultKind
-from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.hal.permission import REFEREE_TIMEOUT
 
 if TYPE_CHECKING:
     from vrg.faults.can import CanRobots

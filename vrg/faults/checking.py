@@ -18,7 +18,7 @@ from vrg.faults.observer import LEASE, Spans
 from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
 from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.driver import COMMAND_TIMEOUT
-from vrg.hal.gate import REFEREE_TIMEOUT
+from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.runs.certificate import certificate_of
 from vrg.runs.judged import judge_run
 from vrg.runs.run_folder import RunFolder

@@ -1,8 +1,8 @@
 """The match's side of a robot, written once for every driver.
 
-It enforces what the match demands of a robot, whatever its player does: the referee's gate and its lease, the speed
-limit, the emergency stop (also while the strategy decides), the recovery from faults, and the lease of a human. It also
-knows where a physical robot is on the map, and tells the world.
+It enforces what the match demands of a robot, whatever its player does: what the referee permits, the
+emergency stop (also while the strategy decides), the recovery from faults, and the lease of a human. It also knows
+where a physical robot is on the map, and publishes it for the world.
 """
 
 import logging
@@ -17,9 +17,9 @@ from vrg.errors import RobotError
 from vrg.hal.clock import REAL_CLOCK, Clock, Task
 from vrg.hal.driver import Driver
 from vrg.hal.estop import EstopLatch, EstopOrders
-from vrg.hal.gate import REFEREE_TIMEOUT, RefereeGate
 from vrg.hal.location import FUSION, ODOMETRY, Location
 from vrg.hal.models import RobotModel
+from vrg.hal.permission import REFEREE_TIMEOUT, Permission
 from vrg.hal.readings import Readings, samples_of
 from vrg.hal.sensors.gps import Gps
 from vrg.hal.sensors.ins import Ins
@@ -59,8 +59,7 @@ class Device:
         self._driver = driver
         self._mailbox = mailbox
         self._latch = EstopLatch()
-        self._gate = RefereeGate()
-        self._limit: float | None = None
+        self._permission = Permission()
         self._clock = clock
         self._recovery: Task | None = None
         self._lock = threading.RLock()
@@ -121,14 +120,14 @@ class Device:
     def _obey(self) -> None:
         """Take in limits, states of the referee, and orders about the emergency stop."""
         for limit in self._limits.take():
-            self._limit = limit.body.v_max
+            self._permission.limit(self.name, limit.body.v_max)
         before = self._latch.engaged
         order = self._estops.take()
         released = isinstance(order, EstopRelease)
         if order is not None:
             self._latch.order(not released, self._mailbox.now)
         for state in self._referee.take():
-            self._gate.hear(state.stamp, state.body)
+            self._permission.hear(state.stamp, state.body)
             # A referee that has just been restarted, and hears no clock yet, does not know of a stop.
             if state.body.estop or is_fresh(state.stamp, self._mailbox.now, REFEREE_TIMEOUT):
                 self._latch.referee(state.body.estop, state.stamp)
@@ -225,10 +224,10 @@ class Device:
             self._driver.arm()
 
     def drive(self, twist: Twist) -> Twist:
-        """Command a motion, as far as the match allows it. While the referee leases the robot, its own motion counts.
+        """Command a motion, as far as the match permits it. While the referee leases the robot, its own motion counts.
 
         Returns:
-            the twist that was really sent, after the limits of the referee and of the robot.
+            the twist that was really sent, within the limits of the referee and of the robot; STILL if it is held.
 
         Raises:
             RobotError: not armed, a fault, the emergency stop, or a number that is not finite.
@@ -238,11 +237,11 @@ class Device:
                 raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
             if not twist.is_finite:
                 raise RobotError(f"{self.name}: expected a finite motion, got {twist}")
-            twist = self._gate.passed(self.name, twist, self._mailbox.now)
-            sent = self.features.limited(twist, self._limit)
-            if not sent.is_finite:
-                raise RobotError(f"{self.name}: expected limits that keep a motion finite, got {sent} of {twist}")
-            self._driver.drive(sent)
+            sent = self._permission.motion(self.name, self.features, twist, self._mailbox.now) or STILL
+            if sent == STILL:
+                self._driver.stop()
+            else:
+                self._driver.drive(sent)
             return sent
 
     def stop(self) -> None:

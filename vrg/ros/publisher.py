@@ -1,7 +1,7 @@
 """The node that shows a match to ROS 2: it hears the match and publishes topics.
 
 It changes nothing but what players with the strategy `ros` do: it passes on to them what comes on their topic
-`cmd_vel`, as the lease that a person's window has, too. So device, gate, limits and watchdog are the same.
+`cmd_vel`, as the lease that a person's window has, too. So device, permission and watchdog are the same.
 
 Below the match's namespace, such as `/courtyard`: `map`, `markers`, `referee/state` and `referee/calls`, and for each
 robot `odom`, `pose`, `robot_description`, and what its sensors measure: `scan`, `range`, `battery_state`, `fix`.

@@ -13,8 +13,8 @@ from vrg.bus.node import CLOCK_SKEW
 from vrg.errors import WorldError
 from vrg.geometry import along_arc
 from vrg.hal.driver import COMMAND_TIMEOUT
-from vrg.hal.gate import RefereeGate
 from vrg.hal.models import RobotModel
+from vrg.hal.permission import Permission
 from vrg.types import STILL, Pose, Twist, Uncertainty
 
 EXTRAPOLATE = 0.2
@@ -62,7 +62,6 @@ class VirtualRobot:
         name, model: those of the robot. row: its row in the arrays of the engine.
 
     Attributes:
-        v_max: the top speed that the referee and its model allow, m/s.
         armed: True if the motors accept commands.
         locked: True if the emergency stop has hit the robot and no command that disarms was heard since.
         empty: True if its battery is empty.
@@ -71,15 +70,12 @@ class VirtualRobot:
 
     def __init__(self, name: str, model: RobotModel, row: int = 0) -> None:
         self.name, self.model, self.row = name, model, row
-        self.v_max = model.v_max
         self.armed = self.locked = self.empty = False
         self.command: Twist | None = None
         self._heard = 0.0
         self._later: deque[tuple[float, Twist]] = deque()
         """The motions that it has not acted on yet, and when it will, s."""
         self._wanted = STILL
-        self._planned, self._limited = (STILL, 0.0), STILL
-        """The last motion and top speed, and the motion within it."""
         self._rest = Rest()
         self._stands: float | None = None
         """The match time since which its wheels are held or commanded to stand, s; None while they turn."""
@@ -111,23 +107,17 @@ class VirtualRobot:
         self.locked = self.locked or self.armed
         self.armed = False
 
-    def limit(self, v_max: float) -> None:
-        """Take in the referee's limit of its speed, m/s."""
-        self.v_max = min(v_max, self.model.v_max)
-
-    def decide(self, now: float, gate: RefereeGate, *, held: bool) -> Twist | None:
-        """Decide at match time `now` which motion it makes, within its top speed; None locks its wheels.
-
-        Args:
-            held: True if the emergency stop or the referee holds all robots.
-        """
-        if self.armed and not (held or self.empty or self._silent(now) or gate.holds(self.name)):
-            self.command = self._within(gate.led(self.name, self._due(now)))
-        else:
-            self.command = None
-            if self.model.delay:  # what it has not acted on yet is dropped
-                self._later.clear()
-                self._wanted = STILL
+    def decide(self, now: float, permission: Permission, *, estop: bool) -> Twist | None:
+        """Decide at match time `now` which motion it makes, as far as it may; None locks its wheels."""
+        self.command = None
+        if self.armed and not (estop or self.empty or self._silent(now)):
+            wanted = self._due(now)
+            self.command = permission.motion(self.name, self.model, wanted, now)
+            if self.command is not None and wanted == STILL:
+                self.command = STILL  # its device knows why it is to stand, also during a lease
+        if self.command is None and self.model.delay:  # what it has not acted on yet is dropped
+            self._later.clear()
+            self._wanted = STILL
         if self.command is not None and self.command != STILL:
             self._stands = None
         elif self._stands is None:
@@ -158,13 +148,6 @@ class VirtualRobot:
         while self._later and self._later[0][0] <= now + _EPS:
             self._wanted = self._later.popleft()[1]
         return self._wanted
-
-    def _within(self, twist: Twist) -> Twist:
-        """A motion, within its top speed."""
-        if twist is not self._planned[0] or self.v_max != self._planned[1]:
-            self._planned = twist, self.v_max
-            self._limited = self.model.limited(twist, self.v_max)
-        return self._limited
 
 
 class Ghost:

@@ -11,8 +11,8 @@ import numpy as np
 
 from vrg.bus.messages import MeasuredPose, Poses, RefereeState, RobotState
 from vrg.errors import ConfigError, WorldError
-from vrg.hal.gate import RefereeGate
 from vrg.hal.models import RobotModel
+from vrg.hal.permission import Permission
 from vrg.hal.sim.config import WorldConfig, check_setup, fingerprint
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.engines.engine import Start
@@ -53,12 +53,12 @@ class World:
                 f"snapshot: expected one of this set-up ({self._setup}), got one of another ({snapshot.setup}): "
                 "choose another run folder, or delete the snapshot to begin anew"
             )
-        self.tick, self.epoch, self.estop, self._gate = 0, 0, False, RefereeGate()
+        self.tick, self.epoch, self.estop, self._permission = 0, 0, False, Permission()
         before: dict[str, RobotSnapshot] = {}
         seen: dict[str, Pose] = {}
         if snapshot is not None:
             self.tick, self.epoch, self.estop = snapshot.tick, snapshot.epoch + 1, snapshot.estop
-            self._gate = RefereeGate(refereed=snapshot.refereed)
+            self._permission = Permission(refereed=snapshot.refereed)
             before, seen = snapshot.robots, snapshot.physical
         starts = []
         for setup in config.robots:
@@ -83,7 +83,8 @@ class World:
         self._sensors = SensorSuite(surroundings, engine.names, engine.kinematic.tolist(), self._instant())
         for name, robot in self._virtual.items():
             if (kept := before.get(name)) is not None:
-                robot.v_max, robot.locked = kept.v_max, kept.locked
+                robot.locked = kept.locked
+                self._permission.limit(name, kept.v_max)
                 self._sensors.recall(name, kept.sensors)
         self._find_empty()
 
@@ -152,7 +153,7 @@ class World:
     def limit(self, name: str, v_max: float) -> None:
         """Take in the referee's limit of a robot's speed, m/s. One for a robot that is not in the world is ignored."""
         if name in self._virtual:
-            self._virtual[name].limit(v_max)
+            self._permission.limit(name, v_max)
 
     def ask_camera(self, name: str, lease: float) -> None:
         """Take pictures of a robot's camera for `lease` seconds of match time. An unknown robot is ignored.
@@ -171,7 +172,7 @@ class World:
 
     def referee(self, state: RefereeState, stamp: float) -> None:
         """Take in the referee's state of match time `stamp`, s."""
-        self._gate.hear(stamp, state)
+        self._permission.hear(stamp, state)
 
     def place(self, name: str, pose: Pose) -> None:
         """Put a virtual robot somewhere else, at rest, where there must be room for it.
@@ -188,10 +189,9 @@ class World:
         """Advance by one tick."""
         self.tick += 1
         engine, now = self._engine, self.time
-        held = self.estop or self._gate.closed(now)
         for name, robot in self._virtual.items():
             before = robot.command
-            command = robot.decide(now, self._gate, held=held)
+            command = robot.decide(now, self._permission, estop=self.estop)
             if command != before:
                 engine.command(name, command)
         for name, ghost in self._ghosts.items():
@@ -232,7 +232,7 @@ class World:
                 angles=self._engine.angles_of(robot.row),
                 sensors=self._sensors.remember(name),
                 energy_used=float(self._batteries.used[robot.row]),
-                v_max=robot.v_max,
+                v_max=self._permission.v_max(name, robot.model),
                 locked=robot.locked,
             )
             for name, robot in self._virtual.items()
@@ -242,7 +242,7 @@ class World:
             tick=self.tick,
             epoch=self.epoch,
             estop=self.estop,
-            refereed=self._gate.refereed,
+            refereed=self._permission.refereed,
             robots=robots,
             physical={name: self.pose(name) for name in self._ghosts},
         )

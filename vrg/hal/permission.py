@@ -1,0 +1,83 @@
+"""The permission of robots to move. The device and the world enforce it by the same object, whatever a player does.
+
+The referee may hold a robot, or lease it: then it drives the robot itself, by a motion that is part of its state. Each
+state renews the lease. A state without the lease gives the robot back. If no state comes, the lease expires and the
+robot stands, until the referee is heard again.
+
+This module uses no bus and no clock.
+"""
+
+from vrg.bus.messages import RefereeState
+from vrg.bus.node import is_fresh
+from vrg.hal.models import RobotModel
+from vrg.shared import shared
+from vrg.types import Twist
+
+REFEREE_TIMEOUT = 0.3
+"""The match time in s for which a state of the referee holds. After it robots stand, until the referee is heard."""
+_EPS = 1e-9
+
+
+class Permission:
+    """The referee's hold, its lease and its limits of speed. All may move as long as no referee was ever heard.
+
+    Args:
+        refereed: True if a referee was heard before the world was restarted; all are then held until a referee is
+            heard again.
+    """
+
+    def __init__(self, refereed: bool = False) -> None:
+        self.refereed = refereed
+        self._heard: float | None = None
+        self._all_held = False
+        self._held: frozenset[str] = frozenset()
+        self._leases: dict[str, Twist] = {}
+        self._limits: dict[str, float] = {}
+        self._last: dict[str, tuple[Twist, float, Twist]] = {}
+        """Of each robot the motion that it was last to make, its top speed, and the motion within it."""
+
+    def hear(self, at: float, state: RefereeState) -> None:
+        """Take in a state of the referee, of match time `at`."""
+        self.refereed = True
+        self._heard = at
+        self._all_held = state.halted is not None or state.estop
+        self._held, self._leases = _held(state), _leases(state)
+
+    def limit(self, robot: str, v_max: float) -> None:
+        """Take in the referee's limit of a robot's speed, m/s."""
+        self._limits[robot] = v_max
+
+    def v_max(self, robot: str, model: RobotModel) -> float:
+        """The top speed that the referee and its model allow a robot, m/s."""
+        return min(self._limits.get(robot, model.v_max), model.v_max)
+
+    def motion(self, robot: str, model: RobotModel, wanted: Twist, now: float) -> Twist | None:
+        """The motion that a robot may make at match time `now`; None if it is held.
+
+        It is that of the referee's lease, or the one that is wanted, and within its top speed.
+        """
+        if robot in self._held or self._is_closed(now):
+            return None
+        twist, v_max = self._leases.get(robot, wanted), self.v_max(robot, model)
+        last = self._last.get(robot)
+        if last is None or twist is not last[0] or v_max != last[1]:
+            last = self._last[robot] = twist, v_max, model.limited(twist, v_max)
+        return last[2]
+
+    def _is_closed(self, now: float) -> bool:
+        """True if all are held: the match is halted, the emergency stop is engaged, or the referee is silent."""
+        if self._heard is None:
+            return self.refereed
+        return self._all_held or not is_fresh(self._heard, now, REFEREE_TIMEOUT + _EPS)
+
+
+@shared
+def _held(state: RefereeState) -> frozenset[str]:
+    """The players that may not move."""
+    return frozenset(player.name for player in state.players if not player.may_move)
+
+
+@shared
+def _leases(state: RefereeState) -> dict[str, Twist]:
+    """The motions of the robots that the referee drives."""
+    return {player.name: player.lease for player in state.players if player.lease is not None}
