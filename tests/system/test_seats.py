@@ -6,14 +6,13 @@ import sys
 from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from tests.system.conftest import Arena
-from tests.system.harness import DEADLINE, PLAYERS, Match, long_match, patient, short_match, wait_until
+from tests.system.harness import DEADLINE, PLAYERS, Match, long_match, patient, short_match
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
 from vrg.bus.configuration import client_settings
@@ -82,10 +81,6 @@ def put(key: str, body: Message, stamp: float = 1.0) -> tuple[str, str]:
     elif first == "pulse":
         sender = "/".join(rest)
     return key, encode(Received(key, stamp, 10_000, body, f"{sender}/1")).hex()
-
-
-def logged(match: Match, words: str) -> bool:
-    return words in match.log("router")
 
 
 class Spy:
@@ -179,20 +174,6 @@ def test_who_has_a_players_keys_can_do_nothing_else_with_them(guarded: Match) ->
     assert observer.epoch == 0
     nodes = json.loads(guarded.command("topic", "list", "--json", "--for", "0.5"))["nodes"]
     assert nodes.count("world/world") == nodes.count("player/bob") == 1
-
-    told = ("referee/state", "robot/bob/drive", "clock", "official", "estop/release", "poses", "world/request")
-    for what in told:
-        line = f"player.ann may not publish on {keys.root}/{what}: dropped"
-        wait_until(partial(logged, guarded, line), line)
-    for line in (
-        f"player.ann may not listen to {keys.poses.key}: refused",
-        f"player.ann may not look who is present as {keys.poses.key}/@adv/",
-        f"player.ann may not be present as {keys.alive('world', 'world', 'rogue')}: refused",
-    ):
-        wait_until(partial(logged, guarded, line), line)
-    log = guarded.log("router")
-    assert f"player.ann may not publish on {keys.report('ann').key}" not in log
-    assert len(log) < 20_000, "a flood of refusals fills no disk"
 
 
 def test_a_player_stops_all_robots_but_only_an_official_lets_them_go(guarded: Match, tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 
 from vrg.blame import tell_of_refusals
 from vrg.bus.process import Statistics, run_node
-from vrg.bus.refusals import refusals_logged
 from vrg.bus.session import Session, open_router, open_session
 from vrg.bus.stopping import Stop, StopSignal, stop_on_signals
 from vrg.bus.topics import Keys
@@ -185,7 +184,6 @@ def serve_router(
         credentials, access = None, None
         if keys is not None and setup is not None:
             credentials, access = find_credentials(keys, ROUTER.seats_of("")), rules(setup.roster)
-            stack.enter_context(refusals_logged())
         stack.enter_context(open_router(endpoint, upstream=upstream, credentials=credentials, access=access))
         log.info("routing at %s%s", endpoint, "" if credentials is None else ", for seats only")
         stop.wait()
