@@ -261,7 +261,7 @@ def test_a_command_does_not_load_the_others() -> None:
 BUDGETS = {
     "ui": 9_280,
     "commands": 4_290,
-    "hal/can": 4_120,
+    "hal/can": 4_100,
     "launch": 3_960,  # with the window of a commander, which a command made
     "games": 4_020,  # with the look of what lies on a field
     "learning": 3_450,
@@ -269,7 +269,7 @@ BUDGETS = {
     "hal/sim": 2_580,
     "localisation": 2_710,
     "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these
-    "hal/can/workshop": 2_350,  # with what listens to a bus for a person; the objects of an emulated CiA 402 drive
+    "hal/can/workshop": 2_380,  # with what listens to a bus for a person; emulated drives, their objects and processes
     "coordinator": 2_050,
     "runs": 1_720,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too

@@ -13,8 +13,8 @@ from vrg.commands.can_options import EmulatedBusOptions, OptionsOption, Protocol
 from vrg.commands.groups import CommandGroup
 from vrg.commands.options import LeashOption, exit_if_interrupted, lasting
 from vrg.errors import ConfigError
-from vrg.hal.can.settings import EMULATING
 from vrg.hal.can.workshop.emulated import DriveOptions
+from vrg.hal.can.workshop.emulation import EMULATING
 from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, ask_for
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.launch.serving import child_process

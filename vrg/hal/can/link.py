@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Final, Protocol
 
 from vrg.hal.can.frame import Filter, Frame
@@ -14,6 +15,11 @@ SERIAL_INTERFACES = frozenset({"slcan", "serial", "robotell"})
 
 _OFTEN = frozenset({"socketcan", "udp_multicast", "virtual"})
 """Interfaces that are known without asking python-can, which takes time to load."""
+
+_INTERFACES = Path("/sys/class/net")
+"""The folder in which the kernel lists its network interfaces."""
+_UP = 1
+"""The kernel's flag IFF_UP of an interface."""
 
 AdapterValue = bool | int | float | str | Mapping[str, int | float]
 """The types of an adapter's options; a table is a bit timing."""
@@ -66,6 +72,20 @@ def known_interface(name: str) -> str:
         if name not in VALID_INTERFACES:
             raise ValueError(expected_one_of(sorted(VALID_INTERFACES), name))
     return name
+
+
+def missing_interface(link: Link) -> str | None:
+    """What a bus lacks on this machine, in words with what to do: the kernel's interface, or that it is up."""
+    if link.interface != "socketcan":
+        return None
+    interface = _INTERFACES / link.channel
+    if not interface.exists():
+        there = ", ".join(sorted(path.name for path in _INTERFACES.iterdir())) if _INTERFACES.exists() else ""
+        return f"expected the interface {link.channel}, found {there or 'none'}: see docs/hardware.md"
+    if not int((interface / "flags").read_text(), 16) & _UP:
+        bitrate = link.bitrate or 500000
+        return f"{link.channel} is down: sudo ip link set {link.channel} up type can bitrate {bitrate}"
+    return None
 
 
 def read_adapter(texts: Iterable[str]) -> dict[str, AdapterValue]:
