@@ -261,7 +261,7 @@ def test_a_command_does_not_load_the_others() -> None:
 BUDGETS = {
     "ui": 9_280,
     "commands": 4_290,
-    "hal/can": 4_100,
+    "hal/can": 4_110,
     "launch": 3_960,  # with the window of a commander, which a command made
     "games": 4_020,  # with the look of what lies on a field
     "learning": 3_450,

@@ -59,7 +59,7 @@ class ProtocolContract:
     def test_it_is_silent_until_it_has_been_heard(self, wire: ProtocolWire) -> None:
         assert wire.axis.state is MotorState.SILENT
         assert wire.axis.heard == wire.axis.measured == -math.inf
-        assert (wire.axis.voltage, wire.axis.fault, wire.axis.odd) == (None, None, None)
+        assert (wire.axis.voltage, wire.axis.fault, wire.axis.implausible) == (None, None, None)
         assert not wire.axis.identified
 
     def test_a_drive_says_who_it_is(self, wire: ProtocolWire) -> None:
@@ -81,7 +81,7 @@ class ProtocolContract:
         wire.axis.ask_serial()
         wire.advance(0.5)
         assert wire.axis.serials == before
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
 
     def test_setting_up_energises_nothing(self, wire: ProtocolWire) -> None:
         wire.prepare()
@@ -134,7 +134,7 @@ class ProtocolContract:
         assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert wire.axis.state is MotorState.IDLE
         assert wire.axis.fault is None
-        if wire.axis.starved:
+        if wire.axis.watchdog_expired:
             wire.axis.clear()
         wire.get_going()
 
@@ -174,21 +174,21 @@ class ProtocolContract:
         began = wire.now
         wire.until(lambda: abs(wire.motor_speed) < STANDSTILL_SPEED)
         assert wire.now - began < WATCHDOG + 0.5, "nobody but the one who drives may feed it"
-        wire.until(lambda: wire.axis.starved)
+        wire.until(lambda: wire.axis.watchdog_expired)
         assert wire.axis.fault is None
         assert wire.axis.state is MotorState.IDLE
         wire.advance(2.0)
         assert abs(wire.motor_speed) < STANDSTILL_SPEED, "it does not start again by itself"
         wire.axis.clear()
         wire.get_going()
-        assert not wire.axis.starved
+        assert not wire.axis.watchdog_expired
 
     def test_a_fault_that_is_planted_is_no_order_of_another_master(self, wire: ProtocolWire) -> None:
         wire.prepare()
         for kind in FaultKind:
             for value in (0, 5, 0x2000):
                 wire.axis.receive(encode_fault(wire.node, FaultRequest(kind, 0.0, value)))
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
 
     def test_a_drive_to_which_nobody_speaks_any_more_stops_by_itself(self, wire: ProtocolWire) -> None:
         wire.running()
@@ -209,7 +209,7 @@ class ProtocolContract:
         wire.drive_on(SPEED, 1.0)
         assert abs(wire.motor_speed) < STANDSTILL_SPEED
         assert wire.says()[1]
-        if wire.axis.starved:
+        if wire.axis.watchdog_expired:
             wire.axis.clear()
         wire.axis.clear()
         wire.advance(0.5)
@@ -238,7 +238,7 @@ class ProtocolContract:
         wire.running()
         wire.fault(FaultKind.NAN)
         wire.advance(0.5)
-        assert wire.axis.odd
+        assert wire.axis.implausible
         for report in (wire.axis, *wire.survey.nodes):
             assert math.isfinite(report.position + report.velocity)
 
@@ -246,20 +246,20 @@ class ProtocolContract:
         wire.running()
         wire.fault(FaultKind.LENGTH)
         wire.advance(0.5)
-        assert wire.axis.odd
+        assert wire.axis.implausible
         wire.fault(FaultKind.END)
-        wire.axis.forget_oddities()
+        wire.axis.forget_implausible()
         wire.advance(0.5)
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
 
     def test_another_master_is_noticed(self, wire: ProtocolWire) -> None:
         wire.running()
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
         wire.sent.clear()
         wire.axis.command(1.0)
         for frame in wire.sent:
             wire.axis.receive(frame)
-        assert wire.axis.odd
+        assert wire.axis.implausible
 
     def test_drives_of_other_ids_are_none_of_its_business(self, wire: ProtocolWire) -> None:
         other = ProtocolWire(self.protocol, self.nodes[-1], options=self.options)

@@ -82,7 +82,7 @@ def assert_latched(bench: DeviceBench, drives: Drives, words: str) -> None:
     # A drive that sends rubbish may say that it is on, which is told in place of whatever has latched before.
     assert bench.device.read().fault in (
         fault,
-        f"{fault.partition(': ')[0]}: node 0: it is on, though it was told to be off: cut the power of its motor",
+        f"{fault.partition(': ')[0]}: node 0: it is on, though it was ordered to be off: cut the power of its motor",
     )
     with pytest.raises(RobotError):
         bench.device.drive(AHEAD)

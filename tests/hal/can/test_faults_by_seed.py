@@ -32,7 +32,7 @@ def test_a_seed_is_the_same_life_every_time() -> None:
 
 def latches_for_no_reason(guard: Guard, heard_until: float) -> str | None:
     """A guard that has a fault after a while in which nothing is wrong."""
-    return "no reason at all" if guard.wanted and heard_until - guard.armed_at > 1.5 else None
+    return "no reason at all" if guard.armed_by_player and heard_until - guard.armed_at > 1.5 else None
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from tests.hal.can.odrive.wire import CLOSED, IDLE, Wire
 from vrg.hal.can.dropouts import DROPOUT_WINDOW, DROPOUTS
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.guard import (
-    DEAF,
+    FAILED_STARTS,
     HEARTBEAT_TIMEOUT,
     OBEY_TIMEOUT,
     OFF_PERIOD,
@@ -117,7 +117,7 @@ class TestGuard:
         driven.wires[1].beat(IDLE, AxisError.MOTOR_OVER_TEMP, driven.now)
         assert driven.guard.look(driven.now)
         assert driven.fault == "node 1: MOTOR_OVER_TEMP"
-        assert not driven.guard.wanted
+        assert not driven.guard.armed_by_player
 
     def test_the_first_reason_is_kept(self, pair: Pair) -> None:
         pair.guard.latch("one")
@@ -126,7 +126,7 @@ class TestGuard:
 
     def test_a_drives_watchdog_disarms_without_latching(self, driven: Pair) -> None:
         assert driven.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.1)
-        assert not driven.guard.wanted
+        assert not driven.guard.armed_by_player
         assert driven.guard.fault is None
         assert driven.guard.refusal(driven.now) is None
 
@@ -154,11 +154,11 @@ class TestGuard:
         assert "emergency stop" in str(driven.guard.refusal(driven.now))
         driven.guard.release(driven.now)
         assert driven.guard.refusal(driven.now) is None
-        assert not driven.guard.wanted
+        assert not driven.guard.armed_by_player
 
     def test_after_the_emergency_stop_of_the_match_nobody_pressed_it_at_a_drive(self, driven: Pair) -> None:
         driven.guard.engage()
-        assert not driven.guard.wanted
+        assert not driven.guard.armed_by_player
         driven.hear(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED)
         assert driven.guard.estop
         assert not driven.guard.at_drive
@@ -237,7 +237,7 @@ class TestOff:
         told.pass_time(OBEY_TIMEOUT - 0.1, IDLE, CLOSED)
         assert told.guard.fault is None
         told.pass_time(0.2, IDLE, CLOSED)
-        assert told.fault == "node 1: it is on, though it was told to be off: cut the power of its motor"
+        assert told.fault == "node 1: it is on, though it was ordered to be off: cut the power of its motor"
         told.pass_time(1.0, IDLE, IDLE)
         assert told.guard.off
         assert told.guard.refusal(told.now) == told.guard.fault, "a person must see it and clear it"
@@ -289,7 +289,7 @@ class TestOwnWords:
             orders += pair.guard.look(pair.now)
         assert not pair.guard.off
         assert orders >= 5
-        assert pair.fault == "node 1: it is on, though it was told to be off: cut the power of its motor"
+        assert pair.fault == "node 1: it is on, though it was ordered to be off: cut the power of its motor"
 
     def test_one_that_is_armed_and_says_nothing_of_its_motor_is_a_fault(self, driven: Pair) -> None:
         for _ in range(8):
@@ -325,13 +325,13 @@ class TestProof:
         pair.guard.look(pair.now)
 
     def test_it_is_not_armed_before_and_ready_when_every_watchdog_has_expired(self, asked: Pair) -> None:
-        assert asked.guard.wanted
+        assert asked.guard.armed_by_player
         assert asked.guard.proving
         assert not asked.guard.armed
         self.expire(asked, 0)
-        assert not asked.guard.ready
+        assert not asked.guard.rearm_pending
         self.expire(asked, 0, 1)
-        assert asked.guard.ready
+        assert asked.guard.rearm_pending
         assert asked.guard.fault is None
         asked.arm()
         assert asked.guard.armed
@@ -340,7 +340,7 @@ class TestProof:
     def test_a_drive_without_a_watchdog_is_tried_twice_and_then_refused(self, asked: Pair) -> None:
         assert asked.pass_time(PROOF_TIMEOUT + 0.1, CLOSED, CLOSED)
         assert asked.guard.fault is None
-        assert asked.guard.ready, "once more, as this computer may have been late"
+        assert asked.guard.rearm_pending, "once more, as this computer may have been late"
         asked.pass_time(0.1, IDLE, IDLE)
         assert asked.guard.off
         asked.guard.arm(asked.now)
@@ -362,7 +362,7 @@ class TestProof:
         for _ in range(3):
             pair.hear(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED, after=0.1)
         assert pair.guard.unproved
-        assert not pair.guard.ready
+        assert not pair.guard.rearm_pending
 
     def test_setpoints_are_withheld_only_once_every_motor_is_on(self, pair: Pair) -> None:
         pair.start(CLOSED, IDLE)
@@ -374,12 +374,12 @@ class TestProof:
     def test_what_a_drive_said_before_is_no_proof(self, pair: Pair) -> None:
         pair.beat(IDLE, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
         pair.start(CLOSED, CLOSED)
-        assert not pair.guard.ready
+        assert not pair.guard.rearm_pending
 
     def test_it_is_proved_anew_after_a_recovery_and_not_after_an_estop(self, asked: Pair) -> None:
         self.expire(asked, 0, 1)
         asked.guard.engage()
-        assert not asked.guard.ready, "the player must arm it again"
+        assert not asked.guard.rearm_pending, "the player must arm it again"
         asked.guard.release(asked.now)
         assert not asked.guard.unproved
         asked.guard.begin(asked.now)
@@ -388,14 +388,14 @@ class TestProof:
     def test_an_estop_ends_it(self, asked: Pair) -> None:
         asked.guard.engage()
         self.expire(asked, 0, 1)
-        assert not asked.guard.ready
-        assert not asked.guard.wanted
+        assert not asked.guard.rearm_pending
+        assert not asked.guard.armed_by_player
 
     def test_an_estop_at_a_drive_ends_what_was_proved(self, asked: Pair) -> None:
         self.expire(asked, 0, 1)
-        assert asked.guard.ready
+        assert asked.guard.rearm_pending
         asked.hear(IDLE, IDLE, error=AxisError.ESTOP_REQUESTED, after=0.1)
-        assert not asked.guard.ready, "nobody has asked for it since"
+        assert not asked.guard.rearm_pending, "nobody has asked for it since"
 
     def test_a_robot_that_a_person_has_called_unsafe_is_armed_at_once(self, pair: Pair) -> None:
         for wire in pair.wires:
@@ -480,7 +480,7 @@ class TestLacks:
             driven.now += 0.4 if late else 0.06
             driven.guard.catch_up(driven.now)
             driven.hear(CLOSED, IDLE, error=AxisError.WATCHDOG_TIMER_EXPIRED)
-            assert not driven.guard.wanted
+            assert not driven.guard.armed_by_player
             driven.beat()
             if not driven.fault:
                 driven.arm()
@@ -497,8 +497,8 @@ class TestLacks:
                 driven.wires[0].beat(CLOSED, 0, driven.now)
                 driven.wires[1].beat(IDLE, AxisError.WATCHDOG_TIMER_EXPIRED, driven.now)
                 driven.guard.look(driven.now)
-        assert starts == DEAF
-        assert "node 1: it was told 3 times to start" in driven.fault
+        assert starts == FAILED_STARTS
+        assert "node 1: it was ordered 3 times to start" in driven.fault
         assert "Check the wires" in driven.fault
 
     def test_a_motor_that_does_not_start_on_a_busy_computer_is_not_to_blame(self, pair: Pair) -> None:

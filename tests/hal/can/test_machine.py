@@ -45,7 +45,7 @@ class Bench:
         """Both drives report, and the machine hears it."""
         for report in self.reports:
             report.state, report.on = state, on
-            report.heard = report.told = report.measured = self.now - age
+            report.heard = report.reported_at = report.measured = self.now - age
         return self.machine.hear([*self.machine.reports], self.now - age, self.now)
 
     def pass_time(
@@ -115,7 +115,7 @@ class TestMeeting:
             bench.meeting.step(bench.now + 0.02)
 
     def test_drives_that_somebody_else_commands_are_asked_nothing(self, bench: Bench) -> None:
-        bench.reports[1].odd = "another program commands it too"
+        bench.reports[1].implausible = "another program commands it too"
         with pytest.raises(RobotError, match="node 2: another program"):
             bench.meeting.step(bench.now + LISTEN)
 
@@ -135,7 +135,7 @@ class TestMotors:
             armed.machine.drive([(1, 1.0), (2, velocity)], armed.now)
 
     def test_a_start_is_an_order_to_each_axis(self, met: Bench) -> None:
-        met.reports[1].starved = True
+        met.reports[1].watchdog_expired = True
         assert met.machine.arm(met.now) == [
             Order(AxisMethod.CLEAR, 2),
             Order(AxisMethod.START, 1),
@@ -171,7 +171,7 @@ class TestMotors:
         """A report that is under way when the motors are switched off still says that they are on."""
         armed.machine.drive([(1, 0.0), (2, 0.0)], armed.now)
         armed.pass_time(COMMAND_TIMEOUT + 0.05, MotorState.CLOSED_LOOP, on=True)
-        assert not armed.machine.guard.wanted
+        assert not armed.machine.guard.armed_by_player
         assert armed.machine.arm(armed.now) == []
         armed.pass_time(0.05)
         assert acts(armed.machine.arm(armed.now)) == [AxisMethod.START] * 2
@@ -252,7 +252,7 @@ class TestWhatIsHeard:
         assert times[failures] - times[0] < WHO_PERIOD, "at once, and not when it would be its turn"
 
     def test_estimates_alone_are_judged_now_and_then(self, armed: Bench) -> None:
-        armed.reports[0].odd = "rubbish"
+        armed.reports[0].implausible = "rubbish"
         assert armed.machine.hear([1], armed.now, armed.now, news=False) == []
         assert AxisMethod.IDLE in acts(armed.machine.hear([1], armed.now, armed.now + 0.02, news=False))
 
@@ -295,7 +295,7 @@ class TestRecovery:
             armed.machine.arm(armed.now)
         assert set(acts(armed.machine.recovered(None, armed.now))) == {AxisMethod.IDLE, AxisMethod.CLEAR}
         assert armed.machine.guard.fault is None
-        assert not armed.machine.guard.wanted
+        assert not armed.machine.guard.armed_by_player
 
     def test_what_still_is_wrong_latches(self, met: Bench) -> None:
         met.machine.recover(met.now)

@@ -126,7 +126,7 @@ def driving() -> Callable[[str], ProtocolWire]:
     def wire(protocol: str) -> ProtocolWire:
         if protocol not in wires:
             wires[protocol] = ProtocolWire(PROTOCOLS.get(protocol), NODE, options=OPTIONS.get(protocol)).running()
-        wires[protocol].axis.forget_oddities()
+        wires[protocol].axis.forget_implausible()
         return wires[protocol]
 
     return wire
@@ -142,8 +142,8 @@ def test_what_a_planted_frame_causes(
     axis = driving(protocol).axis
     assert axis.state is not MotorState.SILENT
     axis.receive(Frame(frame.id, frame.data, frame.remote, frame.extended, axis.heard, frame.fd))
-    assert (axis.odd is None) == (words is None)
-    assert (words or "") in (axis.odd or "")
+    assert (axis.implausible is None) == (words is None)
+    assert (words or "") in (axis.implausible or "")
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS.names())

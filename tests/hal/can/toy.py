@@ -117,7 +117,7 @@ class ToyAxis(Axis):
     def start(self) -> None:
         self.command(0.0)
         self._order(Order.RUN)
-        self._wanted, self.expired = True, False
+        self._wanted, self.expiry_reported = True, False
         if self.state is MotorState.IDLE:
             self.state = MotorState.STARTING
 
@@ -142,10 +142,10 @@ class ToyAxis(Axis):
 
     def _judge(self, status: Status, at: float) -> None:
         self.heard = at
-        self._says(status.running, at)
+        self._report_on(status.running, at)
         self.serials.add(f"{status.serial:X}")
-        self.starved = status.error == Error.STARVED
-        self.expired |= self.starved
+        self.watchdog_expired = status.error == Error.STARVED
+        self.expiry_reported |= self.watchdog_expired
         self.fault = f"error {status.error}" if status.error >= Error.BROKEN else None
         if status.error == Error.STOPPED:
             self.state = MotorState.ESTOP
@@ -154,7 +154,7 @@ class ToyAxis(Axis):
         elif status.running:
             self.state = MotorState.CLOSED_LOOP
         else:
-            starting = self._wanted and self.state is MotorState.STARTING and not self.starved
+            starting = self._wanted and self.state is MotorState.STARTING and not self.watchdog_expired
             self.state = MotorState.STARTING if starting else MotorState.IDLE
 
 

@@ -64,19 +64,19 @@ class AxisReport:
     Attributes:
         encoder_advice: what to do if the drive sends no encoder messages, in words.
         heard: monotonic time of the newest heartbeat, s. state: the state that it reported.
-        on: by the drive's own report its motor is under control; None before the first. told: monotonic time of the
-            newest report of that, s. Orders change neither.
+        on: by the drive's own report its motor is under control; None before the first. reported_at: monotonic
+            time of the newest report of that, s. Orders change neither.
         fault: errors that the drive has latched, in words; None while it has none.
-        starved: the motor is off because no setpoint came in time.
-        expired: the drive itself has reported, since the last `start`, that its watchdog has stopped the motor.
+        watchdog_expired: the motor is off because no setpoint came in time.
+        expiry_reported: the drive itself has reported, since the last `start`, that its watchdog has stopped the motor.
         unwatched: a person has allowed that this drive is driven without a watchdog of its own.
         position, velocity: of the shaft, in turns and turn/s. measured: monotonic time of both, s.
         slowest: the speed in turn/s below which the drive may let its motor stand; 0 where it turns it however slowly.
         wrap: the number of turns after which `position` begins anew; 0 where it never does.
         voltage: of the drive's supply, V; None before it was reported. supplied: monotonic time of it, s.
         refusal: why the drive has not started when it was last asked to, in words; None where it has reported nothing.
-        odd: what makes no sense in the frames that were heard, in words: rubbish, a number that is not finite, another
-            master; None where everything makes sense.
+        implausible: what makes no sense in the frames that were heard, in words: rubbish, a number that is not finite,
+            another master; None where everything makes sense.
         serials: the serial numbers of all that have answered to this id, in words: two drives may share it by mistake.
         firmware: the version in words; empty before it is known.
         protocol: the word of its protocol in tables, where a listener has recognised it.
@@ -89,10 +89,10 @@ class AxisReport:
         self.heard = NEVER
         self.state = MotorState.SILENT
         self.on: bool | None = None
-        self.told = NEVER
+        self.reported_at = NEVER
         self.fault: str | None = None
-        self.starved = False
-        self.expired = False
+        self.watchdog_expired = False
+        self.expiry_reported = False
         self.unwatched = False
         self.position = 0.0
         self.velocity = 0.0
@@ -102,7 +102,7 @@ class AxisReport:
         self.voltage: float | None = None
         self.supplied = NEVER
         self.refusal: str | None = None
-        self.odd: str | None = None
+        self.implausible: str | None = None
         self.serials: set[str] = set()
         self.firmware = ""
         self.protocol = ""
@@ -139,9 +139,14 @@ class AxisReport:
             return None
         return f"two drives have this id: serial numbers {self.serial}; give one another id"
 
-    def forget_oddities(self) -> None:
+    @property
+    def condition(self) -> tuple[object, ...]:
+        """All that it reports but estimates of its encoder and its supply."""
+        return self.state, self.on, self.implausible, self.fault, self.watchdog_expired, self.expiry_reported
+
+    def forget_implausible(self) -> None:
         """Judge anew what is heard from now on."""
-        self.odd = None
+        self.implausible = None
 
     def forget_serials(self) -> None:
         """Let the drive say anew who it is."""
@@ -236,7 +241,7 @@ class Axis(AxisReport, ABC):
 
     @abstractmethod
     def clear(self) -> None:
-        """Forget latched errors; the motor stays off. Called only on a person's order, or after `starved`."""
+        """Forget latched errors; the motor stays off. Called only on a person's order, or after `watchdog_expired`."""
 
     def ask_serial(self) -> None:
         """Ask for the serial number; the answer comes to `receive`, so that this waits for nothing.
@@ -255,9 +260,9 @@ class Axis(AxisReport, ABC):
             RobotError: a question could not be sent.
         """
 
-    def _says(self, on: bool, at: float) -> None:
-        """Take in the drive's word on whether its motor is under control."""
-        self.on, self.told = on, at
+    def _report_on(self, on: bool, at: float) -> None:
+        """Take in the drive's report of whether its motor is under control."""
+        self.on, self.reported_at = on, at
 
     def _estimate(self, position: float, velocity: float, at: float) -> None:
         """Take in an encoder's estimate, unless it is not finite."""
@@ -275,4 +280,4 @@ class Axis(AxisReport, ABC):
 
     def _complain(self, words: str) -> None:
         """Remember the first oddity."""
-        self.odd = self.odd or words
+        self.implausible = self.implausible or words

@@ -25,7 +25,7 @@ PROOF_TIMEOUT = 0.33
 is proved. A motor that is off brakes within 0.12 s, so that a robot whose computer fails stands after 0.45 s."""
 PROOFS = 2
 """Times that a watchdog is tried: on a busy computer the first setpoint may leave late, or a report may get lost."""
-DEAF = 3
+FAILED_STARTS = 3
 """Times in a row that a drive may report an expired watchdog although it was ordered to start: orders may get lost."""
 SETPOINT_TIMEOUT = 0.2
 """s between setpoints from which on it is this computer that is too busy."""
@@ -63,15 +63,16 @@ class Guard:
         fault: what has latched, in words; None where nothing has.
         estop: the emergency stop is latched, by the match or by a drive.
         at_drive: a drive has latched it, as a button was pressed there.
-        wanted: the player has armed the robot, and nothing has disarmed it since.
+        armed_by_player: the player has armed the robot, and nothing has disarmed it since.
         unproved: the drives' own watchdogs have not been seen to work since the robot was connected or recovered.
             At the first arming the drives are therefore left without setpoints, at zero speed, until each reports that
             its watchdog has stopped its motor.
-        lapsed: the words for the lack of setpoints that has disarmed the robot, until something else arms or disarms
-            it; None if there was none.
+        disarmed_because: the words for the lack of setpoints that has disarmed the robot, until something else arms or
+            disarms it; None if there was none.
         armed_at: when the player has armed it last.
-        ready: the robot is to be armed once more, as the player has asked: that has been seen, or is to be tried again.
-        stray: the node of a drive that is on though it was switched off, for longer than OBEY_TIMEOUT, or whose motor
+        rearm_pending: the robot is to be armed once more, as the player has asked: the watchdogs have been seen to
+            work, or are to be tried again.
+        not_off: the node of a drive that is on though it was switched off, for longer than OBEY_TIMEOUT, or whose motor
             has not become slower within COAST_TIMEOUT, by its own estimates; None if there is none.
     """
 
@@ -84,11 +85,11 @@ class Guard:
         self.fault: str | None = None
         self.estop = False
         self.at_drive = False
-        self.wanted = False
+        self.armed_by_player = False
         self.unproved = True
-        self.lapsed: str | None = None
-        self.ready = False
-        self.stray: int | None = None
+        self.disarmed_because: str | None = None
+        self.rearm_pending = False
+        self.not_off: int | None = None
         self._excused: dict[tuple[int, str], float] = {}
         self._on_since: dict[int, float] = {}
         self._ordered_off = -math.inf
@@ -99,26 +100,26 @@ class Guard:
         self._commanded = -math.inf
         self._gap, self._late_at, self._slow_at = 0.0, -math.inf, -math.inf
         self._proofs = 0
-        self._deaf = Counter[int]()
+        self._failed_starts = Counter[int]()
         self._dropouts = Dropouts()
         self._low: dict[int, tuple[float, float, bool]] = {}
-        self._obeyed: set[int] = set()
+        self._started: set[int] = set()
         self._proved: set[int] = set()
 
     def begin(self, now: float) -> None:
         """A person has connected or recovered the robot: judge anew from here."""
         self.fault = None
-        self.stray = self.lapsed = None
+        self.not_off = self.disarmed_because = None
         self.unproved = not all(axis.unwatched for axis in self._axes)
-        self.ready, self._proofs = False, 0
+        self.rearm_pending, self._proofs = False, 0
         self._on_since.clear()
-        self._deaf.clear()
+        self._failed_starts.clear()
         self._dropouts.clear()
         self._low.clear()
         self._since = now
         self._identity.begin()
         for axis in self._axes:
-            axis.forget_oddities()
+            axis.forget_implausible()
 
     def release(self, now: float) -> None:
         """A person has released the emergency stop."""
@@ -136,12 +137,12 @@ class Guard:
 
     def arm(self, now: float) -> None:
         """The player arms the robot; ask `refusal` first."""
-        self.wanted, self.ready, self.lapsed = True, False, None
+        self.armed_by_player, self.rearm_pending, self.disarmed_because = True, False, None
         self._ordered = False
         self._coasting.clear()
         self.armed_at = self._commanded = now
         self._late_at = self._slow_at = -math.inf
-        self._obeyed.clear()
+        self._started.clear()
         self._proved.clear()
 
     def command(self, now: float) -> None:
@@ -154,8 +155,8 @@ class Guard:
 
     def disarm(self) -> None:
         """The player disarms the robot."""
-        self.wanted = self.ready = False
-        self.lapsed = None
+        self.armed_by_player = self.rearm_pending = False
+        self.disarmed_because = None
 
     def catch_up(self, heard_until: float) -> None:
         """Nothing was heard, or asked, for a while until now, as this process did not run: silence counts from here.
@@ -163,15 +164,15 @@ class Guard:
         A drive that has not sent a kind of message since it was last excused is not excused again for that kind.
         """
         for axis in self._axes:
-            for kind, at in (("heard", axis.heard), ("told", axis.told), ("measured", axis.measured)):
+            for kind, at in (("heard", axis.heard), ("reported", axis.reported_at), ("measured", axis.measured)):
                 if at > self._excused.get((axis.node, kind), -math.inf):
                     self._excused[axis.node, kind] = heard_until
             self._dropouts.excuse(axis.node)
 
-    def lapse(self, words: str) -> None:
+    def disarm_late(self, words: str) -> None:
         """No setpoint came in time: the robot is disarmed until it is armed again."""
         self.disarm()
-        self.lapsed = words
+        self.disarmed_because = words
 
     @property
     def unknown(self) -> int | None:
@@ -181,12 +182,13 @@ class Guard:
     @property
     def proving(self) -> bool:
         """True if no setpoint may be sent now, because it is seen whether the drives' own watchdogs work."""
-        return (self.wanted and self.unproved) or self.ready
+        return (self.armed_by_player and self.unproved) or self.rearm_pending
 
     @property
     def armed(self) -> bool:
         """True if every motor really obeys."""
-        return self.wanted and not self.proving and all(axis.state is MotorState.CLOSED_LOOP for axis in self._axes)
+        started = all(axis.state is MotorState.CLOSED_LOOP for axis in self._axes)
+        return self.armed_by_player and not self.proving and started
 
     def refusal(self, now: float) -> str | None:
         """Return why the robot cannot be armed now, or None."""
@@ -206,8 +208,8 @@ class Guard:
     @property
     def off(self) -> bool:
         """True if every drive has reported since the order that its motor is off, and no motor turns on."""
-        told = all(axis.on is False and axis.told > self._ordered_off for axis in self._axes)
-        return not self.wanted and told and self.stray is None
+        reported = all(axis.on is False and axis.reported_at > self._ordered_off for axis in self._axes)
+        return not self.armed_by_player and reported and self.not_off is None
 
     def ordered_off(self, heard_until: float) -> None:
         """Every drive has been ordered to switch its motor off."""
@@ -226,45 +228,45 @@ class Guard:
         if stopped and not (self.estop or self._forgiven(heard_until)):
             # After the emergency stop of the match the drives report it too, though no button was pressed there.
             self.estop = self.at_drive = True
-        if self.wanted and heard_until > self.armed_at:
-            self._obeyed |= {axis.node for axis in self._axes if axis.state is MotorState.CLOSED_LOOP}
+        if self.armed_by_player and heard_until > self.armed_at:
+            self._started |= {axis.node for axis in self._axes if axis.state is MotorState.CLOSED_LOOP}
         problem = self._problem(heard_until)
         if problem is not None:
             self.latch(problem)
-        if self.stray is None and (wrong := self._identity.judge()):
+        if self.not_off is None and (wrong := self._identity.judge()):
             self.fault = wrong  # it explains what else has latched
         self._find_dropouts(heard_until)
         again = False
         if self.fault or self.estop or stopped:
-            self.ready = False
-        elif self.wanted and self.unproved:
+            self.rearm_pending = False
+        elif self.armed_by_player and self.unproved:
             again = self._prove(heard_until)
-        starved = self._starved(heard_until) if self.wanted else None
-        if starved is not None:
-            self._count_deaf(starved)
+        late_node = self._late_node(heard_until) if self.armed_by_player else None
+        if late_node is not None:
+            self._count_failed_start(late_node)
             late = heard_until - self._commanded > LATE or heard_until - self._slow_at <= START_TIMEOUT
-            if starved in self._obeyed and not late and (words := self._dropouts.failed(starved, heard_until)):
+            if late_node in self._started and not late and (words := self._dropouts.failed(late_node, heard_until)):
                 self.latch(words)
-        if self.wanted and (again or self.fault or self.estop or starved is not None):
-            lapsed = f"node {starved}: its watchdog has stopped its motor, as no setpoint came in time"
-            self.wanted, self.lapsed = False, None if again or self.fault or self.estop else lapsed
-            self.ready = again and not self.fault
+        if self.armed_by_player and (again or self.fault or self.estop or late_node is not None):
+            lapsed = f"node {late_node}: its watchdog has stopped its motor, as no setpoint came in time"
+            self.armed_by_player, self.disarmed_because = False, None if again or self.fault or self.estop else lapsed
+            self.rearm_pending = again and not self.fault
             self.ordered_off(heard_until)
             return True
-        self._find_stray(heard_until)
-        if not self.wanted and not self.off and heard_until - self._ordered_off >= OFF_PERIOD:
+        self._find_not_off(heard_until)
+        if not self.armed_by_player and not self.off and heard_until - self._ordered_off >= OFF_PERIOD:
             # The order may have been lost on the bus.
             self.ordered_off(heard_until)
             return True
         return False
 
-    def _count_deaf(self, node: int) -> None:
+    def _count_failed_start(self, node: int) -> None:
         """Count how often a drive whose watchdog has expired was ordered to start, and has not."""
-        self._deaf[node] = 0 if node in self._obeyed else self._deaf[node] + 1
-        if self._deaf[node] >= DEAF:
+        self._failed_starts[node] = 0 if node in self._started else self._failed_starts[node] + 1
+        if self._failed_starts[node] >= FAILED_STARTS:
             self.latch(
-                f"node {node}: it was told {DEAF} times to start, and goes on reporting that its watchdog has stopped "
-                "it: it does not hear this computer. Check the wires and the plug of this drive"
+                f"node {node}: it was ordered {FAILED_STARTS} times to start, and goes on reporting that its watchdog "
+                "has stopped it: it does not hear this computer. Check the wires and the plug of this drive"
             )
 
     def _find_dropouts(self, heard_until: float) -> None:
@@ -282,11 +284,11 @@ class Guard:
         """True if this computer was late with a setpoint a moment ago."""
         return heard_until - self._late_at <= START_TIMEOUT
 
-    def _starved(self, heard_until: float) -> int | None:
+    def _late_node(self, heard_until: float) -> int | None:
         """The node of a drive whose watchdog has met a commander that was late; None if there is none."""
-        if self.ready or heard_until - self.armed_at <= STATUS_GRACE:
+        if self.rearm_pending or heard_until - self.armed_at <= STATUS_GRACE:
             return None
-        return next((axis.node for axis in self._axes if axis.starved and axis.node not in self._proved), None)
+        return next((axis.node for axis in self._axes if axis.watchdog_expired and axis.node not in self._proved), None)
 
     def _prove(self, heard_until: float) -> bool:
         """Judge whether every drive's own watchdog has stopped its motor; True if that is to be tried once more."""
@@ -294,9 +296,9 @@ class Guard:
         late = heard_until - self._commanded > PROOF_TIMEOUT
         # What a drive reports of an earlier time, when it was not on, is no proof.
         if not late:
-            self._proved |= {axis.node for axis in watched if axis.expired and axis.node in self._obeyed}
+            self._proved |= {axis.node for axis in watched if axis.expiry_reported and axis.node in self._started}
         if self._proved.issuperset(axis.node for axis in watched):
-            self.unproved, self.wanted, self.ready = False, False, True
+            self.unproved, self.armed_by_player, self.rearm_pending = False, False, True
         elif late and self.withholding:
             self._proofs += 1
             if self._proofs < PROOFS:
@@ -312,34 +314,34 @@ class Guard:
     @property
     def withholding(self) -> bool:
         """True if every motor has been on since it was armed, and now gets no setpoints, to prove its watchdog."""
-        return self.wanted and self.unproved and self._obeyed.issuperset(axis.node for axis in self._axes)
+        return self.armed_by_player and self.unproved and self._started.issuperset(axis.node for axis in self._axes)
 
-    def _find_stray(self, heard_until: float) -> None:
+    def _find_not_off(self, heard_until: float) -> None:
         """Find a drive that reports for too long that it is on, against the order, or whose motor turns on."""
-        if self.wanted:
-            self.stray = None
+        if self.armed_by_player:
+            self.not_off = None
             self._on_since.clear()
             return
         # A silent drive does not report this either.
         recent = heard_until - HEARTBEAT_TIMEOUT
-        on = {axis.node for axis in self._axes if axis.on and axis.told >= recent}
+        on = {axis.node for axis in self._axes if axis.on and axis.reported_at >= recent}
         self._on_since = {node: self._on_since.get(node, heard_until) for node in on}
-        self.stray = next((n for n, at in self._on_since.items() if heard_until - at > OBEY_TIMEOUT), None)
+        self.not_off = next((n for n, at in self._on_since.items() if heard_until - at > OBEY_TIMEOUT), None)
         # Both are worse than whatever has latched before, so they take its place.
-        if self.stray is not None:
-            self.fault = f"node {self.stray}: it is on, though it was told to be off: {CUT_POWER}"
+        if self.not_off is not None:
+            self.fault = f"node {self.not_off}: it is on, though it was ordered to be off: {CUT_POWER}"
         for axis in self._axes:
             ordered, speed, position = self._coasting.get(axis.node, (math.inf, 0.0, 0.0))
             if abs(axis.velocity) < COASTS * speed:
                 self._coasting.pop(axis.node)  # from now on a person may push the robot
             elif axis.measured - ordered > COAST_TIMEOUT and abs(axis.position - position) > COASTED * speed:
-                self.stray = axis.node
+                self.not_off = axis.node
                 turns = f"it turns at {axis.velocity:.3g} turn/s"
-                self.fault = f"node {axis.node}: {turns}, though it was told to be off: {CUT_POWER}"
+                self.fault = f"node {axis.node}: {turns}, though it was ordered to be off: {CUT_POWER}"
 
     def _forgiven(self, heard_until: float) -> bool:
         """True if a drive may still report the state before the explicit act; an armed one reports no old state."""
-        return not self.wanted and heard_until - self._since <= STATUS_GRACE
+        return not self.armed_by_player and heard_until - self._since <= STATUS_GRACE
 
     def _problem(self, heard_until: float) -> str | None:
         forgiven = self._forgiven(heard_until)
@@ -347,9 +349,9 @@ class Guard:
             problem = self._silence(axis, heard_until) or (axis.fault if not forgiven else None)
             problem = problem or self._lack(axis, heard_until)
             # What a drive has reported before this process did not run says nothing of how it has started since.
-            began = max(self.armed_at, self._excuse(axis, "told"))
-            due = axis.node in self._obeyed or heard_until - began > START_TIMEOUT
-            if self.wanted and due and not axis.starved and axis.state in (MotorState.IDLE, MotorState.STARTING):
+            began = max(self.armed_at, self._excuse(axis, "reported"))
+            due = self.armed_by_player and (axis.node in self._started or heard_until - began > START_TIMEOUT)
+            if due and not axis.watchdog_expired and axis.state in (MotorState.IDLE, MotorState.STARTING):
                 problem = problem or f"expected closed-loop control, but it is idle{self._reason(axis, heard_until)}"
             if problem:
                 return f"node {axis.node}: {problem}"
@@ -357,13 +359,14 @@ class Guard:
 
     def _silence(self, axis: AxisReport, heard_until: float) -> str | None:
         """The fault of a drive that has fallen silent, or makes no sense."""
-        if axis.odd:
-            return axis.odd
+        if axis.implausible:
+            return axis.implausible
         if heard_until - max(axis.heard, self._since, self._excuse(axis, "heard")) > HEARTBEAT_TIMEOUT:
             return f"no heartbeat for {HEARTBEAT_TIMEOUT:g} s"
-        told = max(axis.told, self.armed_at, self._excuse(axis, "told"))
+        reported = max(axis.reported_at, self.armed_at, self._excuse(axis, "reported"))
         # One that has fallen silent altogether is left to the judgement above.
-        if self.wanted and heard_until - told > HEARTBEAT_TIMEOUT and axis.heard - told > HEARTBEAT_TIMEOUT / 2:
+        mute = heard_until - reported > HEARTBEAT_TIMEOUT and axis.heard - reported > HEARTBEAT_TIMEOUT / 2
+        if self.armed_by_player and mute:
             return f"it has not said for {HEARTBEAT_TIMEOUT:g} s whether its motor is on"
         return None
 
@@ -373,7 +376,7 @@ class Guard:
         if heard_until - measured > HEARTBEAT_TIMEOUT and axis.heard - measured > HEARTBEAT_TIMEOUT / 2:
             return f"no encoder message for {HEARTBEAT_TIMEOUT:g} s, though it is alive: {axis.encoder_advice}"
         # Motors that are off draw nothing, and a person may have cut their power on purpose.
-        if not self.wanted or axis.voltage is None:
+        if not self.armed_by_player or axis.voltage is None:
             self._low.pop(axis.node, None)
         elif self._low_for(axis, axis.voltage) >= LOW_TIMEOUT:
             return (

@@ -114,7 +114,7 @@ class StateMachine:
         """True if every drive has been met."""
         return self.phase in (Phase.MET, Phase.RECOVERING)
 
-    def deaf(self, now: float) -> float:
+    def bus_silence(self, now: float) -> float:
         """s since the receive thread was last known to keep up with the bus."""
         return now - self.heard_until
 
@@ -140,19 +140,19 @@ class StateMachine:
         refusal = "it is being recovered" if self.phase is Phase.RECOVERING else self.guard.refusal(now)
         if refusal:
             raise RobotError(f"{self.name}: {refusal}")
-        if self.guard.wanted:
+        if self.guard.armed_by_player:
             # A drive that takes long to start is not left without setpoints meanwhile.
             return [] if self.guard.armed else self.stand(now)
         if not self.guard.off:
             return []  # what a drive reports of before would be taken for its answer
-        if self.guard.ready and not self.guard.unproved:
+        if self.guard.rearm_pending and not self.guard.unproved:
             log.info("%s: the watchdog of every drive has stopped its motor, as it must", self.name)
         self.base.rebase()
         self.guard.arm(now)
-        starved = [report for report in self.reports.values() if report.starved]
-        for report in starved:
-            report.starved = False
-        return [*(Order(AxisMethod.CLEAR, report.node) for report in starved), *self._all(AxisMethod.START)]
+        expired = [report for report in self.reports.values() if report.watchdog_expired]
+        for report in expired:
+            report.watchdog_expired = False
+        return [*(Order(AxisMethod.CLEAR, report.node) for report in expired), *self._all(AxisMethod.START)]
 
     def drive(self, setpoints: Sequence[tuple[int, float]], now: float) -> list[Order]:
         """Setpoints by node, turn/s, are to be sent.
@@ -160,30 +160,30 @@ class StateMachine:
         Raises:
             RobotError: the emergency stop, a fault, not armed, or nothing has been heard of the bus.
         """
-        guard, deaf = self.guard, self.deaf(now)
+        guard, bus_silence = self.guard, self.bus_silence(now)
         if not all(math.isfinite(velocity) for _, velocity in setpoints):
             raise RobotError(f"{self.name}: expected finite setpoints in turn/s, got {dict(setpoints)}")
         if guard.estop:
             raise RobotError(f"{self.name}: the emergency stop is engaged: release it, then arm again")
         if guard.fault:
             raise RobotError(f"{self.name}: {guard.fault}")
-        if guard.lapsed is not None:
+        if guard.disarmed_because is not None:
             why = "was this program stopped, or is this computer too busy?"
-            raise RobotError(f"{self.name}: {guard.lapsed}: {why} Arm again")
-        if not guard.wanted:
+            raise RobotError(f"{self.name}: {guard.disarmed_because}: {why} Arm again")
+        if not guard.armed_by_player:
             raise RobotError(f"{self.name}: expected armed motors to drive, and they are off: arm the robot first")
-        if deaf > BLIND:
-            raise RobotError(f"{self.name}: nothing has been heard of the bus for {deaf:.1f} s")
+        if bus_silence > BLIND:
+            raise RobotError(f"{self.name}: nothing has been heard of the bus for {bus_silence:.1f} s")
         return self._command(setpoints, now)
 
     def stand(self, now: float) -> list[Order]:
         """Setpoints of zero are to be sent, if the robot is armed and hears the bus."""
-        if not self.connected or not self.guard.wanted or self.deaf(now) > BLIND:
+        if not self.connected or not self.guard.armed_by_player or self.bus_silence(now) > BLIND:
             return []
         return self._command([(node, 0.0) for node in self.reports], now)
 
     def _command(self, setpoints: Sequence[tuple[int, float]], now: float) -> list[Order]:
-        if self.guard.withholding or self.guard.ready:
+        if self.guard.withholding or self.guard.rearm_pending:
             return []
         if not self.guard.armed:
             # No wheel turns alone while another one starts, and watchdogs are proved at rest.
@@ -276,7 +276,7 @@ class StateMachine:
             guard.latch(f"node {node}: its position jumped: was the drive started again?")
         # Without setpoints a motor stops, as it must.
         fresh = report.measured - self._commanded <= COMMAND_TIMEOUT
-        driven = guard.wanted and report.state is MotorState.CLOSED_LOOP and fresh
+        driven = guard.armed_by_player and report.state is MotorState.CLOSED_LOOP and fresh
         others = [own.turns for other, own in self._plausibility.items() if other != node]
         alone = bool(others) and all(others)
         problem = self._plausibility[node].judge(report.velocity, way, report.measured, driven=driven, alone=alone)
@@ -304,13 +304,13 @@ class StateMachine:
         self._looked = now
         guard, off = self.guard, False
         if self._is_late(now):
-            guard.lapse(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s")
+            guard.disarm_late(f"its motors were switched off, as no setpoint came for {COMMAND_TIMEOUT:g} s")
             off = True
             guard.ordered_off(self.heard_until)
         off |= guard.look(self.heard_until)
         # Where the bus is not heard any more, the order is repeated all the same.
-        again = self.deaf(now) > OFF_PERIOD and now - self._ordered >= OFF_PERIOD and self.phase is not Phase.RECOVERING
-        off |= again and not guard.wanted and not guard.off
+        again = self.bus_silence(now) > OFF_PERIOD and now - self._ordered >= OFF_PERIOD
+        off |= again and self.phase is not Phase.RECOVERING and not guard.armed_by_player and not guard.off
         orders = self._idle(now) if off else []
         if guard.fault != self._fault_logged:
             self._fault_logged, self._off_logged = guard.fault, False
@@ -328,7 +328,8 @@ class StateMachine:
         """
         guard = self.guard
         since = self._commanded if self._commanded > guard.armed_at else guard.armed_at + START_TIMEOUT
-        return guard.wanted and not guard.proving and now - since > COMMAND_TIMEOUT and self.deaf(now) <= BLIND
+        late = now - since > COMMAND_TIMEOUT and self.bus_silence(now) <= BLIND
+        return guard.armed_by_player and not guard.proving and late
 
     def trouble(self, words: str, now: float) -> list[Order]:
         """Something is wrong with the bus."""

@@ -58,7 +58,7 @@ class Meeting:
         if now - self._began < LISTEN:
             return MeetingStep.WAIT
         if self._asked == NEVER or self._known_at is not None:
-            self._require([(report.node, report.odd) for report in self._reports])
+            self._require([(report.node, report.implausible) for report in self._reports])
         if self._known_at is None:
             if not all(report.heard > 0 and report.identified for report in self._reports):
                 return self._ask(now)

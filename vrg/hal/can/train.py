@@ -362,12 +362,12 @@ class DriveTrain:
                 axes = tuple(self._axes.values())
             news = False
             for axis in axes:
-                before = (axis.state, axis.on, axis.odd, axis.fault, axis.starved, axis.expired)
+                before = axis.condition
                 try:
                     axis.receive(frame)
                 except RobotError as error:  # an answer that could not be sent
                     self._machine.guard.latch(str(error))
-                news |= before != (axis.state, axis.on, axis.odd, axis.fault, axis.starved, axis.expired)
+                news |= before != axis.condition
             nodes = [axis.node for axis in axes]
             self._obey(self._machine.hear(nodes, frame.at, self.clock.now(), news=news))
 

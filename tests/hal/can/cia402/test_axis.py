@@ -81,7 +81,7 @@ class TestWatchdog:
     def test_a_drive_that_it_has_stopped_is_sent_nothing_and_starts_not_by_itself(self) -> None:
         wire = Wire().running(20.0)
         wire.sent.clear()
-        wire.until(lambda: wire.axis.starved)
+        wire.until(lambda: wire.axis.watchdog_expired)
         assert not wire.setpoints, "who only listens sends none"
         wire.advance(5.0)
         assert wire.drive.state is DriveState.FAULT
@@ -93,7 +93,7 @@ class TestWatchdog:
             wire.inject(CONTROL_PDO.frame(NODE, Control.ENABLE_OPERATION))
             wire.advance(DEADLINE / 20)
         assert wire.drive.state is DriveState.FAULT
-        assert wire.axis.starved
+        assert wire.axis.watchdog_expired
 
     def test_who_freezes_in_the_midst_of_a_start_leaves_no_motor_on(self) -> None:
         wire = Wire().prepare()
@@ -105,11 +105,11 @@ class TestWatchdog:
         wire.advance(2.0)
         assert not wire.words
         assert not wire.drive._energised
-        assert wire.axis.starved
+        assert wire.axis.watchdog_expired
         assert wire.axis.fault is None
         wire.axis.idle()
         wire.advance(0.2)
-        assert not wire.axis.starved
+        assert not wire.axis.watchdog_expired
 
     def test_a_drive_that_takes_it_for_an_error_while_it_holds_still_has_no_fault_either(self) -> None:
         wire = Wire().running()
@@ -117,7 +117,7 @@ class TestWatchdog:
         wire.advance(0.05)
         wire.drive._fail(RPDO_TIMEOUT)
         wire.advance(0.2)
-        assert wire.axis.starved
+        assert wire.axis.watchdog_expired
         assert (wire.axis.state, wire.axis.fault) == (MotorState.IDLE, None)
         wire.axis.clear()
         wire.axis.start()
@@ -138,7 +138,7 @@ class TestFaults:
         wire.fault(FaultKind.ERROR, value=0x3220)
         wire.advance(0.1)
         assert wire.says() == (MotorState.FAULT, "DC link undervoltage (0x3220)")
-        assert not wire.axis.starved
+        assert not wire.axis.watchdog_expired
 
     def test_every_clear_is_an_edge(self) -> None:
         wire = Wire().running()
@@ -163,9 +163,9 @@ class TestFaults:
     def test_a_drive_that_was_started_again_is_odd_and_must_be_set_up(self) -> None:
         wire = Wire().running()
         wire.fault(FaultKind.REBOOT)
-        wire.until(lambda: wire.axis.odd)
-        assert wire.axis.odd == "it was started again"
-        wire.axis.forget_oddities()
+        wire.until(lambda: wire.axis.implausible)
+        assert wire.axis.implausible == "it was started again"
+        wire.axis.forget_implausible()
         wire.until(lambda: wire.axis.fault)
         wire.axis.clear()
         wire.advance(1.0)
@@ -174,7 +174,7 @@ class TestFaults:
         wire.axis.prepare()
         wire.axis.start()
         wire.gets_going()
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
 
     def test_a_heartbeat_that_was_under_way_as_the_set_up_ended_is_no_fault(self) -> None:
         faults: list[str | None] = []
@@ -207,4 +207,4 @@ class TestFaults:
         for wrong in {0, length - 1, length + 1} - {length, 9}:
             wire = Wire().prepare()
             wire.axis.receive(Frame(function | NODE, bytes(wrong)))
-            assert "malformed" in (wire.axis.odd or "")
+            assert "malformed" in (wire.axis.implausible or "")

@@ -152,8 +152,8 @@ class TestMeeting:
         assert wire.drive.objects[Object.CONSUMER_HEARTBEAT, 1] == 122 << 16 | 200
         wire.sent.clear()
         wire.until(lambda: abs(wire.drive.motor.velocity) < 0.1)
-        assert wire.axis.starved
-        assert wire.axis.expired
+        assert wire.axis.watchdog_expired
+        assert wire.axis.expiry_reported
         assert not [frame for frame in wire.sent if frame.id in (0x77A, 0x305)], "who is silent feeds nothing"
         assert (wire.axis.state, wire.axis.fault) == (MotorState.IDLE, None)
         wire.axis.clear()
@@ -202,7 +202,7 @@ class TestMeeting:
         wire.axis.prepare()
         wire.advance(2.0)
         assert wire.axis.voltage is None
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
 
     @pytest.mark.parametrize(
         ("kind", "words"),

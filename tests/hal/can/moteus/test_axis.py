@@ -106,8 +106,8 @@ def test_a_watchdog_of_before_a_stop_proves_nothing(wire: LateWire) -> None:
     wire.axis.clear()
     wire.axis.start()
     wire.deliver()
-    assert not wire.axis.expired
-    assert not wire.axis.starved
+    assert not wire.axis.expiry_reported
+    assert not wire.axis.watchdog_expired
     wire.deliver_all()
     assert wire.axis.state is MotorState.STARTING
 
@@ -116,4 +116,4 @@ def test_a_watchdog_of_before_a_stop_proves_nothing(wire: LateWire) -> None:
 def test_a_register_that_is_no_whole_number_is_odd(wire: LateWire, register: Register) -> None:
     told = Subframe(SubframeKind.REPLY, register, Resolution.F32, (math.nan,))
     wire.axis.receive(replace(codec.encode(NODE, 0, [told]), at=NOW))
-    assert wire.axis.odd == f"register 0x{register:03X}: expected a whole number, it says nan"
+    assert wire.axis.implausible == f"register 0x{register:03X}: expected a whole number, it says nan"

@@ -55,7 +55,7 @@ class TestAxis:
     )
     def test_errors(self, wire: Wire, error: int, state: MotorState, fault: str | None, starved: bool) -> None:
         wire.beat(IDLE, error)
-        assert (wire.axis.state, wire.axis.fault, wire.axis.starved) == (state, fault, starved)
+        assert (wire.axis.state, wire.axis.fault, wire.axis.watchdog_expired) == (state, fault, starved)
 
     def test_a_drive_that_calibrates_is_no_idle_one(self, wire: Wire) -> None:
         wire.beat(AxisState.MOTOR_CALIBRATION)
@@ -68,7 +68,7 @@ class TestAxis:
         for estimate in (messages.EncoderEstimates(bad, 1.0), messages.EncoderEstimates(1.0, bad)):
             wire.hear(estimate, at=6.0)
         assert (wire.axis.position, wire.axis.velocity, wire.axis.measured) == (2.0, 1.0, 5.0)
-        assert wire.axis.odd is not None
+        assert wire.axis.implausible is not None
 
     @pytest.mark.parametrize(
         "frame",
@@ -83,7 +83,7 @@ class TestAxis:
     )
     def test_questions_their_answers_and_other_values_are_not(self, wire: Wire, frame: Frame) -> None:
         wire.axis.receive(frame)
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
 
     @pytest.mark.parametrize("node", [4, codec.BROADCAST], ids=["to it", "to all"])
     def test_somebody_elses_estop_counts_at_once(self, wire: Wire, node: int) -> None:
@@ -96,7 +96,7 @@ class TestAxis:
         wire.axis.receive(Frame(codec.frame_id(4, 1), bytes(8), extended=True))
         wire.axis.receive(Frame(codec.frame_id(4, 1), remote=True))
         assert wire.axis.state is MotorState.SILENT
-        assert wire.axis.odd is None
+        assert wire.axis.implausible is None
         wire.beat(at=3.5)
         assert (wire.axis.state, wire.axis.heard) == (MotorState.IDLE, 3.5)
 
@@ -134,7 +134,7 @@ class TestAxis:
         wire.hear(messages.BusVoltageCurrent(24.0, 0.0))
         wire.hear(messages.BusVoltageCurrent(volts, 0.0))
         assert wire.axis.voltage == 24.0
-        assert "its supply says" in (wire.axis.odd or "")
+        assert "its supply says" in (wire.axis.implausible or "")
 
     def test_another_protocol_version_is_a_problem(self, wire: Wire) -> None:
         wire.hear(messages.Version(3, 4, 4, 58, 0, 7, 0, 0))

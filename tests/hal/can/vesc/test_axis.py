@@ -60,13 +60,13 @@ def test_one_that_answers_nothing_does_not_hear_its_setpoints(wire: ProtocolWire
     hear = wire.drive._hear
     wire.drive._hear = lambda frame, now: []  # type: ignore[method-assign]
     began = wire.now
-    wire.until(lambda: wire.axis.odd)
-    assert "it does not hear this computer" in (wire.axis.odd or "")
+    wire.until(lambda: wire.axis.implausible)
+    assert "it does not hear this computer" in (wire.axis.implausible or "")
     assert wire.now - began < 0.5
     wire.drive._hear = hear  # type: ignore[method-assign]
-    wire.axis.forget_oddities()
+    wire.axis.forget_implausible()
     wire.advance(1.0)
-    assert wire.axis.odd is None
+    assert wire.axis.implausible is None
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -81,7 +81,7 @@ def test_one_on_a_bus_that_loses_frames_is_not_taken_for_deaf(wire: ProtocolWire
     wire.drive._hear = lambda frame, now: rest(hear(frame, now)) if rest([frame]) else []  # type: ignore[method-assign]
     wire.drive._cyclic = lambda now: rest(cyclic(now))  # type: ignore[method-assign]
     wire.advance(120.0)
-    assert wire.axis.odd is None
+    assert wire.axis.implausible is None
 
 
 @pytest.mark.parametrize(("sent", "missing"), [(Packet.STATUS, 5), (Packet.STATUS_5, 1)])
@@ -136,7 +136,7 @@ def test_what_another_program_commands_is_seen(wire: ProtocolWire, frames: list[
     wire.prepare()
     for frame in frames:
         wire.axis.receive(frame)
-    assert "another program commands it too" in (wire.axis.odd or "")
+    assert "another program commands it too" in (wire.axis.implausible or "")
 
 
 @pytest.mark.parametrize("asked", [(0,), (4,), (50, 0, 0, 128, 0), (14,), (33,), (96,), (128,), (134,)])
@@ -144,7 +144,7 @@ def test_another_program_may_ask(wire: ProtocolWire, asked: tuple[int, ...]) -> 
     wire.prepare()
     for frame in payload(NODE, *asked):
         wire.axis.receive(frame)
-    assert wire.axis.odd is None
+    assert wire.axis.implausible is None
 
 
 def of_process(number: int, monkeypatch: pytest.MonkeyPatch) -> ProtocolWire:
@@ -170,7 +170,7 @@ def test_answers_to_two_processes_may_come_at_the_same_time(monkeypatch: pytest.
             for wire in wires:
                 wire.axis.receive(piece)
     assert [wire.axis.firmware for wire in wires] == ["6.05", "6.05"]
-    assert [wire.axis.odd for wire in wires] == [None, None]
+    assert [wire.axis.implausible for wire in wires] == [None, None]
 
 
 def test_answers_to_another_robot_on_the_bus_are_no_fault_even_if_it_has_the_same_id(wire: ProtocolWire) -> None:
@@ -182,7 +182,7 @@ def test_answers_to_another_robot_on_the_bus_are_no_fault_even_if_it_has_the_sam
         for frame in pair:
             wire.axis.receive(frame)
     wire.axis.receive(Frame(frame_id(Packet.PROCESS_SHORT_BUFFER, host), b"", extended=True))
-    assert wire.axis.odd is None
+    assert wire.axis.implausible is None
     assert wire.axis.host != host  # type: ignore[attr-defined]
     wire.advance(0.5)
     assert wire.says() == (MotorState.IDLE, None)

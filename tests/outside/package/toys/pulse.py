@@ -37,7 +37,7 @@ class PulseAxis(Axis):
         if frame.id == REPORT + self.node and len(frame.data) == _REPORT.size:
             on, position, velocity = _REPORT.unpack(frame.data)
             self.heard, self.state = frame.at, MotorState.CLOSED_LOOP if on else MotorState.IDLE
-            self._says(bool(on), frame.at)
+            self._report_on(bool(on), frame.at)
             self._estimate(position, velocity, frame.at)
 
     def identify(self, patience: float) -> None:

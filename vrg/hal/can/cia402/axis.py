@@ -178,7 +178,7 @@ class Cia402Axis(Axis):
     def start(self) -> None:
         """Ask for operation; the rest is done as the drive confirms each step."""
         self._wanted, self._starting, self._late = True, True, False
-        self.expired = False
+        self.expiry_reported = False
         self.command(0.0)
         if self.state is MotorState.IDLE:
             self.state = MotorState.STARTING
@@ -260,7 +260,7 @@ class Cia402Axis(Axis):
     def _take_status(self, statusword: int, at: float) -> None:
         """Take in the state of the motor from a statusword."""
         self._status = drive_state(statusword)
-        self._says(self._status in POWERED or self._status is DriveState.FAULT_REACTION_ACTIVE, at)
+        self._report_on(self._status in POWERED or self._status is DriveState.FAULT_REACTION_ACTIVE, at)
 
     def _take_supply(self, frame: Frame) -> None:
         """The answer to the question for the supply's voltage."""
@@ -311,8 +311,8 @@ class Cia402Axis(Axis):
                 self._step()
             starting = self._wanted and self._starting and not (timed_out or self._late)
             self.state = MotorState.CLOSED_LOOP if enabled else MotorState.STARTING if starting else MotorState.IDLE
-        self.starved = timed_out or self._late
-        self.expired |= timed_out
+        self.watchdog_expired = timed_out or self._late
+        self.expiry_reported |= timed_out
 
     def _step(self) -> None:
         """Send the next controlword on the way to where this axis is to be, if there is one."""

@@ -175,7 +175,7 @@ class MoteusAxis(Axis):
 
     def start(self) -> None:
         """Ask for position mode at velocity zero."""
-        self._wanted, self.expired = True, False
+        self._wanted, self.expiry_reported = True, False
         if self.state in (MotorState.IDLE, MotorState.CLOSED_LOOP):
             self.state = MotorState.STARTING
         self.command(0.0)
@@ -233,7 +233,7 @@ class MoteusAxis(Axis):
             self.heard = at
             mode = int(values[Register.MODE])
             # A drive whose watchdog has expired still holds its motor.
-            self._says(mode not in (Mode.STOPPED, Mode.FAULT), at)
+            self._report_on(mode not in (Mode.STOPPED, Mode.FAULT), at)
             self._judge(mode, int(values.get(Register.FAULT, 0)))
 
     def _watch_uptime(self, milliseconds: int) -> None:
@@ -251,15 +251,15 @@ class MoteusAxis(Axis):
         elif self._stopping:
             return
         self.fault = None
-        self.starved = mode == Mode.TIMEOUT
-        self.expired |= self.starved
+        self.watchdog_expired = mode == Mode.TIMEOUT
+        self.expiry_reported |= self.watchdog_expired
         if mode == Mode.FAULT:
             self.state, self._wanted = MotorState.FAULT, False
             self.fault = describe_fault(fault if fault < LIMITS else 0) or "a fault that it gives no reason for"
         elif mode == Mode.POSITION:
             self.state = MotorState.CLOSED_LOOP
         elif mode in (Mode.STOPPED, Mode.TIMEOUT):
-            starting = self._wanted and not self.starved and self.state is MotorState.STARTING
+            starting = self._wanted and not self.watchdog_expired and self.state is MotorState.STARTING
             self.state = MotorState.STARTING if starting else MotorState.IDLE
         elif mode in (Mode.ENABLING, Mode.CALIBRATING, Mode.CALIBRATION_COMPLETE) and self._wanted:
             self.state = MotorState.STARTING

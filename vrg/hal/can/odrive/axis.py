@@ -149,7 +149,7 @@ class OdriveAxis(Axis):
         if abs(self.position) > _REZERO:
             self._send(codec.encode(self.node, messages.SetAbsolutePosition(0.0)))
         self._order_start()
-        self._wanted, self.expired, self.refusal = True, False, None
+        self._wanted, self.expiry_reported, self.refusal = True, False, None
         if self.state is MotorState.IDLE:
             self.state = MotorState.STARTING
         # Its next heartbeat may be 0.1 s away.
@@ -207,10 +207,10 @@ class OdriveAxis(Axis):
 
     def _judge(self, heartbeat: messages.Heartbeat, at: float) -> None:
         self._heartbeat, self.heard = heartbeat, at
-        self._says(heartbeat.state not in (messages.AxisState.IDLE, messages.AxisState.UNDEFINED), at)
+        self._report_on(heartbeat.state not in (messages.AxisState.IDLE, messages.AxisState.UNDEFINED), at)
         errors = heartbeat.error
-        self.starved = bool(errors & AxisError.WATCHDOG_TIMER_EXPIRED)
-        self.expired |= self.starved
+        self.watchdog_expired = bool(errors & AxisError.WATCHDOG_TIMER_EXPIRED)
+        self.expiry_reported |= self.watchdog_expired
         if self._wanted and heartbeat.state == messages.AxisState.IDLE and heartbeat.result:
             self.refusal = describe_result(heartbeat.result)
         serious = errors & ~(AxisError.WATCHDOG_TIMER_EXPIRED | AxisError.ESTOP_REQUESTED)
@@ -223,7 +223,7 @@ class OdriveAxis(Axis):
             self.state = MotorState.CLOSED_LOOP
         elif heartbeat.state == messages.AxisState.IDLE:
             # Until its first heartbeat in closed loop an axis that was ordered to start still reports that it idles.
-            starting = self._wanted and not self.starved and self.state is MotorState.STARTING
+            starting = self._wanted and not self.watchdog_expired and self.state is MotorState.STARTING
             self.state = MotorState.STARTING if starting else MotorState.IDLE
         else:
             self.state = MotorState.FAULT

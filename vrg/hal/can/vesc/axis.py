@@ -93,7 +93,7 @@ class VescAxis(Axis):
     @property
     def identified(self) -> bool:
         """True if the version has been received, and both status messages."""
-        return bool(self._versions) and (NEVER not in (self.told, self.measured) or self.problem is not None)
+        return bool(self._versions) and (NEVER not in (self.reported_at, self.measured) or self.problem is not None)
 
     @property
     def problem(self) -> str | None:
@@ -107,14 +107,14 @@ class VescAxis(Axis):
                 return (
                     f"expected firmware {OLDEST[0]}.{OLDEST[1]:02d} or newer, got {version.major}.{version.minor:02d}"
                 )
-        if self._asked > _ID_REQUESTS and self.heard != NEVER and NEVER in (self.told, self.measured):
-            number = 1 if self.told == NEVER else 5
+        if self._asked > _ID_REQUESTS and self.heard != NEVER and NEVER in (self.reported_at, self.measured):
+            number = 1 if self.reported_at == NEVER else 5
             return f"expected its status message {number}: switch 1 and 5 on, at 50 Hz (VESC Tool, App Settings)"
         return None
 
-    def forget_oddities(self) -> None:
+    def forget_implausible(self) -> None:
         """Judge anew what is heard from now on."""
-        super().forget_oddities()
+        super().forget_implausible()
         self._unanswered = 0
 
     def receive(self, frame: Frame) -> None:
@@ -164,7 +164,7 @@ class VescAxis(Axis):
         """Send a setpoint of zero; the drive obeys once it reports that its time-out has ended."""
         if self.fault or self.state is MotorState.ESTOP:
             return
-        self._wanted, self._confirmed, self.expired, self.starved = True, False, False, False
+        self._wanted, self._confirmed, self.expiry_reported, self.watchdog_expired = True, False, False, False
         if self.state is MotorState.IDLE:
             self.state = MotorState.STARTING
         self.command(0.0)
@@ -185,7 +185,7 @@ class VescAxis(Axis):
 
     def clear(self) -> None:
         """Forget the fault, which the drive itself does not keep."""
-        self.fault, self.starved = None, False
+        self.fault, self.watchdog_expired = None, False
         self._send(codec.ask_values(self.host, self.node, codec.FAULT_BIT))
         self._settle()
 
@@ -195,7 +195,7 @@ class VescAxis(Axis):
             status = codec.decode_status(frame.data)
             self.heard, self._erpm = frame.at, status.erpm
             # The duty cycle tells nothing: a motor that is pushed has one too.
-            self._says(abs(status.current) > _ON_CURRENT, frame.at)
+            self._report_on(abs(status.current) > _ON_CURRENT, frame.at)
             self._settle()
         elif packet == Packet.STATUS_5:
             told = codec.decode_status_5(frame.data)
@@ -245,7 +245,7 @@ class VescAxis(Axis):
             self._flags = value
             timed_out = bool(value & codec.TIMED_OUT)
             if self._wanted and self._confirmed and timed_out:
-                self.starved = self.expired = True
+                self.watchdog_expired = self.expiry_reported = True
                 self._wanted = False
             self._confirmed |= self._wanted and not timed_out
         self._settle()

@@ -31,7 +31,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.cia402 import objects as abort
 from vrg.hal.can.workshop.cia402.objects import Objects, ObjectServer
 from vrg.hal.can.workshop.cia402.pdos import DrivePdos
-from vrg.hal.can.workshop.cia402.states import AbortOption, ErrorBehaviour, HeartbeatConsumer, StateMachine
+from vrg.hal.can.workshop.cia402.states import AbortOption, Cia402States, ErrorBehaviour, HeartbeatConsumer
 from vrg.hal.can.workshop.emulated import Cycle, DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
 
@@ -90,7 +90,7 @@ class Cia402Drive(EmulatedDrive):
             Object.VOLTAGE: lambda: round(self.options.voltage * 1000),
         }
         self._pdos = DrivePdos(self.objects)
-        self._machine = StateMachine()
+        self._machine = Cia402States()
         self._nmt = Nmt.BOOTED
         self._speed = 0.0
         self._watchdog = 0.0

@@ -12,7 +12,7 @@ _VOLTAGE_ENABLED, _REMOTE, _TARGET_REACHED, _NO_QUICK_STOP = 1 << 4, 1 << 9, 1 <
 """The bits of the statusword that stand for no state."""
 
 
-class StateMachine:
+class Cia402States:
     """The state machine of one drive.
 
     Attributes:
