@@ -14,9 +14,9 @@ from vrg.bus.codec import Received, encode
 from vrg.bus.configuration import client_settings
 from vrg.bus.mailbox import Inlet, Mailbox
 from vrg.bus.messages import Message, Report
+from vrg.bus.process import AutoResetEvent
 from vrg.bus.session import configuration, open_session
 from vrg.bus.topics import Keys, Topic
-from vrg.bus.wake_up import AutoResetEvent
 from vrg.hal.sensors.laser import Laser
 
 AIM = 1.15

@@ -1,4 +1,4 @@
-"""What only some operating systems have, and what stands in for it on the others.
+"""What only some operating systems have, what stands in for it on the others, and the time since the start.
 
 VRG is developed and tested on Linux. Here is what Windows lacks and several modules need. A module that alone needs
 such a call has a fall-back of its own; where there is none, a sentence names the lack. docs/install.md lists them.
@@ -7,6 +7,7 @@ such a call has a fall-back of its own; where there is none, a sentence names th
 import contextlib
 import os
 import signal
+import time
 from typing import IO, Any, Final
 
 POSIX: Final = hasattr(os, "fork")
@@ -89,3 +90,12 @@ def bound_processor_time(seconds: float) -> None:
     """Let the kernel end this process after so many seconds of processor time; 0 for never. Windows never does."""
     if POSIX:
         signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+
+
+_CLOCK = getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+"""The system's clock for it; a system without it has one that may stand still."""
+
+
+def boot_time() -> float:
+    """The s since this computer was started, also those for which it slept: motors are awake meanwhile."""
+    return time.clock_gettime(_CLOCK)

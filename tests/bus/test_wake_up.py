@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from vrg.bus.wake_up import AutoResetEvent
+from vrg.bus.process import AutoResetEvent
 
 
 @pytest.mark.parametrize("times", [1, 5])

@@ -10,8 +10,7 @@ from vrg.hal.models import robot_model
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sim.map import Map
 from vrg.hal.sim.sensors.base import Instant, Surroundings
-from vrg.hal.sim.sensors.cones import nearest_in_cones
-from vrg.hal.sim.sensors.rays import Edges, Fan, cast
+from vrg.hal.sim.sensors.rays import Edges, Fan, cast, nearest_in_cones
 from vrg.hal.sim.sensors.suite import SensorSuite
 from vrg.hal.sim.shapes import Box, box_edges
 from vrg.regions import Circle, Rectangle

@@ -35,8 +35,7 @@ from vrg.hal.sensors.laser import Laser, LaserSpec
 from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.config import check_setup
-from vrg.hal.sim.node import WorldNode
-from vrg.hal.sim.requests import place
+from vrg.hal.sim.node import WorldNode, place
 from vrg.hal.sim.robot import EXTRAPOLATE
 from vrg.types import STILL, Pose, Twist
 

@@ -7,7 +7,6 @@ from typing import Annotated
 
 import typer
 
-from vrg.boot_time import boot_time
 from vrg.commands import can_calibrate, can_control, can_listening, can_options
 from vrg.commands.can_options import EmulatedBusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
 from vrg.commands.groups import CommandGroup
@@ -18,6 +17,7 @@ from vrg.hal.can.workshop.emulation import EMULATING
 from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, ask_for
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.launch.serving import child_process
+from vrg.system import boot_time
 
 app = CommandGroup(no_args_is_help=True)
 for command in (

@@ -17,9 +17,8 @@ from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
-from vrg.hal.can.workshop.listening import BusState
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
-from vrg.hal.can.workshop.survey import unheard
+from vrg.hal.can.workshop.survey import BusState, unheard
 from vrg.hal.models import robot_model
 
 if TYPE_CHECKING:

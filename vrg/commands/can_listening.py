@@ -17,8 +17,7 @@ from vrg.commands.options import lasting, make_console, stoppable
 from vrg.hal.can.axis import NEVER
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
-from vrg.hal.can.workshop.listening import ASK_PERIOD, BusState, ListenedBus
-from vrg.hal.can.workshop.survey import unheard
+from vrg.hal.can.workshop.survey import ASK_PERIOD, BusState, ListenedBus, unheard
 
 
 @contextmanager

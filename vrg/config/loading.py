@@ -19,8 +19,7 @@ from vrg.errors import Path as Place
 from vrg.files import read_text, toml_of
 from vrg.games import GAMES, STRATEGIES, file_of, has_name
 from vrg.games.game import Game
-from vrg.hal.backends import BACKENDS
-from vrg.hal.companions import Companion
+from vrg.hal.backends import BACKENDS, Companion
 from vrg.hal.location import FEED
 from vrg.hal.models.settings import motion_problems
 from vrg.hal.sim.config import check_setup

@@ -17,8 +17,7 @@ from vrg.config.files import HERE, Machine, MatchFile, PlayerEntry
 from vrg.errors import ConfigError, FileError, LaunchError
 from vrg.files import decoded, read_bytes, write_whole
 from vrg.games import file_of
-from vrg.hal.backends import BACKENDS
-from vrg.hal.companions import Companion
+from vrg.hal.backends import BACKENDS, Companion
 from vrg.hal.location import FUSION, ODOMETRY
 from vrg.hal.models import RobotModel, robot_model
 from vrg.hal.models.settings import with_motion, with_settings

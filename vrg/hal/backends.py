@@ -49,3 +49,17 @@ def open_driver(backend: str, context: MatchContext) -> Driver:
     # Every driver's class is constructed from the context alone, but the constructor of the base class takes a name and
     # a model, so the type checker cannot know it.
     return kind(context)  # type: ignore[arg-type, call-arg]
+
+
+@dataclass(frozen=True)
+class Companion:
+    """A process that must run for the robots of a backend.
+
+    Args:
+        name: the name of the process and of its log file. arguments: the arguments of the `vrg` command that starts it.
+        says: the text that the process prints as soon as it is ready.
+    """
+
+    name: str
+    arguments: tuple[str, ...]
+    says: str

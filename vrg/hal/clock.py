@@ -7,7 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import ClassVar, Final, Protocol, TypeVar
 
-from vrg.boot_time import boot_time
+from vrg.system import boot_time
 
 T = TypeVar("T")
 

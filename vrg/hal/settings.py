@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vrg.hal.companions import Companion
+from vrg.hal.backends import Companion
 from vrg.tables import Table
 
 if TYPE_CHECKING:

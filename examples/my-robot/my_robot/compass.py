@@ -6,8 +6,7 @@ from dataclasses import dataclass
 from vrg.bus.messages import SensorMessage
 from vrg.geometry import wrap
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.hal.sim.sensors.base import Instant, Mounted, SensorSimulation
-from vrg.hal.sim.sensors.noise import generator
+from vrg.hal.sim.sensors.base import Instant, Mounted, SensorSimulation, generator
 from vrg.types import Radians
 
 

@@ -27,10 +27,9 @@ from vrg.hal.can.train import DriveTrain
 from vrg.hal.can.vesc import codec
 from vrg.hal.can.vesc.codec import Packet
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
-from vrg.hal.can.workshop.listening import BusState
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
-from vrg.hal.can.workshop.survey import Survey, all_listeners
+from vrg.hal.can.workshop.survey import BusState, Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.driver import arm
 

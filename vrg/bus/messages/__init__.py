@@ -47,7 +47,7 @@ from vrg.bus.messages.player import (
     TeamOrder,
     Variance,
 )
-from vrg.bus.messages.process import Processes, ProcessState, ProcessStatus
+from vrg.bus.messages.process import Processes, ProcessState, ProcessStatus, SeatAnswer, SeatRequest
 from vrg.bus.messages.robot import (
     LOST,
     CameraRequest,
@@ -62,5 +62,4 @@ from vrg.bus.messages.robot import (
     RobotState,
     SpeedLimit,
 )
-from vrg.bus.messages.seat import SeatAnswer, SeatRequest
 from vrg.bus.messages.world import AT_REST, Body, Clock, Poses, WorldAnswer, WorldRequest, at_rest

@@ -1,10 +1,10 @@
-"""The launcher's messages about the processes of a match."""
+"""The launcher's messages about the processes of a match, and those by which a player is replaced while it runs."""
 
 import enum
 
 from msgspec import Struct
 
-from vrg.bus.messages.base import Message
+from vrg.bus.messages.base import Message, Reason, Text
 from vrg.types import Count, Deviation, Name
 
 
@@ -50,3 +50,30 @@ class Processes(Message, frozen=True, kw_only=True):
     """
 
     processes: tuple[ProcessStatus, ...]
+
+
+class SeatRequest(Message, frozen=True, kw_only=True):
+    """A request to the launcher to let a player play by another strategy, in a new process.
+
+    Args:
+        player: the player's name. strategy: `module:Class`, `file.py:Class` with the whole path, or a registered name.
+        by: who asks, for the launcher's terminal.
+        id: the id of this request, by which its sender finds the answer.
+    """
+
+    player: Name
+    strategy: Text
+    by: Name
+    id: Name
+
+
+class SeatAnswer(Message, frozen=True, kw_only=True):
+    """The launcher's answer to a `SeatRequest`.
+
+    Args:
+        id: the id of the request.
+        refused: why it was not done, in words; None if it was.
+    """
+
+    id: Name
+    refused: Reason | None = None

@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterable
 
 import can
 
-from vrg.boot_time import boot_time
 from vrg.errors import RobotError
 from vrg.hal.can.frame import Filter, Frame
 from vrg.hal.can.link import IDLE_TIMEOUT, SEND_TIMEOUT, Link
@@ -23,6 +22,7 @@ from vrg.hal.can.opening import frame_time, open_bus, restart, takes_fd
 from vrg.hal.can.sending import Echoes, Pacer
 from vrg.hal.can.troubles import NoFdError, describe_error, describe_error_frame, errno_of, is_full
 from vrg.hal.clock import REAL_CLOCK, Clock
+from vrg.system import boot_time
 
 log = logging.getLogger(__name__)
 # python-can tells of every socket that it makes, and logs the errors that it raises as well.

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from vrg.errors import ConfigError
+from vrg.hal.backends import Companion
 from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.link import SERIAL_INTERFACES, AdapterValue, Link, missing_interface
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
 from vrg.hal.can.wiring import InterfaceName, RobotWiring
-from vrg.hal.companions import Companion
 from vrg.hal.models.drivetrain import Drivetrain
 from vrg.hal.settings import BackendSettings
 from vrg.tables import problems_of

@@ -1,4 +1,4 @@
-"""The snapshot from which a restarted world goes on. Noise has no state to keep: see vrg.hal.sim.sensors.noise."""
+"""The snapshot from which a restarted world goes on. Noise has no state to keep: see vrg.hal.sim.sensors.base."""
 
 from typing import Any
 

@@ -16,7 +16,7 @@ from aiohttp.web import RequestPayloadError
 
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.errors import LaunchError
-from vrg.seats.waiting_room import WaitingRoom
+from vrg.seats.entrance import WaitingRoom
 from vrg.ui.web.admission import tls_context
 from vrg.ui.web.headers import PAGE_HEADERS, foreign
 

@@ -4,10 +4,10 @@ import random
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from vrg.hal.backends import Companion
 from vrg.hal.can.workshop.emulated import DriveOptions
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.hal.can.workshop.simulation import Simulation
-from vrg.hal.companions import Companion
 
 if TYPE_CHECKING:
     from vrg.hal.can.settings import CanSettings

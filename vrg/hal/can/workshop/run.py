@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 
 import can
 
-from vrg.boot_time import boot_time
 from vrg.bus.stopping import StopSignal
 from vrg.errors import RobotError
 from vrg.hal.can.bus import can_message, frame_of
@@ -15,6 +14,7 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.opening import open_bus
 from vrg.hal.can.troubles import describe_error, errno_of
 from vrg.hal.can.workshop.emulated import EmulatedDrive
+from vrg.system import boot_time
 
 log = logging.getLogger(__name__)
 

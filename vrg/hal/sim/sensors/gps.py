@@ -9,10 +9,8 @@ import numpy.typing as npt
 
 from vrg.hal.sensors.gps import SATELLITES_FOR_A_FIX, Gps, GpsSpec, to_wgs84
 from vrg.hal.sim.map import WALL_HEIGHT
-from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.cones import nearest_in_cones
-from vrg.hal.sim.sensors.noise import Floats, generator
-from vrg.hal.sim.sensors.rays import Edges
+from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
+from vrg.hal.sim.sensors.rays import Edges, nearest_in_cones
 
 SATELLITES = 11
 """The number of satellites above the horizon. They do not move within a match."""

@@ -7,8 +7,7 @@ import numpy.typing as npt
 
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.laser import Laser, LaserSpec
-from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.noise import Floats, generator
+from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
 from vrg.hal.sim.sensors.rays import Edges, Fan, among_robots, cast_all
 
 Floats32 = npt.NDArray[np.float32]

@@ -14,8 +14,16 @@ import numpy as np
 from vrg.geometry import wrap
 from vrg.hal.sensors.encoders import EncodersSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
-from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.noise import Floats, Noise, generator
+from vrg.hal.sim.sensors.base import (
+    Floats,
+    Instant,
+    Measured,
+    Mounted,
+    Noise,
+    SensorSimulation,
+    Surroundings,
+    generator,
+)
 from vrg.types import Pose, Twist
 
 _FINE = 1_000_000

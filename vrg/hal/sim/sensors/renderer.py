@@ -17,7 +17,7 @@ from vrg.hal.models import RobotModel
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sim.map import WALL_HEIGHT, Map
-from vrg.hal.sim.sensors.noise import Floats
+from vrg.hal.sim.sensors.base import Floats
 from vrg.modules import silent_errors
 
 with silent_errors():

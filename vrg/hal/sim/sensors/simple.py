@@ -9,8 +9,7 @@ from vrg.hal.sensors.battery import Battery, BatterySpec
 from vrg.hal.sensors.encoders import Encoders, EncodersSpec
 from vrg.hal.sensors.ins import Ins, InsSpec
 from vrg.hal.sensors.touch import Touch, TouchSpec
-from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.noise import Noise
+from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, Noise, SensorSimulation, Surroundings
 from vrg.types import Pose
 
 

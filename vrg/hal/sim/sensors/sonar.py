@@ -5,10 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
-from vrg.hal.sim.sensors.base import Instant, Measured, Mounted, SensorSimulation, Surroundings
-from vrg.hal.sim.sensors.cones import nearest_in_cones
-from vrg.hal.sim.sensors.noise import Floats, generator
-from vrg.hal.sim.sensors.rays import Edges, among_robots
+from vrg.hal.sim.sensors.base import Floats, Instant, Measured, Mounted, SensorSimulation, Surroundings, generator
+from vrg.hal.sim.sensors.rays import Edges, among_robots, nearest_in_cones
 
 
 class SonarSimulation(SensorSimulation[SonarSpec]):
