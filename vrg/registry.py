@@ -118,6 +118,12 @@ class Registry(Generic[T]):
         return plugins(self.group)
 
 
+def subclass_of(base: type) -> Callable[[object], str | None]:
+    """The check of a registry of classes: each is a subclass of `base`."""
+    words = f"expected a subclass of {base.__module__}.{base.__qualname__}"
+    return lambda found: None if isinstance(found, type) and issubclass(found, base) else words
+
+
 def expected_one_of(names: Sequence[str], name: str) -> str:
     """The names that were expected in place of `name`, with a guess at the one that was meant."""
     return f"expected one of {', '.join(names)}, got {name!r}{did_you_mean(name, names)}"

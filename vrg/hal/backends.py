@@ -8,19 +8,13 @@ from dataclasses import dataclass
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
 from vrg.hal.driver import Driver, DriverContext
-from vrg.registry import Registry
-
-
-def _check(found: object) -> str | None:
-    good = isinstance(found, type) and issubclass(found, Driver)
-    return None if good else "expected a subclass of vrg.hal.driver.Driver"
-
+from vrg.registry import Registry, subclass_of
 
 BACKENDS: Registry[type[Driver]] = Registry(
     "backend",
     "vrg.backends",
     {"sim": "vrg.hal.sim.driver:SimDriver", "can": "vrg.hal.can.driver:CanDriver", "ros": "vrg.ros.driver:RosDriver"},
-    _check,
+    subclass_of(Driver),
 )
 """The class of every backend's driver, by the backend's name."""
 

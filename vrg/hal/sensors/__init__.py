@@ -7,13 +7,7 @@ package outside VRG adds a kind by an entry point of the group `vrg.sensors` who
 
 from vrg.bus.messages import SensorMessage
 from vrg.hal.sensors.spec import SensorSpec
-from vrg.registry import Registry
-
-
-def _check(found: object) -> str | None:
-    good = isinstance(found, type) and issubclass(found, SensorSpec)
-    return None if good else "expected a subclass of vrg.hal.sensors.spec.SensorSpec"
-
+from vrg.registry import Registry, subclass_of
 
 SENSORS: Registry[type[SensorSpec]] = Registry(
     "sensor",
@@ -29,7 +23,7 @@ SENSORS: Registry[type[SensorSpec]] = Registry(
         "sonar": "vrg.hal.sensors.sonar:SonarSpec",
         "touch": "vrg.hal.sensors.touch:TouchSpec",
     },
-    _check,
+    subclass_of(SensorSpec),
 )
 """The spec's class of every kind of sensor, by the word that stands for the kind in keys."""
 

@@ -9,13 +9,7 @@ from typing import Final
 
 from vrg.errors import ConfigError
 from vrg.hal.sim.engines.engine import Engine
-from vrg.registry import Registry
-
-
-def _check(found: object) -> str | None:
-    good = isinstance(found, type) and issubclass(found, Engine)
-    return None if good else "expected a subclass of vrg.hal.sim.engines.engine.Engine"
-
+from vrg.registry import Registry, subclass_of
 
 ENGINES: Registry[type[Engine]] = Registry(
     "engine",
@@ -25,7 +19,7 @@ ENGINES: Registry[type[Engine]] = Registry(
         "mujoco": "vrg.hal.sim.engines.mujoco:MujocoEngine",
         "planar": "vrg.hal.sim.engines.planar:PlanarEngine",
     },
-    _check,
+    subclass_of(Engine),
 )
 """The class of every engine by name. Only that which is asked for is imported: PyBullet takes long and needs 30 MB."""
 
