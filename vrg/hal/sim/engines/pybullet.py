@@ -109,9 +109,9 @@ class BulletEngine(Engine):
         rims = (aims * self._radii).tolist()
         carried = self.kinematic.nonzero()[0].tolist()
         driven = (~self.kinematic).nonzero()[0].tolist()
-        for left_over in range(steps, 0, -1):
+        for remaining_steps in range(steps, 0, -1):
             for row in carried:
-                self._carry(row, left_over * dt / steps)
+                self._carry(row, remaining_steps * dt / steps)
             for row in driven:
                 self._pull(row, dt / steps, rims[row])
             pybullet.stepSimulation(physicsClientId=client)
@@ -259,8 +259,8 @@ class BulletEngine(Engine):
                 slides = True
             if slides:  # the spring gives what the damper leaves of the force
                 slip = math.sqrt(slip_ahead * slip_ahead + slip_aside * slip_aside)
-                left_over = GIVE * max(0.0, 1.0 - slip / damped)
-                stretch_ahead, stretch_aside = -push_ahead * left_over, -push_aside * left_over
+                spring_share = GIVE * max(0.0, 1.0 - slip / damped)
+                stretch_ahead, stretch_aside = -push_ahead * spring_share, -push_aside * spring_share
             stretches[n] = stretch_ahead, stretch_aside
             along, across = push_ahead * cos - push_aside * sin, push_ahead * sin + push_aside * cos
             force_ahead += along

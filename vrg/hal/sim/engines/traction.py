@@ -108,8 +108,8 @@ class Traction:
         driven = rolling & (pushes[0] * turning > DRIVE)
         np.copyto(pushes[0], turning * DRIVE, where=driven)
         # The spring of a tyre that slides gives what the damper leaves of the force.
-        left_over = np.minimum(0.0, np.hypot(slips[0], slips[1]) - 1.0)
-        np.copyto(self._stretches, pushes * left_over, where=driven | (sizes > 1.0))
+        spring_share = np.minimum(0.0, np.hypot(slips[0], slips[1]) - 1.0)
+        np.copyto(self._stretches, pushes * spring_share, where=driven | (sizes > 1.0))
         ahead, aside, moments = (ways[:, 0] * pushes[0] + ways[:, 1] * pushes[1]).sum(axis=1) * self._grips
         return np.array((ahead * c - aside * s, ahead * s + aside * c, moments))
 
