@@ -9,11 +9,11 @@ import pytest
 
 from tests.system.harness import wait_until
 from vrg.errors import ConfigError
+from vrg.localisation import stream
 from vrg.localisation.camera import capture
-from vrg.localisation.camera.capture import Capture
+from vrg.localisation.camera.capture import PictureStream, TagStream
 from vrg.localisation.camera.opencv import cv2
 from vrg.localisation.camera.readers import Frame, Reader, VideoReader, Wanted, open_reader, read_picture
-from vrg.localisation.camera.watch import Watch
 
 
 class Fake:
@@ -42,21 +42,20 @@ class Fake:
 @pytest.fixture(autouse=True)
 def _impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(capture, "SILENCE", 0.3)
-    monkeypatch.setattr(capture, "_RETRY_PERIOD", 0.05)
+    monkeypatch.setattr(stream, "RETRY_PERIOD", 0.05)
 
 
 def test_only_the_newest_picture_is_handed_over_and_only_once() -> None:
     fake = Fake()
-    reading = Capture(lambda: fake)
+    reading = PictureStream(lambda: fake)
     reading.start()
     wait_until(lambda: fake.taken > 20, "pictures")
-    frame = reading.newest()
-    assert frame is not None
+    (frame,) = reading.take()
     assert int(frame.picture[0, 0]) > 10
     assert time.monotonic() - frame.time < 5.0
     fake.do = "freeze"
-    reading.newest(0.1)
-    assert reading.newest(0.1) is None
+    reading.take(0.1)
+    assert reading.take(0.1) == []
     reading.close()
     assert fake.closed == 1
 
@@ -66,17 +65,17 @@ def test_only_the_newest_picture_is_handed_over_and_only_once() -> None:
 )
 def test_a_camera_that_stops_is_told_of_gives_nothing_and_comes_back(what: str, words: str) -> None:
     fake = Fake()
-    reading = Capture(lambda: fake)
+    reading = PictureStream(lambda: fake)
     reading.start()
     try:
-        wait_until(lambda: reading.newest() is not None, "a picture")
+        wait_until(reading.take, "a picture")
         assert reading.problem() is None
         fake.do = what
         wait_until(lambda: words in (reading.problem() or ""), "it to be told")
-        reading.newest()
-        assert reading.newest(0.1) is None
+        reading.take()
+        assert reading.take(0.1) == []
         fake.do = "work"
-        wait_until(lambda: reading.newest() is not None, "a picture")
+        wait_until(reading.take, "a picture")
         wait_until(lambda: reading.problem() is None, "the end of the problem")
     finally:
         fake.do = "work"
@@ -91,11 +90,11 @@ def test_a_camera_that_is_missing_is_opened_when_it_is_there() -> None:
             raise ConfigError("camera 7: expected a camera that can be opened")
         return fake
 
-    reading = Capture(opened)
+    reading = PictureStream(opened)
     reading.start()
     wait_until(lambda: "expected a camera" in (reading.problem() or ""), "it to be told")
     there = True
-    wait_until(lambda: reading.newest() is not None, "a picture")
+    wait_until(reading.take, "a picture")
     assert reading.problem() is None
     reading.close()
 
@@ -130,7 +129,7 @@ def test_a_folder_is_read_in_order_and_then_is_over(tmp_path: Path) -> None:
     taken = [frame for frame in (reader.read() for _ in range(4)) if frame is not None]
     assert [int(frame.picture[0, 0, 0]) for frame in taken] == [0, 40, 80]
     assert np.diff([frame.time for frame in taken]) == pytest.approx(0.1, abs=0.1)
-    reading = Capture(lambda: open_reader(".", tmp_path))
+    reading = PictureStream(lambda: open_reader(".", tmp_path))
     reading.start()
     wait_until(lambda: reading.problem() == "the pictures of the file are over", "the end of the file")
     reading.close()
@@ -196,7 +195,7 @@ def test_a_picture_is_as_old_as_linux_says(monkeypatch: pytest.MonkeyPatch, age:
 
 @pytest.mark.parametrize(("rate", "expected"), [(15.0, 15), (10.0, 10), (60.0, 30)])
 def test_no_more_pictures_are_looked_at_than_wanted(rate: float, expected: int) -> None:
-    watch = Watch(Fake, rate)
+    watch = TagStream(Fake, rate)
     rng = np.random.default_rng(1)
     due = [watch._is_due(Frame(np.zeros((2, 2), np.uint8), n / 30 + rng.uniform(0, 0.01))) for n in range(300)]
     assert sum(due) == pytest.approx(10 * expected, abs=8)

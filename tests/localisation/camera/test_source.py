@@ -18,11 +18,11 @@ from vrg.errors import ConfigError
 from vrg.geometry import compose
 from vrg.localisation.camera import source as module
 from vrg.localisation.camera.calibration import CameraFile, FloorTag, LensTable, PlaceTable, camera_text
+from vrg.localisation.camera.capture import Sighting
 from vrg.localisation.camera.detection import Tag
 from vrg.localisation.camera.field import FieldView
 from vrg.localisation.camera.opencv import cv2
 from vrg.localisation.camera.source import CameraSource
-from vrg.localisation.camera.watch import Sighting
 from vrg.localisation.source import read_source
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder
@@ -46,7 +46,7 @@ class Bench(SourceBench):
         camera = CameraFile(lens=LensTable.of(LENS, 0.2), place=PlaceTable.of(VIEW.place, VIEW.shift), tags=FLOOR)
         (folder / "cam.toml").write_text(camera_text(camera), encoding="utf-8")
         super().__init__(CameraSource, table, "overhead", *robots, base=folder)
-        self.watch = self.node._watch
+        self.watch = self.node._stream
 
     def shows(self, *tags: Tag, ago: float = 0.05, size: tuple[int, int] = LENS.size) -> None:
         self.watch.shown.append(Sighting(self.now - ago, sorted(tags, key=lambda tag: tag.number), size))
@@ -54,7 +54,7 @@ class Bench(SourceBench):
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Bench:
-    monkeypatch.setattr(module, "Watch", FakeFeed)
+    monkeypatch.setattr(module, "TagStream", FakeFeed)
     made = Bench(tmp_path)
     made.tick(0.2)
     return made
@@ -94,7 +94,7 @@ def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pyte
     told = [record.getMessage() for record in caplog.records]
     assert told == [
         "overhead: tag 3 of ann is seen twice: is one of them another's?",
-        "overhead: tag 99 is seen, which no robot has",
+        "overhead: tag 99 is seen, which no robot has; robots have 3, 4",
         "overhead: tag 4 of bob seems to be 0.100 m wide, expected 0.150 m: are its height and its size right?",
     ]
 
@@ -169,7 +169,7 @@ def test_a_camera_that_stops_and_comes_back_is_told_once_each(bench: Bench, capl
 def test_names_that_do_not_fit_together_are_told(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(module, "Watch", FakeFeed)
+    monkeypatch.setattr(module, "TagStream", FakeFeed)
     bench = Bench(tmp_path, robots=("ann", "zoe"))
     bench.node.start()
     assert bench.watch.running

@@ -45,7 +45,7 @@ class Bench(SourceBench):
 
 @pytest.fixture
 def bench(monkeypatch: pytest.MonkeyPatch) -> Bench:
-    monkeypatch.setattr(module, "Stream", FakeFeed)
+    monkeypatch.setattr(module, "FrameStream", FakeFeed)
     made = Bench()
     made.tick(5.0)
     return made
@@ -83,9 +83,9 @@ def test_what_is_no_fix_is_counted_and_warned_of_once(bench: Bench, caplog: pyte
     assert [record.getMessage() for record in caplog.records] == [
         "hall: the rigid body Robot 2 of bob is tilted by more than 30 degrees: has the robot tipped over, or is `up` "
         "wrong?",
-        "hall: the rigid body chair is seen, which no robot has; robots have Robot 2, ann",
+        "hall: rigid body chair is seen, which no robot has; robots have Robot 2, ann",
         "hall: the rigid body ann of ann does not change at all: its system has lost it, or hangs",
-        "hall: the rigid body without a name is seen, which no robot has; robots have Robot 2, ann",
+        "hall: rigid body without a name is seen, which no robot has; robots have Robot 2, ann",
     ]
 
 
@@ -104,7 +104,7 @@ def test_frames_that_are_old_give_no_fix_and_that_none_come_is_told(
 def test_names_that_do_not_fit_together_are_told(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(module, "Stream", FakeFeed)
+    monkeypatch.setattr(module, "FrameStream", FakeFeed)
     bench = Bench(robots=("ann",))
     bench.node.start()
     assert bench.stream.running

@@ -12,11 +12,12 @@ import pytest
 
 from tests.localisation.mocap.natnet import Server, Shown
 from tests.system.harness import wait_until
+from vrg.localisation import stream as streams
 from vrg.localisation.mocap import stream as module
 from vrg.localisation.mocap.frames import Frame, Request, Trouble, encode, read
-from vrg.localisation.mocap.stream import Stream
+from vrg.localisation.mocap.stream import FrameStream
 
-Make = Callable[..., Stream]
+Make = Callable[..., FrameStream]
 ANN = Shown((1.0, 2.0, 0.2), (0.0, 0.0, math.sin(0.5), math.cos(0.5)))
 MOCK = Request(
     "mock", {"rigid_bodies": "ann(1,2,0.25,1,0,0,0);bob(3,4,0.25,0.6,0,0,0.8)", "frequency": "100"}, 50.0, 3.0
@@ -25,11 +26,11 @@ MOCK = Request(
 
 @pytest.fixture
 def make(monkeypatch: pytest.MonkeyPatch) -> Iterator[Make]:
-    monkeypatch.setattr(module, "_RETRY_PERIOD", 0.05)
-    made: list[Stream] = []
+    monkeypatch.setattr(streams, "RETRY_PERIOD", 0.05)
+    made: list[FrameStream] = []
 
-    def begun(*values: object) -> Stream:
-        made.append(Stream(*values))  # type: ignore[arg-type]
+    def begun(*values: object) -> FrameStream:
+        made.append(FrameStream(*values))  # type: ignore[arg-type]
         made[-1].start()
         return made[-1]
 
@@ -53,14 +54,14 @@ def natnet(server: Server, patience: float = 3.0) -> Request:
     return Request("optitrack", options, 50.0, patience)
 
 
-def newest(stream: Stream) -> Frame:
+def newest(stream: FrameStream) -> Frame:
     """The newest of the next frames."""
     found: list[Frame] = []
     wait_until(lambda: found.extend(stream.take()) or found, "a frame")
     return found[-1]
 
 
-def until(stream: Stream, words: str) -> None:
+def until(stream: FrameStream, words: str) -> None:
     """Wait for a problem of which these words tell."""
     wait_until(lambda: words in (stream.problem() or ""), words)
 

@@ -5,26 +5,23 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix
-from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError
 from vrg.localisation.camera.calibration import load_camera
+from vrg.localisation.camera.capture import Sighting, TagStream
 from vrg.localisation.camera.detection import Tag
 from vrg.localisation.camera.field import robot_at
 from vrg.localisation.camera.readers import Reader, Wanted, open_reader
 from vrg.localisation.camera.settings import CameraSettings
-from vrg.localisation.camera.watch import Sighting, Watch
 from vrg.localisation.source import RealSource, SourceContext
 from vrg.tables import Table
 
-_OLD: Final = 1.0
-"""The age in s from which on a picture says nothing any more, as when the match clock has stood still."""
 _SIZE: Final = 0.2
 """The share by which a tag may appear larger or smaller than it was printed."""
 _MOVED: Final = 0.05
@@ -40,7 +37,7 @@ _MIN_DEVIATIONS: Final = (0.005, math.radians(0.5))
 robot at 0.7 m/s drives 7 mm in 10 ms."""
 
 
-class CameraSource(RealSource):
+class CameraSource(RealSource[Sighting]):
     """Sees the tags that lie on robots, through a camera that has been calibrated to the field.
 
     Args:
@@ -52,6 +49,7 @@ class CameraSource(RealSource):
     """
 
     settings = CameraSettings
+    mark, items = "tag", "pictures"
 
     def __init__(
         self,
@@ -60,22 +58,19 @@ class CameraSource(RealSource):
         keys: Keys,
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(context, mailbox, keys, monotonic)
         assert isinstance(context.settings, CameraSettings)
-        self._settings, self._base = context.settings, context.base
-        file = context.base / self._settings.calibration
-        camera = load_camera(file)
-        self._view = camera.view(file)
+        self._settings = settings = context.settings
+        base = context.base
+        camera = load_camera(base / settings.calibration)
+        self._view = view = camera.view(base / settings.calibration)
+
+        def opened() -> Reader:
+            return open_reader(settings.camera, base, Wanted(view.lens.size, max(30.0, settings.rate)))
+
+        stream = TagStream(opened, settings.rate, settings.prints, monotonic)
+        marks = {tag.number: name for name, tag in settings.tags.items()}
+        super().__init__(context, mailbox, keys, stream, marks, monotonic)
         self._floor = {tag.number: (tag.x, tag.y) for tag in camera.tags}
-        self._robots = {tag.number: name for name, tag in self._settings.tags.items() if name in context.robots}
-        self._absent = {tag.number for name, tag in self._settings.tags.items() if name not in context.robots}
-        self._without = sorted(set(context.robots) - set(self._settings.tags))
-        self._strangers = sorted(set(self._settings.tags) - set(context.robots))
-        self._watch = Watch(self._open, self._settings.rate, self._settings.prints, monotonic)
-        self._fixes: Counter[str] = Counter()
-        self._unknown: Counter[int] = Counter()
-        self._ignored: Counter[str] = Counter()
-        self._pictures = 0
         self._checked: float | None = None
         """The time of the last picture with two tags on the floor at their places; at first that of the first one."""
 
@@ -119,52 +114,21 @@ class CameraSource(RealSource):
         assert isinstance(settings, CameraSettings)
         return [settings.calibration]
 
-    def start(self) -> None:
-        """Begin to read pictures."""
-        if self._without:
-            self.warn("without", "no tag is named of %s: nothing locates it here", ", ".join(self._without))
-        if self._strangers:
-            self.warn("strangers", "no robot that is located here has the name %s", ", ".join(self._strangers))
-        self._watch.start()
+    def captured(self) -> Iterable[tuple[float, Sighting]]:
+        """The pictures that were looked at since the last call."""
+        return [(sighting.time, sighting) for sighting in self._stream.take()]
 
-    def stop(self) -> None:
-        """Let the camera go."""
-        self._watch.close()
-
-    def seen(self, tick: Tick) -> Iterable[tuple[float, tuple[Fix, ...]]]:
-        """The robots in the pictures that were looked at since the last tick."""
-        self.tell(self._watch.problem())
-        found, now = [], self._monotonic()
-        for sighting in self._watch.take():
-            stamp = self.match_time(sighting.time)
-            if stamp is not None and now - sighting.time <= _OLD:
-                self._pictures += 1
-                if fixes := self._fixes_of(sighting):
-                    found.append((stamp, fixes))
-        return found
-
-    def counted(self) -> dict[str, Any]:
-        """The pictures that were looked at, the fixes of each robot, and the tags that were of no use."""
-        unknown = {str(number): count for number, count in sorted(self._unknown.items())}
-        return {
-            "pictures": self._pictures,
-            "fixes": dict(self._fixes),
-            "unknown": unknown,
-            "ignored": dict(self._ignored),
-        }
-
-    def _open(self) -> Reader:
-        wanted = Wanted(self._view.lens.size, max(30.0, self._settings.rate))
-        return open_reader(self._settings.camera, self._base, wanted)
-
-    def _fixes_of(self, sighting: Sighting) -> tuple[Fix, ...]:
+    def fixes_of(self, sighting: Sighting) -> Iterable[Fix]:
+        """The robots in a picture."""
         if sighting.size != self._view.lens.size:
             text = "its pictures have %d x %d pixels, but those of its calibration %d x %d: calibrate it again"
-            return self._refuse("size of pictures", text, *sighting.size, *self._view.lens.size)
+            self.ignore("size of pictures", sighting.size, text, *sighting.size, *self._view.lens.size)
+            return
         right, wrong = self._floor_tags(sighting.tags)
         if wrong >= 2 and wrong >= right:
             text = "tags on the floor are not where they were: the camera has been moved: calibrate it to the field"
-            return self._refuse("moved", text)
+            self.ignore("moved", None, text)
+            return
         if right >= 2 or self._checked is None:
             self._checked = sighting.time
         unchecked = sighting.time - self._checked
@@ -175,28 +139,27 @@ class CameraSource(RealSource):
                 "taken to be elsewhere; so their poses are known worse and worse: lay tags, or look what hides them",
             )
         counts = Counter(tag.number for tag in sighting.tags)
-        fixes = []
         for tag in sighting.tags:
             name = self._robots.get(tag.number)
             if name is None:
-                self._count_unknown(tag.number)
+                if tag.number not in self._floor:
+                    self.count_unknown(tag.number)
             elif counts[tag.number] > 1:
-                self._refuse("twice", "tag %d of %s is seen twice: is one of them another's?", tag.number, name)
+                text = "tag %d of %s is seen twice: is one of them another's?"
+                self.ignore("twice", tag.number, text, tag.number, name)
             elif (fix := self._fix(name, tag, unchecked)) is not None:
-                self._fixes[name] += 1
-                fixes.append(fix)
-        return tuple(fixes)
+                yield fix
 
     def _fix(self, name: str, tag: Tag, unchecked: float) -> Fix | None:
         own = self._settings.tags[name]
         located = self._view.locate(tag.corners, own.height, self._settings.noise)
         if located is None:
-            self._refuse("nowhere", "tag %d of %s is where there is no field", tag.number, name)
+            self.ignore("nowhere", tag.number, "tag %d of %s is where there is no field", tag.number, name)
             return None
         size = own.size or self._settings.size
         if not 1.0 - _SIZE <= located.side / size <= 1.0 + _SIZE:
             text = "tag %d of %s seems to be %.3f m wide, expected %.3f m: are its height and its size right?"
-            self._refuse("size", text, tag.number, name, located.side, size)
+            self.ignore("size", tag.number, text, tag.number, name, located.side, size)
             return None
         robot = robot_at(located, own.offset)
         position, heading = (math.sqrt(unchecked / _HOUR) * bumped for bumped in _BUMPED)
@@ -212,13 +175,3 @@ class CameraSource(RealSource):
                 there = math.dist((x, y), place) <= _MOVED
                 right, wrong = right + there, wrong + (not there)
         return right, wrong
-
-    def _count_unknown(self, number: int) -> None:
-        if number not in self._floor and number not in self._absent:
-            self._unknown[number] += 1
-            self.warn(("unknown", number), "tag %d is seen, which no robot has", number)
-
-    def _refuse(self, what: str, text: str, *values: object) -> tuple[Fix, ...]:
-        self._ignored[what] += 1
-        self.warn((what, values[:2]), text, *values)
-        return ()

@@ -1,22 +1,22 @@
 """Receives and sends packets, on multicast addresses as a rule. A thread receives: what waits in a socket is old."""
 
-import contextlib
 import ipaddress
 import logging
 import socket
 import struct
-import threading
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
 from vrg.errors import LaunchError
+from vrg.localisation.stream import Stream
 
 log = logging.getLogger(__name__)
 
 MAX_PACKET_SIZE: Final = 65_535
 """The number of bytes of the longest packet of UDP."""
+SILENCE: Final = 3.0
+"""The time in s without a packet after which that is told."""
 _QUEUE_LENGTH: Final = 512
 """The number of packets that wait for a node that does not tick."""
 _LOOK: Final = 0.2
@@ -35,8 +35,8 @@ class Packet(NamedTuple):
     data: bytes
 
 
-class Receiver:
-    """Receives packets.
+class PacketStream(Stream[Packet]):
+    """The packets that are sent to an address.
 
     Args:
         address, port: where they are sent, such as `224.5.23.2` and 10006; an address of this machine works, too.
@@ -47,25 +47,22 @@ class Receiver:
     def __init__(
         self, address: str, port: int, interface: str = "", monotonic: Callable[[], float] = time.monotonic
     ) -> None:
-        self._at = (address, port)
-        self._interface = interface
-        self._monotonic = monotonic
-        self._packets: deque[Packet] = deque(maxlen=_QUEUE_LENGTH)
-        self._ending = threading.Event()
-        self._thread: threading.Thread | None = None
+        super().__init__("packets", SILENCE, _QUEUE_LENGTH, monotonic)
+        self._at, self._interface = (address, port), interface
+        self._socket: socket.socket | None = None
 
     def start(self) -> None:
-        """Open the socket, and begin to receive.
+        """Begin to receive.
 
         Raises:
-            LaunchError: it cannot be opened.
+            LaunchError: the address cannot be opened.
         """
         address, port = self._at
         opened = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         try:
             # Other programs on this machine receive the same packets.
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            opened.bind((address, port))
+            opened.bind(self._at)
             if ipaddress.ip_address(address).is_multicast:
                 own = socket.inet_aton(self._interface or "0.0.0.0")
                 joined = struct.pack("4s4s", socket.inet_aton(address), own)
@@ -77,35 +74,33 @@ class Receiver:
                 f"{address}:{port}: expected to receive packets there: {error.strerror}: is the address right, and the "
                 "network up?"
             ) from error
-        self._thread = threading.Thread(target=self._receive, args=(opened,), name="packets", daemon=True)
-        self._thread.start()
-
-    def take(self) -> list[Packet]:
-        """The packets since the last call, oldest first."""
-        found = []
-        with contextlib.suppress(IndexError):
-            while True:
-                found.append(self._packets.popleft())
-        return found
+        self._socket = opened
+        super().start()
 
     def close(self) -> None:
         """Receive no more. Idempotent."""
-        self._ending.set()
-        if self._thread is not None:
-            self._thread.join()
+        super().close()
+        if self._socket is not None:
+            self._socket.close()
 
-    def _receive(self, opened: socket.socket) -> None:
-        with opened:
-            while not self._ending.is_set():
-                try:
-                    data, (host, port) = opened.recvfrom(MAX_PACKET_SIZE)
-                except TimeoutError:
-                    continue
-                except OSError as error:  # the network is down for a while
-                    log.warning("%s:%d: %s", *self._at, error.strerror)
-                    self._ending.wait(1.0)
-                    continue
-                self._packets.append(Packet(self._monotonic(), f"{host}:{port}", data))
+    def listen(self) -> str:
+        """Receive packets until the network is down."""
+        assert self._socket is not None
+        while not self.ending.is_set():
+            try:
+                data, (host, port) = self._socket.recvfrom(MAX_PACKET_SIZE)
+            except TimeoutError:
+                continue
+            except OSError as error:
+                return "{}:{}: {}".format(*self._at, error.strerror)
+            self.put(Packet(self._monotonic(), f"{host}:{port}", data))
+        return ""
+
+    def silent(self, silence: float) -> str:
+        """That no packet comes."""
+        where = "{}:{}".format(*self._at)
+        advice = "does vision run, and is `interface` of its network?"
+        return f"nothing was received at {where} for {silence:.0f} s: {advice}"
 
 
 class Sender:
