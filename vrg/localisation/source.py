@@ -14,13 +14,13 @@ from typing import Any, ClassVar, Final, Generic
 
 from msgspec import Struct
 
+from vrg.bus.clock_tracker import ClockOffset
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix, Fixes
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Drivetrain
-from vrg.localisation.clock import ClockOffset
 from vrg.localisation.stream import Item, Stream
 from vrg.registry import Registry
 from vrg.tables import Table

@@ -13,6 +13,7 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any, Final
 
+from vrg.bus.clock_tracker import ClockOffset
 from vrg.bus.codec import checked
 from vrg.bus.messages import SensorMessage
 from vrg.errors import MessageError
@@ -22,7 +23,6 @@ from vrg.hal.sensors.battery import Battery, BatterySpec
 from vrg.hal.sensors.laser import RANGES_LIMIT, Laser, LaserSpec
 from vrg.hal.sensors.odometry import Odometry, OdometrySpec
 from vrg.hal.sensors.spec import Sample, SensorSpec
-from vrg.localisation.clock import ClockOffset
 from vrg.types import Pose, Twist
 
 Fields = Mapping[str, Any]

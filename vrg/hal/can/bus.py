@@ -251,7 +251,8 @@ class Stamps:
     """Tells from the stamps of frames, which are times of day, how long they have waited to be read.
 
     By this, old heartbeats are not taken for new ones after a freeze. The time of day may be set meanwhile: then, for
-    SETTLE s, a frame is as old as it can be by the clock before and by the clock after, whichever is less.
+    SETTLE s, a frame is as old as it can be by the clock before and by the clock after, whichever is less. Both clocks
+    are of this computer and read at one instant, so there is no delay to filter, as `vrg.bus.clock_tracker` does.
     """
 
     STEP, SETTLE = 0.01, 1.0

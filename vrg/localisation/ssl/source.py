@@ -5,12 +5,12 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Final
 
+from vrg.bus.clock_tracker import ClockOffset
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix
 from vrg.bus.topics import Keys
 from vrg.errors import MessageError
 from vrg.geometry import compose
-from vrg.localisation.clock import ClockOffset
 from vrg.localisation.source import RealSource, SourceContext
 from vrg.localisation.ssl.network import Packet, PacketStream
 from vrg.localisation.ssl.packets import Seen, read_tracker, read_vision
