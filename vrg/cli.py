@@ -58,7 +58,6 @@ def _views() -> Table:
             "developer": ("vrg.commands.page:developer", "The page with players, referee, streams and processes"),
             "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
             "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
-            "ssl": ("vrg.commands.show:ssl", "A match for the tools of the RoboCup Small Size League"),
             "processes": ("vrg.commands.show:processes", "The processes of a match on all its machines"),
             "diagram": ("vrg.commands.show:diagram", "The statechart of a player, as Mermaid"),
         }

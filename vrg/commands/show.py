@@ -1,10 +1,7 @@
 """The windows and tables of `vrg show`. Each loads what it shows only when it is asked for."""
 
-import contextlib
-import ipaddress
 import os
-import time
-from typing import Annotated, Final
+from typing import Annotated
 
 import typer
 
@@ -22,12 +19,10 @@ from vrg.commands.options import (
     make_console,
     need_display,
 )
-from vrg.errors import ConfigError, DuplicateNodeError, LaunchError
+from vrg.errors import DuplicateNodeError, LaunchError
 from vrg.kinds import COMMANDER, HUD, SPECTATOR
-from vrg.launch.running import gone
 from vrg.seats.seat import Seat, SeatKind
 
-AT: Final = "ADDRESS:PORT"
 TeamOption = Annotated[
     str | None,
     typer.Option(metavar="TEAM", help="Command this team with a gamepad or the keyboard: its priority, its players."),
@@ -62,45 +57,6 @@ def hud(player: PlayerArgument, on: MatchOptions) -> None:
 def commander(team: TeamArgument, on: MatchOptions) -> None:
     """Command a team with a gamepad or the keyboard; the same as `vrg show window --team TEAM`."""
     window(on, team=team)
-
-
-def ssl(
-    on: MatchOptions,
-    vision: Annotated[str, typer.Option(metavar=AT, help="Where packets of vision are sent.")] = "224.5.23.2:10006",
-    tracker: Annotated[str, typer.Option(metavar=AT, help="Where a tracker's are sent.")] = "224.5.23.2:10010",
-    referee: Annotated[str, typer.Option(metavar=AT, help="Where a game controller's are sent.")] = "224.5.23.1:10003",
-    interface: Annotated[str, typer.Option(help="Address of this computer's network interface to send by.")] = "",
-    ttl: Annotated[int, typer.Option(min=1, max=255, help="Hops of multicast packets; vision itself uses 32.")] = 1,
-) -> None:
-    """Let the tools of the RoboCup Small Size League see a match: vision, tracker and referee, until it ends."""
-    from vrg.localisation.ssl.network import Sender
-    from vrg.localisation.ssl.publisher import SslPublisher
-
-    addresses = {"vision": _address(vision), "tracker": _address(tracker), "referee": _address(referee)}
-    name, endpoint = which_match(on)
-    with (
-        connected(endpoint, on.keys, Seat(SeatKind.WINDOW), Seat(SeatKind.OFFICIAL)) as (stop, session),
-        contextlib.closing(Sender(addresses, interface, ttl)) as sender,
-    ):
-        node = SslPublisher(f"ssl-{os.getpid()}", Mailbox(), Keys(name), sender.send, time.time)
-        make_console().print(f"{name}: vision at {vision}, tracker at {tracker}, referee at {referee}", soft_wrap=True)
-        run_node(node, session, Keys(name), stop, finished=gone(name, endpoint))
-
-
-def _address(text: str) -> tuple[str, int]:
-    """An address and a port of a text such as `224.5.23.2:10006`.
-
-    Raises:
-        ConfigError: it is none.
-    """
-    host, _, port = text.rpartition(":")
-    try:
-        ipaddress.IPv4Address(host)
-        if not 0 < int(port) < 65536:
-            raise ValueError
-    except ValueError:
-        raise ConfigError(f"expected an address and a port, such as 224.5.23.2:10006, got {text!r}") from None
-    return host, int(port)
 
 
 def processes(on: MatchOptions) -> None:

@@ -1,17 +1,14 @@
-"""Receives and sends packets, on multicast addresses as a rule. A thread receives: what waits in a socket is old."""
+"""Receives packets, on multicast addresses as a rule. A thread receives: what waits in a socket is old."""
 
 import ipaddress
-import logging
 import socket
 import struct
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from vrg.errors import LaunchError
 from vrg.localisation.stream import Stream
-
-log = logging.getLogger(__name__)
 
 MAX_PACKET_SIZE: Final = 65_535
 """The number of bytes of the longest packet of UDP."""
@@ -101,44 +98,3 @@ class PacketStream(Stream[Packet]):
         where = "{}:{}".format(*self._at)
         advice = "does vision run, and is `interface` of its network?"
         return f"nothing was received at {where} for {silence:.0f} s: {advice}"
-
-
-class Sender:
-    """Sends packets of several kinds, each to an address of its own. What cannot be sent now is lost.
-
-    Args:
-        addresses: the address and the port of each kind of packet.
-        interface: the address of the network interface of this machine; empty for the one that it chooses.
-        hops: how many networks packets to a multicast address may come into, the first included, 1 to 255.
-
-    Raises:
-        LaunchError: there is no such interface.
-    """
-
-    def __init__(self, addresses: Mapping[str, tuple[str, int]], interface: str = "", hops: int = 1) -> None:
-        self._addresses = addresses
-        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            self._socket.setblocking(False)
-            self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, hops)
-            if interface:
-                own = socket.inet_aton(interface)
-                self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, own)
-        except OSError as error:
-            self._socket.close()
-            raise LaunchError(f"{interface}: expected a network interface of this machine: {error.strerror}") from error
-        self._failed = False
-
-    def send(self, kind: str, data: bytes) -> None:
-        """Send a packet; that it cannot be sent is logged once."""
-        try:
-            self._socket.sendto(data, self._addresses[kind])
-            self._failed = False
-        except OSError as error:
-            if not self._failed:
-                log.warning("%s:%d: packets cannot be sent: %s", *self._addresses[kind], error.strerror)
-            self._failed = True
-
-    def close(self) -> None:
-        """Send no more."""
-        self._socket.close()

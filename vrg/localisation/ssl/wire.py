@@ -1,4 +1,4 @@
-"""The wire format of Protocol Buffers, as far as the Small Size League uses it: messages as tables of plain values.
+"""The wire format of Protocol Buffers, as far as vision of the Small Size League needs it: messages as plain tables.
 
 The format is that of protobuf.dev/programming-guides/encoding. A packet may come from anybody, so nothing in it is
 believed: what is malformed raises an error, and fields that are not in a layout are skipped.
@@ -6,7 +6,7 @@ believed: what is malformed raises an error, and fields that are not in a layout
 
 import enum
 import struct
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -17,17 +17,15 @@ _LONGEST_VARINT: Final = 10
 
 
 class Kind(enum.Enum):
-    """The kinds of numbers and texts."""
+    """The kinds of numbers, by their wire types."""
 
-    UINT = enum.auto()
-    SINT = enum.auto()
-    INT = enum.auto()
-    DOUBLE = enum.auto()
-    FLOAT = enum.auto()
-    TEXT = enum.auto()
+    UINT = 0
+    DOUBLE = 1
+    FLOAT = 5
 
 
-_WIRE: Final = {Kind.UINT: 0, Kind.SINT: 0, Kind.INT: 0, Kind.DOUBLE: 1, Kind.TEXT: 2, Kind.FLOAT: 5}
+_MESSAGE: Final = 2
+"""The wire type of a message in another one, of text and of bytes."""
 _NUMBERS: Final = {Kind.DOUBLE: struct.Struct("<d"), Kind.FLOAT: struct.Struct("<f")}
 
 Layout = Mapping[int, "Field"]
@@ -58,10 +56,14 @@ def decode(data: bytes, layout: Layout) -> dict[str, Any]:
         field = layout.get(number)
         if field is None:
             continue
-        wanted = _WIRE[field.kind] if isinstance(field.kind, Kind) else 2
+        wanted = field.kind.value if isinstance(field.kind, Kind) else _MESSAGE
         if wire != wanted:
             raise MessageError(f"{field.name}: expected the wire type {wanted}, got {wire}")
-        read = _value(field.kind, value) if isinstance(field.kind, Kind) else decode(bytes(value), field.kind)
+        read: Any = value
+        if not isinstance(field.kind, Kind):
+            read = decode(value, field.kind)
+        elif field.kind is not Kind.UINT:
+            (read,) = _NUMBERS[field.kind].unpack(value)
         if field.many:
             found[field.name].append(read)
         else:
@@ -69,42 +71,8 @@ def decode(data: bytes, layout: Layout) -> dict[str, Any]:
     return found
 
 
-def encode(values: Mapping[str, Any], layout: Layout) -> bytes:
-    """The bytes of a message; fields that are missing, or None, are left out."""
-    parts: list[bytes] = []
-    for number, field in layout.items():
-        value = values.get(field.name)
-        if value is None:
-            continue
-        for one in value if field.many else (value,):
-            parts += _encoded(number, field, one)
-    return b"".join(parts)
-
-
-def _encoded(number: int, field: Field, value: Any) -> Sequence[bytes]:
-    kind = field.kind
-    if not isinstance(kind, Kind) or kind is Kind.TEXT:
-        data = encode(value, kind) if not isinstance(kind, Kind) else value.encode()
-        return _varint(number << 3 | 2), _varint(len(data)), data
-    head = _varint(number << 3 | _WIRE[kind])
-    if kind in _NUMBERS:
-        return head, _NUMBERS[kind].pack(value)
-    if kind is Kind.SINT:
-        value = value << 1 if value >= 0 else (-value << 1) - 1
-    return head, _varint(value % (1 << 64))
-
-
-def _varint(value: int) -> bytes:
-    found = bytearray()
-    while value > 0x7F:
-        found.append(value & 0x7F | 0x80)
-        value >>= 7
-    found.append(value)
-    return bytes(found)
-
-
-def _fields(data: bytes) -> Iterator[tuple[int, int, int | bytes]]:
-    """The number, the wire type and the raw value of each field."""
+def _fields(data: bytes) -> Iterator[tuple[int, int, Any]]:
+    """The number, the wire type and the raw value of each field: an int for the wire type 0, else bytes."""
     at = 0
     while at < len(data):
         key, at = _read_varint(data, at)
@@ -113,7 +81,7 @@ def _fields(data: bytes) -> Iterator[tuple[int, int, int | bytes]]:
         if wire == 0:
             value, at = _read_varint(data, at)
         else:
-            if wire == 2:
+            if wire == _MESSAGE:
                 size, at = _read_varint(data, at)
             elif wire in (1, 5):
                 size = 8 if wire == 1 else 4
@@ -136,13 +104,3 @@ def _read_varint(data: bytes, at: int) -> tuple[int, int]:
         if not byte & 0x80:
             return value % (1 << 64), at + place + 1
     raise MessageError(f"expected a number of at most {_LONGEST_VARINT} bytes, got a longer one")
-
-
-def _value(kind: Kind, value: int | bytes) -> Any:
-    if isinstance(value, bytes):
-        if kind is Kind.TEXT:
-            return value.decode(errors="replace")
-        return _NUMBERS[kind].unpack(value)[0]
-    if kind is Kind.SINT:
-        return -((value + 1) >> 1) if value & 1 else value >> 1
-    return value - (1 << 64) if kind is Kind.INT and value >= 1 << 63 else value

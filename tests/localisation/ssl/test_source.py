@@ -1,4 +1,4 @@
-"""The nodes of the league's packets: what comes in as fixes, and what goes out of a match."""
+"""The node that receives vision of the league: from its packets to fixes."""
 
 import logging
 import math
@@ -9,21 +9,17 @@ from dataclasses import replace
 
 import pytest
 
-from tests.localisation.bench import KEYS, context_of, say, say_time
+from tests.localisation.bench import KEYS, context_of, say_time
+from tests.localisation.ssl.league import tracker_packet, vision_packet
 from tests.system.harness import wait_until
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.errors import LaunchError
-from vrg.localisation.ssl.layouts import REFEREE
-from vrg.localisation.ssl.network import Sender
-from vrg.localisation.ssl.packets import Seen, SeenRobot, read_tracker, read_vision, tracker_packet, vision_packet
-from vrg.localisation.ssl.publisher import SslPublisher, league_command, league_stage
+from vrg.localisation.ssl.packets import Seen, SeenRobot
 from vrg.localisation.ssl.settings import SslSettings
 from vrg.localisation.ssl.source import SslSource
-from vrg.localisation.ssl.wire import decode
-from vrg.regions import Rectangle
-from vrg.types import STILL, Pose, Twist
+from vrg.types import Pose
 
 AHEAD = 1e6
 """The clock of vision is so many seconds ahead of this process's."""
@@ -100,7 +96,7 @@ def test_a_packet_becomes_fixes_of_the_time_of_its_picture(make: type[Bench]) ->
     bench.tick()
     for number in range(20):
         picture, now = seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25), SeenRobot("blue", 7, 0.0, 0.0, 0.0)), bench.now
-        bench.send(vision_packet(number, picture))
+        bench.send(vision_packet(picture))
         bench.tick_until("used", number + 1)
     stamp, fixes = bench.fixes[-1]
     # What the least delayed packet was on its way is not known.
@@ -116,13 +112,13 @@ def test_cameras_that_see_parts_of_the_field_are_one_source(make: type[Bench]) -
     """Vision sends a packet for each of its cameras; where two overlap, both see a robot, at times of their own."""
     bench = make()
     bench.tick()
-    for number in range(5):
+    for _ in range(5):
         for camera, robots, late in (
             (0, (SeenRobot("yellow", 3, -1.0, 0.0, 0.0),), 0.10),
             (1, (SeenRobot("yellow", 3, -1.0, 0.01, 0.0), SeenRobot("blue", 0, 2.0, 0.0, 0.0)), 0.06),
             (2, (), 0.08),
         ):
-            bench.send(vision_packet(number, replace(seen(*robots, late=late), camera=camera)))
+            bench.send(vision_packet(replace(seen(*robots, late=late), camera=camera)))
     bench.tick_until("used", 15)
     named = [(stamp, {fix.robot for fix in fixes}) for stamp, fixes in bench.fixes]
     assert [names for _, names in named] == [{"ann"}, {"ann", "bob"}] * 5
@@ -132,9 +128,7 @@ def test_cameras_that_see_parts_of_the_field_are_one_source(make: type[Bench]) -
 def test_robots_of_which_vision_is_not_sure_and_headings_that_it_has_not_seen_are_no_fixes(make: type[Bench]) -> None:
     bench = make()
     bench.tick()
-    bench.send(
-        vision_packet(1, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25, 0.4), SeenRobot("blue", 0, 2.0, 1.0, None)))
-    )
+    bench.send(vision_packet(seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25, 0.4), SeenRobot("blue", 0, 2.0, 1.0, None))))
     bench.tick_until("used", 1)
     ((_, fixes),) = bench.fixes
     assert fixes == (m.Fix("bob", Pose(2.0, 1.0, 0.0), 0.01, None),)
@@ -143,16 +137,16 @@ def test_robots_of_which_vision_is_not_sure_and_headings_that_it_has_not_seen_ar
 def test_the_packets_of_a_tracker_are_understood_where_they_are_wanted(make: type[Bench]) -> None:
     bench = make(packets="tracker")
     bench.tick()
-    bench.send(tracker_packet(1, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25)), "a-b", "tigers"))
+    bench.send(tracker_packet(seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25))))
     bench.tick_until("used", 1)
     assert bench.fixes[0][1][0].pose == Pose(1.0, 0.5, 0.25)
     bench.node._settings = bench.node._settings.model_copy(update={"latency": 0.2})
-    again = tracker_packet(2, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25)), "a-b", "tigers")
+    again = tracker_packet(seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25)))
     before = bench.now
     bench.send(again)
     bench.tick_until("used", 2)
     assert bench.fixes[1][0] < before - 0.15, "it was captured before it came"
-    bench.send(vision_packet(1, seen()))
+    bench.send(vision_packet(seen()))
     bench.tick_until("malformed", 1)
 
 
@@ -164,14 +158,14 @@ def test_malformed_packets_and_those_of_another_field_are_told_once(
     caplog.set_level(logging.WARNING)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         for number in range(3):
-            bench.send(vision_packet(number, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25))))
+            bench.send(vision_packet(seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25))))
             bench.tick_until("used", number + 1)
             bench.send(b"\x0a\xff not a packet")
             bench.tick_until("malformed", number + 1)
-            bench.send(vision_packet(number, seen(SeenRobot("yellow", 3, -1.0, 0.5, 0.25))), other)
+            bench.send(vision_packet(seen(SeenRobot("yellow", 3, -1.0, 0.5, 0.25))), other)
             bench.tick_until("other sender", 2 * number + 1)
             theirs = replace(seen(SeenRobot("yellow", 3, -2.0, 0.5, 0.25)), camera=1)
-            bench.send(vision_packet(number, theirs), other)  # also what only that field has
+            bench.send(vision_packet(theirs), other)  # also what only that field has
             bench.tick_until("other sender", 2 * number + 2)
     assert {fix.pose.x for _, fixes in bench.fixes for fix in fixes} == {1.0}
     assert caplog.text.count("is ignored: ") == 1
@@ -183,10 +177,10 @@ def test_two_computers_of_one_field_count_each_by_its_own_clock(make: type[Bench
     bench.tick()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         for number in range(20):
-            bench.send(vision_packet(number, seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25))))
+            bench.send(vision_packet(seen(SeenRobot("yellow", 3, 1.0, 0.5, 0.25))))
             theirs = seen(SeenRobot("blue", 0, -1.0, 0.5, 0.25))
             theirs = replace(theirs, captured=theirs.captured + 50.0, sent=theirs.sent + 50.0, camera=1)
-            bench.send(vision_packet(number, theirs), other)
+            bench.send(vision_packet(theirs), other)
             bench.tick_until("used", 2 * number + 2)
     assert {fix.robot for _, fixes in bench.fixes for fix in fixes} == {"ann", "bob"}
     assert all(bench.now - 5.0 < stamp < bench.now for stamp, _ in bench.fixes), "no clock is taken for the other"
@@ -196,75 +190,6 @@ def test_an_address_that_this_machine_has_not_is_told() -> None:
     context = context_of("league", SslSettings.model_validate({"robots": {}, "address": "203.0.113.7"}))
     with pytest.raises(LaunchError, match=r"203\.0\.113\.7:10006: expected to receive packets there"):
         SslSource(context, Mailbox(), KEYS).start()
-    with pytest.raises(LaunchError, match="expected a network interface of this machine"):
-        Sender({}, "203.0.113.7")
-
-
-def state(**changes: object) -> m.RefereeState:
-    players = tuple(
-        m.PlayerStatus(name=name, team=team, role="r", state="s", may_move=True, radius=0.3)
-        for name, team in (("ann", "red"), ("bob", "blue"), ("cid", "red"))
-    )
-    field = m.Zone(name="FIELD", kind="field", region=Rectangle(16.0, -32.0, 26.0, -13.0))
-    found = m.RefereeState(
-        game="g", stage=m.Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=12.5, total=12.5, round=1,
-        rounds=2, score={"red": 2, "blue": 1}, players=players, zones=(field,), numbers={"time limit": 60.0},
-    )  # fmt: skip
-    return found.__class__(**{**{name: getattr(found, name) for name in found.__struct_fields__}, **changes})
-
-
-def test_a_match_is_told_as_the_league_tells_one() -> None:
-    sent: list[tuple[str, bytes]] = []
-    mailbox = Mailbox()
-    node = SslPublisher("ssl", mailbox, KEYS, lambda kind, data: sent.append((kind, data)), lambda: 1000.0)
-
-    # The field is longer along y, so that the league's x is VRG's y.
-    bodies = (
-        m.Body("ann", Pose(21.0, -13.0, math.pi / 2), Twist(0.5, 0.1), False),
-        m.Body("bob", Pose(16.0, -22.5, 0.0), STILL, False),
-        m.Body("ghost", Pose(0.0, 0.0, 0.0), STILL, False),
-    )
-    say(mailbox, KEYS.referee_state, state(), 5.0, 1)
-    say(mailbox, KEYS.poses, m.Poses(bodies=bodies), 5.0, 1)
-    mailbox.handover(5.0)
-    node.tick(Tick(5.0))
-    packets = dict(sent)
-    vision, tracker = read_vision(packets["vision"]), read_tracker(packets["tracker"])
-    assert vision is not None
-    assert [(r.colour, r.number) for r in vision.robots] == [("yellow", 0), ("blue", 0)]
-    assert (vision.robots[0].x, vision.robots[0].y, vision.robots[0].heading) == pytest.approx(
-        (9.5, 0.0, 0.0), abs=1e-6
-    )
-    assert (vision.robots[1].x, vision.robots[1].y) == pytest.approx((0.0, 5.0), abs=1e-6)
-    assert replace(tracker.robots[0], confidence=1.0) == tracker.robots[0]
-    told = decode(packets["referee"], REFEREE)
-    assert (told["stage"], told["command"], told["stage_time_left"]) == (1, 2, 47_500_000)
-    assert [(told[c]["name"], told[c]["score"]) for c in ("yellow", "blue")] == [("red", 2), ("blue", 1)]
-    sent.clear()
-    for number in range(2, 12):  # without news, the referee is heard again after a while
-        mailbox.handover(5.0 + 0.1 * number)
-        node.tick(Tick(5.0 + 0.1 * number))
-    assert [kind for kind, _ in sent] == ["referee", "referee"]
-
-
-@pytest.mark.parametrize(
-    ("changes", "stage", "command"),
-    [
-        ({"stage": m.Stage.INITIALIZE}, 0, 1),
-        ({}, 1, 2),
-        ({"halted": "by ann"}, 1, 0),
-        ({"estop": True}, 1, 0),
-        ({"stage": m.Stage.ROUND_OVER}, 2, 1),
-        ({"stage": m.Stage.INITIALIZE, "round": 2}, 3, 1),
-        ({"round": 2}, 4, 2),
-        ({"round": 5}, 4, 2),
-        ({"stage": m.Stage.GAME_OVER}, 13, 0),
-    ],
-)
-def test_stages_and_commands_have_the_numbers_of_the_league(
-    changes: dict[str, object], stage: int, command: int
-) -> None:
-    assert (league_stage(state(**changes)), league_command(state(**changes))) == (stage, command)
 
 
 def test_that_nothing_comes_is_told_once(make: type[Bench], caplog: pytest.LogCaptureFixture) -> None:
