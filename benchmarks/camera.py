@@ -20,11 +20,11 @@ from common import Stopwatch, arguments, median, quantile, show
 from vrg.geometry import wrap
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.hal.sim.world import World
+from vrg.localisation.camera import cv2
 from vrg.localisation.camera.detection import CELLS, TagDetector, tag_picture
 from vrg.localisation.camera.field import FieldView, Place, fitted
 from vrg.localisation.camera.lens import Lens
-from vrg.localisation.camera.opencv import cv2
-from vrg.localisation.camera.settings import NOISE
+from vrg.localisation.camera.source import NOISE
 from vrg.types import Pose, Twist
 
 FIELD = (4.0, 2.2)

@@ -13,8 +13,7 @@ from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.hal.sim.world import World
 from vrg.localisation.estimator import Estimator, Verdict
 from vrg.localisation.motion import motion_noise
-from vrg.localisation.sim.fixes import SimulatedFixes
-from vrg.localisation.sim.settings import SimSettings
+from vrg.localisation.sim import SimSettings, SimulatedFixes
 from vrg.types import Pose, Twist
 
 APART = 40.0

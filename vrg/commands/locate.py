@@ -42,7 +42,7 @@ def tags(
     from vrg.config.loading import match_path, read_match  # physics and all is for who reads matches
     from vrg.hal.location import FUSION
     from vrg.localisation.camera.detection import CELLS, tag_cells
-    from vrg.localisation.camera.settings import CameraSettings
+    from vrg.localisation.camera.source import CameraSettings
     from vrg.localisation.source import read_source
     from vrg.ui.printed import PrintedTag, largest_tag, tag_sheets
 
@@ -88,7 +88,7 @@ def board(
     output: Annotated[Path, typer.Option("--output", "-o", help="The PDF file to write.")] = BOARD,
 ) -> None:
     """Print the board that a lens is calibrated with: a PDF of one A4 page. Glue it onto something flat."""
-    from vrg.localisation.camera.board import Board, board_picture
+    from vrg.localisation.camera.lens import Board, board_picture
     from vrg.ui.printed import board_sheet
 
     wanted = Board()
@@ -118,7 +118,7 @@ def show(
     from vrg.localisation.camera.calibration import load_camera
     from vrg.localisation.camera.detection import grey_of
     from vrg.localisation.camera.drawing import drawn, encoded, words_of
-    from vrg.localisation.camera.settings import NOISE
+    from vrg.localisation.camera.source import NOISE
 
     view, size, floor = None, None, set[int]()
     if calibration is not None:

@@ -33,9 +33,9 @@ def lens(
 
     A place in the file is lost, as it was measured with another lens.
     """
-    from vrg.localisation.camera.board import Board, calibrated, find_board
     from vrg.localisation.camera.calibration import CameraFile, LensTable, camera_text
     from vrg.localisation.camera.detection import grey_of
+    from vrg.localisation.camera.lens import Board, calibrated, find_board
     from vrg.localisation.camera.readers import read_picture
 
     wanted = Board() if chessboard is None else Board(*chessboard, marker=None)

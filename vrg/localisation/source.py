@@ -245,7 +245,7 @@ SOURCES: Registry[type[Source]] = Registry(
     "source of fixes",
     "vrg.localisation",
     {
-        "sim": "vrg.localisation.sim.source:SimSource",
+        "sim": "vrg.localisation.sim:SimSource",
         "ssl": "vrg.localisation.ssl.source:SslSource",
         "camera": "vrg.localisation.camera.source:CameraSource",
         "mocap": "vrg.localisation.mocap.source:MocapSource",

@@ -5,11 +5,10 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-from vrg.localisation.camera.board import Board, board_picture
+from vrg.localisation.camera import cv2
 from vrg.localisation.camera.detection import CELLS, tag_picture
 from vrg.localisation.camera.field import FieldView, Place
-from vrg.localisation.camera.lens import Lens
-from vrg.localisation.camera.opencv import cv2
+from vrg.localisation.camera.lens import Board, Lens, board_picture
 from vrg.types import Pose
 
 SIZE = (1280, 720)

@@ -10,9 +10,8 @@ import pytest
 from tests.system.harness import wait_until
 from vrg.errors import ConfigError
 from vrg.localisation import stream
-from vrg.localisation.camera import capture
+from vrg.localisation.camera import capture, cv2
 from vrg.localisation.camera.capture import PictureStream, TagStream
-from vrg.localisation.camera.opencv import cv2
 from vrg.localisation.camera.readers import Frame, Reader, VideoReader, Wanted, open_reader, read_picture
 
 

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.localisation.camera.scenes import LENS, SIZE, boards_held_up
-from vrg.localisation.camera.board import Board, BoardView, board_picture, calibrated, find_board
-from vrg.localisation.camera.lens import Lens
+from vrg.localisation.camera.lens import Board, BoardView, Lens, board_picture, calibrated, find_board
 
 BOARD = Board()
 

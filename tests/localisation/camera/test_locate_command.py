@@ -12,10 +12,10 @@ from tests.command_line import invoke
 from tests.localisation.camera.scenes import LENS, boards_held_up, looking, tags_on_field
 from vrg.errors import ConfigError
 from vrg.games import GAMES
-from vrg.localisation.camera.board import Board
+from vrg.localisation.camera import cv2
 from vrg.localisation.camera.calibration import CameraFile, LensTable, camera_text, load_camera
 from vrg.localisation.camera.field import FieldView
-from vrg.localisation.camera.opencv import cv2
+from vrg.localisation.camera.lens import Board
 from vrg.localisation.camera.readers import read_picture
 from vrg.types import Pose
 

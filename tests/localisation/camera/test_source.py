@@ -16,12 +16,12 @@ from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.errors import ConfigError
 from vrg.geometry import compose
+from vrg.localisation.camera import cv2
 from vrg.localisation.camera import source as module
 from vrg.localisation.camera.calibration import CameraFile, FloorTag, LensTable, PlaceTable, camera_text
 from vrg.localisation.camera.capture import Sighting
 from vrg.localisation.camera.detection import Tag
 from vrg.localisation.camera.field import FieldView
-from vrg.localisation.camera.opencv import cv2
 from vrg.localisation.camera.source import CameraSource
 from vrg.localisation.source import read_source
 from vrg.runs.keeping import keep

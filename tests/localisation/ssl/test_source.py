@@ -17,8 +17,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.errors import LaunchError
 from vrg.localisation.ssl.packets import Seen, SeenRobot
-from vrg.localisation.ssl.settings import SslSettings
-from vrg.localisation.ssl.source import SslSource
+from vrg.localisation.ssl.source import SslSettings, SslSource
 from vrg.types import Pose
 
 AHEAD = 1e6

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from msgspec import Struct
 
+from vrg.localisation.camera import cv2
 from vrg.localisation.camera.edges import refined
-from vrg.localisation.camera.opencv import cv2
 
 Floats = npt.NDArray[np.float64]
 Picture = npt.NDArray[np.uint8]

@@ -7,9 +7,9 @@ from typing import Final
 import numpy as np
 import numpy.typing as npt
 
+from vrg.localisation.camera import cv2
 from vrg.localisation.camera.detection import Tag
 from vrg.localisation.camera.field import FieldView, Located
-from vrg.localisation.camera.opencv import cv2
 
 Picture = npt.NDArray[np.uint8]
 Colour = tuple[int, int, int]

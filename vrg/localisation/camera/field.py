@@ -13,8 +13,8 @@ import numpy.typing as npt
 from msgspec import Struct
 
 from vrg.geometry import compose, inverse
+from vrg.localisation.camera import cv2
 from vrg.localisation.camera.lens import Lens
-from vrg.localisation.camera.opencv import cv2
 from vrg.types import Pose
 
 Floats = npt.NDArray[np.float64]

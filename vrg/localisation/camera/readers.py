@@ -11,7 +11,7 @@ from msgspec import Struct
 
 from vrg.errors import ConfigError
 from vrg.files import read_bytes
-from vrg.localisation.camera.opencv import cv2
+from vrg.localisation.camera import cv2
 
 _PLAUSIBLE: Final = 60.0
 """The age in s of a picture from which on its time cannot be by the clock that it should be by."""

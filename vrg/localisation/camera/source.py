@@ -1,13 +1,14 @@
-"""The node of a camera above the field."""
+"""The settings and the node of a camera above the field."""
 
 import math
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Final
+from typing import Annotated, Final
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix
@@ -15,12 +16,12 @@ from vrg.bus.topics import Keys
 from vrg.errors import ConfigError
 from vrg.localisation.camera.calibration import load_camera
 from vrg.localisation.camera.capture import Sighting, TagStream
-from vrg.localisation.camera.detection import Tag
+from vrg.localisation.camera.detection import NUMBERS, Prints, Tag
 from vrg.localisation.camera.field import robot_at
 from vrg.localisation.camera.readers import Reader, Wanted, open_reader
-from vrg.localisation.camera.settings import CameraSettings
 from vrg.localisation.source import RealSource, SourceContext
 from vrg.tables import Table
+from vrg.types import Pose
 
 _SIZE: Final = 0.2
 """The share by which a tag may appear larger or smaller than it was printed."""
@@ -35,6 +36,60 @@ _UNCHECKED: Final = 5.0
 _MIN_DEVIATIONS: Final = (0.005, math.radians(0.5))
 """The smallest standard deviations of a fix, m and rad, whatever the geometry: heights and times are not exact, and a
 robot at 0.7 m/s drives 7 mm in 10 ms."""
+NOISE: Final = 0.2
+"""The standard deviation of each coordinate of a corner of a tag, pixels, in a picture of a good webcam."""
+
+
+class RobotTag(Table):
+    """The tag of a robot, which lies flat on it.
+
+    Args:
+        number: which tag. height: of the tag above the floor, m.
+        x, y: where its middle is on the robot: ahead of the robot's centre and to its left, m.
+        heading: the direction of the tag's upper edge, degrees, counter-clockwise from straight ahead.
+        size: the length of its black square's sides, m; that of the source's table if missing.
+    """
+
+    number: Annotated[int, Field(ge=0, lt=NUMBERS)]
+    height: Annotated[float, Field(ge=0.0, le=10.0)]
+    x: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0
+    y: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0
+    heading: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0
+    size: Annotated[float, Field(gt=0.0, le=10.0)] | None = None
+
+    @property
+    def offset(self) -> Pose:
+        """The pose of the tag in the robot's frame."""
+        return Pose(self.x, self.y, math.radians(self.heading))
+
+
+class CameraSettings(Table):
+    """The table of a source of the kind `camera`.
+
+    Args:
+        camera: the index of a USB camera, its device such as /dev/video2, or a video file or a folder of pictures.
+        calibration: the file that the commands `vrg locate calibrate` have written, relative to the match file.
+        tags: those of the robots, by the robots' names.
+        size: the length of the sides of the tags' black squares, m. prints: whose prints the tags are.
+        rate: the most pictures in a second that are looked at.
+        noise: the standard deviation of each coordinate of a corner of a tag, pixels; see benchmarks/camera.py.
+    """
+
+    camera: int | str
+    calibration: str
+    tags: Annotated[dict[str, RobotTag], Field(min_length=1)]
+    size: Annotated[float, Field(gt=0.0, le=10.0)] = 0.15
+    prints: Prints = "opencv"
+    rate: Annotated[float, Field(gt=0.0, le=200.0)] = 15.0
+    noise: Annotated[float, Field(gt=0.0, le=10.0)] = NOISE
+
+    @model_validator(mode="after")
+    def _distinct(self) -> "CameraSettings":
+        owners: dict[int, str] = {}
+        for robot, tag in self.tags.items():
+            if (other := owners.setdefault(tag.number, robot)) != robot:
+                raise ValueError(f"expected a tag for each robot, got number {tag.number} for {other} and for {robot}")
+        return self
 
 
 class CameraSource(RealSource[Sighting]):

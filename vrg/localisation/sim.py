@@ -1,26 +1,115 @@
-"""The node of the simulated source."""
+"""The simulated source of fixes: the truth with noise, late, with gaps, and now and then under another robot's name."""
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from heapq import heappop, heappush
+from itertools import count
 
-from numpy.random import default_rng
+from numpy.random import Generator, default_rng
+from pydantic import Field
 
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Fix
-from vrg.bus.node import Tick
+from vrg.bus.node import TIME_TOLERANCE, Tick, due_index
 from vrg.bus.topics import Keys, name_in
-from vrg.geometry import along_arc, arc_between, compose, interpolate
+from vrg.geometry import along_arc, arc_between, compose, interpolate, wrap
 from vrg.localisation.motion import corrected, driven, motion_noise
-from vrg.localisation.sim.fixes import SimulatedFixes
-from vrg.localisation.sim.settings import Errors, SimSettings
 from vrg.localisation.source import Source, SourceContext
+from vrg.tables import Table
 from vrg.types import Pose
 
 _HISTORY_LENGTH = 50
 """The number of poses of an emulated robot that are kept."""
 _STANDS = 0.3
 """The time in s after which an emulated robot whose motion is not heard counts as standing."""
+
+
+class Errors(Table):
+    """The errors of the odometry of an emulated robot, as of a real one that was not calibrated.
+
+    Args:
+        way, turn: the shares by which its ways and its turns are longer than it measures.
+        bend: its turn on a metre straight ahead, degrees.
+    """
+
+    way: float = Field(0.0, ge=-0.5, le=0.5)
+    turn: float = Field(0.0, ge=-0.5, le=0.5)
+    bend: float = Field(0.0, ge=-45.0, le=45.0)
+
+
+class SimSettings(Table):
+    """The table of a source of the kind `sim`. The defaults are those of a webcam above a small field.
+
+    Args:
+        rate: the pictures in a second.
+        position: the standard deviation of x and of y, m. heading: that of the heading, degrees.
+        delay: the time from a picture to its fixes, s. jitter: the longest additional time, s.
+        dark: the match times from and to which nothing is seen, as when the light is off, s.
+        loss: the share of fixes that are lost. swaps: the share of pictures in which two robots have each other's name.
+        errors: what the odometry of emulated robots is off by, by the robot's name.
+    """
+
+    rate: float = Field(15.0, gt=0.0, le=100.0)
+    position: float = Field(0.01, gt=0.0, le=10.0)
+    heading: float = Field(1.0, gt=0.0, le=90.0)
+    delay: float = Field(0.1, ge=0.0, le=10.0)
+    jitter: float = Field(0.02, ge=0.0, le=10.0)
+    dark: tuple[tuple[float, float], ...] = ()
+    loss: float = Field(0.0, ge=0.0, le=1.0)
+    swaps: float = Field(0.0, ge=0.0, le=1.0)
+    errors: dict[str, Errors] = Field(default_factory=dict)
+
+
+class SimulatedFixes:
+    """The fixes of one simulated camera.
+
+    Args:
+        settings: how well it sees. rng: the source of all that is random.
+    """
+
+    def __init__(self, settings: SimSettings, rng: Generator) -> None:
+        self._settings = settings
+        self._rng = rng
+        self._due = -1
+        self._coming: list[tuple[float, int, float, tuple[Fix, ...]]] = []
+        """The pictures whose fixes have not arrived: a heap of arrival time, number, time and fixes."""
+        self._number = count()
+
+    def capture(self, time: float, poses: Mapping[str, Pose]) -> None:
+        """Take a picture of the robots, if one is due; to be called at least as often as pictures are taken.
+
+        Args:
+            time: s. poses: where the robots are.
+        """
+        due = due_index(time, 1.0 / self._settings.rate)
+        if due == self._due or not poses:
+            return
+        self._due = due
+        if any(begin <= time < end for begin, end in self._settings.dark):
+            return
+        s, rng, names = self._settings, self._rng, sorted(poses)
+        shown = dict(zip(names, names, strict=True))
+        if len(names) > 1 and rng.random() < s.swaps:
+            one, other = rng.choice(len(names), 2, replace=False).tolist()
+            shown |= {names[one]: names[other], names[other]: names[one]}
+        fixes, heading = [], math.radians(s.heading)
+        for name in names:
+            (dx, dy, turn), lost = rng.standard_normal(3).tolist(), rng.random() < s.loss
+            pose = poses[shown[name]]
+            seen = Pose(pose.x + s.position * dx, pose.y + s.position * dy, wrap(pose.theta + heading * turn))
+            if not lost:
+                fixes.append(Fix(name, seen, s.position, heading))
+        arrival = time + s.delay + s.jitter * rng.random()
+        heappush(self._coming, (arrival, next(self._number), time, tuple(fixes)))
+
+    def arrived(self, now: float) -> list[tuple[float, tuple[Fix, ...]]]:
+        """The fixes of each picture that have arrived by now, with the time of the picture, s; each comes once."""
+        found = []
+        while self._coming and self._coming[0][0] <= now + TIME_TOLERANCE:
+            *_, time, fixes = heappop(self._coming)
+            found.append((time, fixes))
+        return found
 
 
 class SimSource(Source):
