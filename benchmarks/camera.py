@@ -8,6 +8,7 @@ the tags in a picture and to locate them, on one picture after the other.
 """
 
 import math
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -17,11 +18,14 @@ import numpy.typing as npt
 import pybullet
 from common import Stopwatch, arguments, median, quantile, show
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from tests.localisation.camera.scenes import tag_picture
 from vrg.geometry import wrap
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.hal.sim.world import World
 from vrg.localisation.camera import cv2
-from vrg.localisation.camera.detection import CELLS, TagDetector, tag_picture
+from vrg.localisation.camera.detection import CELLS, TagDetector
 from vrg.localisation.camera.field import FieldView, Place, fitted
 from vrg.localisation.camera.lens import Lens
 from vrg.localisation.camera.source import NOISE

@@ -274,7 +274,7 @@ BUDGETS = {
     "runs": 1_720,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_620,  # vrg.compare; the figures of a picture
-    "ros": 1_410,
+    "ros": 1_390,
     "testing": 1_340,
     "faults": 1_300,
     "agents": 1_240,

@@ -13,12 +13,12 @@ from msgspec import structs
 
 from tests.hal.omni import OMNI
 from tests.ui import synthetic
-from vrg.agents.ros import RosDriven
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys, Topic
+from vrg.games.practice.player import RosDriven
 from vrg.hal.models import robot_model
 from vrg.hal.sensors.battery import Battery
 from vrg.hal.sensors.gps import Gps

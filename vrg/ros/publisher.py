@@ -12,7 +12,7 @@ import logging
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import ClassVar, Final, Protocol
+from typing import TYPE_CHECKING, ClassVar, Final
 
 import msgspec
 
@@ -34,6 +34,9 @@ from vrg.ros import messages as ros
 from vrg.ros.wire import ros_name
 from vrg.types import Pose
 
+if TYPE_CHECKING:
+    from vrg.ros.graph import RosNode
+
 log = logging.getLogger(__name__)
 
 REPUBLISH_PERIOD: Final = 2.0
@@ -53,28 +56,12 @@ SHOWN: Final[Mapping[str, tuple[str, str]]] = {
 """The kinds of sensors that ROS has messages for: the topic and the type of each."""
 
 
-class Outlet(Protocol):
-    """The part of `vrg.ros.graph.RosNode` by which messages are published. Nothing of it waits."""
-
-    def advertise(self, topic: str, of: str, lasting: bool = False) -> object:
-        """Show that a topic is published."""
-
-    def publish(self, topic: str, of: str, message: ros.Fields, lasting: bool = False) -> None:
-        """Publish a message."""
-
-    def wanted(self, topic: str, of: str) -> bool:
-        """True if anybody subscribes to a topic, which does not last."""
-
-    def offer(self, topic: str, of: str, make: Callable[[], Sequence[ros.Fields]]) -> None:
-        """Publish what `make` returns, if anybody subscribes to it."""
-
-
 class RosPublisher(Node):
     """Publishes a match.
 
     Args:
         name: of the node. mailbox: its mailbox. keys: the keys of the match. namespace: such as `/courtyard`.
-        outlet: publishes messages.
+        node: the node of the graph that publishes messages.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
         driven: of each player that ROS drives, what returns the newest command (geometry_msgs/Twist) that has come for
             it since the last call; None if none has.
@@ -88,7 +75,7 @@ class RosPublisher(Node):
         mailbox: Mailbox,
         keys: Keys,
         namespace: str,
-        outlet: Outlet,
+        node: "RosNode",
         *,
         robots: Mapping[str, RobotModel],
         obstacles: Sequence[Region] = (),
@@ -97,7 +84,7 @@ class RosPublisher(Node):
         super().__init__(name, mailbox, PERIOD)
         self._driven = driven
         self._manual = {robot: keys.manual(robot) for robot in driven}
-        self._namespace, self._outlet, self._robots, self._obstacles = namespace, outlet, robots, tuple(obstacles)
+        self._namespace, self._node, self._robots, self._obstacles = namespace, node, robots, tuple(obstacles)
         self._clock = mailbox.subscribe(keys.clock)
         self._poses = mailbox.subscribe(keys.poses)
         self._states = mailbox.subscribe(keys.referee_state)
@@ -131,18 +118,18 @@ class RosPublisher(Node):
             self._publish_lasting(tick.time, state.body)
         for poses in self._poses.take():
             self._publish_poses(poses.stamp, poses.body)
-        wanted = [key for key, topic in self._topics.items() if self._outlet.wanted(*topic)]
+        wanted = [key for key, topic in self._topics.items() if self._node.wanted(*topic)]
         for inlet in self._readings:
             inlet.only(wanted)
             for reading in inlet.take():
                 make = partial(_measured, reading.stamp, *self._sensors[reading.key], reading.body)
-                self._outlet.offer(*self._topics[reading.key], make)
+                self._node.offer(*self._topics[reading.key], make)
         if state is not None and self._states.take():
             self._offer("referee/state", "std_msgs/String", lambda: _json(state.body))
             if state.body.objects:
                 self._publish_markers(ros.things(state.stamp, self._placed(state.body), self._colour))
         for call in self._calls.take():
-            self._outlet.publish(self._full("referee/calls"), "std_msgs/String", _json(call.body))
+            self._node.publish(self._full("referee/calls"), "std_msgs/String", _json(call.body))
             if call.body.poses:
                 note = ros.note(call.stamp, call.body.number, call.body.text, call.body.poses[0], CALL_SHOWN)
                 self._publish_markers([note])
@@ -156,19 +143,19 @@ class RosPublisher(Node):
 
     def _advertise(self) -> None:
         """Show every topic before its first message, so that subscribers get that, too."""
-        self._outlet.advertise("/clock", "rosgraph_msgs/Clock")
-        self._outlet.advertise("/tf", "tf2_msgs/TFMessage")
+        self._node.advertise("/clock", "rosgraph_msgs/Clock")
+        self._node.advertise("/tf", "tf2_msgs/TFMessage")
         for topic in ("referee/state", "referee/calls"):
-            self._outlet.advertise(self._full(topic), "std_msgs/String")
+            self._node.advertise(self._full(topic), "std_msgs/String")
         for robot in self._robots:
-            self._outlet.advertise(self._full(f"{ros_name(robot)}/odom"), "nav_msgs/Odometry")
-            self._outlet.advertise(self._full(f"{ros_name(robot)}/pose"), "geometry_msgs/PoseStamped")
+            self._node.advertise(self._full(f"{ros_name(robot)}/odom"), "nav_msgs/Odometry")
+            self._node.advertise(self._full(f"{ros_name(robot)}/pose"), "geometry_msgs/PoseStamped")
         for topic, of in self._topics.values():
-            self._outlet.advertise(topic, of)
+            self._node.advertise(topic, of)
 
     def _offer(self, topic: str, of: str, make: Callable[[], ros.Fields]) -> None:
         """Publish one message on a topic of the match, or on any with a leading slash, if anybody subscribes to it."""
-        self._outlet.offer(self._full(topic), of, lambda: [make()])
+        self._node.offer(self._full(topic), of, lambda: [make()])
 
     def _full(self, topic: str) -> str:
         return topic if topic.startswith("/") else f"{self._namespace}/{topic}"
@@ -190,7 +177,7 @@ class RosPublisher(Node):
 
     def _publish_markers(self, markers: list[ros.Fields]) -> None:
         topic = self._full("markers")
-        self._outlet.publish(topic, "visualization_msgs/MarkerArray", {"markers": markers}, lasting=True)
+        self._node.publish(topic, "visualization_msgs/MarkerArray", {"markers": markers}, lasting=True)
 
     def _publish_lasting(self, now: float, state: RefereeState) -> None:
         """Publish what those need who come later. It is made anew only if the zones have changed."""
@@ -199,7 +186,7 @@ class RosPublisher(Node):
             self._game = UNKNOWN_GAME if not state.game else game_of(state.game)
             self._lasting = list(self._made(now, state))
         for topic, of, message in self._lasting:
-            self._outlet.publish(self._full(topic), of, message, lasting=True)
+            self._node.publish(self._full(topic), of, message, lasting=True)
 
     def _made(self, now: float, state: RefereeState) -> Iterator[tuple[str, str, ros.Fields]]:
         """The topic, the type and the message of each topic that lasts."""

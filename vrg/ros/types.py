@@ -32,10 +32,6 @@ FIELDS: Final[dict[str, dict[str, str]]] = {
         "pose": "geometry_msgs/Pose",
         "covariance": "float64[36]",
     },
-    "geometry_msgs/PoseWithCovarianceStamped": {
-        "header": "std_msgs/Header",
-        "pose": "geometry_msgs/PoseWithCovariance",
-    },
     "geometry_msgs/Quaternion": {
         "x": "float64",
         "y": "float64",
@@ -111,15 +107,6 @@ FIELDS: Final[dict[str, dict[str, str]]] = {
         "header": "std_msgs/Header",
         "format": "string",
         "data": "uint8[]",
-    },
-    "sensor_msgs/Imu": {
-        "header": "std_msgs/Header",
-        "orientation": "geometry_msgs/Quaternion",
-        "orientation_covariance": "float64[9]",
-        "angular_velocity": "geometry_msgs/Vector3",
-        "angular_velocity_covariance": "float64[9]",
-        "linear_acceleration": "geometry_msgs/Vector3",
-        "linear_acceleration_covariance": "float64[9]",
     },
     "sensor_msgs/LaserScan": {
         "header": "std_msgs/Header",
@@ -208,14 +195,12 @@ FIELDS: Final[dict[str, dict[str, str]]] = {
 
 HASHES: Final[dict[str, str]] = {
     "geometry_msgs/PoseStamped": "10f3786d7d40fd2b54367835614bff85d4ad3b5dab62bf8bca0cc232d73b4cd8",
-    "geometry_msgs/PoseWithCovarianceStamped": "26432f9803e43727d3c8f668d1fdb3c630f548af631e2f4e31382371bfea3b6e",
     "geometry_msgs/Twist": "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
     "geometry_msgs/TwistStamped": "5f0fcd4f81d5d06ad9b4c4c63e3ea51b82d6ae4d0558f1d475229b1121db6f64",
     "nav_msgs/OccupancyGrid": "8d348150c12913a31ee0ec170fbf25089e4745d17035792a1ba94d6f0bc0cfc7",
     "nav_msgs/Odometry": "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
     "rosgraph_msgs/Clock": "692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
     "sensor_msgs/BatteryState": "4bee5dfce981c98faa6828b868307a0a73f992ed0789f374ee96c8f840e69741",
-    "sensor_msgs/Imu": "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
     "sensor_msgs/LaserScan": "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
     "sensor_msgs/NavSatFix": "62223ab3fe210a15976021da7afddc9e200dc9ec75231c1b6a557fc598a65404",
     "sensor_msgs/Range": "b42b62562e93cbfe9d42b82fe5994dfa3d63d7d5c90a317981703f7388adff3a",

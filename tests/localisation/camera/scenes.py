@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.localisation.camera import cv2
-from vrg.localisation.camera.detection import CELLS, tag_picture
+from vrg.localisation.camera.detection import CELLS, Picture, tag_cells
 from vrg.localisation.camera.field import FieldView, Place
 from vrg.localisation.camera.lens import Board, Lens, board_picture
 from vrg.types import Pose
@@ -20,6 +20,12 @@ LENS = Lens(
     SIZE,
 )
 """A webcam whose pictures bulge, so that its corners are off by some 40 pixels."""
+
+
+def tag_picture(number: int, cell: int) -> Picture:
+    """A tag with the white around it, `cell` pixels for each of its CELLS + 2 cells along a side."""
+    cells = np.pad(~tag_cells(number), 1, constant_values=True)
+    return np.kron(cells, np.ones((cell, cell), dtype=np.bool_)).astype(np.uint8) * np.uint8(255)
 
 
 _known: dict[int, npt.NDArray[np.float64]] = {}

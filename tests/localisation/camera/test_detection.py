@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from tests.localisation.camera.scenes import LENS, looking, sheet_at, tags_on_field
-from vrg.localisation.camera.detection import CELLS, NUMBERS, Tag, TagDetector, grey_of, tag_cells, tag_picture
+from tests.localisation.camera.scenes import LENS, looking, sheet_at, tag_picture, tags_on_field
+from vrg.localisation.camera.detection import CELLS, NUMBERS, Tag, TagDetector, grey_of, tag_cells
 from vrg.localisation.camera.field import FieldView
 from vrg.types import Pose
 
@@ -109,7 +109,7 @@ def test_the_middle_of_a_tag_is_where_its_diagonals_meet() -> None:
 @pytest.mark.parametrize("number", [-1, NUMBERS])
 def test_a_tag_that_is_not_in_the_family_is_refused(number: int) -> None:
     with pytest.raises(ValueError, match="from 0 to 586"):
-        tag_picture(number, 4)
+        tag_cells(number)
 
 
 def test_colours_become_grey() -> None:

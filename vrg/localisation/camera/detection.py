@@ -107,16 +107,6 @@ def tag_cells(number: int) -> npt.NDArray[np.bool_]:
     return cells
 
 
-def tag_picture(number: int, cell: int) -> Picture:
-    """A tag with the white around it, `cell` pixels for each of its CELLS + 2 cells along a side.
-
-    Raises:
-        ValueError: there is no such tag.
-    """
-    cells = np.pad(~tag_cells(number), 1, constant_values=True)
-    return np.kron(cells, np.ones((cell, cell), dtype=np.bool_)).astype(np.uint8) * np.uint8(255)
-
-
 def grey_of(picture: Picture) -> Picture:
     """A picture in grey, shape (rows, columns), of one that is grey or of the colours blue, green and red."""
     if picture.ndim == 2:
