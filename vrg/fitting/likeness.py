@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vrg.fitting.response import Fitted, Response, Run, followed
-from vrg.fitting.runs import Commands, Motions, held, unbroken
+from vrg.fitting.runs import Commands, Motions, asked_speeds, runs_of, unbroken
 from vrg.geometry import along_arc, arc_between, compose, interpolate
 from vrg.hal.models import RobotModel
 from vrg.localisation.motion import corrected
@@ -76,8 +76,7 @@ def spans_of(
     Args:
         model, commands, motions: as for `axis_runs`. poses: where it was, with match times, s, rising.
     """
-    train, radius = model.drivetrain, model.drivetrain.wheel_radius
-    asked = [(time, train.speeds(twist)) for time, twist in held(commands)]
+    asked = asked_speeds(model, commands)
     at = [time for time, _ in asked]
     found = []
     for part in unbroken(motions, 2.0 * model.v_max):
@@ -88,17 +87,8 @@ def spans_of(
             start, end = _at(poses, times[first]), _at(poses, times[last])
             if start is not None and end is not None and _moves(start, end):
                 begin = max(0, bisect_right(at, times[first] - 1.0) - 1)
-                first_speeds = train.speeds(part[first][2])
-                runs = [
-                    Run(
-                        [(time, speeds[axis] * radius) for time, speeds in asked[begin : bisect_left(at, times[last])]],
-                        times[first : last + 1],
-                        (),
-                        first_speeds[axis] * radius,
-                    )
-                    for axis in range(len(train.axes))
-                ]
-                found.append(Span(runs, start, end))
+                until = bisect_left(at, times[last])
+                found.append(Span(runs_of(model, asked[begin:until], part[first : last + 1]), start, end))
             first = last
     return found
 

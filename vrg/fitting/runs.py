@@ -1,7 +1,7 @@
 """The commands and the motion of the axes of a robot, from what was recorded of the robot."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 from vrg.fitting.response import Run
 from vrg.geometry import arc_between
@@ -18,6 +18,7 @@ SHORTEST = 1.0
 
 Commands = Sequence[tuple[float, Twist]]
 Motions = Sequence[tuple[float, Pose, Twist]]
+Speeds = Sequence[float]
 
 
 def held(commands: Commands) -> list[tuple[float, Twist]]:
@@ -49,6 +50,32 @@ def unbroken(motions: Motions, fastest: float) -> list[Motions]:
     return [part for part in parts if part and part[-1][0] - part[0][0] >= SHORTEST]
 
 
+def asked_speeds(model: RobotModel, commands: Commands) -> list[tuple[float, Speeds]]:
+    """The speeds that the axes of a robot were commanded, rad/s, each from its time on, s; see `held`."""
+    return [(time, model.drivetrain.speeds(twist)) for time, twist in held(commands)]
+
+
+def runs_of(model: RobotModel, asked: Sequence[tuple[float, Speeds]], part: Motions) -> list[Run]:
+    """The run of each axis of a robot in a part of its motion without a break.
+
+    Args:
+        asked: as from `asked_speeds`.
+    """
+    train, radius = model.drivetrain, model.drivetrain.wheel_radius
+    times = [time for time, _, _ in part]
+    ways = [train.speeds(arc_between(a, b)) for (_, a, _), (_, b, _) in pairwise(part)]
+    first = train.speeds(part[0][2])
+    return [
+        Run(
+            [(time, speeds[axis] * radius) for time, speeds in asked],
+            times,
+            list(accumulate((way[axis] * radius for way in ways), initial=0.0)),
+            first[axis] * radius,
+        )
+        for axis in range(len(train.axes))
+    ]
+
+
 def axis_runs(model: RobotModel, commands: Commands, motions: Motions) -> list[Run]:
     """The runs of each axis of a robot.
 
@@ -56,16 +83,5 @@ def axis_runs(model: RobotModel, commands: Commands, motions: Motions) -> list[R
         model: with the drivetrain by which its odometry was worked out.
         commands, motions: what it was commanded and what its odometry measured, with match times, s, rising.
     """
-    train, radius, runs = model.drivetrain, model.drivetrain.wheel_radius, []
-    speeds = [(time, train.speeds(twist)) for time, twist in held(commands)]
-    for part in unbroken(motions, 2.0 * model.v_max):
-        times = [time for time, _, _ in part]
-        ways = [train.speeds(arc_between(a, b)) for (_, a, _), (_, b, _) in pairwise(part)]
-        first = train.speeds(part[0][2])
-        for axis in range(len(train.axes)):
-            whole = [0.0]
-            for way in ways:
-                whole.append(whole[-1] + way[axis] * radius)
-            asked = [(time, all_[axis] * radius) for time, all_ in speeds]
-            runs.append(Run(asked, times, whole, first[axis] * radius))
-    return runs
+    asked = asked_speeds(model, commands)
+    return [run for part in unbroken(motions, 2.0 * model.v_max) for run in runs_of(model, asked, part)]

@@ -1,10 +1,11 @@
 """Packets as the vision and the trackers of the league send them."""
 
+import struct
 from collections.abc import Mapping
 from typing import Any
 
 from vrg.localisation.ssl.packets import TRACKER, WRAPPER, Seen
-from vrg.localisation.ssl.wire import _NUMBERS, Field, Kind, Layout
+from vrg.localisation.ssl.wire import Field, Kind, Layout
 
 
 def encode(values: Mapping[str, Any], layout: Layout) -> bytes:
@@ -21,7 +22,9 @@ def _encoded(number: int, field: Field, value: Any) -> bytes:
         data = encode(value, field.kind)
         return _varint(number << 3 | 2) + _varint(len(data)) + data
     head = _varint(number << 3 | field.kind.value)
-    return head + (_varint(value) if field.kind is Kind.UINT else _NUMBERS[field.kind].pack(value))
+    return head + (
+        _varint(value) if field.kind is Kind.UINT else struct.pack("<d" if field.kind is Kind.DOUBLE else "<f", value)
+    )
 
 
 def _varint(value: int) -> bytes:
