@@ -8,10 +8,10 @@ import pytest
 from tests.system.harness import wait_until
 from vrg.errors import ConfigError
 from vrg.localisation import stream as module
-from vrg.localisation.stream import Stream
+from vrg.localisation.stream import LiveStream
 
 
-class Numbers(Stream[int]):
+class Numbers(LiveStream[int]):
     """The numbers that a test puts into a queue. None ends them, and text is raised as an error."""
 
     def __init__(self) -> None:

@@ -21,7 +21,7 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
 from vrg.hal.models import RobotModel
 from vrg.hal.models.drivetrain import Drivetrain
-from vrg.localisation.stream import Item, Stream
+from vrg.localisation.stream import Item, LiveStream
 from vrg.registry import Registry
 from vrg.tables import Table
 from vrg.types import Pose
@@ -120,7 +120,7 @@ class RealSource(Source, Generic[Item]):
         context: SourceContext,
         mailbox: Mailbox,
         keys: Keys,
-        stream: Stream[Any],
+        stream: LiveStream[Any],
         marks: Mapping[Any, str],
         monotonic: Callable[[], float] = time.monotonic,
     ) -> None:
@@ -144,7 +144,7 @@ class RealSource(Source, Generic[Item]):
     def start(self) -> None:
         """Begin to capture."""
         if self._without:
-            self.warn("without", f"no {self.mark} is named of %s: nothing locates it here", ", ".join(self._without))
+            self.warn("without", f"no {self.mark} is named for %s: nothing locates it here", ", ".join(self._without))
         if self._strangers:
             self.warn("strangers", "no robot that is located here has the name %s", ", ".join(self._strangers))
         self._stream.start()

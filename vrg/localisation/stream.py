@@ -16,7 +16,7 @@ _ENDING: Final = 15.0
 Item = TypeVar("Item")
 
 
-class Stream(Generic[Item]):
+class LiveStream(Generic[Item]):
     """Keeps what comes in until it is taken. One that cannot be reached, or stops, is tried again every second.
 
     A subclass listens, and says in words what is wrong when nothing comes.

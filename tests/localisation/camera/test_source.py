@@ -173,7 +173,7 @@ def test_names_that_do_not_fit_together_are_told(
     bench = Bench(tmp_path, robots=("ann", "zoe"))
     bench.node.start()
     assert bench.watch.running
-    assert "no tag is named of zoe" in caplog.text
+    assert "no tag is named for zoe" in caplog.text
     assert "no robot that is located here has the name bob" in caplog.text
     bench.tick(5.0)
     bench.shows(seen(4, Pose(0.0, 0.0, 0.0), 0.2))

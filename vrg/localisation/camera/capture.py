@@ -17,7 +17,7 @@ from msgspec import Struct
 from vrg.errors import ConfigError
 from vrg.localisation.camera.detection import Prints, Tag, TagDetector, grey_of
 from vrg.localisation.camera.readers import Frame, Reader
-from vrg.localisation.stream import Stream
+from vrg.localisation.stream import LiveStream
 
 log = logging.getLogger(__name__)
 
@@ -28,7 +28,7 @@ _QUEUE_LENGTH: Final = 50
 _PATIENCE: Final = 0.1
 
 
-class PictureStream(Stream[Frame]):
+class PictureStream(LiveStream[Frame]):
     """The newest picture of a camera or a file.
 
     Of a camera no picture counts that is the same as the one before, bit for bit: a camera that works has noise.
@@ -85,7 +85,7 @@ class Sighting(Struct, frozen=True):
     size: tuple[int, int]
 
 
-class TagStream(Stream[Sighting]):
+class TagStream(LiveStream[Sighting]):
     """The tags in the newest pictures.
 
     Args:

@@ -11,7 +11,7 @@ from typing import Final
 import msgspec
 
 from vrg.localisation.mocap.frames import Frame, Request, Trouble, read
-from vrg.localisation.stream import Stream
+from vrg.localisation.stream import LiveStream
 from vrg.system import POSIX
 
 SILENCE: Final = 3.0
@@ -23,7 +23,7 @@ _QUEUE_LENGTH: Final = 512
 """The number of frames that wait for a node that does not tick."""
 
 
-class FrameStream(Stream[Frame]):
+class FrameStream(LiveStream[Frame]):
     """The frames of a capture system.
 
     Args:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import Final, NamedTuple
 
 from vrg.errors import LaunchError
-from vrg.localisation.stream import Stream
+from vrg.localisation.stream import LiveStream
 
 MAX_PACKET_SIZE: Final = 65_535
 """The number of bytes of the longest packet of UDP."""
@@ -32,7 +32,7 @@ class Packet(NamedTuple):
     data: bytes
 
 
-class PacketStream(Stream[Packet]):
+class PacketStream(LiveStream[Packet]):
     """The packets that are sent to an address.
 
     Args:
