@@ -12,6 +12,7 @@ from vrg.errors import ConfigError
 from vrg.localisation import stream
 from vrg.localisation.camera import capture, cv2
 from vrg.localisation.camera.capture import PictureStream, TagStream
+from vrg.localisation.camera.detection import Tag
 from vrg.localisation.camera.readers import Frame, Reader, VideoReader, Wanted, open_reader, read_picture
 
 
@@ -198,3 +199,24 @@ def test_no_more_pictures_are_looked_at_than_wanted(rate: float, expected: int) 
     rng = np.random.default_rng(1)
     due = [watch._is_due(Frame(np.zeros((2, 2), np.uint8), n / 30 + rng.uniform(0, 0.01))) for n in range(300)]
     assert sum(due) == pytest.approx(10 * expected, abs=8)
+
+
+def test_of_the_pictures_that_come_while_tags_are_looked_for_only_the_newest_counts() -> None:
+    fake = Fake()
+    looked: list[int] = []
+
+    class Slow:
+        """Takes as long as five pictures."""
+
+        def detect(self, grey: np.ndarray) -> list[Tag]:
+            looked.append(int(grey[0, 0]))
+            before = fake.taken
+            wait_until(lambda: fake.taken >= before + 5, "pictures")
+            return []
+
+    reading = TagStream(lambda: fake, 200.0)
+    reading._detector = Slow()  # type: ignore[assignment]
+    reading.start()
+    wait_until(lambda: len(looked) >= 4, "some pictures that were looked at")
+    reading.close()
+    assert min(np.diff(looked)) >= 4, "the last one may be on its way"
