@@ -57,7 +57,7 @@ def test_the_forms_are_those_of_the_middleware() -> None:
         "@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MP/%/%/talker/%chatter/std_msgs::msg::dds_::String_/"
         f"{hashed}/::,7:,:,:,,"
     )
-    assert Qos(reliable=False, depth=5).chunk == "2::,5:,:,:,,"
+    assert Qos(depth=5).chunk == "::,5:,:,:,,"
     assert Qos(transient=True, depth=1).chunk == ":1:,1:,:,:,,"
 
 

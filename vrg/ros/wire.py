@@ -25,17 +25,15 @@ class Kind(enum.StrEnum):
 
 @dataclass(frozen=True)
 class Qos:
-    """The quality of service of an endpoint, as the graph shows it: reliable or not, how many messages are kept."""
+    """The quality of service of an endpoint, as the graph shows it: reliable, and how many messages are kept."""
 
-    reliable: bool = True
     transient: bool = False
     depth: int = 10
 
     @property
     def chunk(self) -> str:
         """Its chunk in a token; what is left empty is the default."""
-        reliability, durability = "" if self.reliable else "2", "1" if self.transient else ""
-        return f"{reliability}:{durability}:,{self.depth}:,:,:,,"
+        return f":{'1' if self.transient else ''}:,{self.depth}:,:,:,,"
 
 
 @dataclass(frozen=True)
