@@ -260,24 +260,24 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 9_280,
-    "commands": 4_290,
+    "commands": 4_250,
     "hal/can": 4_110,
     "launch": 3_960,  # with the window of a commander, which a command made
     "games": 4_020,  # with the look of what lies on a field
     "learning": 3_450,
-    "bus": 2_750,
-    "hal/sim": 2_580,
-    "localisation": 2_710,
+    "bus": 2_550,
+    "hal/sim": 2_570,
+    "localisation": 2_270,
     "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these
     "hal/can/workshop": 2_380,  # with what listens to a bus for a person; emulated drives, their objects and processes
     "coordinator": 2_050,
     "runs": 1_720,  # with what a replay shows and takes up, what differs between runs, and what robots were like
-    "hal": 1_530,  # the permission of robots, which the world uses too
-    "shared values": 1_620,  # vrg.compare; the figures of a picture
+    "hal": 1_520,  # the permission of robots, which the world uses too
+    "shared values": 1_630,  # vrg.compare; the figures of a picture
     "ros": 1_390,
     "testing": 1_340,
     "faults": 1_300,
-    "agents": 1_240,
+    "agents": 1_230,
     "recording": 1_210,
     "playing": 1_170,
     "config": 910,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
