@@ -125,7 +125,6 @@ COMMANDS: Table = {
         "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
         "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
-        "fuzz": ("vrg.commands.fuzz:fuzz", "Play matches in which processes, links and disks fail, by seeds"),
         "node": (_nodes, "Run a single process: router, world, player ..."),
     },
 }
@@ -135,23 +134,40 @@ class Commands(TyperGroup):
     """A group of commands that are imported when they are asked for. Its help page needs none of them."""
 
     table: ClassVar[Table]
+    path: ClassVar[tuple[str, ...]] = ()
+    """The words that are typed for this group, without `vrg` itself."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """The names of the commands."""
-        return [name for listed in self.table.values() for name in listed]
+        """The names of the commands, those that other packages add among them."""
+        return [name for listed in self._whole().values() for name in listed]
+
+    def _whole(self) -> Table:
+        """The table with the commands that other packages add."""
+        from vrg.plugins import commands_below  # noqa: PLC0415 - to look them up takes time
+
+        whole = {heading: dict(listed) for heading, listed in self.table.items()}
+        for added in commands_below(self.path):
+            whole.setdefault(added.heading, {}).setdefault(added.path[-1], (added.target, added.about))
+        return whole
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """The command of this name, imported now; None if there is none."""
         if cmd_name not in self.commands:
-            entry = next((listed[cmd_name] for listed in self.table.values() if cmd_name in listed), None)
+            own = (listed[cmd_name] for listed in self.table.values() if cmd_name in listed)
+            added = (listed[cmd_name] for listed in self._whole().values() if cmd_name in listed)
+            entry = next(own, None) or next(added, None)
             if entry is None:
                 return None
-            self.commands[cmd_name] = _command(cmd_name, *entry)
+            self.commands[cmd_name] = _command((*self.path, cmd_name), *entry)
         return self.commands[cmd_name]
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """The command that is asked for. If there is none, the message tells which may be meant, also in a group."""
         if self.get_command(ctx, args[0]) is None and args[0][:1] != "-":
+            from vrg.plugins import where_from  # noqa: PLC0415 - most commands are there
+
+            if wanted := where_from((*self.path, args[0])):
+                ctx.fail(f"'{ctx.command_path} {args[0]}' is a command that {wanted}")
             known = {name: name for name in self.list_commands(ctx)}
             for group, (entry, _) in (pair for listed in self.table.values() for pair in listed.items()):
                 what = entry() if callable(entry) else entry
@@ -174,7 +190,7 @@ class Commands(TyperGroup):
         """Write the help page: the commands below their headings, a line for each."""
         formatter.write(f"Usage: {ctx.command_path} COMMAND ...   (each has --help)\n")
         width = max(map(len, self.list_commands(ctx)))
-        for heading, listed in self.table.items():
+        for heading, listed in self._whole().items():
             formatter.write(f"\n{typer.style(heading, bold=True)}\n")
             for name, (_, about) in listed.items():
                 formatter.write(f"  {typer.style(name.ljust(width), fg='cyan')}  {about}\n")
@@ -182,11 +198,12 @@ class Commands(TyperGroup):
             formatter.write("Alone, vrg lets you choose a match. Also: --version, --install-completion.\n")
 
 
-def _command(name: str, what: Any, about: str) -> Any:
+def _command(path: tuple[str, ...], what: Any, about: str) -> Any:
     """Make a command, or a group, of the table."""
+    name = path[-1]
     found = load_object(what) if isinstance(what, str) else what() if callable(what) else what
     if isinstance(found, Mapping):
-        app = _group(found)
+        app = _group(found, path)
     elif isinstance(found, typer.Typer):
         app = found
     else:
@@ -199,8 +216,8 @@ def _command(name: str, what: Any, about: str) -> Any:
     return typer.main.get_command(app)
 
 
-def _group(table: Table) -> typer.Typer:
-    app = typer.Typer(cls=type("Group", (Commands,), {"table": table}), pretty_exceptions_enable=False)
+def _group(table: Table, path: tuple[str, ...] = ()) -> typer.Typer:
+    app = typer.Typer(cls=type("Group", (Commands,), {"table": table, "path": path}), pretty_exceptions_enable=False)
     app.callback()(lambda: None)
     return app
 

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
+OFFERED: Mapping[str, Mapping[str, str]] = {
+    "vrg.commands": {"fuzz": "vrg-faults"},
+}
+"""The plug-ins of VRG that add a name, by the group of its entry point: what is missing is refused with one of them."""
+
 
 class Registry(Generic[T]):
     """One table of names.
@@ -81,7 +86,9 @@ class Registry(Generic[T]):
 
     def expected(self, name: str) -> str:
         """The names that were expected in place of this one, with a guess at the one that was meant."""
-        return expected_one_of(self.names(), name) + (f"; or {self._besides}" if self._besides else "")
+        wanted = installed_by(self.group, name)
+        words = expected_one_of(self.names(), name) if wanted is None else f"got {name!r}, which {wanted}"
+        return words + (f"; or {self._besides}" if self._besides and wanted is None else "")
 
     def known(self, name: str) -> str:
         """Return the name if it is in the table.
@@ -116,6 +123,12 @@ class Registry(Generic[T]):
 
     def _plugins(self) -> "dict[str, EntryPoint]":
         return plugins(self.group)
+
+
+def installed_by(group: str, name: str) -> str | None:
+    """How to get what a plug-in of VRG adds to a group, as the end of a sentence; None where none adds this name."""
+    package = OFFERED.get(group, {}).get(name)
+    return None if package is None else f"the package {package} adds: pip install {package}"
 
 
 def subclass_of(base: type) -> Callable[[object], str | None]:

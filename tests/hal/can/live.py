@@ -4,12 +4,12 @@ import random
 import threading
 from collections.abc import Sequence
 
+from tests.hal.can.bench import OPTIONS
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.run import run_drives
 from vrg.hal.clock import REAL_CLOCK
-from vrg.testing.can_faults.robot import OPTIONS
 
 PATIENCE = 60.0
 """s of real time for a condition that a test waits for."""

@@ -11,13 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.hal.can.bench import NODES, STEP, DeviceBench, Drives, Lab
+from tests.hal.can.bench import NODES, RATIO, STEP, DeviceBench, Drives, Lab
 from tests.hal.can.handling import armed, drive_on, driving, notices, recovers, wait
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind
 from vrg.hal.models import robot_model
-from vrg.testing.can_faults.robot import RATIO
 from vrg.types import STILL, Twist
 
 STANDS = 0.5

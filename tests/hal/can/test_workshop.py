@@ -5,8 +5,7 @@ import sys
 
 import pytest
 
-from tests.hal.can.bench import NODES
-from vrg.testing.can_faults.robot import OPTIONS
+from tests.hal.can.bench import NODES, OPTIONS
 
 DRIVE = """
 import sys

@@ -1,7 +1,7 @@
 """Seeded sequences of faults on a CAN bus: after each, the motors stand within a bound, or the fault is reported.
 
-    python -m vrg.testing.can_faults --sequences 1000            # of every protocol, from seed 0 on
-    python -m vrg.testing.can_faults --protocol moteus --seed 7  # one life again, printed step by step
+    vrg fuzz --protocol all --games 200                # of every protocol, from seed 0 on
+    vrg fuzz --protocol moteus --seed 7 --games 1      # one life again, printed step by step
 
 A seed is the life of one robot with two emulated drives on a simulated bus, and EPISODES sequences of faults in it. In
 an episode it is under way, up to three things go wrong at once, then nothing does any more, its player falls silent,

@@ -12,10 +12,10 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.simulation import Simulation
-from vrg.testing.can_faults.faults import Faults
-from vrg.testing.can_faults.judge import STOP_TIMEOUT, TURNING_SPEED, Judge, WrongError
-from vrg.testing.can_faults.robot import KEYS, LINK, NODE_IDS, OPTIONS, OTHER, Robot
 from vrg.types import STILL, Twist
+from vrg_faults.robot.faults import Faults
+from vrg_faults.robot.judge import STOP_TIMEOUT, TURNING_SPEED, Judge, WrongError
+from vrg_faults.robot.robot import KEYS, LINK, NODE_IDS, OPTIONS, OTHER, Robot
 
 EPISODES = 5
 """Sequences of faults in one life."""
@@ -275,8 +275,3 @@ class Life:
             return
         self._note("an emergency stop")
         self._robot.hear(KEYS.estop, Estop(by="fuzzer"))
-
-
-def live(case: tuple[str, int]) -> Counterexample | None:
-    """Live the life of a protocol and a seed; what is found, if anything."""
-    return Life(*case).run()

@@ -1,7 +1,7 @@
 """A simulated bus: a router, and lines to it that are slow, lossy or cut.
 
 A cut is noticed when zenoh's lease is over: what was sent meanwhile comes late where the cut was shorter, and else is
-lost; see `vrg.faults.session`. No time passes here but that of the clock, and all chance comes from streams of the
+lost; see `vrg_faults.session`. No time passes here but that of the clock, and all chance comes from streams of the
 lines' own.
 """
 
@@ -14,7 +14,7 @@ from vrg.bus.topics import Qos
 from vrg.hal.simulated_clock import SimulatedClock
 
 if TYPE_CHECKING:
-    from vrg.faults.session import SimulatedSession
+    from vrg_faults.session import SimulatedSession
 
 LATENCY: Final = (0.0002, 0.002)
 """The least and the most time in s that a message takes over a good line."""

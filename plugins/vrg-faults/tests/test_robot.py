@@ -1,13 +1,14 @@
-"""Seeded sequences of faults; `python -m vrg.testing.can_faults` has as many as one likes."""
+"""The lives of single robots by seeds; `vrg fuzz --protocol all` plays as many as one likes."""
 
 import pytest
 
+from tests.command_line import invoke
 from vrg.hal.can import guard
 from vrg.hal.can.base import DriveBase
 from vrg.hal.can.guard import Guard
 from vrg.hal.can.machine import StateMachine
-from vrg.testing.can_faults.__main__ import main
-from vrg.testing.can_faults.life import Life, live
+from vrg_faults.command import lived
+from vrg_faults.robot.life import Counterexample, Life
 
 PROTOCOLS = ("odrive", "cia402", "moteus", "vesc")
 LIVES = 2
@@ -18,8 +19,8 @@ SEARCHED = 40
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 def test_motors_stand_or_the_fault_is_reported(protocol: str) -> None:
-    findings = [live((protocol, seed)) for seed in range(LIVES)]
-    assert not any(findings), "\n".join(str(finding) for finding in findings if finding is not None)
+    findings = [line for seed in range(LIVES) for line in lived(protocol, seed)]
+    assert not findings, "\n".join(findings)
 
 
 def test_a_seed_is_the_same_life_every_time() -> None:
@@ -49,16 +50,24 @@ def test_code_that_is_broken_is_found(
     monkeypatch: pytest.MonkeyPatch, where: object, name: str, instead: object
 ) -> None:
     monkeypatch.setattr(where, name, instead)
-    assert any(live(("moteus", seed)) for seed in range(SEARCHED))
+    assert any(lived("moteus", seed) for seed in range(SEARCHED))
 
 
-def test_what_is_found_is_one_line_and_can_be_told_again(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_is_found_is_one_line_and_can_be_played_again(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(StateMachine, "_estimate", lambda *_: None)
-    first = next(found for seed in range(SEARCHED) if (found := live(("moteus", seed))) is not None)
-    assert main(["--protocol", "moteus", "--seed", str(first.seed)]) == 1
-    printed = capsys.readouterr().out
-    assert str(first) in printed
-    assert f"--protocol moteus --seed {first.seed}: episode {first.episode}, at {first.time:.2f} s: " in printed
-    assert printed.count("\n") > 3, "a single life is told step by step"
+    lives = (Life("moteus", seed).run() for seed in range(SEARCHED))
+    first: Counterexample = next(found for found in lives if found is not None)
+    again = invoke("fuzz", "--protocol", "moteus", "--games", "1", "--seed", str(first.seed))
+    assert again.exit_code == 1
+    assert str(first) in again.output
+    assert f"--protocol moteus --seed {first.seed}: episode {first.episode}, at {first.time:.2f} s: " in again.output
+    assert again.output.count("\n    ") > 3, "a single life is told step by step"
+
+
+def test_the_command_plays_many_lives_and_refuses_what_makes_no_sense() -> None:
+    many = invoke("fuzz", "--protocol", "vesc", "--protocol", "odrive", "--games", "2")
+    assert many.exit_code == 0, many.output
+    assert "robots: 4, from seed 0 on; in 0 something did not hold" in many.output
+    for wrong in ([], ["sharks-and-minnows", "--protocol", "vesc"]):
+        assert "either a match or --protocol" in invoke("fuzz", *wrong).output
+    assert "did you mean 'vesc'?" in str(invoke("fuzz", "--protocol", "vesk").exception)

@@ -12,8 +12,8 @@ import msgspec
 import pytest
 
 import vrg.agents.player
-import vrg.faults.session
 import vrg.hal.permission
+import vrg_faults.session
 from tests.command_line import invoke
 from tests.tiny import TINY, TINY_CAN
 from vrg.agents import Action, View
@@ -30,10 +30,6 @@ from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal
 from vrg.coordinator.match import Checkpoint
 from vrg.coordinator.outcome import Effects
-from vrg.faults.checking import checked, problems_of, shortest
-from vrg.faults.disk import SimulatedJournal
-from vrg.faults.plan import EVERYONE, REFEREE, WORLD, Fault, FaultKind, Streams, drawn
-from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.device import Device
 from vrg.hal.estop import EstopOrders
@@ -45,6 +41,10 @@ from vrg.hal.sim.snapshot import WorldSnapshot
 from vrg.hal.sim.world import World
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Twist
+from vrg_faults.checking import checked, problems_of, shortest
+from vrg_faults.disk import SimulatedJournal
+from vrg_faults.plan import EVERYONE, REFEREE, WORLD, Fault, FaultKind, Streams, drawn
+from vrg_faults.simulation import SimulatedMatch
 
 RULES = ("passes = 1", "passes = 2\npass_limit = 8.0")
 MATCH = TINY.replace(*RULES)
@@ -289,7 +289,7 @@ def test_a_call_that_is_announced_before_its_line_is_on_disk_is_found(setup: Mat
 def test_a_call_that_a_thawed_process_does_not_publish_again_is_found(setup: MatchSetup) -> None:
     frozen_in_a_tick = [Fault(FaultKind.FREEZE, REFEREE, 8.25, 2.0, 1.0)]
     assert problems_of(setup, 0, frozen_in_a_tick, SECONDS) == []
-    with mock.patch.object(vrg.faults.session, "EVENT_LIFESPAN", 0.0):
+    with mock.patch.object(vrg_faults.session, "EVENT_LIFESPAN", 0.0):
         assert problems_of(setup, 0, frozen_in_a_tick, SECONDS)
 
 

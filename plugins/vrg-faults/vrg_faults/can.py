@@ -6,7 +6,6 @@ from random import Random
 from typing import Final, TypeVar
 
 from vrg.config.setup import MatchSetup
-from vrg.faults.plan import Fault, FaultKind
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.settings import can_settings
@@ -16,6 +15,7 @@ from vrg.hal.can.workshop.faults import FaultRequest
 from vrg.hal.can.workshop.simulation import Port, Simulation, Tamper, Wire
 from vrg.hal.clock import Clock
 from vrg.hal.simulated_clock import SimulatedClock, SimulatedTask
+from vrg_faults.plan import Fault, FaultKind
 
 T = TypeVar("T")
 

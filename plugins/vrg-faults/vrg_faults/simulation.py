@@ -1,8 +1,8 @@
 """A match of simulated processes on simulated time, in one thread: each has a session, a pace and faults of its own.
 
 The nodes, their pace (vrg.bus.pacing), the codec, what arrives (vrg.bus.arrivals) and the journal are those of a real
-match; simulated are the processes around them (vrg.faults.process), the bus (vrg.faults.network), the disk
-(vrg.faults.disk), clocks (vrg.faults.machine), and the time. A supervisor starts again what has ended, and an official
+match; simulated are the processes around them (vrg_faults.process), the bus (vrg_faults.network), the disk
+(vrg_faults.disk), clocks (vrg_faults.machine), and the time. A supervisor starts again what has ended, and an official
 resumes play when it is halted. The same seed gives the same match.
 """
 
@@ -15,12 +15,6 @@ from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
 from vrg.coordinator.journal import JournalHeader
 from vrg.errors import JournalError, RobotError
-from vrg.faults.disk import Disk, SimulatedJournal
-from vrg.faults.machine import simulated_walls
-from vrg.faults.network import Network
-from vrg.faults.observer import Observer
-from vrg.faults.plan import OF_CAN, RECORDER, REFEREE, WORLD, Fault, FaultKind, Streams
-from vrg.faults.process import RESTART, Process, WorldProcess
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.launch.nodes.player import player_node
 from vrg.launch.nodes.recorder import recorder_node
@@ -28,10 +22,16 @@ from vrg.launch.nodes.referee import coordinator_node
 from vrg.launch.nodes.world import world_node
 from vrg.playing.in_process import emulation
 from vrg.runs.run_folder import RunFolder
+from vrg_faults.disk import Disk, SimulatedJournal
+from vrg_faults.machine import simulated_walls
+from vrg_faults.network import Network
+from vrg_faults.observer import Observer
+from vrg_faults.plan import OF_CAN, RECORDER, REFEREE, WORLD, Fault, FaultKind, Streams
+from vrg_faults.process import RESTART, Process, WorldProcess
 
 if TYPE_CHECKING:
-    from vrg.faults.can import CanRobots
     from vrg.hal.can.workshop.simulation import Simulation
+    from vrg_faults.can import CanRobots
 
 LINGERS: Final = 1.0
 """The simulated real time in s for which a match goes on after its end, so that every node hears of it."""
@@ -218,6 +218,6 @@ class SimulatedMatch:
 
 
 def _can_robots(setup: MatchSetup, simulation: "Simulation", random: Random) -> "CanRobots":
-    from vrg.faults.can import CanRobots  # noqa: PLC0415 - most matches have no CAN buses
+    from vrg_faults.can import CanRobots  # noqa: PLC0415 - most matches have no CAN buses
 
     return CanRobots(setup, simulation, random)

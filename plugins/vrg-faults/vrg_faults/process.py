@@ -9,15 +9,15 @@ from vrg.bus.node import Node, Tick
 from vrg.bus.pacing import Pacer
 from vrg.bus.process import STALLED_PERIOD
 from vrg.bus.transport import turn
-from vrg.faults.machine import Machine
-from vrg.faults.session import SimulatedSession
 from vrg.hal.sim.node import WorldNode
 from vrg.hal.simulated_clock import SimulatedTask
 from vrg.launch.nodes.world import SNAPSHOT_PERIOD
+from vrg_faults.machine import Machine
+from vrg_faults.session import SimulatedSession
 
 if TYPE_CHECKING:
-    from vrg.faults.can import ProcessMedium
-    from vrg.faults.simulation import SimulatedMatch
+    from vrg_faults.can import ProcessMedium
+    from vrg_faults.simulation import SimulatedMatch
 
 RESTART: Final = 0.3
 """The simulated real time in s that a process needs to be started again after its fault."""
@@ -75,7 +75,7 @@ class Process:
             self._start()
         else:
             # Its drives are met while time passes.
-            from vrg.faults.can import ProcessMedium  # noqa: PLC0415 - most matches have no CAN buses
+            from vrg_faults.can import ProcessMedium  # noqa: PLC0415 - most matches have no CAN buses
 
             self._medium = ProcessMedium(simulation)
             self._starting = self._match.clock.spawn(self._start, f"start {self.name}")

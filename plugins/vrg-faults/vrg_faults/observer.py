@@ -18,11 +18,11 @@ from vrg.bus.messages import (
     Stage,
 )
 from vrg.bus.topics import name_in
-from vrg.faults.machine import Machine
-from vrg.faults.session import SimulatedSession
+from vrg_faults.machine import Machine
+from vrg_faults.session import SimulatedSession
 
 if TYPE_CHECKING:
-    from vrg.faults.simulation import SimulatedMatch
+    from vrg_faults.simulation import SimulatedMatch
 
 PATIENCE: Final = 2.0
 """The simulated real time in s of a halt after which the official recovers robots and resumes play."""

@@ -11,8 +11,8 @@ from vrg.hal.can.frame import EXTENDED_MASK, STANDARD_MASK, Frame, fd_size
 from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest
 from vrg.hal.can.workshop.simulation import Simulation, Tamper
-from vrg.testing.can_faults.judge import STOP_TIMEOUT
-from vrg.testing.can_faults.robot import LINK
+from vrg_faults.robot.judge import STOP_TIMEOUT
+from vrg_faults.robot.robot import LINK
 
 
 class Faults:

@@ -17,8 +17,8 @@ from vrg.bus.mailbox import Mailbox, Origin, Outgoing
 from vrg.bus.router_link import CLOCK_CHECK_PERIOD, DOUBTFUL, EVENT_LIFESPAN, EVENTS_KEPT, RETRY
 from vrg.bus.topics import Qos, key_matches
 from vrg.bus.transport import OnArrival
-from vrg.faults.machine import Machine
-from vrg.faults.network import LATENCY, Network, Payload
+from vrg_faults.machine import Machine
+from vrg_faults.network import LATENCY, Network, Payload
 
 LEASE: Final = LEASE_MS / 1000.0
 """The time in s of silence after which both ends of a link take it for lost."""

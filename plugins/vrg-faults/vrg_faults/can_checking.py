@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Final
 from vrg.bus.messages import Stage
 from vrg.bus.pacing import STALL
 from vrg.bus.process import STALLED_PERIOD
-from vrg.faults.observer import Spans
-from vrg.faults.plan import REFEREE, WORLD, FaultKind
 from vrg.hal.permission import REFEREE_TIMEOUT
+from vrg_faults.observer import Spans
+from vrg_faults.plan import REFEREE, WORLD, FaultKind
 
 if TYPE_CHECKING:
-    from vrg.faults.can import CanRobots
-    from vrg.faults.simulation import SimulatedMatch
+    from vrg_faults.can import CanRobots
+    from vrg_faults.simulation import SimulatedMatch
 
 PERIOD: Final = 0.05
 """The simulated time in s between two looks."""

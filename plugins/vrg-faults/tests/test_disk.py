@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 import pytest
 
-from vrg.faults.disk import TAKES, Disk
-from vrg.faults.plan import Streams
 from vrg.hal.simulated_clock import SimulatedClock
+from vrg_faults.disk import TAKES, Disk
+from vrg_faults.plan import Streams
 
 
 @pytest.fixture

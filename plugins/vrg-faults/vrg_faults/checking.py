@@ -13,15 +13,15 @@ from vrg.config.setup import MatchSetup
 from vrg.coordinator.coordinator import PERIOD, STALL_TICKS
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
-from vrg.faults.machine import Machine
-from vrg.faults.observer import LEASE, Spans
-from vrg.faults.plan import REFEREE, WORLD, Fault, FaultKind
-from vrg.faults.simulation import SimulatedMatch
 from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.hal.permission import REFEREE_TIMEOUT
 from vrg.runs.certificate import certificate_of
 from vrg.runs.judged import judge_run
 from vrg.runs.run_folder import RunFolder
+from vrg_faults.machine import Machine
+from vrg_faults.observer import LEASE, Spans
+from vrg_faults.plan import REFEREE, WORLD, Fault, FaultKind
+from vrg_faults.simulation import SimulatedMatch
 
 MARGIN: Final = 0.15
 """The time in s that a stop may take beyond its time-outs: a period of players, two ticks of the world, a message."""
@@ -72,7 +72,7 @@ class Checker:
         self._owes_halt: set[str] = set()
         match.heard = self.look
         if match.can is not None:
-            from vrg.faults.can_checking import CanChecker  # noqa: PLC0415 - most matches have no CAN buses
+            from vrg_faults.can_checking import CanChecker  # noqa: PLC0415 - most matches have no CAN buses
 
             CanChecker(match, match.can, self._note, self._slow)
 
@@ -176,7 +176,7 @@ class Checker:
     def _look_at_robots(self) -> None:
         """The robots of players that cannot command them stand, as all do without a referee or a link of the world.
 
-        Of robots with emulated drives the motors are looked at; see `vrg.faults.can_checking`.
+        Of robots with emulated drives the motors are looked at; see `vrg_faults.can_checking`.
         It counts match time, which stands still with the world.
         """
         match, poses = self._match, self._match.observer.poses

@@ -7,12 +7,12 @@ import pytest
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.topics import Keys
-from vrg.faults.machine import Machine
-from vrg.faults.network import LATENCY, Network
-from vrg.faults.plan import Streams
-from vrg.faults.session import LEASE, SimulatedSession
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose
+from vrg_faults.machine import Machine
+from vrg_faults.network import LATENCY, Network
+from vrg_faults.plan import Streams
+from vrg_faults.session import LEASE, SimulatedSession
 
 KEYS = Keys("m")
 

@@ -1,0 +1,50 @@
+"""What plug-ins add besides the objects of registries: commands. A plug-in is a package with entry points.
+
+[project.entry-points."vrg.commands"]
+sing = "my_package:SING"
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from vrg.registry import Registry, installed_by
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command of a package outside. The module that holds it is imported for each help page, so it is a light one.
+
+    Args:
+        path: the words that are typed after `vrg`, such as `("run", "export")`. The last one is the command's own.
+        heading: the heading of the help page below which it is listed.
+        about: what it does, in one line.
+        target: the `module:object` of a function, of a `typer.Typer`, or of a table of commands as in `vrg.cli`.
+    """
+
+    path: tuple[str, ...]
+    heading: str
+    about: str
+    target: str
+
+
+COMMANDS: Final[Registry[Command]] = Registry(
+    "command",
+    "vrg.commands",
+    {},
+    lambda found: None if isinstance(found, Command) else "expected a vrg.plugins.Command",
+)
+"""Every command of other packages; the name of an entry point is the command's path, joined by dots."""
+
+
+def commands_below(path: Sequence[str]) -> Iterator[Command]:
+    """The commands that other packages add to the group with this path; what cannot be imported is left out."""
+    for name in COMMANDS.names():
+        if (found := COMMANDS.find(name)) is not None and found.path[:-1] == tuple(path):
+            yield found
+
+
+def where_from(path: Sequence[str]) -> str | None:
+    """How to get a command that a plug-in of VRG adds, in words, where it is not installed; None for any other."""
+    name = ".".join(path)
+    return None if name in COMMANDS else installed_by(COMMANDS.group, name)
