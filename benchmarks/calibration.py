@@ -18,15 +18,15 @@ from common import arguments, quantile, show
 
 sys.path.sort(key=lambda folder: folder == str(Path(__file__).resolve().parent))  # there is a can.py there, too
 
-from vrg.config.figure import figure_match
 from vrg.config.loading import load_match, read_match
 from vrg.hal.can.workshop.motor import MotorModel
 from vrg.hal.models import robot_model
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import play
-from vrg.runs.robots import findings_of, read_learned
 from vrg.runs.run_folder import RunFolder
+from vrg_locate.figure import figure_match
+from vrg_locate.robots import findings_of, read_learned
 
 RATIO = 50.0
 """Turns of a motor for one turn of its wheel."""

@@ -20,16 +20,17 @@ from common import Stopwatch, arguments, median, quantile, show
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.localisation.camera.scenes import tag_picture
+from camera.scenes import tag_picture
+
 from vrg.geometry import wrap
 from vrg.hal.sim.config import RobotSetup, WorldConfig
 from vrg.hal.sim.world import World
-from vrg.localisation.camera import cv2
-from vrg.localisation.camera.detection import CELLS, TagDetector
-from vrg.localisation.camera.field import FieldView, Place, fitted
-from vrg.localisation.camera.lens import Lens
-from vrg.localisation.camera.source import NOISE
 from vrg.types import Pose, Twist
+from vrg_locate.camera import cv2
+from vrg_locate.camera.detection import CELLS, TagDetector
+from vrg_locate.camera.field import FieldView, Place, fitted
+from vrg_locate.camera.lens import Lens
+from vrg_locate.camera.source import NOISE
 
 FIELD = (4.0, 2.2)
 EYE = np.array([0.15, -0.25, 3.3])

@@ -20,7 +20,8 @@ from common import arguments, quantile, show
 sys.path.sort(key=lambda folder: folder == str(Path(__file__).resolve().parent))  # there is a can.py there, too
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from tests.localisation.camera.scenes import looking, tags_on_field
+from camera.scenes import looking, tags_on_field
+
 from vrg.bus.messages import Fix
 from vrg.bus.node import TIME_TOLERANCE, due_index
 from vrg.config.loading import load_match
@@ -29,13 +30,13 @@ from vrg.coordinator.journal import read_journal
 from vrg.geometry import outline_distance
 from vrg.launch.nodes.referee import open_journal
 from vrg.localisation import sim
-from vrg.localisation.camera.detection import TagDetector
-from vrg.localisation.camera.field import FieldView, robot_at
-from vrg.localisation.camera.lens import Lens
 from vrg.localisation.sim import SimSettings
 from vrg.playing.in_process import play
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
+from vrg_locate.camera.detection import TagDetector
+from vrg_locate.camera.field import FieldView, robot_at
+from vrg_locate.camera.lens import Lens
 
 SIDE, HEIGHT = 0.4, 0.3
 """m: of the tags, and above the floor. The robots are 0.6 m long."""

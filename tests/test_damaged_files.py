@@ -31,7 +31,6 @@ from vrg.hal.can.workshop.odrive.listener import read_endpoints
 from vrg.hal.sim.map import MAPS, load_map
 from vrg.launch.code_files import imported
 from vrg.learning import policy
-from vrg.localisation.camera.calibration import load_camera
 from vrg.modules import classes_in
 from vrg.recording.recorded import read_recorded
 from vrg.runs.change import branch_of
@@ -106,13 +105,6 @@ def test_a_call_about_others_than_the_match_has_is_told_without_its_proof(
 
 
 CALIBRATION = b'robot = "ann"\ntrack = 0.4\nmotion = { delay = 0.05 }\n\n[axes.0]\ndirection = 1\nratio = 50.0\n'
-CAMERA = b"""[lens]
-size = [640, 480]
-focal = [600.0, 600.0]
-centre = [320.0, 240.0]
-distortion = [0.0, 0, 0, 0, 0]
-error = 0.2
-"""
 ENDPOINTS = b'{"fw_version": "0.6.10", "endpoints": {"axis0.error": {"id": 3, "type": "uint32", "access": "r"}}}'
 CODE = b"""import helper
 from vrg.agents import Strategy
@@ -127,7 +119,6 @@ READERS: dict[str, tuple[str, bytes | None, Callable[[Path], object]]] = {
     "map": ("yard.toml", MAPS.get("courtyard").read_bytes(), load_map),
     "match": ("match.toml", TINY.encode(), load_match),
     "calibration": ("ann.cal.toml", CALIBRATION, lambda path: load_calibration(path, [0])),
-    "camera": ("eye.toml", CAMERA, load_camera),
     "endpoints of an ODrive": ("flat_endpoints.json", ENDPOINTS, read_endpoints),
     "strategy": ("mine.py", CODE, lambda path: (classes_in(path), list(imported(path)))),
     "policy": ("mine.npz", POLICY.getvalue(), policy.load),

@@ -10,9 +10,11 @@ import typer
 from typer.core import TyperGroup
 
 from vrg.cli import make_app
+from vrg.plugins import where_from
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "benchmarks" / "README.md"]
+PAGES += sorted((ROOT / "plugins").glob("*/README.md"))
 VRG = typer.main.get_command(make_app())
 BEFORE_VRG = re.compile(r"^.*?\bvrg (?=[a-z-])")
 """What may stand before the arguments in a line of a shell: a prompt, a path, `scripts/with-vcan`."""
@@ -52,6 +54,8 @@ def parse(arguments: list[str], *, whole: bool) -> None:
     Raises:
         NoCommandError: there is no such command or option, or an argument is wrong.
     """
+    if any(where_from(arguments[:count]) for count in (1, 2)):
+        return  # of a plug-in that is not installed here
     command, name, rest = VRG, "vrg", arguments
     context = typer.Context(VRG, info_name="vrg")
     while (group := isinstance(command, TyperGroup)) and rest and not rest[0].startswith("-"):
@@ -124,7 +128,7 @@ def test_every_link_leads_somewhere() -> None:
 
 
 def test_every_file_of_the_repository_that_is_named_is_there() -> None:
-    named = re.compile(r"(vrg|docs|deploy|tests|scripts|examples|benchmarks)/[\w./-]+")
+    named = re.compile(r"(vrg|docs|deploy|tests|scripts|examples|benchmarks|plugins)/[\w./-]+")
     every = [(page, span) for page in PAGES for _, span in spans(page) if named.fullmatch(span)]
     wrong = [f"{page.name}: {span}" for page, span in every if not (ROOT / span).exists()]
     assert not wrong, "\n".join(wrong)

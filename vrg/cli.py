@@ -79,22 +79,7 @@ RUN: Table = {
         "diff": ("vrg.commands.differing:diff", "Where two runs of one match parted: the first step, node and field"),
         "repeat": ("vrg.commands.differing:repeat", "Play it again, and find out whether it is the same"),
         "stops": ("vrg.commands.stops:stops", "How the robots stopped when they had to"),
-        "report": ("vrg.commands.report:report", "Compare robots with their simulation, and calibrate them"),
         "export": ("vrg.commands.export:export", "What players saw and did, as a table to learn from"),
-    }
-}
-CALIBRATE: Table = {
-    "Measure a camera": {
-        "lens": ("vrg.commands.locate_calibrate:lens", "How its lens draws, from pictures of a printed board"),
-        "field": ("vrg.commands.locate_calibrate:field", "Where it is, by tags or points on the floor"),
-    }
-}
-LOCATE: Table = {
-    "Locate robots by a camera above the field": {
-        "tags": ("vrg.commands.locate:tags", "Print the tags of a match's robots, and some for the floor"),
-        "board": ("vrg.commands.locate:board", "Print the board that a lens is calibrated with"),
-        "calibrate": (CALIBRATE, "Measure a camera: lens, field"),
-        "show": ("vrg.commands.locate:show", "Find the tags in a picture, and draw them"),
     }
 }
 COMMANDS: Table = {
@@ -123,7 +108,6 @@ COMMANDS: Table = {
         "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
         "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
-        "locate": (LOCATE, "Locate robots by a camera: tags, board, calibrate, show"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "node": (_nodes, "Run a single process: router, world, player ..."),
     },

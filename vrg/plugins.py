@@ -4,7 +4,7 @@
 sing = "my_package:SING"
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -35,6 +35,11 @@ COMMANDS: Final[Registry[Command]] = Registry(
     lambda found: None if isinstance(found, Command) else "expected a vrg.plugins.Command",
 )
 """Every command of other packages; the name of an entry point is the command's path, joined by dots."""
+
+
+CALIBRATIONS: Final[Registry[Callable[..., None]]] = Registry("way to calibrate", "vrg.calibrations", {})
+"""The ways to calibrate a robot with motors on a CAN bus without a tape measure, with the parameters of
+`vrg can calibrate`: its player, the match file, the file to write, speed, way, seconds, in_process."""
 
 
 def commands_below(path: Sequence[str]) -> Iterator[Command]:

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 OFFERED: Mapping[str, Mapping[str, str]] = {
-    "vrg.commands": {"fuzz": "vrg-faults"},
+    "vrg.commands": {"fuzz": "vrg-faults", "locate": "vrg-locate", "run.report": "vrg-locate"},
+    "vrg.localisation": {"camera": "vrg-locate", "mocap": "vrg-locate", "ssl": "vrg-locate"},
+    "vrg.calibrations": {"fixes": "vrg-locate"},
 }
 """The plug-ins of VRG that add a name, by the group of its entry point: what is missing is refused with one of them."""
 

@@ -4,17 +4,13 @@ import json
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from tests.command_line import invoke
 from tests.system.harness import short_match
 from vrg.config.loading import load_match
 from vrg.errors import LaunchError
-from vrg.fitting.report import Findings
-from vrg.fitting.response import Fitted, Response
 from vrg.runs.keeping import files_of, keep
-from vrg.runs.robots import fitted_match
 from vrg.runs.run_folder import RunFolder
 
 STRATEGY = """
@@ -142,18 +138,3 @@ def test_the_match_file_is_written_also_where_a_file_cannot_be_copied(match: Pat
     with pytest.raises(OSError, match="files"):
         keep(setup, folder)
     assert folder.match_file.read_text() == match.read_text()
-
-
-def test_a_fitted_match_is_the_one_that_was_played_with_the_files_that_were_kept(match: Path, tmp_path: Path) -> None:
-    setup, folder = load_match(match), RunFolder(tmp_path / "run")
-    folder.prepare()
-    keep(setup, folder)
-    match.write_text("it is another one by now")
-    shutil.rmtree(tmp_path / "other")
-    response = Response(delay=0.125, acceleration=1.0, braking=1.0, top=1.0)
-    known = Fitted(response, seen=["delay"], covariance=np.zeros((1, 1)), freedom=10)
-    found = Findings({"way": (0.0, 0.0)}, known, likeness=None)
-    (match.parent / "fitted.toml").write_text(fitted_match(setup, {"ann": found}, folder))
-    fitted = load_match(match.parent / "fitted.toml")
-    assert fitted.player("bob").strategy == f"{folder.path}/files/1/kept_strategy.py:Mine"
-    assert fitted.player("ann").motion == {"delay": 0.125}

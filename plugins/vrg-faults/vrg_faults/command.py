@@ -47,7 +47,7 @@ def fuzz(
     if (match is None) is (protocol is None):
         raise typer.BadParameter("expected either a match or --protocol", param_hint="MATCH")
     if match is not None:
-        from vrg.config.loading import load_match, match_path  # noqa: PLC0415 - only matches need it
+        from vrg.config.loading import load_match, match_path
 
         setup = load_match(match_path(match)).all_here().at_rate(1.0)
         cases = [partial(played, setup, n, count=faults, seconds=seconds) for n in range(seed, seed + games)]
@@ -79,7 +79,7 @@ def _protocols(typed: Sequence[str]) -> list[str]:
     Raises:
         ConfigError: there is no such protocol, or it cannot be imported.
     """
-    from vrg.hal.can.protocols import PROTOCOLS  # noqa: PLC0415 - matches do not need it
+    from vrg.hal.can.protocols import PROTOCOLS
 
     names = PROTOCOLS.names() if "all" in typed else list(typed)
     for name in names:
@@ -89,10 +89,10 @@ def _protocols(typed: Sequence[str]) -> list[str]:
 
 def _run(cases: Sequence[Case], what: str, stop: Stop) -> Iterator[list[str]]:
     """What was found in each case, in their order, by as many processes as there are cores."""
-    from rich.console import Console  # noqa: PLC0415 - a single robot needs no bar
-    from rich.progress import Progress  # noqa: PLC0415
+    from rich.console import Console
+    from rich.progress import Progress
 
-    from vrg.launch.fork_server import cores  # noqa: PLC0415
+    from vrg.launch.fork_server import cores
 
     console = Console(highlight=False, emoji=False, stderr=True)
     with (
@@ -133,8 +133,8 @@ def _end(pool: ProcessPoolExecutor) -> None:
 
 def played(setup: "MatchSetup", seed: int, *, count: int, seconds: float) -> list[str]:
     """Play one match: the fewest faults with which something does not hold, and what it is; nothing if all holds."""
-    from vrg_faults.checking import problems_of, shortest  # noqa: PLC0415 - a robot needs no match
-    from vrg_faults.plan import Fault, Streams, drawn  # noqa: PLC0415
+    from vrg_faults.checking import problems_of, shortest
+    from vrg_faults.plan import Fault, Streams, drawn
 
     logging.disable(logging.CRITICAL)
     players = [player.name for player in setup.players]
@@ -159,7 +159,7 @@ def lived(protocol: str, seed: int, tell: Callable[[str], None] | None = None) -
     Args:
         tell: called with each step, in words.
     """
-    from vrg_faults.robot.life import Life  # noqa: PLC0415 - a match needs no single robot
+    from vrg_faults.robot.life import Life
 
     logging.disable(logging.CRITICAL)  # every fault is logged, too
     if tell is not None:
