@@ -19,7 +19,6 @@ from vrg.config.setup import MatchSetup
 from vrg.evaluation.conduct import Entrants, opened, workers_of
 from vrg.evaluation.contenders import contenders
 from vrg.evaluation.playing import judged, played
-from vrg.evaluation.ray_workers import LOCAL
 from vrg.runs.run_folder import RunFolder
 
 STRATEGY = "sharks-and-minnows"
@@ -32,7 +31,7 @@ def compared(setup: MatchSetup, games: int, jobs: int, *, ray: bool = False) -> 
         tempfile.TemporaryDirectory() as name,
         opened(setup, both, both.pairings(), Path(name, "out"), games=games, play_all=True) as experiment,
     ):
-        workers = workers_of(experiment, jobs, LOCAL if ray else None)
+        workers = workers_of(experiment, jobs, "local" if ray else None)
         began = time.perf_counter()
         experiment.run(workers, threading.Event())
         return games / (time.perf_counter() - began)

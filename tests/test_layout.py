@@ -23,7 +23,6 @@ ONLY_IN = {
     "mcap": ("recording",),
     "pytest": ("testing",),
     "pyarrow": ("evaluation", "learning/table.py", "runs/run.py"),
-    "ray": ("evaluation/ray_workers.py",),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/web/replay.py", "ui/edit/server.py"),
     "segno": ("ui/sheet.py",),
@@ -173,7 +172,7 @@ LATE: dict[str, tuple[str, tuple[str, ...]]] = {
         "import vrg.commands.play, vrg.commands.playing, vrg.ui.spectator", ("aiohttp", "asyncio.runners"),
     ),
     "a game of an experiment": (
-        "import vrg.evaluation.playing, vrg.evaluation.game_process, vrg.evaluation.ray_workers",
+        "import vrg.evaluation.playing, vrg.evaluation.game_process, vrg.evaluation.workers",
         ("pygame", "matplotlib", "pyarrow", "aiohttp", "vrg.ui"),
     ),
     "a strategy that has learned": (

@@ -23,6 +23,7 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.commands": {"fuzz": "vrg-faults", "locate": "vrg-locate", "run.report": "vrg-locate"},
     "vrg.localisation": {"camera": "vrg-locate", "mocap": "vrg-locate", "ssl": "vrg-locate"},
     "vrg.calibrations": {"fixes": "vrg-locate"},
+    "vrg.workers": {"ray": "vrg-ray"},
 }
 """The plug-ins of VRG that add a name, by the group of its entry point: what is missing is refused with one of them."""
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 
 import psutil
@@ -127,9 +126,6 @@ def unsealed(match: Path) -> None:
 @pytest.fixture
 def match(tmp_path: Path) -> Path:
     return match_in(tmp_path)
-
-
-WITH_RAY = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed: pip install -e '.[cluster]'")
 
 
 def alive(processes: Iterable[psutil.Process]) -> bool:

@@ -14,7 +14,7 @@ import pytest
 from pyarrow import csv, parquet
 
 from tests.command_line import Vrg
-from tests.evaluation.conftest import OWN, WITH_RAY, alive, target
+from tests.evaluation.conftest import OWN, alive, target
 from tests.system.harness import wait_until
 
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
@@ -167,15 +167,10 @@ def started(match: Path, *more: str, group: bool = False) -> subprocess.Popen[st
     return process
 
 
-RAY = pytest.param(("--ray", "local"), marks=WITH_RAY, id="ray")
-WHERE = pytest.mark.parametrize("where", [pytest.param((), id="processes"), RAY])
-
-
 @pytest.mark.thorough
 @pytest.mark.system
-@WHERE
-def test_ctrl_c_ends_a_comparison_with_what_is_there(match: Path, where: Sequence[str]) -> None:
-    process = started(match, *where)
+def test_ctrl_c_ends_a_comparison_with_what_is_there(match: Path) -> None:
+    process = started(match)
     process.send_signal(signal.SIGINT)
     out, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
@@ -196,16 +191,15 @@ def test_a_signal_to_all_its_processes_counts_no_game_that_was_being_played(matc
 
 @pytest.mark.thorough
 @pytest.mark.system
-@WHERE
-def test_a_comparison_that_is_killed_leaves_no_process_behind_and_goes_on(match: Path, where: Sequence[str]) -> None:
-    process = started(match, *where)
+def test_a_comparison_that_is_killed_leaves_no_process_behind_and_goes_on(match: Path) -> None:
+    process = started(match)
     children = psutil.Process(process.pid).children(recursive=True)
     assert len(children) >= 3
     process.kill()
     process.communicate(timeout=PATIENCE)
     wait_until(lambda: not alive(children), "its processes to end")
     played = len((match.parent / "long" / "games.jsonl").read_text().splitlines())
-    process = started(match, *where)
+    process = started(match)
     process.send_signal(signal.SIGTERM)
     out, _ = process.communicate(timeout=PATIENCE)
     assert f"{played} games are in long already" in out

@@ -83,7 +83,8 @@ class EvaluationOptions:
         typer.Option(
             "--ray",
             metavar="ADDRESS",
-            help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here.",
+            help="Play on the cluster of Ray at this address, such as auto or 192.168.1.5:6379; local starts one here. "
+            "It needs vrg-ray.",
         ),
     ] = None
     sandbox: SandboxOption = None
@@ -168,9 +169,9 @@ def _experiment(
 
     console = make_console()
     if options.ray is not None:
-        from vrg.evaluation.ray_workers import require_ray
+        from vrg.evaluation.workers import WORKERS
 
-        require_ray()
+        WORKERS.get("ray").require()
     setup, origin = _match_of(options)
 
     def tries(number: int) -> None:

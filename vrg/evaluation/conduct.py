@@ -13,10 +13,9 @@ from vrg.evaluation.experiment import Origin, define
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import seals
 from vrg.evaluation.games import LIMIT, Pairing
-from vrg.evaluation.ray_workers import RayWorkers
 from vrg.evaluation.running import Experiment
 from vrg.evaluation.series import Series
-from vrg.evaluation.workers import Workers
+from vrg.evaluation.workers import WORKERS, Workers
 from vrg.launch.fork_server import cores
 from vrg.launch.sandbox import seal
 
@@ -133,8 +132,8 @@ def workers_of(experiment: Experiment, jobs: int | None, ray: str | None = None)
         ray: the address of a cluster of Ray, on which they are played; None plays them here.
 
     Raises:
-        LaunchError: the cluster cannot be used.
+        ConfigError: nothing that is installed plays games there. LaunchError: the cluster cannot be used.
     """
     if ray is not None:
-        return RayWorkers(ray, jobs, cores(), experiment.folder)
+        return WORKERS.get("ray").at(ray, jobs, cores(), experiment.folder)
     return Workers(jobs or cores(), experiment.folder, experiment.setup)

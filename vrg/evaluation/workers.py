@@ -8,6 +8,7 @@ from vrg.config.setup import CheckedMatch
 from vrg.evaluation.folder import ExperimentFolder
 from vrg.evaluation.game_process import GameProcess, ended, server_for
 from vrg.evaluation.games import Played, ScheduledGame
+from vrg.registry import Registry, subclass_of
 from vrg.runs.run_folder import delete
 
 
@@ -27,6 +28,27 @@ class Workers:
         self._folder = folder
         self._running: dict[GameProcess, ScheduledGame] = {}
         self._server = server_for(setup.game, setup.engine)
+
+    @staticmethod
+    def require() -> None:
+        """Check that what it needs is installed, before anything else is done.
+
+        Raises:
+            LaunchError: it is not.
+        """
+
+    @classmethod
+    def at(cls, address: str, jobs: int | None, cores: int, folder: ExperimentFolder) -> "Workers":
+        """What plays games elsewhere, of a subclass that other packages add to WORKERS.
+
+        Args:
+            address: where, as it was typed. jobs: the number of games at a time; None for as many as can be played.
+            cores: those of this computer. folder: of the experiment.
+
+        Raises:
+            LaunchError: it cannot be used.
+        """
+        raise NotImplementedError
 
     @property
     def free(self) -> int:
@@ -85,3 +107,7 @@ class Workers:
             self.cancel(game)
         self._server.close()
         delete(self._folder.playing)
+
+
+WORKERS: Registry[type[Workers]] = Registry("place for games", "vrg.workers", {}, subclass_of(Workers))
+"""What plays games elsewhere, of other packages, by the option of `vrg compare` that asks for it."""

@@ -1,4 +1,4 @@
-"""Games on a cluster of Ray (https://www.ray.io), an optional part of VRG: its extra `cluster`.
+"""Games on a cluster of Ray (https://www.ray.io).
 
 A task of Ray calls `play` in a worker of Ray's, and this plays the game in a process of its own below the worker, as on
 this computer: a strategy that ends its process, or hangs, does not harm the worker. Ray itself does not repeat tasks,
@@ -97,6 +97,24 @@ class RayWorkers(Workers):
         self._code = code_of_vrg()
         self._played: list[_Running] = []
 
+    @classmethod
+    def at(cls, address: str, jobs: int | None, cores: int, folder: ExperimentFolder) -> "RayWorkers":
+        """See `Workers.at`."""
+        return cls(address, jobs, cores, folder)
+
+    @staticmethod
+    def require() -> None:
+        """Check that Ray is installed, without loading it.
+
+        Raises:
+            LaunchError: it is not.
+        """
+        if importlib.util.find_spec("ray") is None:
+            raise LaunchError(
+                "expected the package ray for --ray, found none: pip install 'ray>=2.40,<3', here and on every "
+                "computer of the cluster, or leave out --ray to play on this computer"
+            )
+
     def games(self) -> list[ScheduledGame]:
         """The games that are being played."""
         return [running.game for running in self._played]
@@ -168,26 +186,13 @@ class RayWorkers(Workers):
         self._ray.shutdown()
 
 
-def require_ray() -> None:
-    """Check that Ray is installed, without loading it.
-
-    Raises:
-        LaunchError: it is not.
-    """
-    if importlib.util.find_spec("ray") is None:
-        raise LaunchError(
-            "expected the package ray for --ray, found none: install it by `.venv/bin/pip install -e '.[cluster]'` in "
-            "the folder of VRG, here and on every computer of the cluster, or leave out --ray to play on this computer"
-        )
-
-
 def _connected(address: str, cores: int) -> Any:
     """Ray, connected to a cluster.
 
     Raises:
         LaunchError: Ray is not installed, or the cluster cannot be reached.
     """
-    require_ray()
+    RayWorkers.require()
     # By default Ray reports to its makers how it is used.
     os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
     if address == LOCAL:

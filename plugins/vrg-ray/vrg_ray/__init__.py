@@ -1,0 +1,1 @@
+"""Plays the games of comparisons and tournaments on a cluster of Ray."""
