@@ -252,7 +252,7 @@ class Coordinator(Node):
 
     def _hear_answers(self) -> list[Effects]:
         """Take in the world's answers to requests to place robots."""
-        return [self._enact(Answered(list(outcome.calls))) for outcome in self._placing.hear()]
+        return [self._enact(Answered([answer])) for answer in self._placing.hear()]
 
     def _hear_officials(self, tick: Tick, absent: Sequence[str], alarmed: bool) -> list[Effects]:
         """Apply what officials decide, halts first.

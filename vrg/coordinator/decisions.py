@@ -7,6 +7,8 @@ import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 
+from msgspec import structs
+
 from vrg.bus.messages import BY_OFFICIAL, FAILED, Official, OfficialAction
 from vrg.coordinator.match import Match
 from vrg.coordinator.outcome import Effects, announce
@@ -104,7 +106,7 @@ def _take_out(match: Match, official: Official, now: Observation, who: str) -> E
         wrong = f"{name} is disqualified already"
     if not outcome:
         raise ConfigError([wrong])
-    return replace(outcome, calls=[replace(call, answers=official.id) for call in outcome.calls])
+    return replace(outcome, calls=[structs.replace(call, answers=official.id) for call in outcome.calls])
 
 
 def _place(match: Match, official: Official, now: Observation, who: str, silent: Collection[str]) -> Effects:

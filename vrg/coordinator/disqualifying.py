@@ -5,9 +5,9 @@ from typing import TypeVar
 
 from msgspec import structs
 
-from vrg.bus.messages import DISQUALIFIED, PlayerStatus
+from vrg.bus.messages import DISQUALIFIED, Call, PlayerStatus
 from vrg.coordinator.outcome import Effects
-from vrg.coordinator.rulebook import Call, Disqualification, GameState, Observation
+from vrg.coordinator.rulebook import Disqualification, GameState, Observation
 
 S = TypeVar("S", bound=GameState)
 

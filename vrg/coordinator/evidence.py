@@ -17,16 +17,17 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 import msgspec
-from msgspec import Struct
+from msgspec import Struct, structs
 
-from vrg.bus.messages import Official
+from vrg.bus.messages import Call, Official
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Checkpoint, Match
 from vrg.coordinator.outcome import Effects
-from vrg.coordinator.rulebook import Call, Observation, RuleBook
+from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import FileError, JournalError
 from vrg.files import decoded, opened
 from vrg.system import FILE_FLAGS
+from vrg.types import Pose
 
 log = logging.getLogger(__name__)
 
@@ -108,10 +109,22 @@ class Decided(Struct, frozen=True, tag=True, array_like=True):
     silent: list[str]
 
 
+class Answer(Struct, frozen=True, kw_only=True):
+    """An answer of the world, of which a call is made with these fields."""
+
+    rule: str
+    text: str
+    players: tuple[str, ...] = ()
+    poses: tuple[Pose, ...] = ()
+    answers: str | None = None
+    why: str = ""
+    cause: str = ""
+
+
 class Answered(Struct, frozen=True, tag=True, array_like=True):
     """The world has put robots somewhere, or has refused to."""
 
-    calls: list[Call]
+    calls: list[Answer]
 
 
 class Looked(Struct, frozen=True, tag=True, array_like=True):
@@ -179,7 +192,7 @@ def enact(match: Match, entry: Entry, field: Observation) -> Effects:
         case Decided(official, absent, silent):
             outcome = decide(match, official, field, absent, silent)
         case Answered(calls):
-            outcome = Effects(calls)
+            outcome = Effects([Call(**structs.asdict(answer)) for answer in calls])
         case Began() | Resumed():
             outcome = Effects()
     return outcome

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from vrg.bus import messages
-from vrg.bus.messages import Stage, shortened
-from vrg.coordinator.rulebook import Call
+from msgspec import structs
+
+from vrg.bus.messages import Call, Stage, shortened
 from vrg.types import Pose, Uncertainty
 
 
@@ -41,9 +41,7 @@ def announce(rule: str, text: str, answers: str | None = None, *, why: str = "",
     return Effects([Call(rule=rule, text=text, answers=answers, why=why, cause=cause)])
 
 
-def numbered(
-    outcomes: Sequence[Effects], before: int, clock: float, known: Mapping[str, Uncertainty]
-) -> list[messages.Call]:
+def numbered(outcomes: Sequence[Effects], before: int, clock: float, known: Mapping[str, Uncertainty]) -> list[Call]:
     """The calls of some outcomes as they are announced and written to the journal.
 
     Args:
@@ -52,18 +50,16 @@ def numbered(
     """
     calls = [call for outcome in outcomes for call in outcome.calls]
     return [
-        messages.Call(
+        structs.replace(
+            call,
             number=number,
-            rule=call.rule,
             # A text that is too long for the message could not be read from the journal again.
             text=shortened(call.text),
             players=tuple(call.players),
             poses=tuple(call.poses),
             clock=clock,
-            answers=call.answers,
             uncertainty={name: known[name] for name in call.players[: len(call.poses)] if name in known},
             why=shortened(call.why),
-            cause=call.cause,
         )
         for number, call in enumerate(calls, before + 1)
     ]

@@ -3,10 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import WorldRequest
+from vrg.bus.messages import Call, WorldRequest
 from vrg.bus.topics import Keys
-from vrg.coordinator.outcome import Effects, announce
-from vrg.coordinator.rulebook import Call
+from vrg.coordinator.evidence import Answer
+from vrg.coordinator.outcome import Effects
 from vrg.types import Pose
 
 
@@ -50,16 +50,15 @@ class Placing:
             self._asked[number] = outcome.once_placed
         self._mailbox.publish(self._topic, WorldRequest(places=dict(outcome.place), id=number))
 
-    def hear(self) -> list[Effects]:
-        """Return the effects of the world's answers to officials: done, or refused."""
-        outcomes = []
+    def hear(self) -> list[Answer]:
+        """Return the world's answers to officials: done, or refused."""
+        answered = []
         for answer in (received.body for received in self._answers.take()):
             asked = None if answer.id is None else self._asked.pop(answer.id, None)
             if answer.refused is not None:
                 answers = None if asked is None else asked.answers
-                outcomes.append(
-                    announce("refused", f"the world refuses: {answer.refused}", answers, why=answer.refused)
-                )
+                text = f"the world refuses: {answer.refused}"
+                answered.append(Answer(rule="refused", text=text, answers=answers, why=answer.refused))
             elif asked is not None:
-                outcomes.append(Effects([asked]))
-        return outcomes
+                answered.append(Answer(rule=asked.rule, text=asked.text, answers=asked.answers))
+        return answered

@@ -11,6 +11,7 @@ from typing import Generic, Self, TypeVar
 
 from msgspec import Struct, structs
 
+from vrg.bus import messages
 from vrg.bus.messages import Auction, FieldObject, OfficialAction, PlayerStatus, Sighting, Stage, Zone
 from vrg.errors import ConfigError
 from vrg.geometry import circumradius
@@ -141,25 +142,8 @@ class Observation:
     uncertainty: Mapping[str, Uncertainty] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Call:
-    """A call as a rule book makes it: one rule that was broken or fulfilled.
-
-    Args:
-        rule: the rule's short name, such as `tag`. text: the call in words.
-        players: the players that it concerns. poses: the poses of the first of them at the instant of the call, in the
-            same order; those that not everybody may know are left out.
-        answers: the id of the official's decision that this call answers; None if it answers none.
-        why: the reason alone, in words, where the text has more; empty if there is none. cause: see `messages.Call`.
-    """
-
-    rule: str
-    text: str
-    players: tuple[str, ...] = ()
-    poses: tuple[Pose, ...] = ()
-    answers: str | None = None
-    why: str = ""
-    cause: str = ""
+Call = messages.Call
+"""One rule that was broken or fulfilled: `Call(rule="tag", text=..., players=..., poses=...)`."""
 
 
 def called(rule: str, text: str, where: Mapping[str, Pose]) -> Call:

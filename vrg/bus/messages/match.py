@@ -203,10 +203,10 @@ class Sight(Message, frozen=True, kw_only=True):
 
 
 class Call(Message, frozen=True, kw_only=True):
-    """A call that the referee announces.
+    """A call of the referee. A rule book makes it without number, clock and uncertainty, which the coordinator adds.
 
     Args:
-        number: counts the calls of a match from 1, also across restarts of the coordinator.
+        number: counts the calls of a match from 1, also across restarts of the coordinator; 0 if it is not announced.
         rule: the rule's short name, such as `tag` or `out_of_bounds`.
         text: the call in words.
         players: the players that it concerns. poses: the poses of the first of them at that instant, in the same order;
@@ -220,12 +220,12 @@ class Call(Message, frozen=True, kw_only=True):
 
     version = 3
 
-    number: Count
+    number: Count = 0
     rule: Name
     text: Text
-    players: tuple[Name, ...]
-    poses: tuple[Pose, ...]
-    clock: Seconds
+    players: tuple[Name, ...] = ()
+    poses: tuple[Pose, ...] = ()
+    clock: Seconds = 0.0
     answers: Name | None = None
     uncertainty: Mapping[Name, Uncertainty] = FrozenDict()
     why: Text = ""
