@@ -191,7 +191,12 @@ class Coordinator(Node):
         self.mailbox.publish(self._keys.referee_state, state)
 
     def _look(self, now: float) -> None:
-        for received in self._poses.take():
+        offers = _at_most(OFFERS_LIMIT, [Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()])
+        sightings = [(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen]
+        looks = self._poses.take()
+        if not looks:
+            self._field = replace(self._field, offers=offers, sightings=sightings)
+        for received in looks:
             bodies = {b.name: b for b in received.body.bodies if b.name in self._names}
             self._bodies = bodies
             moving = frozenset(name for name, body in bodies.items() if not at_rest(body.twist))
@@ -199,14 +204,9 @@ class Coordinator(Node):
             poses = {name: body.pose for name, body in bodies.items()}
             pushed = self._pushed(bodies, self._field) if self.match.stage is Stage.PLAY_ROUND else frozenset()
             known = {name: body.uncertainty for name, body in bodies.items() if body.uncertainty is not None}
-            self._field = Observation(poses, moving, physical, received.stamp, pushed, uncertainty=known)
+            self._field = Observation(poses, moving, physical, received.stamp, pushed, offers, sightings, known)
             lost = [name for name, body in bodies.items() if body.physical and body.age > POSE_TIMEOUT]
             self._attendance.lost = lost + [name for name in self._unseen(now) if name not in physical]
-        self._field = replace(
-            self._field,
-            offers=_at_most(OFFERS_LIMIT, [Offer(name_in(r.key), r.body.lot, r.body.cost) for r in self._bids.take()]),
-            sightings=[(name_in(r.key), seen) for r in self._sightings.take() for seen in r.body.seen],
-        )
 
     def _unseen(self, now: float) -> list[str]:
         """The players whose robots the fusion centre has lost, or of which it has published nothing for a while."""

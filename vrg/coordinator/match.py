@@ -356,7 +356,7 @@ class Match:
         game, refused = auctioned(self.game, now.offers, self.clock)
         if refused:
             log.info("%s%s", refused[0], f" (and {len(refused) - 1} more)" if len(refused) > 1 else "")
-        verdict = self._judge(game, self._settled(self._before or now, now), now)
+        verdict = self._judge(game, self._before or now, now)
         self._before = now
         self.game = verdict.state
         stages = [self._enter(Stage.ROUND_OVER)] if verdict.round_over else []
@@ -364,33 +364,28 @@ class Match:
         return Effects(verdict.calls, stages, place=place)
 
     def _judge(self, game: Any, before: Observation, now: Observation) -> Verdict[Any]:
-        """The verdict, with pushed players at the place where the push began."""
+        """The verdict, with pushed players at the place where the push began.
+
+        Robots that cannot have driven to where they are now were put there, or their measured poses have jumped: they
+        are judged at their new places, not on a way.
+        """
+        dt = max(0.0, now.time - before.time)
+        put = [
+            name
+            for name, pose in now.poses.items()
+            if name in before.poses and away(before.poses[name], pose) > JUMP + self._book.contestants[name].v_max * dt
+        ]
 
         def called(name: str, fields: tuple[Observation, Observation]) -> bool:
             return any(name in call.players for call in self._book.judge(game, *fields, self.clock).calls)
 
-        self._pushed, self.judged = pushing.judged_at(
-            self._pushed, before, now, self._before or now, self.clock, called
-        )
+        self._pushed, self.judged = pushing.judged_at(self._pushed, put, before, now, self.clock, called)
         return self._book.judge(game, *self.judged, self.clock)
 
     def touched(self, name: str, now: Observation) -> bool:
         """True if an opponent touches a player's robot."""
         opponents = [n for n in now.poses if self._book.role_of(self.game, n) != self._book.role_of(self.game, name)]
         return pushing.touched(name, opponents, now, self._book.contestants)
-
-    def _settled(self, before: Observation, now: Observation) -> Observation:
-        """The field before, where robots that cannot have driven to where they are now stand there already.
-
-        They were put there, or their measured poses have jumped: they are judged at their new places, not on a way.
-        """
-        dt = max(0.0, now.time - before.time)
-        put = {
-            name: pose
-            for name, pose in now.poses.items()
-            if name in before.poses and away(before.poses[name], pose) > JUMP + self._book.contestants[name].v_max * dt
-        }
-        return replace(before, poses={**before.poses, **put}) if put else before
 
     def _round_over(self, now: Observation) -> Effects:
         """Begin the next round or end the game, after a pause in which an official may still overrule the last call."""

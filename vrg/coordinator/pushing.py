@@ -39,9 +39,9 @@ def touched(name: str, opponents: Sequence[str], now: Observation, contestants: 
 
 def judged_at(
     pushed: Pushed,
+    put: Sequence[str],
     before: Observation,
     now: Observation,
-    last: Observation,
     clock: float,
     called: Callable[[str, tuple[Observation, Observation]], bool],
 ) -> tuple[dict[str, tuple[Pose, float]], tuple[Observation, Observation]]:
@@ -51,26 +51,27 @@ def judged_at(
     That ends as soon as no opponent pushes it and the rules have nothing against where it is, or after PUSH_GRACE.
 
     Args:
-        before, now: the fields as they are. last: the field at the look before. clock: the time of play, s.
+        put: the players that were put where they are now. before, now: the fields at the look before, and now.
+        clock: the time of play, s.
         called: whether the rules make a call about a player by two fields.
     """
-    kept = {**pushed, **{n: (pushed[n][0] if n in pushed else last.poses[n], clock + PUSH_GRACE) for n in now.pushed}}
-    free: list[str] = []
+    kept = {**pushed, **{n: (pushed[n][0] if n in pushed else before.poses[n], clock + PUSH_GRACE) for n in now.pushed}}
+    here = list(put)
     for name in sorted(kept.keys() - now.pushed):
         others = {n: stood for n, stood in kept.items() if n != name}
-        if kept[name][1] > clock and called(name, _stood(others, before, now, [*free, name])):
+        if kept[name][1] > clock and called(name, _stood(others, before, now, [*here, name])):
             continue
         kept = others
-        free.append(name)
-    return kept, _stood(kept, before, now, free)
+        here.append(name)
+    return kept, _stood(kept, before, now, here)
 
 
 def _stood(
-    pushed: Pushed, before: Observation, now: Observation, free: Sequence[str]
+    pushed: Pushed, before: Observation, now: Observation, here: Sequence[str]
 ) -> tuple[Observation, Observation]:
-    """The two fields with the pushed where they stood, and those who are free again where they are now in both."""
+    """The two fields with the pushed where they stood, and others where they are now in both."""
     stood = {name: pose for name, (pose, _) in pushed.items() if name in now.poses}
-    here = {name: now.poses[name] for name in free if name in now.poses}
-    if not (stood or here):
+    arrived = {name: now.poses[name] for name in here if name in now.poses}
+    if not (stood or arrived):
         return before, now
-    return replace(before, poses={**before.poses, **stood, **here}), replace(now, poses={**now.poses, **stood})
+    return replace(before, poses={**before.poses, **arrived, **stood}), replace(now, poses={**now.poses, **stood})
