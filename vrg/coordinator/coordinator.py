@@ -35,15 +35,15 @@ from vrg.coordinator.evidence import (
     Halted,
     Looked,
     Reinstated,
-    enact,
+    apply,
     resumed,
 )
 from vrg.coordinator.journal import Journal, NoJournal
-from vrg.coordinator.leading import Leader
 from vrg.coordinator.match import Checkpoint, Match, standing_still
 from vrg.coordinator.outcome import Effects, numbered
 from vrg.coordinator.placing import Placing
 from vrg.coordinator.pushing import moved
+from vrg.coordinator.referee_driver import RefereeDriver
 from vrg.coordinator.rulebook import Observation, Offer, RuleBook
 from vrg.coordinator.sight import views
 from vrg.errors import JournalError
@@ -73,7 +73,7 @@ class Coordinator(Node):
         book: the rule book.
         journal: the open journal, or one that keeps nothing. If it has a standing, the match goes on from there, in
             HALT.
-        leader: works out how robots are driven that the rules want to be driven.
+        driver: works out how robots are driven that the rules want to be driven.
         sight: how far a team sees from each of its robots, m; None if everybody sees everybody.
         disqualify: True disqualifies a player that falls silent in play; False halts the match.
         fused: the players whose robots the fusion centre locates.
@@ -89,7 +89,7 @@ class Coordinator(Node):
         book: RuleBook[Any],
         journal: Journal | NoJournal,
         *,
-        leader: Leader | None = None,
+        driver: RefereeDriver | None = None,
         sight: float | None = None,
         disqualify: bool = True,
         fused: Collection[str] = (),
@@ -101,7 +101,7 @@ class Coordinator(Node):
         standing = journal.standing
         self.match = Match(book, standing)
         self._entries: list[Entry] = [Began(standing=standing)]
-        self._leader = leader or Leader({})
+        self._driver = driver or RefereeDriver({})
         self._sight = sight
         self._bodies: dict[str, Body] = {}
         self._limits = _limits(book)
@@ -147,33 +147,33 @@ class Coordinator(Node):
             self._entries = [resumed(self.match)]
         self._look(tick.time)
         alarms = [self._hear_estops(tick.time), self._hear_world(), self._adopt_estop(tick)]
-        present, halts = self._call_the_roll(tick)
+        present, halts = self._check_presence(tick)
         alarms += halts
         absent = self._absent(tick)
         outcomes = [*alarms, *present, *self._hear_answers(), *self._hear_officials(tick, absent, alarmed=any(alarms))]
         dt = 0.0 if self._last_time is None or not tick.live else max(0.0, tick.time - self._last_time)
         self._last_time = tick.time
-        outcomes.append(self._enact(Looked(dt, absent)))
+        outcomes.append(self._apply(Looked(dt, absent)))
         if not idle or len(self._entries) > 1:
             # Where play was halted, or is over, nothing is judged.
-            self._journal.witness(tick.time, self._field, self._entries)
+            self._journal.record_evidence(tick.time, self._field, self._entries)
         self._entries = []
         if self._record(tick.time, [o for o in outcomes if o]):
-            self._state = self._led(self.match.state(self._field, self._estop), tick.time)
+            self._state = self._with_driven(self.match.state(self._field, self._estop), tick.time)
         elif self.match.halted is not None or tick.time - self._up_to_date > DISK_TIMEOUT:
             # What is not on disk is not published. The last state is published instead, as halted.
             self._state = _held(self._state, self.match.halted or "the journal waits for the disk")
         self._publish()
 
-    def _enact(self, entry: Entry) -> Effects:
+    def _apply(self, entry: Entry) -> Effects:
         """Do something to the match, and keep it as evidence."""
         self._entries.append(entry)
-        return enact(self.match, entry, self._field)
+        return apply(self.match, entry, self._field)
 
-    def _led(self, state: RefereeState, now: float) -> RefereeState:
+    def _with_driven(self, state: RefereeState, now: float) -> RefereeState:
         """The state with the motions of the robots that the coordinator drives."""
         driven = {} if self._estop else self.match.driven
-        return self._leader.led(state, driven, self._bodies, now)
+        return self._driver.with_twists(state, driven, self._bodies, now)
 
     def _publish(self) -> None:
         """Publish the state: all of it to everybody, or in a match with a limited view the poses to those who see."""
@@ -227,7 +227,7 @@ class Coordinator(Node):
             self._released_at = now
             return Effects()
         why = f": {order.reason}" if order.reason else ""
-        return self._enact(Halted(f"emergency stop by {order.by}{why}", EMERGENCY_STOP))
+        return self._apply(Halted(f"emergency stop by {order.by}{why}", EMERGENCY_STOP))
 
     def _hear_world(self) -> Effects:
         clock = self._clock.latest
@@ -235,7 +235,7 @@ class Coordinator(Node):
             return Effects()
         since, self._world = self._world, (clock.body.epoch, clock.body.tick)
         if since is not None and (since[0] != clock.body.epoch or since[1] > clock.body.tick):
-            return self._enact(Halted("the world was restarted and goes on from its snapshot"))
+            return self._apply(Halted("the world was restarted and goes on from its snapshot"))
         return Effects()
 
     def _adopt_estop(self, tick: Tick) -> Effects:
@@ -248,11 +248,11 @@ class Coordinator(Node):
         if not holders:
             return Effects()
         self._estop = True
-        return self._enact(Halted(f"emergency stop, latched in {holders[0]}", EMERGENCY_STOP))
+        return self._apply(Halted(f"emergency stop, latched in {holders[0]}", EMERGENCY_STOP))
 
     def _hear_answers(self) -> list[Effects]:
         """Take in the world's answers to requests to place robots."""
-        return [self._enact(Answered([answer])) for answer in self._placing.hear()]
+        return [self._apply(Answered([answer])) for answer in self._placing.hear()]
 
     def _hear_officials(self, tick: Tick, absent: Sequence[str], alarmed: bool) -> list[Effects]:
         """Apply what officials decide, halts first.
@@ -264,11 +264,11 @@ class Coordinator(Node):
             return []
         halts = [o for o in officials if o.action is OfficialAction.HALT]
         silent = [name for name in self._names if not self._attendance.reports_now(name, tick)]
-        outcomes = [self._enact(Decided(o, list(absent), silent)) for o in halts]
+        outcomes = [self._apply(Decided(o, list(absent), silent)) for o in halts]
         if alarmed or halts:
             absent = [*absent, "play was halted at the same moment: ask again"]
         others = [o for o in officials if o.action is not OfficialAction.HALT]
-        return [*outcomes, *(self._enact(Decided(o, list(absent), silent)) for o in others)]
+        return [*outcomes, *(self._apply(Decided(o, list(absent), silent)) for o in others)]
 
     def _absent(self, tick: Tick) -> list[str]:
         reasons = [] if tick.live else [_stopped(tick)]
@@ -292,7 +292,7 @@ class Coordinator(Node):
         """The match seconds per real second."""
         return self._clock.latest.body.rate if self._clock.latest is not None else 1.0
 
-    def _call_the_roll(self, tick: Tick) -> tuple[list[Effects], list[Effects]]:
+    def _check_presence(self, tick: Tick) -> tuple[list[Effects], list[Effects]]:
         """Find the players that are out or back again; and halts for reasons outside the rules: no clock, a faulty
         robot, a lost pose."""
         if tick.live:
@@ -302,10 +302,10 @@ class Coordinator(Node):
             # In a world that stalls for a moment time stands still for everybody; only physical robots go on.
             self._stalled += 1
             halts = self._stalled > STALL_TICKS or bool(self._field.physical)
-            return [], [self._enact(Halted(_stopped(tick)))] if halts else []
+            return [], [self._apply(Halted(_stopped(tick)))] if halts else []
         match = self.match
         may_return = [name for name, d in match.disqualified.items() if not (d.by_official or d.returns)]
-        changes = [self._enact(Reinstated(name)) for name in self._attendance.back(tick, may_return)]
+        changes = [self._apply(Reinstated(name)) for name in self._attendance.back(tick, may_return)]
         if match.stage is not Stage.PLAY_ROUND or match.halted is not None:
             return changes, []
         failing = self._attendance.flooding(match.disqualified)
@@ -321,10 +321,10 @@ class Coordinator(Node):
         else:
             failing |= silent
         if self._disqualify:
-            changes += [self._enact(Disqualified(name, f"it {why}")) for name, why in failing.items()]
+            changes += [self._apply(Disqualified(name, f"it {why}")) for name, why in failing.items()]
         else:
             reasons += [f"{name} {why}" for name, why in failing.items()]
-        return changes, [self._enact(Halted(reason)) for reason in reasons]
+        return changes, [self._apply(Halted(reason)) for reason in reasons]
 
     def _record(self, time: float, outcomes: list[Effects]) -> bool:
         """Write the outcomes to the journal, then announce them; return whether the journal is up to date.
@@ -346,7 +346,7 @@ class Coordinator(Node):
                     self._record_silently(time, standing)
         except JournalError as error:
             settled = not (self._writing or self._unsaved)  # only what need not survive exactly is missing
-            halted = Effects() if settled else self._enact(Halted(str(error)))
+            halted = Effects() if settled else self._apply(Halted(str(error)))
             if halted:
                 log.error("%s", error)
                 self._unsaved.append(halted)

@@ -174,7 +174,7 @@ class TickEvidence(Struct, frozen=True, array_like=True):
         return self.began is not None or self.resumed is not None
 
 
-def enact(match: Match, entry: Entry, field: Observation) -> Effects:
+def apply(match: Match, entry: Entry, field: Observation) -> Effects:
     """Apply an entry to a match, and return the effects. The result depends on the arguments alone.
 
     Args:
@@ -386,7 +386,7 @@ def replayed(
             if tick.resumed is not None:
                 match.restore(tick.resumed.standing, tick.resumed.before, tick.resumed.place_at)
             state = match.game
-            made = [outcome for entry in tick.entries if (outcome := enact(match, entry, tick.field))]
+            made = [outcome for entry in tick.entries if (outcome := apply(match, entry, tick.field))]
             yield exhibit, following, match, state, made
         exhibit = following
 

@@ -234,7 +234,7 @@ class Journal:
         """
         os.fsync(self._file)
 
-    def witness(self, time: float, field: Observation, entries: list[Entry]) -> None:
+    def record_evidence(self, time: float, field: Observation, entries: list[Entry]) -> None:
         """Write what the referee decides by in this tick, before what follows from it is appended."""
         after = self.last.n if self.last else 0
         tick = TickEvidence(after=after, time=round(time, 6), field=field, entries=entries)
@@ -303,7 +303,7 @@ class NoJournal:
         """True: there is nothing to wait for."""
         return True
 
-    def witness(self, time: float, field: Observation, entries: list[Entry]) -> None:
+    def record_evidence(self, time: float, field: Observation, entries: list[Entry]) -> None:
         """Forget what the referee decides by."""
 
     gap = False

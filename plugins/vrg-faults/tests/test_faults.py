@@ -205,7 +205,7 @@ PLANTED: dict[str, tuple[int | list[Fault], list[tuple[Any, str, Any]]]] = {
     "journal: a torn line stays": (1, [(Journal, "_load", _with_torn(Journal._load))]),
     "journal: calls are numbered anew after a restart": (1, [(Journal, "standing", _standing(calls=0))]),
     "journal: the clock is forgotten in a restart": (16, [(Journal, "standing", _standing(total=0.0))]),
-    "journal: evidence is not written": (0, [(Journal, "witness", lambda *_: None)]),
+    "journal: evidence is not written": (0, [(Journal, "record_evidence", lambda *_: None)]),
     "coordinator: it announces what is not on disk": (0, [(Journal, "settled", lambda _: True)]),
     "coordinator: a call is kept back": (3, [(Coordinator, "_announce", _keeping_back(Coordinator._announce))]),
     "executor: what comes twice is taken twice": (3, [(Numbers, "is_new", lambda *_: True)]),

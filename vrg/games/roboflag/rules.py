@@ -77,7 +77,7 @@ class RoboFlag(RuleBook[State]):
         for part in (judge_homes, judge_flags, judge_tags):
             state, found = part(state, self.layout, ways)
             calls += found
-        state = self._led_home(self._auctions(state, clock))
+        state = self._driven_home(self._auctions(state, clock))
         return self._end_of_round(state, clock, calls)
 
     def next_round(self, state: State, now: Observation) -> Verdict[State]:
@@ -125,7 +125,7 @@ class RoboFlag(RuleBook[State]):
             raise ConfigError(f"{carrier} has the flag of {opponents} already")
         if value == FLAGGED or carrier == name:
             state = state.with_carrier(opponents, name if value == FLAGGED else None)
-        return self._led_home(state.with_state([name], value))
+        return self._driven_home(state.with_state([name], value))
 
     def _returned(self, state: State) -> tuple[State, list[Call]]:
         """Put back the flag of a carrier that is disqualified."""
@@ -138,7 +138,7 @@ class RoboFlag(RuleBook[State]):
                 calls.append(Call(rule="flag_returns", text=text, players=(carrier,)))
         return state, calls
 
-    def _led_home(self, state: State) -> State:
+    def _driven_home(self, state: State) -> State:
         """Let the coordinator drive exactly the tagged players home."""
         tagged = {n: self._led_to[self.teams[n]] for n, status in state.states.items() if status == TAGGED}
         return state if tagged == state.driven else structs.replace(state, driven=tagged)

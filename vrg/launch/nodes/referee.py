@@ -5,7 +5,7 @@ from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.coordinator.coordinator import Coordinator
 from vrg.coordinator.journal import Journal, JournalHeader, NoJournal
-from vrg.coordinator.leading import Leader
+from vrg.coordinator.referee_driver import RefereeDriver
 from vrg.launch.context import Made, NodeContext
 from vrg.runs.run_folder import RunFolder
 
@@ -28,14 +28,14 @@ def coordinator_node(setup: MatchSetup, journal: Journal | NoJournal) -> Coordin
     Raises:
         ConfigError: the rules cannot be played with this set-up.
     """
-    leader = Leader({player.name: player.robot.v_max for player in setup.players}, setup.obstacles)
+    driver = RefereeDriver({player.name: player.robot.v_max for player in setup.players}, setup.obstacles)
     disqualify = setup.on_fault == "disqualify"
     return Coordinator(
         Mailbox(),
         setup.keys,
         rulebook_of(setup),
         journal,
-        leader=leader,
+        driver=driver,
         sight=setup.sight,
         disqualify=disqualify,
         fused=[player.name for player in setup.fused],

@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from vrg.coordinator.leading import CRAWL
+from vrg.coordinator.referee_driver import CRAWL
 from vrg.coordinator.rulebook import DRAW
 from vrg.games.roboflag import BLUES, RED, TEAMS
 from vrg.games.roboflag.judging import first_exposed, inside, invasion, near

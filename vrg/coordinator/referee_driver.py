@@ -26,7 +26,7 @@ ANYWHERE = Circle(0.0, 0.0, 1e5)
 """The field of a game that has none."""
 
 
-class Leader:
+class RefereeDriver:
     """Works out how robots are driven into regions, around bodies and walls.
 
     Args:
@@ -39,7 +39,7 @@ class Leader:
         self._walls = walls
         self._pilots: dict[str, Pilot] = {}
 
-    def led(
+    def with_twists(
         self, state: RefereeState, driven: Mapping[str, Region], bodies: Mapping[str, Body], now: float
     ) -> RefereeState:
         """The state with the motions of the robots that are driven; the arguments are as for `twists`."""

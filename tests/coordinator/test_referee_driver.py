@@ -7,7 +7,7 @@ from functools import partial
 import pytest
 
 from vrg.bus.messages import Body, PlayerStatus
-from vrg.coordinator.leading import Leader
+from vrg.coordinator.referee_driver import RefereeDriver
 from vrg.geometry import wrap
 from vrg.regions import Circle, Rectangle, Region, Sector
 from vrg.types import STILL, Pose, Twist, Vector
@@ -46,7 +46,7 @@ class Drive:
         self._poses, self._others, self._field, self._leave = dict(starts), others, field, leave
         self._twists = dict.fromkeys(starts, STILL)
         self._goals = {name: goals.get(name, HOME) for name in starts}
-        self._leader = Leader(dict.fromkeys(starts, SPEED), walls)
+        self._driver = RefereeDriver(dict.fromkeys(starts, SPEED), walls)
         self.ways: dict[str, list[Pose]] = {name: [pose] for name, pose in starts.items()}
         self.closest = math.inf
         self.time = 0.0
@@ -61,7 +61,7 @@ class Drive:
             bodies = self._bodies()
             names = [name for name in self._goals if name not in there]
             players = [_status(name) for name in bodies]
-            twists = self._leader.twists({n: self._goals[n] for n in names}, players, bodies, self._field, self.time)
+            twists = self._driver.twists({n: self._goals[n] for n in names}, players, bodies, self._field, self.time)
             assert set(twists) == set(names)
             for name in self._poses:
                 self._twists[name] = twists.get(name, STILL)
@@ -202,15 +202,15 @@ def test_a_field_is_not_needed() -> None:
 
 
 def test_nobody_else_is_driven_and_one_that_the_world_does_not_report_stands() -> None:
-    leader = Leader({"red1": SPEED, "red2": SPEED})
+    driver = RefereeDriver({"red1": SPEED, "red2": SPEED})
     bodies = {n: Body(name=n, pose=Pose(x, 0, 0), twist=STILL, physical=False) for n, x in (("red1", 0), ("red2", 2))}
     players = [_status(name) for name in bodies]
-    assert set(leader.twists({"red1": HOME}, players, bodies, FIELD, 0.0)) == {"red1"}
-    assert leader.twists({}, players, bodies, FIELD, 0.1) == {}
-    assert Leader({"red1": SPEED}).twists({"red1": HOME}, players[:1], {}, FIELD, 0.0) == {"red1": STILL}
+    assert set(driver.twists({"red1": HOME}, players, bodies, FIELD, 0.0)) == {"red1"}
+    assert driver.twists({}, players, bodies, FIELD, 0.1) == {}
+    assert RefereeDriver({"red1": SPEED}).twists({"red1": HOME}, players[:1], {}, FIELD, 0.0) == {"red1": STILL}
 
 
 def test_no_robot_is_driven_faster_than_it_can() -> None:
     body = Body(name="red1", pose=Pose(0, 0, math.pi), twist=STILL, physical=False)
-    twist = Leader({"red1": 0.4}).twists({"red1": HOME}, [_status("red1")], {"red1": body}, FIELD, 0.0)["red1"]
+    twist = RefereeDriver({"red1": 0.4}).twists({"red1": HOME}, [_status("red1")], {"red1": body}, FIELD, 0.0)["red1"]
     assert 0.0 < math.hypot(twist.v, 0.25 * twist.w) <= 0.4 + 1e-9
