@@ -18,10 +18,9 @@ from vrg.bus.messages import Call
 from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup, write_setup
-from vrg.coordinator.cases import cases_of
 from vrg.coordinator.evidence import Exhibit, read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.coordinator.judging import judge_again, unproved
+from vrg.coordinator.judging import cases_of, judge_again, unproved
 from vrg.coordinator.proof import Case, Measure, Relation, with_deviation
 from vrg.coordinator.rulebook import Observation
 from vrg.games import game_of

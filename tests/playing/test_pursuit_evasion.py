@@ -18,10 +18,9 @@ from vrg.bus.topics import Keys, Topic
 from vrg.config.loading import load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.cases import cases_of
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
-from vrg.coordinator.judging import judge_again, unproved
+from vrg.coordinator.judging import cases_of, judge_again, unproved
 from vrg.games.pursuit_evasion import CROSSING, INTRUDERS, PURSUERS
 from vrg.games.pursuit_evasion.proof import prove
 from vrg.hal.sensors import SENSORS

@@ -5,9 +5,9 @@ from typing import Any, Final
 
 from vrg.bus.messages import Call, Stage
 from vrg.config.setup import MatchSetup, read_setup
-from vrg.coordinator.cases import cases_of, seconds_before
 from vrg.coordinator.evidence import book_at, read_evidence
 from vrg.coordinator.journal import Record, read_journal
+from vrg.coordinator.judging import cases_of, seconds_before
 from vrg.coordinator.proof import Case, with_deviation
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError

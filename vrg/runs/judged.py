@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vrg.config.setup import MatchSetup
-from vrg.coordinator.cases import cases_of
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import JournalHeader, Record, read_journal
-from vrg.coordinator.judging import Disagreement, Judgement, judge_again, unproved
+from vrg.coordinator.judging import Disagreement, Judgement, cases_of, judge_again, unproved
 from vrg.errors import JournalError, LaunchError, MessageError
 from vrg.games import game_of
 from vrg.recording.reader import read_tracks
