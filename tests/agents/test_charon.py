@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
-from vrg.agents.diagram import mermaid
+from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition, mermaid
 from vrg.errors import ConfigError
 
 

@@ -5,10 +5,10 @@ import pytest
 from tests.learning.making import GAMES_LEARNED, Situation
 from vrg.bus.messages import Call
 from vrg.games import GAMES
-from vrg.games.pursuit_evasion.rewards import REWARDS as PURSUIT
-from vrg.games.roboflag.rewards import REWARDS as FLAGS
-from vrg.games.roboflag.rewards import SHAPING
-from vrg.games.sharks_and_minnows.rewards import REWARDS as SHARKS
+from vrg.games.pursuit_evasion.observation import REWARDS as PURSUIT
+from vrg.games.roboflag.observation import REWARDS as FLAGS
+from vrg.games.roboflag.observation import SHAPING
+from vrg.games.sharks_and_minnows.observation import REWARDS as SHARKS
 from vrg.learning.rewards import for_calls, for_progress, for_winning, standpoint
 from vrg.types import Pose
 

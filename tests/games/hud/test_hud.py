@@ -4,15 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from vrg.agents.diagram import mermaid
+from vrg.agents.charon import mermaid
 from vrg.bus.messages import OfficialAction, Stage
 from vrg.config.loading import load_match, match_path
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Contestant, GameState, Observation
 from vrg.errors import ConfigError
 from vrg.games.hud.player import Passenger
-from vrg.games.hud.rules import PlayerHud
-from vrg.games.practice.rules import Settings
+from vrg.games.practice.rules import PlayerHud, Settings
 from vrg.hal.sensors.camera import CameraSpec
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.sonar import SonarSpec

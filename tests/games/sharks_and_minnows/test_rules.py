@@ -13,9 +13,8 @@ from vrg.bus.messages import OfficialAction, Stage
 from vrg.coordinator.match import Match
 from vrg.coordinator.rulebook import Contestant, Disqualification, Observation, Verdict
 from vrg.errors import ConfigError
-from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
+from vrg.games.sharks_and_minnows.rules import SharksAndMinnows, State
 from vrg.games.sharks_and_minnows.settings import Settings
-from vrg.games.sharks_and_minnows.state import State
 from vrg.types import Pose
 
 SIZE = (0.5, 0.5)

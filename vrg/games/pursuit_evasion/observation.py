@@ -1,8 +1,13 @@
-"""What a player of pursuit-evasion sees, in numbers. Poses of others are unknown while they are in play."""
+"""What a player of pursuit-evasion sees, in numbers, and the rewards for programs that learn it.
+
+Poses of others are unknown while they are in play.
+"""
+
+from collections.abc import Mapping
 
 from vrg.agents.strategy import View
 from vrg.bus.messages import TIME_LIMIT, PlayerStatus, RefereeState
-from vrg.games.learning import Learning, Look, left
+from vrg.games.learning import Learning, Look, Reward, left
 from vrg.games.pursuit_evasion import (
     AREA,
     CAPTURED,
@@ -15,7 +20,6 @@ from vrg.games.pursuit_evasion import (
     WAITING,
     WATCHING,
 )
-from vrg.games.pursuit_evasion.rewards import REWARDS
 from vrg.regions import Bounds, Region
 from vrg.shared import shared
 from vrg.types import Vector
@@ -39,6 +43,15 @@ def _area(state: RefereeState) -> tuple[Bounds, Region, Vector]:
     area = next(zone.region for zone in state.zones if zone.kind == AREA)
     return area.bounds, area, area.middle
 
+
+_CAPTURED = Reward(team=-1.0, rest=1.0)
+REWARDS: Mapping[str, Reward] = {
+    "capture": _CAPTURED,
+    "off_course": _CAPTURED,
+    "slow": _CAPTURED,
+    "escape": Reward(team=1.0, rest=-1.0),
+}
+"""All of these calls name the intruder first. One that leaves its course or is slow counts as captured."""
 
 LEARNING = Learning(
     look=look,

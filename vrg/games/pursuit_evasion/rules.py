@@ -44,11 +44,10 @@ from vrg.games.pursuit_evasion import (
     WAITING,
     WATCHING,
 )
-from vrg.games.pursuit_evasion.checks import problems_of
 from vrg.games.pursuit_evasion.crossing import COURSE_REACH, across, along, ends_of
 from vrg.games.pursuit_evasion.dispatching import DETECTIONS, dispatch, reset
 from vrg.games.pursuit_evasion.seeing import SIGHTING_REACH, can_see, nearest
-from vrg.games.pursuit_evasion.settings import Settings
+from vrg.games.pursuit_evasion.settings import Settings, problems_of
 from vrg.games.pursuit_evasion.state import State
 from vrg.geometry import circumradius, outline_distance, wrap
 

@@ -9,13 +9,37 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from vrg.coordinator.rulebook import Call, called
-from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, other
+from msgspec import structs
+
+from vrg.bus.messages import FieldObject
+from vrg.coordinator.rulebook import Call, GameState, called
+from vrg.games.roboflag import FLAGGED, NORMAL, TAGGED, TEAMS, flag_of, other
 from vrg.games.roboflag.layout import FieldLayout
-from vrg.games.roboflag.state import State
 from vrg.geometry import interpolate
 from vrg.segments import NEVER, Stretch, disc_part
 from vrg.types import Pose, Vector
+
+
+class State(GameState, frozen=True, kw_only=True):
+    """Everything that the rule book of this game remembers. The flags are among its `objects`.
+
+    A team has a point for each flag that it has captured.
+
+    Args:
+        marks: where each player lines up for this round: at one of the starts of its team.
+    """
+
+    marks: Mapping[str, Pose]
+
+    def flag(self, team: str) -> FieldObject:
+        """The flag of a team."""
+        return next(thing for thing in self.objects if thing.name == flag_of(team))
+
+    def with_carrier(self, team: str, carrier: str | None) -> "State":
+        """The same, but with this player as the carrier of the team's flag; None puts the flag back to its place."""
+        changed = structs.replace(self.flag(team), carrier=carrier)
+        return structs.replace(self, objects=tuple(changed if t.name == changed.name else t for t in self.objects))
+
 
 Judged = tuple[State, list[Call]]
 """The new state, and the calls in order."""

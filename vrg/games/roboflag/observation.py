@@ -1,12 +1,12 @@
-"""What a player of RoboFlag sees, in numbers."""
+"""What a player of RoboFlag sees, in numbers, and the rewards for programs that learn it."""
 
+from collections.abc import Mapping
 from typing import Final, NamedTuple
 
 from vrg.agents.strategy import View
 from vrg.bus.messages import TIME_LIMIT, PlayerStatus, RefereeState
-from vrg.games.learning import Learning, Look, left
+from vrg.games.learning import Learning, Look, Reward, left
 from vrg.games.roboflag import FLAG_ZONE, FLAGGED, HALF, HOME, NORMAL, RED, TAGGED, TEAMS, flag_of, other
-from vrg.games.roboflag.rewards import REWARDS, SHAPING
 from vrg.regions import Bounds, Region, Sector
 from vrg.shared import shared
 from vrg.types import Vector
@@ -77,6 +77,10 @@ def _corner(home: Region) -> Vector:
     """The corner of the field in which a home zone is."""
     return (home.x, home.y) if isinstance(home, Sector) else home.middle
 
+
+REWARDS: Mapping[str, Reward] = {"capture": Reward(team=1.0, rest=-1.0)}
+SHAPING: Mapping[str, Reward] = {"tag": Reward(first=-0.1, others=0.1), "flag": Reward(first=0.2)}
+"""A call of `tag` names who is tagged, then who tags."""
 
 LEARNING = Learning(
     look=look,

@@ -11,10 +11,9 @@ from vrg.coordinator.rulebook import DRAW, Call, Contestant, Observation, RuleBo
 from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
 from vrg.games.roboflag.checks import problems_of
-from vrg.games.roboflag.judging import Ways, judge_flags, judge_homes, judge_tags
+from vrg.games.roboflag.judging import State, Ways, judge_flags, judge_homes, judge_tags
 from vrg.games.roboflag.layout import FieldLayout
 from vrg.games.roboflag.settings import Settings
-from vrg.games.roboflag.state import State
 from vrg.types import Pose
 
 ROUNDS = 2

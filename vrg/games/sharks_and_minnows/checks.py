@@ -6,8 +6,7 @@ from vrg.coordinator.rulebook import Contestant
 from vrg.errors import Problem
 from vrg.games.sharks_and_minnows import MINNOW, SHARK
 from vrg.games.sharks_and_minnows.lineup import LargestBody, crowded
-from vrg.games.sharks_and_minnows.settings import Settings
-from vrg.games.sharks_and_minnows.state import opposite
+from vrg.games.sharks_and_minnows.settings import Settings, opposite
 
 
 def passes(contestants: Sequence[Contestant]) -> int:

@@ -1,13 +1,13 @@
-"""What a player of Sharks and Minnows sees, in numbers."""
+"""What a player of Sharks and Minnows sees, in numbers, and the rewards for programs that learn it."""
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from vrg.agents.strategy import View
 from vrg.bus.messages import TIME_LIMIT, PlayerStatus, RefereeState
-from vrg.games.learning import Learning, Look, left
+from vrg.games.learning import Learning, Look, Reward, left
 from vrg.games.sharks_and_minnows import ACTIVE, INACTIVE, MINNOW, SHARK, SHARKS
-from vrg.games.sharks_and_minnows.rewards import REWARDS
 from vrg.regions import Bounds, Region
 from vrg.shared import shared
 from vrg.types import Vector
@@ -69,6 +69,14 @@ def _pass(state: RefereeState) -> _Pass:
         shares=(len(minnows) / count, (len(active) - len(minnows)) / count),
     )
 
+
+REWARDS: Mapping[str, Reward] = {
+    "tag": Reward(first=-1.0, others=1.0),
+    "out_of_bounds": Reward(first=-1.0),
+    "pass_limit": Reward(first=-1.0),
+    "pass_over": Reward(first=1.0, others=1.0),
+}
+"""A call of `tag` names the minnow, then the sharks; one of `pass_over` names the minnows that are safe."""
 
 LEARNING = Learning(
     look=look,

@@ -10,13 +10,12 @@ import numpy as np
 from msgspec import structs
 
 from vrg.bus.messages import Zone
-from vrg.coordinator.rulebook import Call, Contestant, Observation, RuleBook, Verdict, called
+from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict, called
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
 from vrg.games.sharks_and_minnows.checks import passes, problems_of
 from vrg.games.sharks_and_minnows.lineup import LargestBody, line_up
-from vrg.games.sharks_and_minnows.settings import Settings
-from vrg.games.sharks_and_minnows.state import State, opposite
+from vrg.games.sharks_and_minnows.settings import Settings, opposite
 from vrg.games.sharks_and_minnows.tagging import Hunters, SweptBody, first_tags
 from vrg.geometry import interpolate
 from vrg.regions import Region
@@ -24,6 +23,26 @@ from vrg.types import Pose
 
 PASS_TIME_FACTOR = 3.0
 """The default time limit of a pass, in terms of what the slowest player may need for the length of the field."""
+
+
+class State(GameState, frozen=True, kw_only=True):
+    """Everything that the rule book of this game remembers. A round is a pass.
+
+    The sharks have a point for each minnow taken out, and the minnows one for each safe crossing.
+
+    Args:
+        roles: the role of each player.
+        goal: the end that the minnows cross to in this pass, `low` or `high`.
+        marks: the pose where each player lines up.
+    """
+
+    roles: dict[str, str]
+    goal: str
+    marks: dict[str, Pose]
+
+    def active(self, role: str) -> list[str]:
+        """The names of the active players of a role."""
+        return [n for n, r in self.roles.items() if r == role and self.states[n] == ACTIVE]
 
 
 class SharksAndMinnows(RuleBook[State]):

@@ -66,3 +66,8 @@ class Settings(LineUp):
         if end == "low":
             return Rectangle(f.x_min, f.y_min, f.x_max, f.y_min + depth)
         return Rectangle(f.x_min, f.y_max - depth, f.x_max, f.y_max)
+
+
+def opposite(end: str) -> str:
+    """The other end of the field."""
+    return "high" if end == "low" else "low"
