@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from vrg.geometry import wrap
-from vrg.navigation.pilot import PROGRESS_TIMEOUT, Neighbour, Pilot
+from vrg.navigation.avoidance import Obstacle
+from vrg.navigation.pilot import PROGRESS_TIMEOUT, Pilot
 from vrg.regions import Circle, Rectangle, Region
 from vrg.types import STILL, Pose, Twist, Vector
 
@@ -23,14 +24,14 @@ def moved(pose: Pose, twist: Twist, dt: float = DT) -> Pose:
     return Pose(pose.x + v * math.cos(theta) * dt, pose.y + v * math.sin(theta) * dt, wrap(pose.theta + w * dt))
 
 
-def standing(*places: Vector) -> Callable[[float], list[Neighbour]]:
-    return lambda _: [Neighbour(place, AT_REST, 2 * RADIUS) for place in places]
+def standing(*places: Vector) -> Callable[[float], list[Obstacle]]:
+    return lambda _: [Obstacle(place, AT_REST, 2 * RADIUS) for place in places]
 
 
 def driven(
     start: Pose,
     goal: Vector,
-    neighbours: Callable[[float], list[Neighbour]] = lambda _: [],
+    neighbours: Callable[[float], list[Obstacle]] = lambda _: [],
     *,
     walls: Sequence[tuple[Region, float]] = (),
     field: Region = FIELD,
@@ -82,13 +83,13 @@ def test_it_reaches_its_goal_without_touching_a_body_or_a_wall(
 
 
 def test_a_body_that_crosses_the_way_is_not_hit() -> None:
-    def crossing(now: float) -> list[Neighbour]:
-        return [Neighbour((2.0, -2.0 + 0.5 * now), (0.0, 0.5), 2 * RADIUS)]
+    def crossing(now: float) -> list[Obstacle]:
+        return [Obstacle((2.0, -2.0 + 0.5 * now), (0.0, 0.5), 2 * RADIUS)]
 
     way = driven(AHEAD, GOAL, crossing, seconds=20.0)
     assert arrived(way, GOAL)
     for i, pose in enumerate(way):
-        assert math.dist((pose.x, pose.y), crossing(i * DT)[0].place) > 2 * RADIUS * 0.8
+        assert math.dist((pose.x, pose.y), crossing(i * DT)[0].position) > 2 * RADIUS * 0.8
 
 
 @pytest.mark.parametrize("aside", [0.0, 0.1, -0.3])
@@ -100,7 +101,7 @@ def test_two_that_meet_head_on_pass_each_other(aside: float) -> None:
     closest = math.inf
     for i in range(400):
         velocities = [(t.v * math.cos(p.theta), t.v * math.sin(p.theta)) for p, t in zip(poses, twists, strict=True)]
-        others = [[Neighbour((poses[k].x, poses[k].y), velocities[k], 2 * RADIUS)] for k in (1, 0)]
+        others = [[Obstacle((poses[k].x, poses[k].y), velocities[k], 2 * RADIUS)] for k in (1, 0)]
         twists = [pilots[k].go(i * DT, poses[k], [goals[k]], others[k], FIELD, SPEED) for k in (0, 1)]
         poses = [moved(pose, twist) for pose, twist in zip(poses, twists, strict=True)]
         closest = min(closest, math.dist((poses[0].x, poses[0].y), (poses[1].x, poses[1].y)))
@@ -113,7 +114,7 @@ def test_two_that_meet_head_on_pass_each_other(aside: float) -> None:
 def test_if_the_first_place_is_taken_it_drives_to_the_next_one() -> None:
     pilot, pose = Pilot(), Pose(0, 0, 0)
     taken, free = (3.0, 0.0), (3.0, 2.0)
-    body = [Neighbour(taken, AT_REST, 2 * RADIUS)]
+    body = [Obstacle(taken, AT_REST, 2 * RADIUS)]
     for i in range(300):
         pose = moved(pose, pilot.go(i * DT, pose, [taken, free], body, FIELD, SPEED))
     assert math.dist((pose.x, pose.y), free) < 0.5

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from vrg.agents.strategy import View
-from vrg.navigation.pilot import CLEARANCE, Neighbour, Pilot
+from vrg.navigation.avoidance import Obstacle
+from vrg.navigation.pilot import CLEARANCE, Pilot
 from vrg.regions import Region
 from vrg.types import Twist, Vector
 
@@ -39,7 +40,7 @@ class Mover:
         return self._pilot.stay(view.time, view.pose, towards)
 
 
-def _near(view: View, ignore: Sequence[str]) -> list[Neighbour]:
+def _near(view: View, ignore: Sequence[str]) -> list[Obstacle]:
     x, y = view.position
     me, radius = view.me.name, view.me.radius
     found = []
@@ -49,7 +50,7 @@ def _near(view: View, ignore: Sequence[str]) -> list[Neighbour]:
             continue
         if abs(pose.x - x) < LOOK_AHEAD and abs(pose.y - y) < LOOK_AHEAD:
             velocity = view.velocities.get(other.name, (0.0, 0.0)) if other.may_move else (0.0, 0.0)
-            found.append(Neighbour((pose.x, pose.y), velocity, radius + other.radius))
+            found.append(Obstacle((pose.x, pose.y), velocity, radius + other.radius))
     return found
 
 

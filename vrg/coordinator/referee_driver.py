@@ -11,7 +11,8 @@ from functools import lru_cache
 from msgspec import structs
 
 from vrg.bus.messages import Body, PlayerStatus, RefereeState
-from vrg.navigation.pilot import CLEARANCE, Neighbour, Pilot
+from vrg.navigation.avoidance import Obstacle
+from vrg.navigation.pilot import CLEARANCE, Pilot
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Twist, Vector
 
@@ -87,7 +88,7 @@ class RefereeDriver:
     ) -> Twist:
         pose, radius = bodies[name].pose, radii[name]
         neighbours = [
-            Neighbour((body.pose.x, body.pose.y), _velocity(body), radius + radii[other])
+            Obstacle((body.pose.x, body.pose.y), _velocity(body), radius + radii[other])
             for other, body in bodies.items()
             if other != name and other in radii
         ]

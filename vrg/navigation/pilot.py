@@ -6,8 +6,6 @@ Players drive by it, and so does the coordinator where it drives a robot itself.
 import math
 from collections.abc import Sequence
 
-from msgspec import Struct
-
 from vrg.navigation.avoidance import FreeArea, Obstacle, steer
 from vrg.navigation.control import linearise, scaled, turn
 from vrg.navigation.route import WAYPOINT_CLEARANCE, Effort, grown, route
@@ -43,21 +41,12 @@ SIDEWAYS = 0.7
 """The part of its velocity out of a crowd that is to the left, relative to the part away from the nearest body."""
 
 
-class Neighbour(Struct, frozen=True):
-    """Another body.
-
-    Args:
-        place: its centre, m. velocity: its velocity, m/s.
-        reach: the sum of the radii of the circles around it and around the robot that is driven, m.
-    """
-
-    place: Vector
-    velocity: Vector
-    reach: float
-
-
 class Pilot:
-    """Drives one robot. It remembers since when the robot gets nowhere."""
+    """Drives one robot. It remembers since when the robot gets nowhere.
+
+    The clearance of its neighbours is the sum of the radii of the circles around the other body and its own. It keeps a
+    larger distance where there is room for it, and a smaller one where there is none.
+    """
 
     def __init__(self) -> None:
         self._from: Vector | None = None
@@ -70,7 +59,7 @@ class Pilot:
         now: float,
         pose: Pose,
         places: Sequence[Vector],
-        neighbours: Sequence[Neighbour],
+        neighbours: Sequence[Obstacle],
         bounds: FreeArea,
         speed: float,
         walls: Sequence[tuple[Region, float]] = (),
@@ -91,7 +80,7 @@ class Pilot:
             ways = (
                 way
                 for factor, gap in ((1.0, CLEARANCE), (TIGHT, 0.0))
-                for barring in [[Circle(*n.place, n.reach * factor + gap) for n in standing] + solid]
+                for barring in [[Circle(*n.position, n.clearance * factor + gap) for n in standing] + solid]
                 for place in places
                 if (way := route(here, place, barring, bounds.contains, effort)) is not None
             )
@@ -104,20 +93,20 @@ class Pilot:
         now: float,
         pose: Pose,
         wanted: Vector,
-        neighbours: Sequence[Neighbour],
+        neighbours: Sequence[Obstacle],
         bounds: FreeArea,
         walls: Sequence[tuple[Region, float]] = (),
     ) -> Twist:
         """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
         return self._past(now, pose, wanted, neighbours, _free(bounds, _solid(walls, (pose.x, pose.y))))
 
-    def _past(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Neighbour], bounds: FreeArea) -> Twist:
+    def _past(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Obstacle], bounds: FreeArea) -> Twist:
         here = (pose.x, pose.y)
         if self._stuck(now, here, wanted):
             wanted = _away(pose, neighbours, math.hypot(*wanted))
         u = (0.0, 0.0)
         for factor, gap in ((1.0, CLEARANCE / 2), (TIGHT, 0.0)):
-            obstacles = [Obstacle(n.place, n.velocity, n.reach * factor + gap) for n in neighbours]
+            obstacles = [Obstacle(n.position, n.velocity, n.clearance * factor + gap) for n in neighbours]
             u = steer(here, wanted, obstacles, bounds, HORIZON)
             if u != (0.0, 0.0):
                 break
@@ -182,11 +171,11 @@ class _Free:
         return self._region.nearest(x, y)
 
 
-def _away(pose: Pose, neighbours: Sequence[Neighbour], speed: float) -> Vector:
+def _away(pose: Pose, neighbours: Sequence[Obstacle], speed: float) -> Vector:
     """The velocity that leads away from the nearest body, and past it on the left; backwards if there is none."""
     here = (pose.x, pose.y)
-    nearest = min(neighbours, key=lambda n: math.dist(n.place, here), default=None)
+    nearest = min(neighbours, key=lambda n: math.dist(n.position, here), default=None)
     if nearest is None:
         return scaled((-math.cos(pose.theta), -math.sin(pose.theta)), speed)
-    dx, dy = here[0] - nearest.place[0], here[1] - nearest.place[1]
+    dx, dy = here[0] - nearest.position[0], here[1] - nearest.position[1]
     return scaled((dx - SIDEWAYS * dy, dy + SIDEWAYS * dx), speed)

@@ -8,7 +8,7 @@ from msgspec import structs
 
 from vrg.games.hud.helm import GOAL_TOLERANCE, Goal, Helm, Situation, Wish, way
 from vrg.geometry import wrap
-from vrg.navigation.pilot import Neighbour
+from vrg.navigation.avoidance import Obstacle
 from vrg.regions import Circle, Rectangle
 from vrg.types import STILL, Pose, Twist
 
@@ -91,11 +91,11 @@ def test_manual_does_what_the_hands_want() -> None:
 def test_a_wall_and_a_robot_in_the_way_are_driven_around() -> None:
     robot = Robot()
     wall = Rectangle(1.4, -1.0, 1.6, 1.5)
-    other = Neighbour((2.6, 1.4), (0.0, 0.0), 0.7)
+    other = Obstacle((2.6, 1.4), (0.0, 0.0), 0.7)
     assert robot.run(40.0, wish=Wish.GOTO, walls=(wall,), neighbours=(other,), goal=Goal(4.0, 0.5)) == STILL
     assert math.dist((robot.pose.x, robot.pose.y), (4.0, 0.5)) < GOAL_TOLERANCE
     assert min(wall.distance(pose.x, pose.y) for pose in robot.path) > 0.2
-    assert min(math.dist((pose.x, pose.y), other.place) for pose in robot.path) > 0.55
+    assert min(math.dist((pose.x, pose.y), other.position) for pose in robot.path) > 0.55
 
 
 def test_the_way_is_known_before_it_is_driven() -> None:

@@ -13,7 +13,8 @@ from msgspec import Struct
 
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.geometry import wrap
-from vrg.navigation.pilot import Neighbour, Pilot
+from vrg.navigation.avoidance import Obstacle
+from vrg.navigation.pilot import Pilot
 from vrg.navigation.route import grown, route
 from vrg.regions import Circle, Region
 from vrg.types import STILL, Pose, Twist, Vector
@@ -78,7 +79,7 @@ class Situation(Struct, frozen=True):
     goal: Goal
     home: Goal
     hands: Twist
-    neighbours: Sequence[Neighbour]
+    neighbours: Sequence[Obstacle]
     bounds: Region
     walls: Sequence[Region]
     margin: float
@@ -94,7 +95,7 @@ def way(situation: Situation) -> list[Vector]:
     if goal is None:
         return []
     place = (goal.x, goal.y)
-    bars: list[Region] = [Circle(*n.place, n.reach) for n in situation.neighbours]
+    bars: list[Region] = [Circle(*n.position, n.clearance) for n in situation.neighbours]
     bars += [grown(wall, situation.margin) for wall in situation.walls]
     return route((situation.pose.x, situation.pose.y), place, bars, situation.bounds.contains) or [place]
 

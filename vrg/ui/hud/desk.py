@@ -10,7 +10,7 @@ from typing import Final
 
 from vrg.games.hud.helm import Goal, Helm, Situation, Wish, way
 from vrg.hal.models import RobotModel
-from vrg.navigation.pilot import Neighbour
+from vrg.navigation.avoidance import Obstacle
 from vrg.types import STILL, Twist, Vector
 from vrg.ui.deeds import MAY_NOT_MOVE, NO_CLOCK, hindrance
 from vrg.ui.driving import Driving, Hands
@@ -158,7 +158,7 @@ class Desk:
             goal=self.goal or self.home,
             home=self.home,
             hands=Twist(forward * self.robot.v_max, turn * self.robot.w_max),
-            neighbours=[Neighbour(o.place, o.velocity, radius + o.radius) for o in self._others],
+            neighbours=[Obstacle(o.place, o.velocity, radius + o.radius) for o in self._others],
             bounds=self.ground.bounds,
             walls=self.ground.walls,
             margin=radius + CLEARANCE,
