@@ -46,7 +46,7 @@ class RoboFlag(RuleBook[State]):
         self.layout = FieldLayout(settings)
         self.teams = {c.name: c.role for c in contestants}
         # Who is let go at the border of the field would turn beyond it.
-        self._led_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}
+        self._driven_to = {team: self.layout.home(team).shrunk(self.layout.home_reach / 4) for team in TEAMS}
         self.lineup_limit = settings.patience
 
     def initial(self) -> State:
@@ -139,7 +139,7 @@ class RoboFlag(RuleBook[State]):
 
     def _driven_home(self, state: State) -> State:
         """Let the coordinator drive exactly the tagged players home."""
-        tagged = {n: self._led_to[self.teams[n]] for n, status in state.states.items() if status == TAGGED}
+        tagged = {n: self._driven_to[self.teams[n]] for n, status in state.states.items() if status == TAGGED}
         return state if tagged == state.driven else structs.replace(state, driven=tagged)
 
     def _auctions(self, state: State, clock: float) -> State:
