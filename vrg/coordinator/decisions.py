@@ -9,9 +9,9 @@ from dataclasses import replace
 
 from msgspec import structs
 
-from vrg.bus.messages import BY_OFFICIAL, FAILED, Official, OfficialAction
+from vrg.bus.messages import BY_OFFICIAL, FAILED, Call, Official, OfficialAction
 from vrg.coordinator.match import Match
-from vrg.coordinator.outcome import Effects, announce
+from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import NOBODY, Observation
 from vrg.errors import ConfigError
 from vrg.registry import did_you_mean
@@ -46,13 +46,15 @@ def _done(match: Match, official: Official, now: Observation, silent: Collection
             halt = match.halt(f"called by {who}", BY_OFFICIAL)
             text = halt.calls[0].text if halt else f"halted already: {match.halted}"
             reason = halt.calls[0].why if halt else match.halted or ""
-            outcome = announce("halt", text, number, why=reason, cause=BY_OFFICIAL)
+            call = Call(rule="halt", text=text, answers=number, why=reason, cause=BY_OFFICIAL)
+            outcome = Effects([call])
         case OfficialAction.RESUME:
             match.resume()
-            outcome = announce("resume", f"resumed by {who}", number)
+            outcome = Effects([Call(rule="resume", text=f"resumed by {who}", answers=number)])
         case OfficialAction.END:
             stage = match.end(NOBODY, f"ended by {who}")
-            outcome = Effects(announce("ended", f"ended by {who}", number, why=official.reason).calls, [stage])
+            call = Call(rule="ended", text=f"ended by {who}", answers=number, why=official.reason)
+            outcome = Effects([call], [stage])
         case OfficialAction.RECOVER:
             outcome = _recover(match, official, who)
         case OfficialAction.DISQUALIFY | OfficialAction.REINSTATE:
@@ -62,13 +64,13 @@ def _done(match: Match, official: Official, now: Observation, silent: Collection
         case _:
             match.overrule(action, official.subject or "", official.value or "")
             text = f"{official.by}: {action} {official.subject} {official.value}{why}"
-            outcome = announce("overruled", text, number)
+            outcome = Effects([Call(rule="overruled", text=text, answers=number)])
     return outcome
 
 
 def _refused(official: Official, why: str) -> Effects:
     text = f"{official.action}, asked for by {official.by}, is refused: {why}"
-    return announce("refused", text, official.id, why=why)
+    return Effects([Call(rule="refused", text=text, answers=official.id, why=why)])
 
 
 def _refusal(match: Match, action: OfficialAction, absent: Sequence[str]) -> str | None:
@@ -86,8 +88,8 @@ def _recover(match: Match, official: Official, who: str) -> Effects:
     """Ask robots to clear the faults that they have latched. Play stays halted, because a fault may come back."""
     subject = official.subject
     names = match.names if subject is None else [_player(match, subject)]
-    asked = announce("recover", f"recover {subject or 'all robots'}: asked by {who}", official.id)
-    return replace(asked, recover=names, by=official.by)
+    text = f"recover {subject or 'all robots'}: asked by {who}"
+    return Effects([Call(rule="recover", text=text, answers=official.id)], recover=names, by=official.by)
 
 
 def _take_out(match: Match, official: Official, now: Observation, who: str) -> Effects:
@@ -129,12 +131,11 @@ def _place(match: Match, official: Official, now: Observation, who: str, silent:
     if physical and (why := match.no_room(name, pose)):
         raise ConfigError(f"{name}: {why}")
     verb = "stands" if physical else "is put"
-    outcome = announce("place", f"{name} {verb} {at}: by {who}", official.id)
-    places = {name: pose}
+    call = Call(rule="place", text=f"{name} {verb} {at}: by {who}", answers=official.id)
     if physical:
-        return replace(outcome, by=official.by, placed=places)
+        return Effects([call], by=official.by, placed={name: pose})
     # Only the world knows whether there is room, so what it does is announced when it has been done.
-    return Effects(by=official.by, place=places, once_placed=outcome.calls[0])
+    return Effects(by=official.by, place={name: pose}, once_placed=call)
 
 
 def _player(match: Match, name: str) -> str:

@@ -15,11 +15,11 @@ from typing import Any
 import msgspec
 from msgspec import Struct, structs
 
-from vrg.bus.messages import TIME_LIMIT, OfficialAction, PlayerStatus, RefereeState, Stage, shortened
+from vrg.bus.messages import TIME_LIMIT, Call, OfficialAction, PlayerStatus, RefereeState, Stage, shortened
 from vrg.coordinator import disqualifying, pushing
 from vrg.coordinator.auctions import auctioned
 from vrg.coordinator.disqualifying import kept_out, readmitted
-from vrg.coordinator.outcome import Effects, announce
+from vrg.coordinator.outcome import Effects
 from vrg.coordinator.rulebook import DRAW, NOBODY, Disqualification, Observation, RuleBook, Verdict, away, wins
 from vrg.errors import FileError, JournalError
 from vrg.regions import Region
@@ -210,7 +210,8 @@ class Match:
         out = [name for name, why in self.disqualified.items() if not why.returns]
         if not self.over and len(out) == len(self.names):  # also in HALT, which nothing could end
             why = "everybody is disqualified"
-            return Effects(announce("game_over", f"game over: {why}", why=why).calls, [self.end(DRAW, why)])
+            call = Call(rule="game_over", text=f"game over: {why}", why=why)
+            return Effects([call], [self.end(DRAW, why)])
         if self._reasons or self.over:
             self._before = None
             self.waiting = list(absent)
@@ -231,7 +232,7 @@ class Match:
         if self.over or reason in self._reasons:
             return Effects()
         self._reasons.append(reason)
-        return announce("halt", f"play is halted: {reason}", why=reason, cause=cause)
+        return Effects([Call(rule="halt", text=f"play is halted: {reason}", why=reason, cause=cause)])
 
     def resume(self) -> None:
         """End the halt: forget all its reasons."""
@@ -332,8 +333,8 @@ class Match:
             self.clock = 0.0
             self._enter(Stage.PLAY_ROUND)
             self._before = now
-            begins = announce("begin", f"{self._book.round_word} {self.game.round} of {self.rounds} begins")
-            return Effects(begins.calls, [Stage.PLAY_ROUND])
+            text = f"{self._book.round_word} {self.game.round} of {self.rounds} begins"
+            return Effects([Call(rule="begin", text=text)], [Stage.PLAY_ROUND])
         if absent or self.in_stage < self._place_at:
             return Effects()
         self._place_at = self.in_stage + PLACE_AGAIN
@@ -348,7 +349,7 @@ class Match:
                 f"not on their marks after {self.in_stage:.0f} s: {', '.join(physical)}; drive them there by hand, or "
                 f"carry each there, and an official confirms its place"
             )
-        return Effects(announce("placed" if virtual else "late", "; ".join(texts)).calls, place=virtual)
+        return Effects([Call(rule="placed" if virtual else "late", text="; ".join(texts))], place=virtual)
 
     def _play(self, dt: float, now: Observation) -> Effects:
         self.clock += dt
@@ -397,8 +398,8 @@ class Match:
             return Effects(verdict.calls, [self._enter(Stage.INITIALIZE)])
         how = {DRAW: "a draw", NOBODY: "the time is up"}.get(self.winner, won(self.winner))
         text = f"game over: {how}{f': {verdict.why}' if verdict.why else ''}"
-        over = announce("game_over", text, why=verdict.why)
-        return Effects([*verdict.calls, *over.calls], [self._enter(Stage.GAME_OVER)])
+        over = Call(rule="game_over", text=text, why=verdict.why)
+        return Effects([*verdict.calls, over], [self._enter(Stage.GAME_OVER)])
 
 
 def won(team: str) -> str:

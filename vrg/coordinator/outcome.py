@@ -36,11 +36,6 @@ class Effects:
         return bool(self.calls or self.stages or self.place)
 
 
-def announce(rule: str, text: str, answers: str | None = None, *, why: str = "", cause: str = "") -> Effects:
-    """An outcome of one call that concerns no particular player."""
-    return Effects([Call(rule=rule, text=text, answers=answers, why=why, cause=cause)])
-
-
 def numbered(outcomes: Sequence[Effects], before: int, clock: float, known: Mapping[str, Uncertainty]) -> list[Call]:
     """The calls of some outcomes as they are announced and written to the journal.
 
