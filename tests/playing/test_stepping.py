@@ -16,8 +16,8 @@ import pytest
 
 from tests.command_line import invoke
 from tests.tiny import TINY
+from vrg.agents.messages import Payload
 from vrg.agents.strategy import ForfeitError, Strategy, View
-from vrg.agents.telling import Payload
 from vrg.blame import DecisionTimeoutError
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Node, Tick

@@ -12,9 +12,8 @@ import logging
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from vrg.agents.messages import Once, TeamChannel, Telling
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
-from vrg.agents.team import TeamChannel
-from vrg.agents.telling import Once, Telling
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import PlayerStatus, RefereeState, Report, shortened

@@ -20,8 +20,8 @@ import msgspec
 from msgspec import Struct
 
 from vrg import __version__
+from vrg.agents.messages import Once, Payload, sendable
 from vrg.agents.strategy import Strategy, View, decided, planned
-from vrg.agents.telling import Once, Payload, sendable
 from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError

@@ -1,19 +1,27 @@
-"""Publishes a strategy's answers: to its team over the radio, to the referee, and to the windows."""
+"""A player's messages.
 
+Its strategy's answers go to its team over the radio, to the referee, and to windows. From its team come the orders of
+the person who commands it, and the players that it sees.
+"""
+
+import logging
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
-from msgspec import Struct, to_builtins
+from msgspec import Struct, structs, to_builtins
 
 from vrg.agents.strategy import Action
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import Bid, Links, Sighting, Sightings, Sketch
+from vrg.bus.messages import Bid, Links, RefereeState, Sight, Sighting, Sightings, Sketch
+from vrg.bus.node import is_fresh
 from vrg.bus.radio import Radio, TeamMessage, packed
 from vrg.bus.topics import Keys
+from vrg.shared import shared
 from vrg.types import Vector, quantised
 
 T = TypeVar("T")
+log = logging.getLogger(__name__)
 
 BIDS_LIMIT = 20
 """The number of bids that a player may make at one tick. The referee looks at no more of them."""
@@ -23,6 +31,8 @@ WARNINGS_LIMIT = 50
 """The number of different warnings about a strategy's messages that are logged."""
 COUNT_PERIOD = 1.0
 """The match time in s between two messages about what came over the radio."""
+SIGHT_TIMEOUT = 0.25
+"""The match time in s by which the poses that a team sees may be older than the state of the referee."""
 
 
 class Once:
@@ -142,3 +152,47 @@ class Telling:
         """The messages that came over the radio, as plain data: the numbers of `LinkCount` by team mate."""
         links = {count.speaker: to_builtins(count) for count in self._radio.counts()}
         return {name: {k: v for k, v in of.items() if k != "speaker"} for name, of in links.items()}
+
+
+class TeamChannel:
+    """The subscriptions of one player to its team's messages.
+
+    Args:
+        keys: the keys of the match. mailbox: the mailbox of the player's node.
+        name: the player's name. team: its team.
+    """
+
+    def __init__(self, keys: Keys, mailbox: Mailbox, name: str, team: str) -> None:
+        self._name = name
+        self._orders = mailbox.subscribe(keys.order(team))
+        self._sight = mailbox.subscribe(keys.sight(team))
+        self._unknown: str | None = None
+
+    def seen(self, state: RefereeState, stamp: float) -> RefereeState:
+        """The referee's state of match time `stamp`, with the poses that only this team receives.
+
+        In a match without a limited view there are none. Poses that are older than the state do not count.
+        """
+        sight = self._sight.latest
+        fresh = sight is not None and is_fresh(sight.stamp, stamp, SIGHT_TIMEOUT)
+        return _with_poses(state, sight.body) if sight is not None and fresh else state
+
+    def priority(self, now: float, known: Sequence[str]) -> str | None:
+        """The order of the person who commands the team at match time `now`, if it is one of the known priorities."""
+        order = self._orders.latest
+        if order is None or order.body.priority is None or not is_fresh(order.stamp, now, order.body.lease):
+            return None
+        wanted = order.body.priority
+        if wanted in known:
+            return wanted
+        if wanted != self._unknown:
+            self._unknown = wanted
+            expected = ", ".join(known) or "none"
+            log.warning("%s: expected one of the strategy's priorities (%s), got %r", self._name, expected, wanted)
+        return None
+
+
+@shared
+def _with_poses(state: RefereeState, sight: Sight) -> RefereeState:
+    poses = sight.poses
+    return structs.replace(state, players=tuple(structs.replace(p, pose=poses.get(p.name)) for p in state.players))
