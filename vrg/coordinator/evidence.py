@@ -22,12 +22,11 @@ from msgspec import Struct, structs
 from vrg.bus.messages import Call, Official
 from vrg.coordinator.decisions import decide
 from vrg.coordinator.match import Checkpoint, Match
-from vrg.coordinator.outcome import Effects
+from vrg.coordinator.outcome import Answer, Effects
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import FileError, JournalError
 from vrg.files import decoded, opened
 from vrg.system import FILE_FLAGS
-from vrg.types import Pose
 
 log = logging.getLogger(__name__)
 
@@ -107,18 +106,6 @@ class Decided(Struct, frozen=True, tag=True, array_like=True):
     official: Official
     absent: list[str]
     silent: list[str]
-
-
-class Answer(Struct, frozen=True, kw_only=True):
-    """An answer of the world, of which a call is made with these fields."""
-
-    rule: str
-    text: str
-    players: tuple[str, ...] = ()
-    poses: tuple[Pose, ...] = ()
-    answers: str | None = None
-    why: str = ""
-    cause: str = ""
 
 
 class Answered(Struct, frozen=True, tag=True, array_like=True):

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from msgspec import structs
+from msgspec import Struct, structs
 
 from vrg.bus.messages import Call, Stage, shortened
 from vrg.types import Pose, Uncertainty
@@ -34,6 +34,18 @@ class Effects:
 
     def __bool__(self) -> bool:
         return bool(self.calls or self.stages or self.place)
+
+
+class Answer(Struct, frozen=True, kw_only=True):
+    """An answer of the world, of which a call is made with these fields."""
+
+    rule: str
+    text: str
+    players: tuple[str, ...] = ()
+    poses: tuple[Pose, ...] = ()
+    answers: str | None = None
+    why: str = ""
+    cause: str = ""
 
 
 def numbered(outcomes: Sequence[Effects], before: int, clock: float, known: Mapping[str, Uncertainty]) -> list[Call]:

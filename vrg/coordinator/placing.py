@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, WorldRequest
 from vrg.bus.topics import Keys
-from vrg.coordinator.evidence import Answer
-from vrg.coordinator.outcome import Effects
+from vrg.coordinator.outcome import Answer, Effects
 from vrg.types import Pose
 
 

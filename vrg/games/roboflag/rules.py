@@ -10,9 +10,8 @@ from vrg.coordinator.placing import assigned
 from vrg.coordinator.rulebook import DRAW, Call, Contestant, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError
 from vrg.games.roboflag import FLAG, FLAGGED, GAME, NORMAL, TAG_DISTANCE, TAGGED, TEAMS, attack_of, flag_of, other
-from vrg.games.roboflag.checks import problems_of
 from vrg.games.roboflag.judging import State, Ways, judge_flags, judge_homes, judge_tags
-from vrg.games.roboflag.layout import FieldLayout
+from vrg.games.roboflag.layout import FieldLayout, problems_of
 from vrg.games.roboflag.settings import Settings
 from vrg.types import Pose
 

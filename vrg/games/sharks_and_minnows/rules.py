@@ -13,9 +13,8 @@ from vrg.bus.messages import Zone
 from vrg.coordinator.rulebook import Call, Contestant, GameState, Observation, RuleBook, Verdict, called
 from vrg.errors import ConfigError
 from vrg.games.sharks_and_minnows import ACTIVE, GAME, INACTIVE, MINNOW, MINNOWS, SHARK, SHARKS
-from vrg.games.sharks_and_minnows.checks import passes, problems_of
 from vrg.games.sharks_and_minnows.lineup import LargestBody, line_up
-from vrg.games.sharks_and_minnows.settings import Settings, opposite
+from vrg.games.sharks_and_minnows.settings import Settings, opposite, passes, problems_of
 from vrg.games.sharks_and_minnows.tagging import Hunters, SweptBody, first_tags
 from vrg.geometry import interpolate
 from vrg.regions import Region
