@@ -135,20 +135,25 @@ bodies = st.builds(
     st.tuples(st.floats(-2, 2), st.floats(-2, 2)),
     st.floats(0.1, 1.0),
 )
-velocities = st.tuples(st.floats(-1, 1), st.floats(-1, 1))
 
 
-@given(st.lists(bodies, max_size=12), inside, velocities, st.floats(0.1, 3.0), st.floats(0.0, 0.5))
-def test_in_a_crowd_one_steers_as_if_one_looked_at_everybody(
-    crowd: list[CrowdBody], position: tuple[float, float], wanted: tuple[float, float], horizon: float, gap: float
+@given(st.lists(bodies, max_size=12), inside, st.floats(0.1, 10.0))
+def test_in_a_crowd_one_finds_everybody_who_is_near_but_those_who_are_no_obstacles(
+    crowd: list[CrowdBody], position: tuple[float, float], reach: float
 ) -> None:
-    radius, speed = 0.4, math.hypot(*wanted)
-    everybody = [Obstacle(b.position, b.velocity, radius + b.radius + gap) for b in crowd if b.name not in ("a", "b")]
-    around = Crowd(crowd).around(position, radius, speed, horizon, gap=gap, without=("a", "b"))
-    assert all(obstacle in everybody for obstacle in around)
-    assert steer(position, wanted, around, FIELD, horizon) == steer(position, wanted, everybody, FIELD, horizon)
+    def within(limit: float) -> list[Obstacle]:
+        return [
+            Obstacle(b.position, b.velocity, 0.4 + b.radius)
+            for b in crowd
+            if b.name not in ("a", "b")
+            and max(abs(b.position[0] - position[0]), abs(b.position[1] - position[1])) < limit
+        ]
+
+    found = Crowd(crowd).around(position, 0.4, reach, ("a", "b"))
+    assert all(found.count(obstacle) >= 1 for obstacle in within(reach - 1e-9))
+    assert all(obstacle in within(reach + 1e-9) for obstacle in found)
 
 
 def test_who_is_far_away_in_a_crowd_is_not_looked_at() -> None:
     crowd = Crowd(CrowdBody(f"{n}", (float(n), 0.0), (0.5, 0.0), 0.3) for n in range(100))
-    assert len(crowd.around((50.0, 0.0), 0.3, 0.5, 2.0, gap=0.1, without=("50",))) < 6
+    assert len(crowd.around((50.0, 0.0), 0.3, 2.5, without=("50",))) == 4

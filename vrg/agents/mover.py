@@ -1,11 +1,13 @@
 """Drives a player's robot: the pilot, with the bodies that the player sees and the obstacles of the map."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from vrg.agents.strategy import View
-from vrg.navigation.avoidance import Obstacle
-from vrg.navigation.pilot import CLEARANCE, Pilot
-from vrg.regions import Region
+from vrg.bus.messages import RefereeState
+from vrg.navigation.avoidance import Crowd, CrowdBody, Obstacle
+from vrg.navigation.pilot import CLEARANCE, OFFSET, Pilot
+from vrg.regions import Bounds, Region
+from vrg.shared import shared
 from vrg.types import Twist, Vector
 
 LOOK_AHEAD = 4.0
@@ -31,9 +33,15 @@ class Mover:
         speed = view.robot.v_max if speed is None else speed
         return self._pilot.go(view.time, view.pose, [place], _near(view, ignore), bounds, speed, _walls(view))
 
-    def head(self, view: View, wanted: Vector, bounds: Region, *, ignore: Sequence[str] = ()) -> Twist:
-        """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
-        return self._pilot.head(view.time, view.pose, wanted, _near(view, ignore), bounds, _walls(view))
+    def head(
+        self, view: View, wanted: Vector, bounds: Region, *, ignore: Sequence[str] = (), offset: float = OFFSET
+    ) -> Twist:
+        """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near.
+
+        Args:
+            bounds, ignore: as for `go`. offset: as for `Pilot.head`.
+        """
+        return self._pilot.head(view.time, view.pose, wanted, _near(view, ignore), bounds, _walls(view), offset)
 
     def stay(self, view: View, towards: Vector | None = None) -> Twist:
         """The twist of a player that stands, turned towards a place if one is given."""
@@ -41,20 +49,40 @@ class Mover:
 
 
 def _near(view: View, ignore: Sequence[str]) -> list[Obstacle]:
-    x, y = view.position
-    me, radius = view.me.name, view.me.radius
-    found = []
-    for other in view.referee.players:
-        pose = other.pose
-        if pose is None or other.name == me or other.name in ignore:
-            continue
-        if abs(pose.x - x) < LOOK_AHEAD and abs(pose.y - y) < LOOK_AHEAD:
-            velocity = view.velocities.get(other.name, (0.0, 0.0)) if other.may_move else (0.0, 0.0)
-            found.append(Obstacle((pose.x, pose.y), velocity, radius + other.radius))
-    return found
+    crowd = _crowd(view.referee, view.velocities)
+    return crowd.around(view.position, view.me.radius, LOOK_AHEAD, (view.me.name, *ignore))
+
+
+@shared
+def _crowd(state: RefereeState, velocities: Mapping[str, Vector]) -> Crowd:
+    """All players whose poses are known; one that may not move has no velocity."""
+    return Crowd(
+        CrowdBody(
+            player.name,
+            (player.pose.x, player.pose.y),
+            velocities.get(player.name, (0.0, 0.0)) if player.may_move else (0.0, 0.0),
+            player.radius,
+        )
+        for player in state.players
+        if player.pose is not None
+    )
 
 
 def _walls(view: View) -> list[tuple[Region, float]]:
     """The obstacles of the map that are near, each with the distance to keep from it, m."""
     margin = view.me.radius + CLEARANCE
-    return [(wall, margin) for wall in view.obstacles if wall.distance(*view.position) < LOOK_AHEAD + margin]
+    x, y = view.position
+    reach = LOOK_AHEAD + margin
+    return [
+        (wall, margin)
+        for wall, (x_min, y_min, x_max, y_max) in _boxes(view.obstacles)
+        # It is quick to see that most of them are far away.
+        if x_min - x < reach and x - x_max < reach and y_min - y < reach and y - y_max < reach
+        if wall.distance(x, y) < reach
+    ]
+
+
+@shared
+def _boxes(walls: Sequence[Region]) -> list[tuple[Region, Bounds]]:
+    """Each of them with its bounds, m."""
+    return [(wall, wall.bounds) for wall in walls]

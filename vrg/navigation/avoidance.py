@@ -11,8 +11,6 @@ from vrg.types import Vector
 
 TURNS = (0.0, 0.3, -0.3, 0.6, -0.6, 0.9, -0.9, 1.25, -1.25, 1.6, -1.6, 2.1, -2.1, 2.6, -2.6, math.pi)
 """The directions that are tried, in this order, as turns from the wanted direction in rad."""
-_SLACK: Final = 1e-6
-"""A distance in m that no rounding exceeds."""
 _TURNS: Final = tuple((math.cos(turn), math.sin(turn)) for turn in TURNS)
 
 
@@ -53,32 +51,25 @@ class CrowdBody(Struct, frozen=True, gc=False):
 
 
 class Crowd:
-    """Many bodies, put in order once, so that each of them finds those in its way without looking at all of them."""
+    """Many bodies, put in order once, so that each of them finds those near it without looking at all of them."""
 
     def __init__(self, bodies: Iterable[CrowdBody]) -> None:
-        ordered = sorted(bodies, key=lambda body: body.position)
-        self._bodies = [(b.name, b.position, b.velocity, math.hypot(*b.velocity), b.radius) for b in ordered]
-        self._xs = [body.position[0] for body in ordered]
-        self._radius = max((body.radius for body in ordered), default=0.0)
-        self._fastest = max((speed for _, _, _, speed, _ in self._bodies), default=0.0)
+        self._bodies = sorted(bodies, key=lambda body: body.position)
+        self._xs = [body.position[0] for body in self._bodies]
 
-    def around(
-        self, position: Vector, radius: float, speed: float, horizon: float, *, gap: float, without: Container[str]
-    ) -> list[Obstacle]:
-        """The bodies that one of them could meet within `horizon` s, as obstacles for `steer`.
+    def around(self, position: Vector, radius: float, reach: float, without: Container[str]) -> list[Obstacle]:
+        """The bodies that are near one of them, as obstacles whose clearance is that of two circles that touch.
 
         Args:
-            position: the centre of the body that moves, m. radius: its radius, m. speed: how fast it moves, m/s.
-            gap: the distance to keep between the circles around two bodies, m.
+            position: the centre of the body that moves, m. radius: its radius, m.
+            reach: the distance along x and along y within which bodies are near, m.
             without: the names of bodies that are no obstacles, such as its own.
         """
-        reach = radius + self._radius + gap + (speed + self._fastest) * horizon + _SLACK
-        first, last = bisect_left(self._xs, position[0] - reach), bisect_right(self._xs, position[0] + reach)
+        first, last = bisect_right(self._xs, position[0] - reach), bisect_left(self._xs, position[0] + reach)
         return [
-            Obstacle(place, velocity, clearance)
-            for name, place, velocity, other_speed, other_radius in self._bodies[first:last]
-            if math.dist(position, place) < (clearance := radius + other_radius + gap) + (speed + other_speed) * horizon
-            and name not in without
+            Obstacle(body.position, body.velocity, radius + body.radius)
+            for body in self._bodies[first:last]
+            if abs(body.position[1] - position[1]) < reach and body.name not in without
         ]
 
 

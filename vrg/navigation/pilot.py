@@ -96,11 +96,26 @@ class Pilot:
         neighbours: Sequence[Obstacle],
         bounds: FreeArea,
         walls: Sequence[tuple[Region, float]] = (),
+        offset: float = OFFSET,
     ) -> Twist:
-        """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near."""
-        return self._past(now, pose, wanted, neighbours, _free(bounds, _solid(walls, (pose.x, pose.y))))
+        """The twist that drives with a wanted velocity (m/s in the map's frame), past the bodies that are near.
 
-    def _past(self, now: float, pose: Pose, wanted: Vector, neighbours: Sequence[Obstacle], bounds: FreeArea) -> Twist:
+        Args:
+            offset: the distance from the body's centre to the point that feedback linearisation steers, m. With a
+                longer one a robot turns less at once.
+        """
+        free = _free(bounds, _solid(walls, (pose.x, pose.y)))
+        return self._past(now, pose, wanted, neighbours, free, offset)
+
+    def _past(
+        self,
+        now: float,
+        pose: Pose,
+        wanted: Vector,
+        neighbours: Sequence[Obstacle],
+        bounds: FreeArea,
+        offset: float = OFFSET,
+    ) -> Twist:
         here = (pose.x, pose.y)
         if self._stuck(now, here, wanted):
             wanted = _away(pose, neighbours, math.hypot(*wanted))
@@ -110,7 +125,7 @@ class Pilot:
             u = steer(here, wanted, obstacles, bounds, HORIZON)
             if u != (0.0, 0.0):
                 break
-        return linearise(u, pose.theta, OFFSET)
+        return linearise(u, pose.theta, offset)
 
     def stay(self, now: float, pose: Pose, towards: Vector | None = None) -> Twist:
         """The twist of a robot that stands where it is, turned towards a place if one is given."""

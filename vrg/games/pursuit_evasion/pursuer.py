@@ -12,20 +12,19 @@ from vrg.games.pursuit_evasion.talk import words
 from vrg.games.pursuit_evasion.watch import IntruderDetector, out_of_play
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.odometry import Odometry
-from vrg.navigation.avoidance import Obstacle, steer
+from vrg.navigation.avoidance import Obstacle
 from vrg.navigation.control import go_to, linearise, scaled
 from vrg.navigation.motion import TopSpeed
+from vrg.navigation.pilot import OFFSET, Pilot
 from vrg.regions import Rectangle, Region
 from vrg.types import STILL, Twist, Vector
 
-OFFSET = 0.25
-"""The distance in m from the body's centre to the point that feedback linearisation steers."""
 CAPTURE_REACH = 0.8
 """The distance in m to an intruder that a pursuer aims at when it cannot meet its centre: less than the rule's 1 m."""
 AREA_MARGIN = 1.5
 """The distance in m by which a pursuer may drive out of the area's bounds."""
-HORIZON, CLEARANCE = 1.5, 0.2
-"""The time in s ahead for which bodies in the way are avoided, and the distance in m to keep between them."""
+CLEARANCE = 0.15
+"""The distance in m by which other robots may be elsewhere than it knows."""
 HOPE = 1.5
 """The time in s for which a pursuer goes on after an intruder that it can no longer meet, before it gives it back."""
 SNAPSHOT_EVERY = 2.0
@@ -61,6 +60,7 @@ class Pursuer(Strategy):
         self._automaton = Automaton(self.agent())
         self._watch = IntruderDetector(robot)
         self._top_speed = TopSpeed(robot.v_max)
+        self._pilot = Pilot()
         self._snapshot_said = -math.inf
         self._hopeless_since: float | None = None
         self._meeting: Interception | None = None
@@ -243,8 +243,7 @@ class Pursuer(Strategy):
         """The twist for a wanted velocity, which leads around the robots that it knows."""
         known = {**self._watch.team(view, view.time), **out_of_play(view)}
         bodies = [Obstacle(place, (0.0, 0.0), view.me.radius + radius + CLEARANCE) for place, radius in known.values()]
-        u = steer(view.position, wanted, bodies, _bounds(view), HORIZON)
-        return linearise(u, view.pose.theta, OFFSET)
+        return self._pilot.head(view.time, view.pose, wanted, bodies, _bounds(view))
 
 
 def _won(view: View) -> Auction | None:

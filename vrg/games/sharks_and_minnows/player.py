@@ -6,25 +6,22 @@ from operator import itemgetter
 
 from vrg.agents.charon import Agent, Automaton, Mode, Submode, Transition
 from vrg.agents.interception import intercept
+from vrg.agents.mover import Mover
 from vrg.agents.potential import descent, evade
 from vrg.agents.strategy import Strategy, View
 from vrg.games.sharks_and_minnows import INACTIVE, SHARK
 from vrg.games.sharks_and_minnows.scene import Surroundings, scene
 from vrg.hal.models import RobotModel
-from vrg.navigation.avoidance import CrowdBody, steer
-from vrg.navigation.control import linearise, scaled
+from vrg.navigation.avoidance import CrowdBody
+from vrg.navigation.control import scaled
 from vrg.navigation.motion import TopSpeed
 from vrg.types import STILL, Twist, Vector
 
-OFFSET, SHARK_OFFSET = 0.25, 0.5
-"""The distance in m from the body's centre to the point that feedback linearisation steers. A shark's is longer:
-it turns less at once, which costs it less of its speed while it follows a minnow that dodges."""
+SHARK_OFFSET = 0.5
+"""The distance in m from a shark's centre to the point that feedback linearisation steers. It is longer than that of
+others: a shark turns less at once, which costs it less of its speed while it follows a minnow that dodges."""
 EVADE_DISTANCE, CALM_DISTANCE = 2.0, 2.3
 """The distances between centres in m at which a minnow begins and ends to evade one shark."""
-HORIZON = 2.5
-"""The time in s ahead for which bodies in the way are avoided."""
-CLEARANCE = 0.15
-"""The distance in m to keep between the circles around two bodies."""
 MARK_REACH = 0.2
 """The distance in m from its mark or berth at which a player stops; on marks the referee holds it at a longer one."""
 
@@ -36,6 +33,7 @@ class SharksAndMinnowsPlayer(Strategy):
         super().__init__(name, robot)
         self._automaton = Automaton(self.agent())
         self._top_speed = TopSpeed(robot.v_max)
+        self._mover = Mover()
 
     @property
     def mode(self) -> str:
@@ -112,10 +110,9 @@ class SharksAndMinnowsPlayer(Strategy):
 
     def _drive_to(self, view: View, place: Vector | None) -> Twist:
         if place is None or math.dist(view.position, place) < MARK_REACH:
-            return STILL
-        way = place[0] - view.pose.x, place[1] - view.pose.y
-        speed = min(self.robot.v_max, max(0.15, math.hypot(*way)))
-        return self._steer(view, scaled(way, speed), horizon=min(HORIZON, math.hypot(*way) / speed))
+            return self._mover.stay(view)
+        speed = min(self.robot.v_max, max(0.15, math.dist(view.position, place)))
+        return self._mover.go(view, place, _seen(view).bounds, speed=speed)
 
     def _cross(self, view: View) -> Twist:
         seen = _seen(view)
@@ -123,7 +120,8 @@ class SharksAndMinnowsPlayer(Strategy):
         if berth is None:
             return STILL
         sharks = [shark.position for shark in seen.sharks if shark.name != self.name]
-        return self._steer(view, scaled(descent(view.position, berth, sharks), self.robot.v_max))
+        wanted = scaled(descent(view.position, berth, sharks), self.robot.v_max)
+        return self._mover.head(view, wanted, seen.bounds)
 
     def _evade(self, view: View) -> Twist:
         seen = _seen(view)
@@ -131,7 +129,7 @@ class SharksAndMinnowsPlayer(Strategy):
         if shark is None or seen.safe is None or seen.start is None:
             return self._cross(view)
         away = evade(view.position, shark.position, seen.safe, seen.bounds, seen.start)
-        return self._steer(view, scaled(away, self.robot.v_max), ignore=(shark.name,))
+        return self._mover.head(view, scaled(away, self.robot.v_max), seen.bounds, ignore=(shark.name,))
 
     def _safe(self, view: View) -> Twist:
         """Drive on to its own place, so that there is room for those who come after."""
@@ -151,29 +149,14 @@ class SharksAndMinnowsPlayer(Strategy):
             point = seen.bounds.nearest(*point)
         way = point[0] - view.pose.x, point[1] - view.pose.y
         wanted = scaled(way, self._approach_speed(view, prey))
-        return self._steer(view, wanted, ignore=tuple(m.name for m in seen.prey), offset=SHARK_OFFSET)
+        ignored = [minnow.name for minnow in seen.prey]
+        return self._mover.head(view, wanted, seen.bounds, ignore=ignored, offset=SHARK_OFFSET)
 
     def _approach_speed(self, view: View, prey: CrowdBody) -> float:
         """Full speed, but near its prey only so fast that the shark can still stop if the prey brakes now (m/s)."""
         between = math.dist(view.position, prey.position) - view.me.radius - prey.radius
         vx, vy = prey.velocity
         return min(self.robot.v_max, math.sqrt(2 * self.robot.a_max * max(0.0, between) + vx * vx + vy * vy))
-
-    def _steer(
-        self,
-        view: View,
-        wanted: Vector,
-        *,
-        ignore: tuple[str, ...] = (),
-        horizon: float = HORIZON,
-        offset: float = OFFSET,
-    ) -> Twist:
-        """The twist for a wanted velocity, which leads around bodies and stays inside the field."""
-        seen = _seen(view)
-        bodies = seen.crowd.around(
-            view.position, view.me.radius, math.hypot(*wanted), horizon, gap=CLEARANCE, without=(self.name, *ignore)
-        )
-        return linearise(steer(view.position, wanted, bodies, seen.bounds, horizon), view.pose.theta, offset)
 
 
 def _seen(view: View) -> Surroundings:

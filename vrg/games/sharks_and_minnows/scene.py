@@ -9,7 +9,7 @@ from vrg.agents.interception import intercept
 from vrg.bus.messages import PlayerStatus, RefereeState
 from vrg.games.sharks_and_minnows import ACTIVE, MINNOW, SHARK
 from vrg.games.sharks_and_minnows.lineup import LargestBody, in_order
-from vrg.navigation.avoidance import Crowd, CrowdBody
+from vrg.navigation.avoidance import CrowdBody
 from vrg.regions import Rectangle, Region
 from vrg.shared import shared
 from vrg.types import Pose, Vector
@@ -37,7 +37,6 @@ class Surroundings:
         sharks: the active sharks. prey: the active minnows outside the end zone. Both are with their velocities.
         prey_of: the minnow that each shark chases, by the shark's name.
         berths: the place in the safe zone to which each active minnow crosses, m.
-        crowd: all bodies; one that may not move has no velocity.
     """
 
     field: Region | None
@@ -48,7 +47,6 @@ class Surroundings:
     prey: Sequence[CrowdBody]
     prey_of: Mapping[str, CrowdBody]
     berths: Mapping[str, Vector]
-    crowd: Crowd
 
 
 @shared
@@ -56,14 +54,14 @@ def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Surroundings
     """The surroundings by the referee's state and the players' velocities, m/s."""
     zones = {zone.kind: zone.region for zone in reversed(state.zones)}
     field, safe, start = zones.get("field"), zones.get("safe"), zones.get("start")
-    sharks, prey, bodies = [], [], []
+    sharks, prey = [], []
+    widest = max((player.radius for player in state.players if player.pose is not None), default=0.0)
     minnows: dict[str, Pose] = {}
     for player in state.players:
         if player.pose is None:
             continue
         place, velocity = (player.pose.x, player.pose.y), velocities.get(player.name, _STILL)
         body = CrowdBody(player.name, place, velocity, player.radius)
-        bodies.append(body if player.may_move else CrowdBody(player.name, place, _STILL, player.radius))
         if _is_active(player, SHARK):
             sharks.append(body)
         elif _is_active(player, MINNOW):
@@ -71,8 +69,8 @@ def scene(state: RefereeState, velocities: Mapping[str, Vector]) -> Surroundings
             if safe is None or not safe.contains(*place):
                 prey.append(body)
     bounds = field.shrunk(BORDER_CLEARANCE) if field else _EVERYWHERE
-    berths = _berths(minnows, field, safe, 2 * max((body.radius for body in bodies), default=0.0))
-    return Surroundings(field, safe, start, bounds, sharks, prey, _prey_of(sharks, prey, safe), berths, Crowd(bodies))
+    berths = _berths(minnows, field, safe, 2 * widest)
+    return Surroundings(field, safe, start, bounds, sharks, prey, _prey_of(sharks, prey, safe), berths)
 
 
 def _prey_of(sharks: Sequence[CrowdBody], prey: Sequence[CrowdBody], safe: Region | None) -> dict[str, CrowdBody]:

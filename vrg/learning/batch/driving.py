@@ -24,19 +24,20 @@ def head(
     velocities: Floats,
     radii: Floats,
     box: Box,
+    offset: float = OFFSET,
 ) -> tuple[float, float]:
     """The twist (v, w) with which a robot drives past the bodies that are near, as `vrg.navigation.pilot` does.
 
     Args:
         n: its row. pose: its own. wanted: the wanted velocity, m/s. ignored: who may be touched.
         poses, velocities: of all, shape (players, 3) and (players, 2), m and m/s. radii: of all, m.
-        box: where the centre of its body should be.
+        box: where the centre of its body should be. offset: to the point that is steered, m.
     """
     x, y, theta = pose
     u = steer(n, x, y, wanted, ignored, poses, velocities, radii, 1.0, CLEARANCE / 2, HORIZON, box)
     if u[0] == 0.0 and u[1] == 0.0:
         u = steer(n, x, y, wanted, ignored, poses, velocities, radii, TIGHT, 0.0, HORIZON, box)
-    twist = linearise(u, theta, OFFSET)
+    twist = linearise(u, theta, offset)
     return twist.v, twist.w
 
 

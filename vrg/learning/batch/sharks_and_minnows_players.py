@@ -12,17 +12,14 @@ import numpy as np
 from vrg.agents.potential import SHARK_WEIGHT
 from vrg.games.sharks_and_minnows.player import (
     CALM_DISTANCE,
-    CLEARANCE,
     EVADE_DISTANCE,
-    HORIZON,
     MARK_REACH,
-    OFFSET,
     SHARK_OFFSET,
 )
 from vrg.games.sharks_and_minnows.scene import ASSUMED_SPEED, BORDER_CLEARANCE, UNMET, URGENCY
-from vrg.learning.batch.driving import Box, meeting_time, nearest_in, outside, scaled, steer, within
+from vrg.learning.batch.driving import Box, head, meeting_time, nearest_in, outside, scaled, within
 from vrg.learning.batch.records import Record
-from vrg.navigation.control import linearise
+from vrg.navigation.pilot import OFFSET
 from vrg.types import Vector
 
 MINNOW, SHARK = 0, 1
@@ -140,7 +137,7 @@ def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: f
         if far < MARK_REACH:
             return 0.0, 0.0
         speed = min(r.v_max[n], max(0.15, far))
-        return towards(r, k, p, n, scaled(way, speed), min(HORIZON, far / speed), OFFSET, box)
+        return towards(r, k, p, n, scaled(way, speed), OFFSET, box)
     if p.job[n] == EVADE and p.target[n] != NO_ONE:
         shark = p.target[n]
         p.ignored[shark] = True
@@ -150,7 +147,7 @@ def decide(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, now: f
         )
     else:
         wanted = descent(t, k, n, (x, y), way)
-    return towards(r, k, p, n, scaled(wanted, r.v_max[n]), HORIZON, OFFSET, box)
+    return towards(r, k, p, n, scaled(wanted, r.v_max[n]), OFFSET, box)
 
 
 def descent(t: Record, k: Record, n: int, here: Vector, way: Vector) -> Vector:
@@ -201,14 +198,10 @@ def hunt(s: Record, t: Record, r: Record, k: Record, p: Record, n: int, box: Box
     acceleration = r.slew[n] / r.fastest[n]
     between = max(0.0, math.hypot(dx, dy) - reach)
     speed = min(r.v_max[n], math.sqrt(2.0 * acceleration * between + vx * vx + vy * vy))
-    return towards(r, k, p, n, scaled((goal_x - x, goal_y - y), speed), HORIZON, SHARK_OFFSET, box)
+    return towards(r, k, p, n, scaled((goal_x - x, goal_y - y), speed), SHARK_OFFSET, box)
 
 
-def towards(
-    r: Record, k: Record, p: Record, n: int, wanted: Vector, horizon: float, offset: float, box: Box
-) -> tuple[float, float]:
+def towards(r: Record, k: Record, p: Record, n: int, wanted: Vector, offset: float, box: Box) -> tuple[float, float]:
     """The twist for a wanted velocity, m/s, which leads around bodies and stays inside the field."""
-    x, y = k.own[n, 0], k.own[n, 1]
-    u = steer(n, x, y, wanted, p.ignored, k.poses, k.velocities, r.reach, 1.0, CLEARANCE, horizon, box)
-    twist = linearise(u, k.own[n, 2], offset)
-    return twist.v, twist.w
+    pose = (k.own[n, 0], k.own[n, 1], k.own[n, 2])
+    return head(n, pose, wanted, p.ignored, k.poses, k.velocities, r.reach, box, offset)
