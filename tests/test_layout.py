@@ -271,25 +271,25 @@ BUDGETS = {
     "commands": 3_770,
     "hal/can": 4_110,
     "launch": 3_960,  # with the window of a commander, which a command made
-    "games": 4_020,  # with the look of what lies on a field
+    "games": 3_980,  # with the look of what lies on a field
     "learning": 3_450,
     "bus": 2_550,
     "hal/sim": 2_570,
     "localisation": 540,
-    "evaluation": 2_340,  # it plays experiments and leagues, and makes the pages of these
+    "evaluation": 2_170,  # it plays experiments and leagues, and makes the pages of these
     "hal/can/workshop": 2_380,  # with what listens to a bus for a person; emulated drives, their objects and processes
-    "coordinator": 2_050,
+    "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_520,  # the permission of robots, which the world uses too
     "shared values": 1_660,  # vrg.compare; the figures of a picture; what plug-ins add
     "ros": 1_390,
     "testing": 770,
-    "agents": 1_230,
+    "agents": 1_240,
     "recording": 1_210,
     "playing": 1_170,
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 820,  # with the bounds of students' code in a process that it shares
-    "navigation": 400,
+    "navigation": 390,
     "seats": 850,
     "templates": 10,
 }
