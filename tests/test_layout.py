@@ -58,6 +58,7 @@ MAY_NOT = {
 """What each room may not import."""
 LOWEST = (
     "types", "regions", "segments", "geometry", "errors", "registry", "modules", "colours", "blame", "shared",
+    "radio_settings",
 )  # fmt: skip
 """Modules that everybody may use; they use each other only."""
 
@@ -273,7 +274,7 @@ BUDGETS = {
     "launch": 3_960,  # with the window of a commander, which a command made
     "games": 3_980,  # with the look of what lies on a field
     "learning": 3_450,
-    "bus": 2_550,
+    "bus": 2_390,
     "hal/sim": 2_570,
     "localisation": 540,
     "evaluation": 2_170,  # it plays experiments and leagues, and makes the pages of these
@@ -281,10 +282,10 @@ BUDGETS = {
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_520,  # the permission of robots, which the world uses too
-    "shared values": 1_660,  # vrg.compare; the figures of a picture; what plug-ins add
+    "shared values": 1_680,  # vrg.compare; the figures of a picture; what plug-ins add
     "ros": 1_390,
     "testing": 770,
-    "agents": 1_240,
+    "agents": 1_380,
     "recording": 1_210,
     "playing": 1_170,
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors

@@ -4,12 +4,12 @@ from typing import Any, Generic, TypeVar
 
 from tests.hal.fake_driver import POSE, FakeDriver
 from vrg.agents.player import Player
+from vrg.agents.radio import Radio
 from vrg.agents.strategy import Strategy
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys, key_matches
 from vrg.hal.device import Device
 from vrg.types import Pose, Twist

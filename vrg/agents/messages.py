@@ -10,12 +10,12 @@ from typing import Any, TypeVar
 
 from msgspec import Struct, structs, to_builtins
 
+from vrg.agents.radio import Radio, TeamMessage, packed
 from vrg.agents.strategy import Action
 from vrg.bus.codec import checked
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Bid, Links, RefereeState, Sight, Sighting, Sightings, Sketch
 from vrg.bus.node import is_fresh
-from vrg.bus.radio import Radio, TeamMessage, packed
 from vrg.bus.topics import Keys
 from vrg.shared import shared
 from vrg.types import Vector, quantised

@@ -13,12 +13,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from vrg.agents.messages import Once, TeamChannel, Telling
+from vrg.agents.radio import Radio
 from vrg.agents.strategy import Action, RemoteStrategy, Strategy, View, decided, planned
 from vrg.bus.codec import Received
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import PlayerStatus, RefereeState, Report, shortened
 from vrg.bus.node import Node, Tick, is_fresh
-from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.device import Device

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from vrg.agents.radio import TeamMessage
 from vrg.blame import DecisionTimeoutError, failure_of, place_of_method
 from vrg.bus.messages import PlayerStatus, RefereeState, Sighting, Stroke
-from vrg.bus.radio import TeamMessage
 from vrg.errors import StrategyError
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings

@@ -9,11 +9,11 @@ from msgspec import Struct, field, structs
 
 from vrg.bus.hosts import check_host
 from vrg.bus.names import NAME_RULE, is_name, normal
-from vrg.bus.radio_settings import LinkSettings, RadioSettings
 from vrg.games import GAMES, PLANNERS
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
 from vrg.kinds import BY_PROCESS, COORDINATOR, RECORDER, ROUTER, SPECTATOR, WORLD
+from vrg.radio_settings import LinkSettings, RadioSettings
 from vrg.types import Pose
 
 HERE = "here"
@@ -193,7 +193,7 @@ class Machine(FileTable, frozen=True, kw_only=True):
 
 
 class LinkTable(FileTable, frozen=True, kw_only=True):
-    """The quality of the radio links between players; see `vrg.bus.radio_settings.LinkSettings`.
+    """The quality of the radio links between players; see `vrg.radio_settings.LinkSettings`.
 
     Args:
         range: the distance in m beyond which nothing arrives. loss: the share of messages that are lost, 0 to 1.

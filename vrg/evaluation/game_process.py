@@ -31,7 +31,7 @@ _NODES = (
     "vrg.coordinator.coordinator",
     "vrg.agents.player",
     "vrg.agents.importing",
-    "vrg.bus.radio_model",
+    "vrg.agents.radio",
     "scipy.optimize",
 )
 """The modules that every game needs, and that are imported only when its nodes are made or when it lines up."""

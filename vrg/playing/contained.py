@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from vrg.agents.player import Player
+from vrg.agents.radio import Radio
 from vrg.agents.strategy import Strategy
 from vrg.blame import DecisionTimeoutError, failure_of
 from vrg.bus.node import Node, Tick
-from vrg.bus.radio import Radio
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError, GivenUpError, StrategyError
 from vrg.launch.process_log import ProcessLog

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final, Generic, TypeVar
 
 from msgspec import structs
 
+from vrg.agents.radio import link_of
 from vrg.bus.lockstep import Lockstep
 from vrg.bus.messages import RefereeState
 from vrg.bus.node import Node
-from vrg.bus.radio_model import link_of
 from vrg.bus.stopping import StopSignal
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import NOISE, CheckedMatch, MatchSetup, radio_seed

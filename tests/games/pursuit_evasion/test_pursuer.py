@@ -8,10 +8,10 @@ import pytest
 from msgspec import structs
 
 from tests.games.pursuit_evasion.making import STARTS, book, crossing, field, sighting
+from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import Action, View
 from vrg.bus.codec import checked
 from vrg.bus.messages import Auction, Bid, RefereeState, Sighting, Sketch, Stage
-from vrg.bus.radio import TeamMessage
 from vrg.coordinator.match import Match
 from vrg.games.pursuit_evasion.pursuer import Pursuer
 from vrg.games.pursuit_evasion.state import State

@@ -11,9 +11,9 @@ from msgspec import structs
 from tests.agents.perception.scenes import HALF_TURN, box, ranges_in, room, together
 from tests.games.pursuit_evasion.making import book, field, sighting
 from vrg.agents.perception.scan import Floats
+from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import View
 from vrg.bus.messages import SensorMessage, Stage
-from vrg.bus.radio import TeamMessage
 from vrg.coordinator.match import Match
 from vrg.games.pursuit_evasion.talk import words
 from vrg.games.pursuit_evasion.watch import MATE_FORGOTTEN, SNAPSHOT_SCANS, IntruderDetector

@@ -9,9 +9,9 @@ from vrg.agents.perception.background import Snapshot, returns_of, snapshot, unu
 from vrg.agents.perception.clusters import clusters, sighting_of
 from vrg.agents.perception.scan import Scan, scan_of
 from vrg.agents.perception.tracking import Tracker
+from vrg.agents.radio import TeamMessage
 from vrg.agents.strategy import View
 from vrg.bus.messages import Sighting
-from vrg.bus.radio import TeamMessage
 from vrg.games.pursuit_evasion.talk import Words, understood
 from vrg.geometry import along_arc, wrap
 from vrg.hal.models import RobotModel

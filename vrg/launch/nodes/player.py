@@ -7,10 +7,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vrg.agents.player import Player
+from vrg.agents.radio import Radio, link_of
 from vrg.agents.strategy import Strategy
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.radio import Radio
-from vrg.bus.radio_model import link_of
 from vrg.config.setup import MatchSetup, radio_seed
 from vrg.errors import ConfigError, StrategyError
 from vrg.hal.backends import MatchContext, open_driver

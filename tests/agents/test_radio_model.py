@@ -6,9 +6,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vrg.bus.radio import PerfectLink, Transmission
-from vrg.bus.radio_model import BACKLOG, ModelledLink, draws, link_of
-from vrg.bus.radio_settings import LinkSettings, RadioSettings
+from vrg.agents.radio import (
+    BACKLOG,
+    LinkSettings,
+    ModelledLink,
+    PerfectLink,
+    RadioSettings,
+    Transmission,
+    draws,
+    link_of,
+)
 
 WORDS = Transmission("ann", "bob", "vrg/m/team/red/say/ann", 0, 100, 1.0, 5.0)
 

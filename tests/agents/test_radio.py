@@ -1,9 +1,9 @@
 """What players say to their team, over links that can be modelled."""
 
+from vrg.agents.radio import Radio, RadioLink, TeamMessage, Transmission, packed
 from vrg.bus.codec import Received, decode, encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Say
-from vrg.bus.radio import Radio, RadioLink, TeamMessage, Transmission, packed
 from vrg.bus.topics import Keys
 
 KEYS = Keys("m")

@@ -1,4 +1,4 @@
-"""The quality of the radio links of a match. `vrg.bus.radio_model` is the model that follows from it."""
+"""The quality of the radio links of a match. `vrg.agents.radio` has the model that follows from it."""
 
 from typing import Annotated
 
