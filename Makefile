@@ -1,15 +1,19 @@
 # make play      plays a match of Sharks and Minnows and shows it
 # make test      runs the checks and tests of every change, in lots: scripts/lots
 # make test-all  runs everything, with many more examples, seeds and whole matches: before a capability is done
+# make docs      builds the site of the documentation in build/site
 # make vcan      runs the tests on a CAN bus only, on a virtual one that it makes itself
 # make setup     makes .venv, which all of the above do by themselves
 
-.PHONY: setup play test test-all lint unit system vcan lock clean
+.PHONY: setup docs play test test-all lint unit system vcan lock clean
 
 VENV := .venv/bin
 
 setup:
 	@scripts/setup
+
+docs: setup
+	@$(VENV)/python scripts/docs
 
 play: setup
 	$(VENV)/vrg play sharks-and-minnows
