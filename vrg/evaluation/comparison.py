@@ -65,7 +65,7 @@ class Comparison:
         write_report(self.path, [f"# {self.sentence}", *map(report.markdown, self.tables), remarks])
 
     def to_arrow(self) -> pa.Table:
-        """The games as a table, a row for each: see docs/compare.md."""
+        """The games as a table, a row for each: see docs/tournaments.md."""
         return files.table(self._columns)
 
     @property

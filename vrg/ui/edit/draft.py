@@ -53,7 +53,7 @@ _WORDS: Final = ("name", "game", "map", "engine", "on_fault", "role", "strategy"
 HEADER: Final = (
     "# A match of {game}.\n"
     "# Lengths are in metres, headings in degrees counter-clockwise from +x, times in seconds.\n"
-    "# docs/matches.md of VRG lists all fields.\n"
+    "# docs/match-file.md of VRG lists all fields.\n"
 )
 """The comment at the top of a new match file."""
 
