@@ -201,3 +201,37 @@ def test_a_time_may_be_typed_in_minutes() -> None:
     for wrong in ("1:99", "1:60:00", "1:-5"):
         with pytest.raises(typer.BadParameter, match="such as 80 or 1:20"):
             duration()(wrong)
+
+
+ROS_MATCH = GOOD.replace('name = "player1"', 'name = "player1"\nbackend = "ros"')
+ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros"')
+
+
+@pytest.mark.parametrize(
+    ("typed", "package"),
+    [
+        ("fuzz roboflag", "vrg-faults"),
+        ("show ros", "vrg-ros"),
+        ("node ros match.toml", "vrg-ros"),
+        ("play sharks-and-minnows --ros", "vrg-ros"),
+        ("play sharks-and-minnows --show ros=tcp/0.0.0.0:7448", "vrg-ros"),
+        ("check robot.toml", "vrg-ros"),
+        ("check driven.toml", "vrg-ros"),
+        ("show 3d", "vrg-three"),
+        ("node three match.toml", "vrg-three"),
+        ("play sharks-and-minnows --3d", "vrg-three"),
+        ("run replay --3d", "vrg-three"),
+        ("run replay --show 3d", "vrg-three"),
+    ],
+)
+def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
+    vrg: Vrg, monkeypatch: pytest.MonkeyPatch, typed: str, package: str
+) -> None:
+    monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES)):
+        Path(f"{name}.toml").write_text(text, encoding="utf-8")
+    done = vrg(*typed.split())
+    assert done.status in (1, 2)
+    said = " ".join(done.err.replace("│", "").split())
+    assert f"the package {package} adds: pip install {package}" in said
+    assert not Path("runs").exists()

@@ -17,11 +17,19 @@ from vrg.cli import make_app
 from vrg.plugins import where_from
 
 ROOT = Path(__file__).parents[1]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")), ROOT / "benchmarks" / "README.md"]
-PAGES += sorted((ROOT / "plugins").glob("*/README.md"))
+PAGES = [
+    ROOT / "README.md",
+    ROOT / "benchmarks" / "README.md",
+    *sorted(ROOT.glob("docs/*.md")),
+    *sorted(ROOT.glob("plugins/*/README.md")),
+]
 VRG = typer.main.get_command(make_app())
 BEFORE_VRG = re.compile(r"^.*?\bvrg (?=[a-z-])")
 """What may stand before the arguments in a line of a shell: a prompt, a path, `scripts/with-vcan`."""
+
+
+def _name(page: Path) -> str:
+    return page.relative_to(ROOT).as_posix()
 
 
 def shell_lines(page: Path) -> Iterator[tuple[int, str]]:
@@ -80,8 +88,8 @@ def parse(arguments: list[str], *, whole: bool) -> None:
             raise NoCommandError(str(error)) from error
 
 
-CASES = [(f"{page.name}:{number}", line, True) for page in PAGES for number, line in shell_lines(page)] + [
-    (f"{page.name}:{number}", span.removeprefix("vrg "), False)
+CASES = [(f"{_name(page)}:{number}", line, True) for page in PAGES for number, line in shell_lines(page)] + [
+    (f"{_name(page)}:{number}", span.removeprefix("vrg "), False)
     for page in PAGES
     for number, span in spans(page)
     if re.match(r"vrg [a-z-]", span)
@@ -134,5 +142,5 @@ def test_everything_that_a_strategy_sees_is_documented(module: str, name: str) -
 def test_every_file_of_the_repository_that_is_named_is_there() -> None:
     named = re.compile(r"(vrg|docs|deploy|tests|scripts|examples|benchmarks|plugins)/[\w./-]+")
     every = [(page, span) for page in PAGES for _, span in spans(page) if named.fullmatch(span)]
-    wrong = [f"{page.name}: {span}" for page, span in every if not (ROOT / span).exists()]
+    wrong = [f"{_name(page)}: {span}" for page, span in every if not (ROOT / span).exists()]
     assert not wrong, "\n".join(wrong)

@@ -26,7 +26,6 @@ ONLY_IN = {
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/web/replay.py", "ui/edit/server.py"),
     "segno": ("ui/sheet.py",),
-    "viser": ("ui/three/theatre.py",),
     "numba": ("learning/compiled.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
     "pettingzoo": ("learning/environment.py",),
@@ -39,7 +38,6 @@ MAY_NOT = {
     "bus": ("hal", "localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "hal": ("localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
     "localisation": ("navigation", "agents", "coordinator", "games", *SHELLS),
-    "ros": ("navigation", "agents", "coordinator", *UPPER),
     "navigation": ("bus", "hal", "agents", "coordinator", "games", *SHELLS),
     "agents": ("coordinator", "games", *SHELLS),
     "coordinator": ("agents", "games", *SHELLS),
@@ -282,8 +280,7 @@ BUDGETS = {
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_520,  # the permission of robots, which the world uses too
-    "shared values": 1_680,  # vrg.compare; the figures of a picture; what plug-ins add
-    "ros": 1_390,
+    "shared values": 1_700,  # vrg.compare; the figures of a picture; what plug-ins add and show
     "testing": 770,
     "agents": 1_380,
     "recording": 1_210,

@@ -30,7 +30,13 @@ def lots(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
 def paths(lots: ModuleType, marks: str) -> list[Path]:
     """The files and folders of all lots whose tests have these marks."""
     commands = [command for lot in lots.all_lots(thorough=True) for command in lot.commands if "pytest" in command]
-    return [ROOT / path for command in commands if marks in command for path in command if path.startswith("tests/")]
+    return [
+        ROOT / path
+        for command in commands
+        if marks in command
+        for path in command
+        if path.startswith(("tests/", "plugins/"))
+    ]
 
 
 def test_every_file_with_tests_is_in_a_lot(lots: ModuleType, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -40,7 +46,8 @@ def test_every_file_with_tests_is_in_a_lot(lots: ModuleType, monkeypatch: pytest
         for marks, name in ((lots.SYSTEM, "system"), (lots.VCAN, "vcan"))
     }
     here = Path(__file__)
-    files = [path for path in (ROOT / "tests").rglob("test_*.py") if path != here]
+    files = [*(ROOT / "tests").rglob("test_*.py"), *ROOT.glob("plugins/*/tests/test_*.py")]
+    files.remove(here)
     missing = [
         f"{path.relative_to(ROOT)} in {marks!r}"
         for marks, pattern in (*marked.items(), (lots.FAST, r"def test_|Contract\)"))

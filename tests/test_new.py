@@ -13,6 +13,7 @@ import pytest
 from tests.command_line import Vrg, command_line
 from vrg.config.loading import load_match
 from vrg.coordinator.journal import read_journal
+from vrg.hal.backends import BACKENDS
 from vrg.hal.sim.map import load_map
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import Ending, play
@@ -213,7 +214,7 @@ def test_the_installed_driver_is_a_backend(vrg: Vrg, tmp_path: Path) -> None:
     (tmp_path / "final.toml").write_text(text, encoding="utf-8")
     before = python(tmp_path, "-m", "vrg", "check", "final.toml")
     assert before.returncode == 1
-    assert "expected one of can, ros, sim, got 'rover'" in before.stderr
+    assert f"expected one of {', '.join(BACKENDS.names())}, got 'rover'" in before.stderr
     build = "import setuptools.build_meta as b; print(b.build_wheel('..'))"
     built = python(tmp_path / "rover", "-c", build)
     assert built.returncode == 0, built.stderr

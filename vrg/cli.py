@@ -32,11 +32,11 @@ either when it is asked for.
 
 
 def _nodes() -> Table:
-    """A command for each kind of process. Those of other packages are imported only when they are asked for."""
-    from vrg.kinds import BUILT_IN, KINDS  # noqa: PLC0415 - most commands run no process
+    """A command for each kind of process."""
+    from vrg.kinds import KINDS, every_kind  # noqa: PLC0415 - most commands run no process
 
-    about = {kind.name: _sentence(kind.about) for kind in BUILT_IN}
-    listed = {name: about.get(name, "A kind of another package") for name in KINDS.names()}
+    about = {kind.name: _sentence(kind.about) for kind in every_kind()}
+    listed = {name: about.get(name, "Cannot be used; with --help it tells why") for name in KINDS.names()}
     listed |= {"strategy": "What `vrg play --lockstep` starts on another machine by ssh"}
     listed |= {"host": "What `vrg play` starts on another machine by ssh"}
     return {"Run a single process of a match": {name: (partial(_node, name), about) for name, about in listed.items()}}
@@ -49,9 +49,12 @@ def _node(name: str) -> Callable[..., None]:
 
 def _views() -> Table:
     """The commands that show a running match: the kinds of processes that do, and those that need none of the match."""
-    from vrg.kinds import BUILT_IN  # noqa: PLC0415 - as above
+    from vrg.kinds import every_kind  # noqa: PLC0415 - as above
 
-    kinds = {kind.shown: (kind.command, _sentence(kind.about)) for kind in BUILT_IN if kind.shown}
+    kinds = {
+        kind.shown: (kind.command or partial(_node, kind.name), _sentence(kind.about))
+        for kind in every_kind() if kind.shown
+    }  # fmt: skip
     return {
         "Show a running match": kinds
         | {

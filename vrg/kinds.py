@@ -6,12 +6,25 @@ A package outside adds a kind by an entry point of the group `vrg.kinds`; `vrg n
     scoreboard = "my_package.scoreboard:KIND"
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
-from vrg.registry import Registry
+from vrg.errors import ConfigError
+from vrg.registry import Registry, expected_one_of, installed_by
 from vrg.seats.seat import NAMED, Seat, SeatKind
+
+
+class Opening(NamedTuple):
+    """The place of a process that shows a match.
+
+    Args:
+        name: of the process' job, such as the address at which it serves.
+        words: makes the words that tell people where the match is shown, of the endpoint of the match's router.
+    """
+
+    name: str
+    words: Callable[[str], str]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,7 +41,12 @@ class Kind:
         pulse: the kind of node as which it beats; empty for that of this name.
         named: what its name is the name of, in one word; empty if it needs none.
         command: the `module:function` of the command that runs one beside a match, where that takes more than its name.
-        shown: the name of that command in `vrg show`, which lists what comes with VRG; empty if it is none there.
+        shown: its name in `vrg show`; empty if it is not listed there.
+        opens: the `module:function` that makes the Opening of its process for `vrg play --show` and `vrg show`, of the
+            match's set-up, the address that was typed or None, and `secured`: whether only seats are let in. It raises
+            a ConfigError or a LaunchError for an address that cannot be used.
+        replays: the `module:function` that shows a recorded match, as `vrg.commands.page.serve_replay` does.
+        drives: the name of the strategy whose players stand unless a process of this kind drives them.
         stop_order: processes of a lower number are stopped first.
         essential: the match is given up without it.
         keeps: it writes files into the run folder that it needs to go on.
@@ -47,6 +65,9 @@ class Kind:
     named: str = ""
     command: str = ""
     shown: str = ""
+    opens: str = ""
+    replays: str = ""
+    drives: str = ""
     stop_order: int = 1
     essential: bool = False
     keeps: bool = False
@@ -61,7 +82,6 @@ class Kind:
 
 _WINDOW = "vrg.launch.serving:run_window"
 _DECIDES = (SeatKind.OFFICIAL, SeatKind.WINDOW)
-_WATCHES = (SeatKind.WINDOW, SeatKind.OFFICIAL)
 
 ROUTER = Kind(
     name="router", about="routes all messages of a match", seats=(SeatKind.ROUTER,), process="router", stop_order=3
@@ -105,24 +125,15 @@ COMMANDER = Kind(
 WEB = Kind(
     name="web", about="the match in browsers", seats=_DECIDES, process="web", pulse="spectator",
     node="vrg.launch.nodes.web:web", command="vrg.commands.page:web", shown="web", views=True,
+    replays="vrg.commands.page:serve_replay",
 )  # fmt: skip
 FOXGLOVE = Kind(
     name="foxglove", about="all that a recording holds, in Foxglove", seats=_DECIDES, process="foxglove",
-    pulse="spectator", node="vrg.launch.nodes.foxglove:foxglove", command="vrg.commands.page:foxglove",
-    shown="foxglove", views=True,
+    pulse="spectator", node="vrg.launch.nodes.foxglove:foxglove", shown="foxglove", views=True,
+    opens="vrg.commands.page:open_foxglove",
 )  # fmt: skip
-THREE = Kind(
-    # Nobody decides anything there, so it prefers the seat that may not.
-    name="three", about="the match in three dimensions, in browsers", seats=_WATCHES, process="3d", pulse="spectator",
-    node="vrg.launch.nodes.three:three", command="vrg.commands.three:three", shown="3d", views=True,
-)  # fmt: skip
-ROS = Kind(
-    name="ros", about="the match in ROS 2, without ROS", seats=_DECIDES, process="ros", pulse="spectator",
-    node="vrg.launch.nodes.ros:ros", command="vrg.commands.ros:ros", shown="ros", views=True,
-)  # fmt: skip
-
 BUILT_IN: Final = (
-    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, HUD, COMMANDER, WEB, FOXGLOVE, THREE, ROS,
+    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, HUD, COMMANDER, WEB, FOXGLOVE,
 )  # fmt: skip
 """The kinds that come with VRG."""
 
@@ -142,4 +153,29 @@ KINDS: Final[Registry[Kind]] = Registry(
 
 
 BY_PROCESS: Final = {kind.process: kind for kind in BUILT_IN if kind.process}
-"""The kinds of which a match has one process at most, by the name of that process."""
+"""The kinds of VRG of which a match has one process at most, by the name of that process."""
+
+
+def every_kind() -> Iterator[Kind]:
+    """Every kind that can be used, those that come with VRG first; other packages are imported only for the others."""
+    yield from BUILT_IN
+    own = {kind.name for kind in BUILT_IN}
+    yield from (kind for name in KINDS.names() if name not in own and (kind := KINDS.find(name)) is not None)
+
+
+def kind_shown(name: str, use: str) -> Kind:
+    """The kind that `vrg show` lists by a name.
+
+    Args:
+        use: the field with the function that is wanted of it, `opens` or `replays`.
+
+    Raises:
+        ConfigError: there is no such kind, or it has no such function.
+    """
+    shown = {kind.shown: kind for kind in every_kind()}
+    if name not in shown and (wanted := installed_by("vrg.commands", f"show.{name}")):
+        raise ConfigError(f"a view of the match: got {name!r}, which {wanted}")
+    able = {name: kind for name, kind in shown.items() if getattr(kind, use)}
+    if name not in able:
+        raise ConfigError(f"a view of the match: {expected_one_of(sorted(able), name)}")
+    return able[name]

@@ -1,14 +1,13 @@
-"""What plug-ins add besides the objects of registries: commands. A plug-in is a package with entry points.
-
-[project.entry-points."vrg.commands"]
-sing = "my_package:SING"
-"""
+"""What plug-ins add besides games, robots and the like: commands, and checks of `vrg doctor`. See docs/plugins.md."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from vrg.registry import Registry, installed_by
+
+if TYPE_CHECKING:
+    from vrg.launch.findings import Finding
 
 
 @dataclass(frozen=True)
@@ -35,6 +34,11 @@ COMMANDS: Final[Registry[Command]] = Registry(
     lambda found: None if isinstance(found, Command) else "expected a vrg.plugins.Command",
 )
 """Every command of other packages; the name of an entry point is the command's path, joined by dots."""
+
+CHECKS: Final[Registry[Callable[[], "Finding"]]] = Registry(
+    "check", "vrg.checks", {}, lambda found: None if callable(found) else "expected a function"
+)
+"""Every check that other packages add to `vrg doctor`: a function that returns a `vrg.launch.findings.Finding`."""
 
 
 CALIBRATIONS: Final[Registry[Callable[..., None]]] = Registry("way to calibrate", "vrg.calibrations", {})

@@ -20,11 +20,17 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 OFFERED: Mapping[str, Mapping[str, str]] = {
-    "vrg.commands": {"fuzz": "vrg-faults", "locate": "vrg-locate", "run.report": "vrg-locate"},
-    "vrg.localisation": {"camera": "vrg-locate", "mocap": "vrg-locate", "ssl": "vrg-locate"},
+    "vrg.backends": {"ros": "vrg-ros"},
     "vrg.calibrations": {"fixes": "vrg-locate"},
+    "vrg.commands": {
+        "fuzz": "vrg-faults", "locate": "vrg-locate", "run.report": "vrg-locate", "show.3d": "vrg-three",
+        "node.three": "vrg-three", "show.ros": "vrg-ros", "node.ros": "vrg-ros",
+    },
+    "vrg.kinds": {"ros": "vrg-ros", "three": "vrg-three"},
+    "vrg.localisation": {"camera": "vrg-locate", "mocap": "vrg-locate", "ssl": "vrg-locate"},
+    "vrg.strategies": {"ros": "vrg-ros"},
     "vrg.workers": {"ray": "vrg-ray"},
-}
+}  # fmt: skip
 """The plug-ins of VRG that add a name, by the group of its entry point: what is missing is refused with one of them."""
 
 
@@ -166,6 +172,15 @@ def plugins(group: str) -> "dict[str, EntryPoint]":
     from importlib.metadata import entry_points  # noqa: PLC0415 - slow to load
 
     return {entry.name: entry for entry in entry_points(group=group)}
+
+
+@cache
+def plugin_packages() -> frozenset[str]:
+    """The names of the packages that add something to VRG, whether or not they are imported."""
+    from importlib.metadata import entry_points  # noqa: PLC0415 - as above
+
+    groups = (group for group in entry_points().groups if group.startswith("vrg."))
+    return frozenset(entry.module.split(".")[0] for group in groups for entry in entry_points(group=group))
 
 
 def load_object(target: str) -> Any:

@@ -73,5 +73,5 @@ def test_the_table_of_backends_has_it() -> None:
     assert driver.name == "r"
     assert driver.features.name == "P2AT"
     assert not driver.physical
-    with pytest.raises(ConfigError, match=r"backend: expected one of can, ros, sim, got 'simm', did you mean 'sim'"):
+    with pytest.raises(ConfigError, match=r"backend: expected one of can, .*sim, got 'simm', did you mean 'sim'"):
         BACKENDS.get("simm")

@@ -4,6 +4,7 @@ import json
 import os
 import socket
 from contextlib import AbstractContextManager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -90,3 +91,15 @@ def test_a_folder_that_cannot_be_written_keeps_no_match_back(tmp_path: Path, cap
     with listed("final"):
         assert running.running() == []
     assert "will not find this match" in caplog.text
+
+
+def test_what_shows_a_match_of_this_machine_ends_with_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(running, "LOOK", 0.0)
+    match = RunningMatch("m", "tcp/127.0.0.1:1", str(tmp_path), os.getpid())
+    with running.registered(match):
+        has_ended = running.gone(match.match, match.router)
+        elsewhere = running.gone("other", match.router)
+        assert not has_ended()
+    with running.registered(replace(match, pid=match.pid + 1)):
+        assert has_ended(), "another match of that name has begun there"
+    assert not elsewhere()

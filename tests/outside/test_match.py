@@ -30,7 +30,7 @@ def race(tmp_path: Path, installed: None) -> Iterator[Match]:
     for old, new in LONGER:
         assert text.count(old) == 1
         text = text.replace(old, new)
-    with Match(tmp_path, text, movers=("amber", "jade")) as match:
+    with Match(tmp_path, text, movers=("amber", "jade"), options=["--show", "crier=oyez"]) as match:
         yield match
 
 
@@ -38,8 +38,10 @@ def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: Match, tmp_path:
     observer = race.observer
     assert {body.name: body.physical for body in observer.heard.poses[-1].body.bodies} == {"amber": True, "jade": False}
 
-    # A process of a kind of the package's takes part by hand.
-    command = [sys.executable, "-m", "vrg", "node", "crier", str(race.run.match_file), "--router", race.endpoint]
+    # A process of a kind of the package's is one of the match's own, and another one is opened beside it.
+    shown = f"the calls of race, by {race.endpoint}"
+    observer.wait_until(lambda: shown in race.said(), "the launcher to print where it is")
+    command = [sys.executable, "-m", "vrg", "show", "crier", str(race.run.match_file), "--router", race.endpoint]
     with (tmp_path / "cries").open("wb") as cries:
         crier = subprocess.Popen(command, stdout=cries, stderr=subprocess.STDOUT)
 
@@ -79,5 +81,6 @@ def test_a_robot_of_somebody_elses_driver_obeys_the_match(race: Match, tmp_path:
     assert crier.wait(DEADLINE) == 130, (tmp_path / "cries").read_text()
 
     assert race.wait_ended() == 0
+    assert "oyez: " in race.log("crier")
     assert "amber at the finish" in race.said()
     assert set(read_tracks(race.run.recording)) == {"amber", "jade"}

@@ -5,13 +5,10 @@ import re
 import signal
 import time
 from collections.abc import Callable, Iterator
-from importlib.metadata import version
 from pathlib import Path
 
 import psutil
 import pytest
-import zstandard
-from websockets.sync.client import connect
 
 from tests.chromium import Visitor, chromium
 from tests.system.conftest import Arena
@@ -25,7 +22,7 @@ SIZE = (800, 500)
 
 @pytest.fixture(scope="module")
 def match(arena: Arena) -> Iterator[Match]:
-    running = arena.start(long_match("web"), options=["--web", "--3d"], seats=True)
+    running = arena.start(long_match("web"), options=["--web"], seats=True)
     yield running
     running.close()
 
@@ -54,7 +51,6 @@ def test_viewers_watch_drivers_drive_and_officials_decide(
 ) -> None:
     viewer = visit("watch")
     _watch(match, viewer)
-    _watch_in_three_dimensions(match)
     _drive(match, visit)
     _decide(match, viewer, visit)
     _restart(match, viewer)
@@ -81,20 +77,6 @@ def _watch(match: Match, viewer: Visitor) -> None:
     assert observer.playing or observer.stalled
     assert not any(reports[-1].body.manual for reports in observer.heard.reports.values())
     assert re.search(r"viewer \(web\), connection \d+, wanted to halt: refused", match.log("web"))
-
-
-def _watch_in_three_dimensions(match: Match) -> None:
-    """With the seat of a window, that view hears the match; its pictures are tested where it is made."""
-    found = re.search(r"in three dimensions: http://(\S+)", match.output.read_text())
-    assert found is not None
-    with connect(f"ws://{found[1]}", subprotocols=[f"viser-v{version('viser')}"], proxy=None) as page:
-        assert any(b"/robots/P2AT/paint" in zstandard.decompress(_inner(page.recv(timeout=60))) for _ in range(50))
-
-
-def _inner(data: str | bytes) -> bytes:
-    """What is compressed in a message of viser: two lengths of eight bytes stand before it."""
-    assert isinstance(data, bytes)
-    return data[16 : 16 + int.from_bytes(data[8:16], "little")]
 
 
 def _drive(match: Match, visit: Callable[[str], Visitor]) -> None:

@@ -18,7 +18,6 @@ from vrg.bus.mailbox import Mailbox
 from vrg.colours import ORANGE, PURPLE, WHITE, dulled, mix
 from vrg.games import GAMES, UNKNOWN_GAME, game_of
 from vrg.games.game import Game, Marker, Moment, Role
-from vrg.hal.models.pioneer import P2AT
 from vrg.recording.recorder import Recorder
 from vrg.regions import Rectangle
 from vrg.types import Pose
@@ -26,9 +25,6 @@ from vrg.ui import palette
 from vrg.ui.plot import plot_trajectories
 from vrg.ui.scene import Flash
 from vrg.ui.table import status_line, table
-from vrg.ui.three.ground import TURF
-from vrg.ui.three.ground import ground as solids
-from vrg.ui.three.stage import BatchMaker
 from vrg.ui.web import parts
 
 CAPTURE = Game(
@@ -164,11 +160,6 @@ def test_what_lies_on_another_packages_field_appears_everywhere(scene_at, keys, 
     plot_trajectories(path, tmp_path / "plot.png")
     faces = {tuple(round(255 * part) for part in patch.get_facecolor()[:3]) for patch in drawn[0].patches}
     assert {mix(WHITE, PURPLE, 0.14), ORANGE} <= faces
-
-    assert mix(TURF, PURPLE, 0.14) in {solid.colour for solid in solids(scene)}
-    shown = {batch.name: batch for batch in BatchMaker({}, P2AT).batches(scene)}
-    assert tuple(shown["flags/cloths"].colours[0]) == ORANGE
-    assert shown["marks"].scales.any()
 
 
 def test_a_game_that_is_not_installed_here_is_shown_in_every_view(scene_at, keys, drawn, tmp_path):

@@ -5,7 +5,7 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.metadata import PackageNotFoundError, requires, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -27,6 +27,7 @@ from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
 from vrg.launch.running import running
 from vrg.modules import silent_errors
+from vrg.plugins import CHECKS
 from vrg.seats.seat import Seat, SeatKind
 
 
@@ -102,38 +103,6 @@ def _can() -> Finding:
     return Finding("CAN", None, ", ".join(found) or "no interface: scripts/with-vcan gives a command a virtual one")
 
 
-def _ros() -> Finding:
-    """The settings that ROS 2 needs in order to see a match, and its nodes at the routers of this machine."""
-    from vrg.commands.ros import BESIDE, typed_domain  # most commands have nothing to do with ROS
-    from vrg.ros.meeting import graph_of
-
-    wanted = "rmw_zenoh_cpp"
-    distribution, used = os.environ.get("ROS_DISTRO", ""), os.environ.get("RMW_IMPLEMENTATION", "")
-    texts = []
-    try:
-        typed_domain()
-    except VrgError as error:
-        texts.append(str(error))
-    if distribution == "humble":
-        texts.append("Humble and VRG cannot exchange messages, as it has no hashes of types: take Jazzy or later")
-    elif used != wanted:
-        texts.append(
-            f"in the terminals of ROS 2: export RMW_IMPLEMENTATION={wanted}, and for another router than "
-            f"{DEFAULT_ENDPOINT} the line that `vrg play --ros` prints; then ros2 daemon stop; nodes need use_sim_time"
-        )
-    beside = f"tcp/127.0.0.1:{BESIDE}"
-    open_ones = [match.router for match in running() if match.router.startswith("tcp/")]
-    for router in dict.fromkeys([DEFAULT_ENDPOINT, beside, *open_ones]):
-        try:
-            with open_session(router, patience=0.5) as session:
-                graph = graph_of(session, "*")
-        except VrgError:
-            continue
-        texts.append(f"{router}: {', '.join(dict.fromkeys(each.node for each in graph)) or 'no node'}")
-        texts += dict.fromkeys(each.trouble for each in graph if each.trouble)
-    return Finding("ROS 2", None, "; ".join(texts))
-
-
 def _sandbox() -> Finding:
     from vrg.launch.sandbox.seal import missing  # most commands seal nothing
 
@@ -143,6 +112,15 @@ def _sandbox() -> Finding:
 def _matches() -> Finding:
     found = running()
     return Finding("matches", None, ", ".join(f"{m.match} at {m.router}" for m in found) or "none runs here")
+
+
+def _added() -> Iterator[Finding]:
+    """What the checks find that plug-ins add. One that fails harms no other."""
+    for name in CHECKS.names():
+        try:
+            yield CHECKS.get(name)()
+        except Exception as error:  # it is somebody else's code
+            yield Finding(name, None, f"this check of another package has failed: {error}")
 
 
 def _messages() -> Finding:
@@ -182,11 +160,10 @@ def doctor(
         _display,
         _gamepads,
         _sandbox,
-        _ros,
         _matches,
         _messages,
     ]
-    findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks]]}
+    findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks], *_added()]}
     if match is not None:
         from vrg.commands.doctor_machines import examine_machines  # it loads what reaches other machines
 

@@ -138,6 +138,10 @@ class PlayOptions(PracticeOptions):
     ros: Annotated[bool, typer.Option("--ros", help="Let ROS 2 see it, and drive players with the strategy ros.")] = (
         False
     )
+    show: Annotated[
+        list[str] | None,
+        typer.Option(metavar="VIEW[=ADDRESS]", help="Show it in a further view, one of those of `vrg show`."),
+    ] = None
 
     def check(self) -> None:
         """See PracticeOptions.check."""
@@ -146,7 +150,7 @@ class PlayOptions(PracticeOptions):
             raise typer.BadParameter("--tls encrypts the page, and none is served: add --web or --listen")
         needing = {
             "--seats": self.seats, "--foxglove": self.foxglove, "--3d": self.three, "--ros": self.ros,
-            "--developer": self.developer, "--web": self.address,
+            "--show": self.show, "--developer": self.developer, "--web": self.address,
         }  # fmt: skip
         if self.steps and (first := next((name for name, wanted in needing.items() if wanted), None)):
             how = "--lockstep" if self.lockstep else "--in-process"
@@ -158,6 +162,13 @@ class PlayOptions(PracticeOptions):
     def address(self) -> tuple[str, int | None] | None:
         """The address and the port at which browsers see it; None serves no page."""
         return web_address(self.listen) if self.web or self.listen or self.developer else None
+
+    @property
+    def views(self) -> dict[str, str | None]:
+        """The further views by their names in `vrg show`, with the address that was typed for each."""
+        known = {"foxglove": self.foxglove, "3d": self.three, "ros": self.ros}
+        typed = [each.partition("=") for each in self.show or ()]
+        return {name: None for name, wanted in known.items() if wanted} | {name: at or None for name, _, at in typed}
 
 
 class CommandGroup(typer.Typer):

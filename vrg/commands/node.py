@@ -9,10 +9,13 @@ from typing import Annotated
 import typer
 
 from vrg.bus.session import DEFAULT_ENDPOINT
+from vrg.commands.groups import MatchOptions
+from vrg.commands.matches import attached
 from vrg.commands.options import (
     GameArgument,
     KeysOption,
     LeashOption,
+    ListenOption,
     PlayerArgument,
     RouterOption,
     RunOption,
@@ -20,7 +23,7 @@ from vrg.commands.options import (
 )
 from vrg.config.targets import whole_target
 from vrg.errors import ConfigError, LaunchError
-from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind
+from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind, Opening
 from vrg.launch.serving import child_process, serve, serve_router
 from vrg.registry import expected_one_of, load_object
 from vrg.system import POSIX
@@ -146,5 +149,13 @@ def command_of(name: str) -> Callable[..., None]:
     def named(name: Annotated[str, typer.Argument(metavar=kind.named.upper())], on: NodeOptions) -> None:
         _serve(kind, on, name)
 
+    def view(on: MatchOptions, listen: ListenOption = None) -> None:
+        found = attached(on)
+        secured = not found.endpoint.startswith("tcp/")
+        opening: Opening = load_object(kind.opens)(found.known_setup(), listen, secured=secured)
+        typer.echo(opening.words(found.endpoint))
+        found.serve(kind, opening.name)
+
+    view.__doc__ = f"Run this beside a running match: {kind.about}."
     command: Callable[..., None] = load_object(kind.command) if kind.command else named if kind.named else unnamed
-    return command
+    return view if kind.opens and not kind.command else command

@@ -1,4 +1,4 @@
-"""The commands `vrg show web`, `developer` and `foxglove`, which serve a running match to browsers and to Foxglove.
+"""The commands `vrg show web` and `developer`, which serve a running match to browsers, and where Foxglove sees one.
 
 `vrg play` shares how they choose a port, make the tokens of the page, and print where people find it.
 """
@@ -29,7 +29,7 @@ from vrg.commands.options import (
 )
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
-from vrg.kinds import FOXGLOVE, WEB
+from vrg.kinds import WEB, Opening
 from vrg.launch.first_state import first_state
 from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
@@ -39,6 +39,7 @@ from vrg.seats.seat import Seat, SeatKind
 from vrg.ui.web.admission import DEFAULT_PORT, OFFICIAL, Admission, VisitorKind, admission, read_admission, tls_context
 
 if TYPE_CHECKING:
+    from vrg.config.setup import MatchSetup
     from vrg.ui.timeline import Timeline
 
 CHECKED_EVERY = 1.0
@@ -77,28 +78,16 @@ def _serve(on: MatchOptions, listen: str | None, *, tls: bool, details: bool = F
         found.serve(WEB, secret=page.encoded())
 
 
-def foxglove(on: MatchOptions, listen: ListenOption = None) -> None:
-    """Show a running match in Foxglove: all that a recording holds, as it happens. It changes nothing."""
-    address, found = live_address(listen), attached(on)
-    found.known_setup()
-    typer.echo(foxglove_link(address))
-    found.serve(FOXGLOVE, address)
-
-
-def live_address(typed: str | None) -> str:
-    """The address and a free port for Foxglove's server; see `listening_address`.
+def open_foxglove(_setup: "MatchSetup", typed: str | None, *, secured: bool) -> Opening:
+    """The address and a free port for Foxglove's server; see `vrg.kinds.Kind` and `listening_address`.
 
     Raises:
         LaunchError: no port is free there, or the SDK is not installed.
     """
     from vrg.recording.live import PORT
 
-    return listening_address(typed, PORT, "Foxglove's server")
-
-
-def foxglove_link(address: str) -> str:
-    """The link of Foxglove."""
-    return f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}"
+    address = listening_address(typed, PORT, "Foxglove's server")
+    return Opening(address, lambda _: f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}")
 
 
 def open_page(
@@ -131,11 +120,11 @@ def open_page(
     return encrypted(page) if tls or page.certificate else page
 
 
-def serve_replay(timeline: "Timeline", match: str, since: float | None, listen: str | None) -> None:
+def serve_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None, listen: str | None) -> None:
     """Serve a recorded match to browsers until Ctrl-C is pressed.
 
     Args:
-        match: its name. since: the match time at which the printed links begin, s; None for the first instant.
+        setup: of the match. since: the match time at which the printed links begin, s; None for the first instant.
         listen: the address that was typed.
 
     Raises:
@@ -146,7 +135,7 @@ def serve_replay(timeline: "Timeline", match: str, since: float | None, listen: 
 
     host, port = web_address(listen)
     found = port_at(host, port, DEFAULT_PORT, "the page")
-    site = ReplaySite(host, found, timeline, match)
+    site = ReplaySite(host, found, timeline, setup.name)
     with stoppable() as stop:
         site.start()
         for address in reached_at(host):

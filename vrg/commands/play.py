@@ -14,7 +14,6 @@ if TYPE_CHECKING:
 
 def check(match: GameArgument) -> None:
     """Say whether a match file can be played, or what is wrong with it."""
-    from vrg.commands.ros import undriven
     from vrg.config.loading import (  # `vrg play` must start quickly
         check_strategies,
         idle_machines,
@@ -23,6 +22,7 @@ def check(match: GameArgument) -> None:
         unproved_properties,
     )
     from vrg.config.rules import rulebook_of
+    from vrg.playing.match import undriven
     from vrg.playing.trial import trial, untried
 
     setup = load_match(match_path(match))

@@ -8,18 +8,18 @@ from rich.console import Console
 from vrg.bus.messages import DISQUALIFIED
 from vrg.commands.groups import PlayOptions
 from vrg.commands.options import has_display
-from vrg.commands.page import foxglove_link, live_address, open_page, print_links
+from vrg.commands.page import open_page, print_links
 from vrg.commands.plan import print_plan
-from vrg.commands.ros import ros_address, ros_place, typed_domain, undriven
-from vrg.commands.three import three_address, three_link
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
 from vrg.hal.sim.engines import BULLET, default_engine
-from vrg.kinds import FOXGLOVE, ROS, SPECTATOR, THREE, WEB
+from vrg.kinds import SPECTATOR, WEB, Opening, kind_shown
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.over_processes import Show
 from vrg.playing.apart import DEADLINE
-from vrg.playing.match import Way, new_run, play, prepare, sealing
+from vrg.playing.match import Way, new_run, play, prepare, sealing, undriven
+from vrg.registry import load_object
 from vrg.runs.run_folder import RunFolder
 
 
@@ -61,8 +61,7 @@ def play_match(
     setup = prepare(setup, way)
     show = _shown(setup, options, console, way, window=window)
     show.announce(*sealing(setup, seats=way.secured, in_process=options.in_process))
-    if not options.ros:
-        show.announce(*undriven(setup))
+    show.announce(*undriven(setup, show.served))
     folder = new_run(setup, options.runs, show)
     lacking = " (PyBullet is not installed)" if setup.engine == default_engine() != BULLET else ""
     about = f"{setup.name}: {setup.game}, seed {setup.seed}, {setup.engine}{lacking}; run in {folder.path}"
@@ -83,18 +82,20 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
     page = None
     if options.address is not None:
         page = open_page(*options.address, names, keys=way.keys, tls=options.tls)
-    served = {FOXGLOVE.process: live_address(None)} if options.foxglove else {}
-    served |= {THREE.process: three_address(None)} if options.three else {}
-    served |= {ROS.process: ros_address(typed_domain(), None, secured=way.secured)} if options.ros else {}
-    words = {FOXGLOVE.process: foxglove_link, THREE.process: three_link}
+    opened: dict[str, Opening] = {}
+    for name, typed in options.views.items():
+        kind = kind_shown(name, "opens")
+        if kind.process in names:
+            raise ConfigError(f"--show {name}: its process has the name of the player {kind.process}: rename that one")
+        opened[kind.process] = load_object(kind.opens)(setup, typed, secured=way.secured)
 
     def ready(process: str, endpoint: str) -> None:
         if process == WEB.process and page is not None:
             print_links(page, console, details=options.developer)
-        if (where := served.get(process)) is not None:
-            place = words[process](where) if process in words else ros_place(setup, where, endpoint)
-            console.print(place, soft_wrap=True)
+        if process in opened:
+            console.print(opened[process].words(endpoint), soft_wrap=True)
 
+    served = {process: opening.name for process, opening in opened.items()}
     return Show(console, window=window, record=options.record, page=page, served=served, ready=ready)
 
 

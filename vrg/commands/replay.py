@@ -25,9 +25,9 @@ from vrg.commands.options import (
     has_display,
     need_display,
 )
-from vrg.commands.page import serve_replay
-from vrg.commands.three import show_replay
 from vrg.errors import LaunchError
+from vrg.kinds import kind_shown
+from vrg.registry import load_object
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
@@ -54,6 +54,7 @@ def replay(
     as_json: JsonOption = False,
     in_three: ThreeOption = False,
     web: Annotated[bool, typer.Option("--web", help="Show it as a page in browsers.")] = False,
+    view: Annotated[str | None, typer.Option("--show", metavar="VIEW", help="Show it in a view of `vrg show`.")] = None,
     listen: ListenOption = None,
 ) -> None:
     """Watch a recorded match in a window or in browsers: pause it, go through it step by step, or from call to call.
@@ -64,29 +65,28 @@ def replay(
     --json that prints lines of JSON, and no window is opened; without --play and --set it prints what was recorded as
     one object.
     """
-    in_browsers = web or listen is not None
-    if as_json + in_three + in_browsers > 1 and not (in_three and listen):
-        raise LaunchError("expected one of --json, --3d and --web, got more than one")
+    views = [name for name, wanted in (("3d", in_three), ("web", web), (view, view)) if name and wanted]
+    if as_json + len(views) > 1 or (as_json and listen):
+        raise LaunchError("expected one of --json, --3d, --web and --show, got more than one")
+    views = views or ["web"] * (listen is not None)
+    kind = kind_shown(views[0], "replays") if views else None
     folder, setup = ended_run(run, runs)
     if play or settings:
         if at is None:
             raise LaunchError("--play, --set: expected --at too, such as `--at 1:20 --play ann=mine.py:Mine`")
         folder = _take_up(folder, at, play or [], settings or [], runs, sandbox=sandbox, as_json=as_json)
-        if as_json or not (in_three or in_browsers or has_display()):
+        if as_json or (kind is None and not has_display()):
             return
     need_recording(folder)
     if as_json:
         typer.echo(json.dumps(_told(folder, setup)))
         return
-    if in_three or in_browsers:
+    if kind is not None:
         from vrg.runs.replay import read_for_window
 
         taken = read_for_window(folder, setup)
         typer.echo(taken.note, nl=bool(taken.note))
-        if in_three:
-            show_replay(taken.timeline, setup, at, listen)
-        else:
-            serve_replay(taken.timeline, setup.name, at, listen)
+        load_object(kind.replays)(taken.timeline, setup, at, listen)
         return
     from vrg.runs.replay import replay_window
     from vrg.ui.replay import show

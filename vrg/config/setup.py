@@ -199,10 +199,9 @@ class MatchSetup(MatchFile, frozen=True, kw_only=True):
         """The players whose robots the fusion centre locates."""
         return [player for player in self.players if player.localisation == FUSION]
 
-    @property
-    def driven_by_ros(self) -> list[str]:
-        """The names of the players that ROS nodes drive."""
-        return [player.name for player in self.players if player.strategy == "ros"]
+    def played_by(self, strategy: str) -> list[str]:
+        """The names of the players with a strategy, as the match file names it."""
+        return [player.name for player in self.players if player.strategy == strategy]
 
     @property
     def physical(self) -> list[str]:

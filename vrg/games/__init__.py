@@ -55,7 +55,6 @@ STRATEGIES: Registry[type] = Registry(
             )
         },
         "intruder": "vrg.games.pursuit_evasion.intruder:Intruder",
-        "ros": "vrg.games.practice.player:RosDriven",
     },
     lambda found: None if isinstance(found, type) else "expected a class",
     besides="`module:Class`, `file.py:Class`, or the file of a policy (*.npz)",

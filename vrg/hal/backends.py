@@ -13,7 +13,7 @@ from vrg.registry import Registry, subclass_of
 BACKENDS: Registry[type[Driver]] = Registry(
     "backend",
     "vrg.backends",
-    {"sim": "vrg.hal.sim.driver:SimDriver", "can": "vrg.hal.can.driver:CanDriver", "ros": "vrg.ros.driver:RosDriver"},
+    {"sim": "vrg.hal.sim.driver:SimDriver", "can": "vrg.hal.can.driver:CanDriver"},
     subclass_of(Driver),
 )
 """The class of every backend's driver, by the backend's name."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
 from vrg.games import game_of
-from vrg.kinds import BY_PROCESS, HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind
+from vrg.kinds import HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind, every_kind
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 from vrg.seats.seat import Seat
@@ -53,7 +53,9 @@ def kind_of(setup: MatchSetup, process: str) -> Kind | None:
     if process in [companion.name for companion in setup.companions]:
         return None
     # The window of a match has one name, whatever it shows; and a match may have further routers.
-    return window_of(setup)[0] if process == SPECTATOR.process else BY_PROCESS.get(process, ROUTER)
+    if process == SPECTATOR.process:
+        return window_of(setup)[0]
+    return next((kind for kind in every_kind() if kind.process == process), ROUTER)
 
 
 def window_of(setup: MatchSetup) -> tuple[Kind, str]:

@@ -1,7 +1,7 @@
 """Plays a match to its end, in this process or as processes, and writes what it leaves: see `play`."""
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -19,7 +19,7 @@ from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import CheckedMatch, MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, installed
-from vrg.kinds import HUD
+from vrg.kinds import HUD, every_kind
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
@@ -152,6 +152,19 @@ def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer,
     if failure is not None:
         raise failure
     return Outcome(state, stop.is_set())
+
+
+def undriven(setup: MatchSetup, served: Collection[str] = ()) -> list[str]:
+    """The views without which players stand, in words.
+
+    Args:
+        served: the processes of the views that are open.
+    """
+    return [
+        f"{', '.join(players)}: driven by `vrg show {kind.shown}` alone: run that, or play with --show {kind.shown}"
+        for kind in every_kind()
+        if kind.drives and kind.process not in served and (players := setup.played_by(kind.drives))
+    ]
 
 
 def sealing(setup: MatchSetup, *, seats: bool, in_process: bool) -> list[str]:

@@ -111,15 +111,6 @@ def test_it_connects_to_the_port_of_its_router(match: MatchSetup, router: str, p
         policy(match, router="unixsock-stream//tmp/x")
 
 
-def test_a_robot_that_runs_ros_is_reached_at_its_own_router(match: MatchSetup, tmp_path: Path) -> None:
-    text = (tmp_path / "match.toml").read_text().replace('backend = "sim"', 'backend = "ros"')
-    tables = "".join(f'[backends.ros.robots.{p.name}]\nrouter = "tcp/{p.name}:7448"\n' for p in match.players)
-    (tmp_path / "match.toml").write_text(f"{text}\n{tables}")
-    there = load_match(tmp_path / "match.toml")
-    assert policy(there).ports == (7450, 7448)
-    assert policy(match).ports == (7450,)
-
-
 def test_players_are_sealed_by_default_with_seats_if_their_strategy_is_a_file_and_without_if_it_is_a_strangers(
     match: MatchSetup, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:

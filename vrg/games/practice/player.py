@@ -1,4 +1,4 @@
-"""The strategies of robots that a person drives, or a ROS node."""
+"""The strategy of robots that a person drives."""
 
 from vrg.agents.strategy import Strategy, View
 from vrg.types import STILL, Twist
@@ -12,9 +12,3 @@ class Waiting(Strategy):
     def act(self, view: View) -> Twist:
         """Stand still."""
         return STILL
-
-
-class RosDriven(Waiting):
-    """Stands still, but for what `vrg show ros` passes on from its topic `cmd_vel`, as if a person drove it."""
-
-    mode = "ROS"

@@ -11,6 +11,7 @@ from vrg.config.setup import MatchSetup, PlayerSetup
 from vrg.errors import SandboxError
 from vrg.launch.code_files import imported, readable_parts
 from vrg.launch.sandbox.policy import Access, Policy, files
+from vrg.registry import plugin_packages
 from vrg.runs.run_folder import RunFolder
 
 
@@ -27,6 +28,7 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
         ConfigError: there is no such player. SandboxError: `router` has no TCP port.
     """
     player = setup.player(name)
+    ports = _ports_of_robot(setup, player)  # this imports the package of the robot's driver
     base = Path(setup.base).resolve()
     code = setup.strategy_file(name)
     theirs = _of_others(setup, player)
@@ -62,7 +64,7 @@ def policy_of(setup: MatchSetup, name: str, *, router: str | None, run: RunFolde
             *((path, Access.READ) for path in named),
             *((path, Access.READ | Access.WRITE | Access.DEVICE) for path in channels),
         ),
-        ports=(*(() if router is None else (_port(router),)), *_ports_of_robot(setup, player)),
+        ports=(*(() if router is None else (_port(router),)), *ports),
         folder=folder,
         memory=setup.memory,
         core=None if player.physical or router is None else player.number,
@@ -103,10 +105,13 @@ def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
 
 
 def libraries() -> list[Path]:
-    """The folders of Python, of VRG and of the packages that can be imported."""
+    """The folders of Python, of VRG, of what can be imported, and of the plug-ins that are imported already."""
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix}
     found = {Path(prefix).resolve() for prefix in prefixes} | {Path(vrg.__file__).resolve().parent}
     found |= {Path(entry).resolve() for entry in sys.path if entry}
+    # A plug-in that is installed in place, with pip's --editable, is in none of these.
+    imported_ones = (sys.modules[name] for name in plugin_packages() if name in sys.modules)
+    found |= {Path(path).resolve() for module in imported_ones for path in getattr(module, "__path__", ())}
     return sorted(found)
 
 
