@@ -280,7 +280,7 @@ BUDGETS = {
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_520,  # the permission of robots, which the world uses too
-    "shared values": 1_700,  # vrg.compare; the figures of a picture; what plug-ins add and show
+    "shared values": 1_710,  # vrg.compare; the figures of a picture; what plug-ins add and show
     "testing": 770,
     "agents": 1_380,
     "recording": 1_210,

@@ -35,8 +35,8 @@ def show_replay(timeline: "Timeline", setup: "MatchSetup", since: float | None, 
     Raises:
         LaunchError: no port is free there.
     """
-    from vrg_three.replay import ThreeReplay  # noqa: PLC0415 - viser takes a second
-    from vrg_three.theatre import theatre  # noqa: PLC0415
+    from vrg_three.replay import ThreeReplay
+    from vrg_three.theatre import theatre
 
     address = open_three(setup, listen, secured=False).name
     replay = ThreeReplay(theatre(setup, address), timeline)
