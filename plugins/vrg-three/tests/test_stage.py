@@ -225,14 +225,14 @@ def test_names_in_the_headline_are_no_html() -> None:
 def test_what_lies_on_another_packages_field_has_its_colours(monkeypatch: pytest.MonkeyPatch) -> None:
     """A zone, a thing and a mark that VRG's own games have not: no drawing is changed for them."""
     roles = (Role("runner", "reds", PURPLE, Marker.DIAMOND), Role("guard", "blues", ORANGE, Marker.SQUARE))
-    game = Game(name="capture", settings="", rules="", strategy="", match="", roles=roles)
-    monkeypatch.setitem(GAMES._found, "capture", game)
+    game = Game(name="heist", settings="", rules="", strategy="", match="", roles=roles)
+    monkeypatch.setitem(GAMES._found, "heist", game)
     court = m.Zone(name="court", kind="court", region=Rectangle(18.0, -24.0, 22.0, -20.0), team="reds")
     cup = m.FieldObject(name="cup", kind="cup", team="blues", x=20.0, y=-28.0)
     player = m.PlayerStatus(
         name="nemo", team="reds", role="runner", state="active", may_move=True, radius=0.3, mark=Pose(24.0, -16.0, 0.0)
     )
-    changes = {"game": "capture", "players": [player], "zones": (court,), "objects": (cup,)}
+    changes = {"game": "heist", "players": [player], "zones": (court,), "objects": (cup,)}
     scene = scene_at(5.0, **changes, stage=m.Stage.INITIALIZE)
     assert mix(TURF, PURPLE, 0.14) in {solid.colour for solid in ground(scene)}
     shown = batches(BatchMaker({}, P2AT), scene)
