@@ -105,7 +105,8 @@ class RosSettings(BackendSettings):
         """Their own watchdogs, which no message proves."""
         return [
             f"{name}: its own driver must stop it when {self.robots[name].topic(self.robots[name].cmd_vel)} ceases, "
-            "as nothing else does if this computer or the network fails: lift its wheels and try it (the README of vrg-ros)"
+            "as nothing else does if this computer or the network fails: lift its wheels and try it "
+            "(the README of vrg-ros)"
             for name in robots
         ]
 
