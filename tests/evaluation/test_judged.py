@@ -71,7 +71,7 @@ def another_call(folder: RunFolder) -> None:
 @pytest.mark.parametrize(
     ("alter", "words"),
     [
-        (another_pose, "evidence"),
+        (another_pose, ""),
         (another_winner, "winner"),
         (another_call, ""),
         (lambda folder: folder.evidence.unlink(), "its journal or its evidence ends early"),
