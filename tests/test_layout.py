@@ -286,7 +286,7 @@ BUDGETS = {
     "recording": 1_210,
     "playing": 1_170,
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
-    "launch/sandbox": 820,  # with the bounds of students' code in a process that it shares
+    "launch/sandbox": 830,  # with the bounds of students' code in a process that it shares, and where plug-ins lie
     "navigation": 390,
     "seats": 850,
     "templates": 10,

@@ -2,7 +2,11 @@
 
 import os
 import sys
+from collections.abc import Iterator
+from importlib.machinery import ModuleSpec
+from importlib.metadata import EntryPoint
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -14,7 +18,8 @@ from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup
 from vrg.errors import SandboxError
 from vrg.launch.code_files import imported
-from vrg.launch.sandbox.player import policy_of
+from vrg.launch.sandbox import player as reach
+from vrg.launch.sandbox.player import libraries, policy_of
 from vrg.launch.sandbox.policy import Access, Policy, readable
 from vrg.runs.run_folder import RunFolder
 
@@ -41,6 +46,25 @@ def test_all_that_is_not_hidden_can_be_read_and_nothing_else(hidden: set[Path]) 
 def test_a_folder_without_secrets_is_one_entry() -> None:
     assert list(readable(Path("/a"), {Path("/b")}, entries)) == [Path("/a")]
     assert list(readable(Path("/a"), {Path("/a/b/x")}, entries)) == [Path("/a/b/y"), Path("/a/c"), Path("/a/f")]
+
+
+@pytest.fixture
+def afresh() -> Iterator[None]:
+    """What other packages add is looked up in the test, and after it."""
+    reach._plugins.cache_clear()
+    yield
+    reach._plugins.cache_clear()
+
+
+@pytest.mark.usefixtures("afresh")
+def test_a_package_that_adds_to_vrg_can_be_read_wherever_it_lies(monkeypatch: pytest.MonkeyPatch) -> None:
+    """After `pip install -e` it may be in a folder that is not on Python's path."""
+    entries = [EntryPoint("mind", "minds.files:reader", "vrg.strategy_files"), EntryPoint("a", "other:main", "scripts")]
+    spec = ModuleSpec("minds", None, is_package=True)
+    spec.submodule_search_locations = ["/far/away/minds"]
+    monkeypatch.setattr(reach, "distributions", lambda: [SimpleNamespace(entry_points=entries)])
+    monkeypatch.setattr(reach, "find_spec", {"minds": spec}.__getitem__)
+    assert Path("/far/away/minds") in libraries()
 
 
 def written(folder: Path, **strategies: str) -> MatchSetup:

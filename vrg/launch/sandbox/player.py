@@ -3,6 +3,9 @@
 import os
 import sys
 from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import distributions
+from importlib.util import find_spec
 from pathlib import Path
 
 import vrg
@@ -105,14 +108,25 @@ def _of_others(setup: MatchSetup, player: PlayerSetup) -> set[Path]:
 
 
 def libraries() -> list[Path]:
-    """The folders of Python, of VRG, of what can be imported, and of the plug-ins that are imported already."""
+    """The folders of Python, of VRG and of the packages that can be imported, those that add to VRG among them."""
     prefixes = {sys.prefix, sys.base_prefix, sys.exec_prefix, sys.base_exec_prefix}
     found = {Path(prefix).resolve() for prefix in prefixes} | {Path(vrg.__file__).resolve().parent}
     found |= {Path(entry).resolve() for entry in sys.path if entry}
-    # A plug-in that is installed in place, with pip's --editable, is in none of these.
-    imported_ones = (sys.modules[name] for name in plugin_packages() if name in sys.modules)
-    found |= {Path(path).resolve() for module in imported_ones for path in getattr(module, "__path__", ())}
-    return sorted(found)
+    return sorted(found | _plugins())
+
+
+@cache
+def _plugins() -> frozenset[Path]:
+    """The packages that add to VRG by entry points: after `pip install -e` they lie in no folder of `sys.path`."""
+    modules = {
+        entry.value.partition(":")[0].partition(".")[0].strip()
+        for package in distributions() for entry in package.entry_points if entry.group.startswith("vrg.")
+    }  # fmt: skip
+    specs = [find_spec(module) for module in modules if module]
+    places = [
+        place for spec in specs if spec for place in (*(spec.submodule_search_locations or ()),) or (spec.origin,)
+    ]
+    return frozenset(Path(place).resolve() for place in places if place)
 
 
 def entries_of(folder: Path) -> Iterator[Path]:
