@@ -15,11 +15,11 @@ import numpy as np
 from common import Cost, Stopwatch, arguments, median, reference, show
 
 from vrg.config.loading import load_match, match_path
-from vrg.learning.batch import motion
-from vrg.learning.batch.matches import Batch
-from vrg.learning.batch.stepping import TICKS
-from vrg.learning.compiled import HAS_NUMBA, compiled
-from vrg.learning.environment import MatchEnvironment
+from vrg_learn.batch import motion
+from vrg_learn.batch.matches import Batch
+from vrg_learn.batch.stepping import TICKS
+from vrg_learn.compiled import HAS_NUMBA, compiled
+from vrg_learn.environment import MatchEnvironment
 
 GAMES = ("roboflag", "sharks-and-minnows")
 Case = tuple[str, int, int, Callable[[], None]]

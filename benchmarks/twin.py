@@ -14,12 +14,13 @@ from pathlib import Path
 
 from msgspec import structs
 
-sys.path.insert(0, str(Path(__file__).parent.parent))
-from tests.learning.batch import test_roboflag, test_sharks_and_minnows
-from tests.learning.batch.refereeing import Wild, compare
+sys.path.insert(0, str(Path(__file__).parents[1] / "plugins" / "vrg-learn" / "tests"))
+from batch import test_roboflag, test_sharks_and_minnows
+from batch.refereeing import Wild, compare
+
 from vrg.config.setup import MatchSetup
-from vrg.learning import compiled
-from vrg.learning.batch import matches, roboflag, sharks_and_minnows
+from vrg_learn import compiled
+from vrg_learn.batch import matches, roboflag, sharks_and_minnows
 
 AT_A_TIME, ROUNDS = 64, 250
 """The matches that are played at a time, and those after which others with another seed begin."""

@@ -5,13 +5,11 @@ have changed everything, and those that people write or copy.
 """
 
 import contextlib
-import io
 import os
 import shutil
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
 from mcap.writer import Writer
 
@@ -30,7 +28,6 @@ from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.workshop.odrive.listener import read_endpoints
 from vrg.hal.sim.map import MAPS, load_map
 from vrg.launch.code_files import imported
-from vrg.learning import policy
 from vrg.modules import classes_in
 from vrg.recording.recorded import read_recorded
 from vrg.runs.change import branch_of
@@ -113,15 +110,12 @@ class Mine(Strategy):
     def act(self, view):
         return 1
 """
-POLICY = io.BytesIO()
-np.savez(POLICY, header=np.array('{"format":1}'), w0=np.zeros((3, 2)))
 READERS: dict[str, tuple[str, bytes | None, Callable[[Path], object]]] = {
     "map": ("yard.toml", MAPS.get("courtyard").read_bytes(), load_map),
     "match": ("match.toml", TINY.encode(), load_match),
     "calibration": ("ann.cal.toml", CALIBRATION, lambda path: load_calibration(path, [0])),
     "endpoints of an ODrive": ("flat_endpoints.json", ENDPOINTS, read_endpoints),
     "strategy": ("mine.py", CODE, lambda path: (classes_in(path), list(imported(path)))),
-    "policy": ("mine.npz", POLICY.getvalue(), policy.load),
     "events": ("events.jsonl", b'{"what":"began","monotonic":1.5}\n{"what":"ended","monotonic":9}\n', read_events),
     "branch": ("branch.json", b'{"of":"runs/a","changes":[{"time":3.0,"player":"ann","strategy":""}]}',
                lambda path: branch_of(RunFolder(path.parent))),

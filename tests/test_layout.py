@@ -22,17 +22,14 @@ ONLY_IN = {
     "matplotlib": ("ui",),
     "mcap": ("recording",),
     "pytest": ("testing",),
-    "pyarrow": ("evaluation", "learning/table.py", "runs/run.py"),
+    "pyarrow": ("evaluation", "runs/run.py"),
     "cryptography": ("seats",),
     "aiohttp": ("ui/web/server.py", "ui/web/site.py", "ui/web/replay.py", "ui/edit/server.py"),
     "segno": ("ui/sheet.py",),
-    "numba": ("learning/compiled.py",),
     "tomlkit": ("toml_text.py", "commands/practice.py"),
-    "pettingzoo": ("learning/environment.py",),
-    "gymnasium": ("learning/environment.py", "learning/single.py", "learning/batch/vector.py"),
 }
 """Libraries, and the only room that imports each."""
-UPPER = ("ui", "config", "launch", "playing", "runs", "evaluation", "learning", "commands")
+UPPER = ("ui", "config", "launch", "playing", "runs", "evaluation", "commands")
 SHELLS = (*UPPER, "recording")
 MAY_NOT = {
     "bus": ("hal", "localisation", "navigation", "agents", "coordinator", "games", *SHELLS),
@@ -43,15 +40,14 @@ MAY_NOT = {
     "coordinator": ("agents", "games", *SHELLS),
     "recording": ("agents", "coordinator", *UPPER),
     "games": SHELLS,
-    "ui": ("agents", "config", "launch", "playing", "runs", "evaluation", "learning", "commands"),
-    "config": ("agents", "ui", "launch", "playing", "runs", "evaluation", "learning", "commands"),
+    "ui": ("agents", "config", "launch", "playing", "runs", "evaluation", "commands"),
+    "config": ("agents", "ui", "launch", "playing", "runs", "evaluation", "commands"),
     "seats": ("hal", "navigation", "agents", "coordinator", "games", *SHELLS),
-    "launch": ("playing", "evaluation", "learning", "commands"),
-    "playing": ("evaluation", "learning", "commands"),
-    "runs": ("evaluation", "learning", "commands"),
-    "evaluation": ("recording", "learning", "commands"),
-    "learning": ("evaluation", "commands"),
-    "testing": ("ui", "evaluation", "learning", "commands"),
+    "launch": ("playing", "evaluation", "commands"),
+    "playing": ("evaluation", "commands"),
+    "runs": ("evaluation", "commands"),
+    "evaluation": ("recording", "commands"),
+    "testing": ("ui", "evaluation", "commands"),
 }
 """What each room may not import."""
 LOWEST = (
@@ -174,10 +170,6 @@ LATE: dict[str, tuple[str, tuple[str, ...]]] = {
         "import vrg.evaluation.playing, vrg.evaluation.game_process, vrg.evaluation.workers",
         ("pygame", "matplotlib", "pyarrow", "aiohttp", "vrg.ui"),
     ),
-    "a strategy that has learned": (
-        "import vrg.learning.observation, vrg.learning.rewards, vrg.learning.state, vrg.learning.episode",
-        ("gymnasium", "pettingzoo", "pygame"),
-    ),
     "a recorder": (
         "import vrg.recording.recorder\nfrom vrg.games import game_of\nassert game_of('sharks-and-minnows').name",
         (*HEAVY, "zenoh", "vrg.hal.sim", "vrg.coordinator", "vrg.agents", "vrg.games.sharks_and_minnows.rules",
@@ -271,7 +263,6 @@ BUDGETS = {
     "hal/can": 4_110,
     "launch": 3_960,  # with the window of a commander, which a command made
     "games": 3_980,  # with the look of what lies on a field
-    "learning": 3_450,
     "bus": 2_390,
     "hal/sim": 2_570,
     "localisation": 540,

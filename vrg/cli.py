@@ -82,7 +82,6 @@ RUN: Table = {
         "diff": ("vrg.commands.differing:diff", "Where two runs of one match parted: the first step, node and field"),
         "repeat": ("vrg.commands.differing:repeat", "Play it again, and find out whether it is the same"),
         "stops": ("vrg.commands.stops:stops", "How the robots stopped when they had to"),
-        "export": ("vrg.commands.export:export", "What players saw and did, as a table to learn from"),
     }
 }
 COMMANDS: Table = {

@@ -23,12 +23,13 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.backends": {"ros": "vrg-ros"},
     "vrg.calibrations": {"fixes": "vrg-locate"},
     "vrg.commands": {
-        "fuzz": "vrg-faults", "locate": "vrg-locate", "run.report": "vrg-locate", "show.3d": "vrg-three",
-        "node.three": "vrg-three", "show.ros": "vrg-ros", "node.ros": "vrg-ros",
+        "fuzz": "vrg-faults", "locate": "vrg-locate", "run.export": "vrg-learn", "run.report": "vrg-locate",
+        "show.3d": "vrg-three", "node.three": "vrg-three", "show.ros": "vrg-ros", "node.ros": "vrg-ros",
     },
     "vrg.kinds": {"ros": "vrg-ros", "three": "vrg-three"},
     "vrg.localisation": {"camera": "vrg-locate", "mocap": "vrg-locate", "ssl": "vrg-locate"},
     "vrg.strategies": {"ros": "vrg-ros"},
+    "vrg.strategy_files": {"npz": "vrg-learn"},
     "vrg.workers": {"ray": "vrg-ray"},
 }  # fmt: skip
 """The plug-ins of VRG that add a name, by the group of its entry point: what is missing is refused with one of them."""

@@ -29,14 +29,15 @@ from regression import SPREAD, fit_step
 
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, VrgError
-from vrg.games import learning_of, strategies_of
-from vrg.learning.action import limits_of
-from vrg.learning.demonstration import Pairs, demonstrate
-from vrg.learning.matches import match_of
-from vrg.learning.network import Adam, Network, initial, layout_of
-from vrg.learning.observation import names
-from vrg.learning.policy import Policy, save
-from vrg.learning.table import read
+from vrg.games import strategies_of
+from vrg_learn.action import limits_of
+from vrg_learn.demonstration import Pairs, demonstrate
+from vrg_learn.learning import learning_of
+from vrg_learn.matches import match_of
+from vrg_learn.network import Adam, Network, initial, layout_of
+from vrg_learn.observation import names
+from vrg_learn.policy import Policy, save
+from vrg_learn.table import read
 
 ONLY = ("team", "role", "player", "driver")  # the columns of a table by which its rows can be chosen
 MATCH, GAMES = "sharks-and-minnows", 30  # what is played if nothing else is asked for

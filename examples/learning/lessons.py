@@ -10,7 +10,7 @@ import numpy as np
 from ppo import Learner
 from regression import SPREAD, fit_step
 
-from vrg.learning.batch.matches import Batch
+from vrg_learn.batch.matches import Batch
 
 CORRECTIONS, STEPS, BATCH = 400_000, 12, 2048  # the corrections kept, the steps of a lesson, the rows of a minibatch
 FASTEST, STRAYING = 2e-3, 0.2  # the rate of learning at first, and how far the policy strays from what it would do

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vrg.learning.network import Adam, Network, Parameters
+from vrg_learn.network import Adam, Network, Parameters
 
 GAMMA, LAMBDA = 0.99, 0.95  # the discount of a step, and of the estimates of advantages (Schulman et al. 2016)
 CLIP, ENTROPY, EPOCHS, ROWS = 0.2, 0.002, 3, 4096  # ROWS: those of a minibatch

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vrg.learning.network import Adam, Network
+from vrg_learn.network import Adam, Network
 
 SPREAD = 0.3  # how far the policy tries motions out afterwards, as a standard deviation
 

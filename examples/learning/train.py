@@ -32,12 +32,12 @@ from ppo import GAMMA, Experience, Learner, advantages_of, likelihood
 
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.games import learning_of
-from vrg.learning.batch.matches import Batch
-from vrg.learning.batch.stepping import Variation
-from vrg.learning.network import Network, Parameters, initial, layout_of
-from vrg.learning.policy import Policy, load, save
 from vrg.registry import did_you_mean
+from vrg_learn.batch.matches import Batch
+from vrg_learn.batch.stepping import Variation
+from vrg_learn.learning import learning_of
+from vrg_learn.network import Network, Parameters, initial, layout_of
+from vrg_learn.policy import Policy, load, save
 
 POOL, KEEP_EVERY, DRAW_EVERY = 30, 10, 5  # former selves; updates between two of them, and between two draws
 WARM = 8  # updates that teach the value alone, as one that knows nothing yet would spoil what a policy can already

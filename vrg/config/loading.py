@@ -17,7 +17,7 @@ from vrg.config.setup import CheckedMatch, MatchSetup, PlayerSetup
 from vrg.errors import ConfigError, FileError, Problem
 from vrg.errors import Path as Place
 from vrg.files import read_text, toml_of
-from vrg.games import GAMES, STRATEGIES, file_of, has_name
+from vrg.games import GAMES, STRATEGIES, file_of, has_name, unreadable
 from vrg.games.game import Game
 from vrg.hal.backends import BACKENDS, Companion
 from vrg.hal.location import FEED
@@ -360,6 +360,8 @@ class _Checker:
         if has_name(strategy):
             if strategy not in STRATEGIES:
                 self.problems.append(Problem(STRATEGIES.expected(strategy), place))
+        elif file == strategy and (why := unreadable(strategy)):
+            self.problems.append(Problem(why, place))
         elif file is not None and not (self._base / file).is_file():
             self.problems.append(Problem(f"{strategy}: no such file: {self._base / file}", place))
         # What needs no import is reported before anything starts, also where strategies are imported in a sandbox only.

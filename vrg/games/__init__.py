@@ -6,14 +6,9 @@ messages. A package outside VRG adds a game by an entry point of the group `vrg.
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from vrg.errors import ConfigError
 from vrg.games.game import Game
-from vrg.registry import Registry
-
-if TYPE_CHECKING:
-    from vrg.games.learning import Learning
+from vrg.registry import Registry, installed_by
 
 GAMES: Registry[Game] = Registry(
     "game",
@@ -61,10 +56,9 @@ STRATEGIES: Registry[type] = Registry(
 )
 """Every strategy that a match file can choose by a name alone."""
 
-STRATEGY_FILES: Registry[Callable[[Path], type]] = Registry(
-    "file of a strategy", "vrg.strategy_files", {"npz": "vrg.learning.policy:player_of"}
-)
-"""What makes a class of strategies of a file that is no Python, by the ending of the file's name."""
+STRATEGY_FILES: Registry[Callable[[Path], type]] = Registry("file of a strategy", "vrg.strategy_files", {})
+"""What makes a class of strategies of a file that is no Python, by the ending of the file's name. VRG itself has none.
+"""
 
 UNKNOWN_GAME = Game(name="", settings="", rules="", strategy="", match="", roles=())
 """Stands for a game that is not installed on this machine. Its players are shown without colours of their own."""
@@ -79,10 +73,22 @@ def file_of(strategy: str) -> str | None:
 
 
 def is_strategy_file(strategy: str) -> bool:
-    """True for the file of a strategy that is no Python; such a one is named by its path alone."""
+    """True for the file of a strategy that is no Python; such a one is named by its path alone.
+
+    It is True also where the plug-in of VRG that reads the file is not installed; see `unreadable`.
+    """
     ending = Path(strategy).suffix[1:]
     # That of `file.py:Class` is none; to look for it would read the metadata of every installed package.
-    return bool(ending) and ":" not in ending and ending in STRATEGY_FILES
+    if not ending or ":" in ending:
+        return False
+    return installed_by(STRATEGY_FILES.group, ending) is not None or ending in STRATEGY_FILES
+
+
+def unreadable(strategy: str) -> str | None:
+    """Why the file of a strategy that is no Python cannot be read here, with what to install; None if it can be."""
+    ending = Path(strategy).suffix[1:]
+    wanted = None if ending in STRATEGY_FILES else installed_by(STRATEGY_FILES.group, ending)
+    return wanted and f"{strategy}: expected a file that an installed package reads, got one of a kind that {wanted}"
 
 
 def has_name(strategy: str) -> bool:
@@ -100,27 +106,6 @@ def strategies_of(name: str) -> list[str]:
     return [
         strategy for strategy, kind in kinds.items() if kind is not None and kind.__module__.startswith(f"{package}.")
     ]
-
-
-def learning_of(name: str, place: str | Path | None = None) -> "Learning":
-    """What programs that learn a game need to know of it.
-
-    Args:
-        place: where the name stands, such as a file; errors begin with it.
-
-    Raises:
-        ConfigError: there is no such game, it cannot be imported, or no program can learn it.
-    """
-    if place is not None:
-        try:
-            return learning_of(name)
-        except ConfigError as error:
-            raise ConfigError(f"{place}: {error}") from None
-    learning = GAMES.get(name).load_learning()
-    if learning is None:
-        known = [other for other in GAMES.names() if (found := GAMES.find(other)) is not None and found.learning]
-        raise ConfigError(f"expected a game that can be learned ({', '.join(known)}), got {name!r}")
-    return learning
 
 
 def default_strategy(name: str, role: str) -> str:

@@ -19,7 +19,6 @@ from vrg.registry import load_object
 if TYPE_CHECKING:
     from vrg.coordinator.proof import Prover
     from vrg.coordinator.rulebook import RuleBook
-    from vrg.games.learning import Learning
     from vrg.tables import Table
 
 
@@ -147,7 +146,6 @@ class Game:
         opens_hud: True if `vrg play` opens the head-up display of the first player in place of the spectator's window.
         about: what happens in the game, in a sentence for a person who chooses one.
         prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game computes no numbers.
-        learning: `module:object`, a `vrg.games.learning.Learning`; empty if no programs can learn the game.
     """
 
     name: str
@@ -169,7 +167,6 @@ class Game:
     competitive: bool = True
     rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
     prover: str = ""
-    learning: str = ""
     plans: bool = False
     opens_hud: bool = False
     about: str = ""
@@ -241,11 +238,6 @@ class Game:
     def load_prover(self) -> "Prover | None":
         """Import and return the function that explains calls; None if the game has no such function."""
         found: Prover | None = load_object(self.prover) if self.prover else None
-        return found
-
-    def load_learning(self) -> "Learning | None":
-        """Import and return what learning programs see of the game; None if they cannot learn it."""
-        found: Learning | None = load_object(self.learning) if self.learning else None
         return found
 
     def default_match(self) -> Path:

@@ -62,5 +62,4 @@ GAME = Game(
         "game_over": RuleText("The team with more points wins.", "thesis 4.2"),
     },
     prover="vrg.games.pursuit_evasion.proof:prove",
-    learning=f"{_FOLDER}.observation:LEARNING",
 )

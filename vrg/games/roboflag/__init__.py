@@ -77,5 +77,4 @@ GAME = Game(
         "game_over": RuleText("Three captures, or more captures after two rounds, win the game.", "thesis 4.4"),
     },
     prover="vrg.games.roboflag.proof:prove",
-    learning=f"{_FOLDER}.observation:LEARNING",
 )

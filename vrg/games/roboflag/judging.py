@@ -166,7 +166,7 @@ def _tags_of(state: State, layout: FieldLayout, ways: Ways, name: str) -> dict[s
     return found
 
 
-# What follows are functions of numbers, which are also compiled for many matches at once (vrg.learning.batch.roboflag).
+# What follows are functions of numbers alone, so that they can be compiled for many matches at once as they stand.
 
 
 def inside(start: Vector, end: Vector, centre: Vector, radius: float) -> Stretch:

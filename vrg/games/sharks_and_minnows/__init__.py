@@ -50,5 +50,4 @@ GAME = Game(
         ),
     },
     prover="vrg.games.sharks_and_minnows.proof:prove",
-    learning="vrg.games.sharks_and_minnows.observation:LEARNING",
 )

@@ -10,7 +10,7 @@ from vrg.agents.strategy import Strategy
 from vrg.blame import failure_of
 from vrg.config.setup import MatchSetup, team_seed
 from vrg.errors import ConfigError
-from vrg.games import PLANNERS, STRATEGIES, STRATEGY_FILES, is_strategy_file
+from vrg.games import PLANNERS, STRATEGIES, STRATEGY_FILES, is_strategy_file, unreadable
 from vrg.hal.models import RobotModel
 from vrg.modules import no_method
 
@@ -25,6 +25,8 @@ def strategy_class(target: str, base: Path) -> type[Strategy]:
     """
     kind: object
     if is_strategy_file(target):
+        if why := unreadable(target):
+            raise ConfigError(why)
         kind = STRATEGY_FILES.get(Path(target).suffix[1:])(base / target)
     else:
         kind = import_object(target, base) if ":" in target else STRATEGIES.get(target)

@@ -118,11 +118,7 @@ def libraries() -> list[Path]:
 @cache
 def _plugins() -> frozenset[Path]:
     """The packages that add to VRG by entry points: after `pip install -e` they lie in no folder of `sys.path`."""
-    modules = {
-        entry.value.partition(":")[0].partition(".")[0].strip()
-        for package in distributions() for entry in package.entry_points if entry.group.startswith("vrg.")
-    }  # fmt: skip
-    specs = [find_spec(module) for module in modules if module]
+    specs = [find_spec(module) for module in plugin_packages()]
     places = [
         place for spec in specs if spec for place in (*(spec.submodule_search_locations or ()),) or (spec.origin,)
     ]

@@ -1,0 +1,104 @@
+"""What a game is for a batch: arrays, and functions that judge, drive and observe one match in them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from vrg_learn.batch.records import Record, Records, Singles, records
+from vrg_learn.learning import Learning, Reward
+from vrg_learn.rewards import WINNING
+
+
+def calls(matches: int, players: int, most: int) -> Records:
+    """Room for so many calls at a look.
+
+    Fields: `total`: how many there are; and of each of them `rules`: its number in `BatchedGame.rules`; `players`: the
+    row of the first player that it names, -1 if it names none first; `others`: which others it names.
+    """
+    return records(matches, total=(int,), rules=(int, most), players=(int, most), others=(bool, most, players))
+
+
+def call(c: Record, rule: int, player: int) -> int:
+    """Add a call about a player to those of a match, and return its number."""
+    k = c.total
+    c.rules[k], c.players[k] = rule, player
+    c.others[k, :] = False
+    c.total = k + 1
+    return int(k)
+
+
+def worths(rules: Sequence[str], learning: Learning, *, shaping: bool) -> list[Reward]:
+    """What calls of these rules are worth, as `reward` takes it.
+
+    Args:
+        shaping: whether calls that only lead to what counts are rewarded, too.
+    """
+    table = {**learning.rewards, **(learning.shaping if shaping else {})}
+    return [table.get(rule, Reward()) for rule in rules]
+
+
+def reward(s: Record, t: Record, c: Record, rewards: Singles) -> None:
+    """Add what the calls of the last look are worth to each player of a match, and the winning of the game.
+
+    As vrg_learn.rewards does, by `s.worth`, shape (rules, 4), and `s.sides`, the team of each player.
+    """
+    count = len(s.sides)
+    for k in range(c.total):
+        rule, first = c.rules[k], c.players[k]
+        for n in range(count):
+            if c.others[k, n]:
+                rewards[n] += s.worth[rule, 1]
+            if first >= 0:
+                rewards[n] += s.worth[rule, 2] if s.sides[n] == s.sides[first] else s.worth[rule, 3]
+        if first >= 0:
+            rewards[first] += s.worth[rule, 0]
+    if 0 <= t.winner < 2:
+        for n in range(count):
+            rewards[n] += WINNING if s.sides[n] == t.winner else -WINNING
+
+
+def no_strategy(*_: Any) -> None:
+    """Stands for what a strategy does where a game has none in a batch."""
+
+
+def no_motion(*_: Any) -> tuple[float, float]:
+    """Stands for what a strategy decides where a game has none in a batch."""
+    return 0.0, 0.0
+
+
+class Functions(NamedTuple):
+    """The functions of a game, which are given the records of one match; see those of a game.
+
+    The last three are those of the teams that play by a strategy. A game without such teams leaves them out.
+    """
+
+    judge: Callable[..., bool]
+    next_round: Callable[..., None]
+    reset: Callable[..., None]
+    drive: Callable[..., None]
+    able: Callable[..., bool]
+    observe: Callable[..., None]
+    forget: Callable[..., None] = no_strategy
+    plan: Callable[..., None] = no_strategy
+    decide: Callable[..., tuple[float, float]] = no_motion
+
+
+@dataclass(frozen=True)
+class BatchedGame:
+    """A game in a batch.
+
+    Args:
+        setting: what is the same in all matches. standing: how each stands, before its reset.
+        calls: room for the calls of each. rules: the names of the rules of calls.
+        teams: the names of the teams, by the numbers of winners. length: the number of values of an observation.
+        functions: those of one match. strategies: the names of those by which a team can play, by their numbers.
+    """
+
+    setting: Record
+    standing: Records
+    calls: Records
+    rules: tuple[str, ...]
+    teams: tuple[str, ...]
+    length: int
+    functions: Functions
+    strategies: tuple[str, ...] = ()

@@ -1,0 +1,324 @@
+"""Sharks and Minnows for many matches at once: the rules, the observation and the rewards, as functions of one match.
+
+The rules are those of vrg.games.sharks_and_minnows.rules, and tags are found by the very function of that referee.
+Nobody is pushed, placed by an official or disqualified in these matches.
+"""
+
+import math
+from typing import Final
+
+import numpy as np
+
+from vrg.games.sharks_and_minnows import MINNOWS, SHARKS
+from vrg.games.sharks_and_minnows.lineup import LargestBody, rows_of
+from vrg.games.sharks_and_minnows.rules import SharksAndMinnows
+from vrg.games.sharks_and_minnows.tagging import first_tag
+from vrg.geometry import interpolate, outline_distance
+from vrg.segments import in_box
+from vrg.types import Pose
+from vrg_learn.batch.assigning import line_up
+from vrg_learn.batch.chance import between
+from vrg_learn.batch.game import BatchedGame, Functions, call, calls, worths
+from vrg_learn.batch.motion import command, lock, put
+from vrg_learn.batch.observing import length, write_others, write_own, write_place
+from vrg_learn.batch.records import Floats, Record, Records, Singles, records
+from vrg_learn.batch.sharks_and_minnows_players import MINNOW, SHARK, STRATEGIES, decide, forget, plan
+from vrg_learn.games.sharks_and_minnows import LEARNING
+
+LOW, HIGH = 0, 1
+"""The ends of the field."""
+TAG, OUT_OF_BOUNDS, PASS_LIMIT, PASS_OVER, NEW_SHARK = range(5)
+"""The rules of calls, in the order of RULES."""
+RULES: Final = ("tag", "out_of_bounds", "pass_limit", "pass_over", "new_shark")
+NUMBERS, PLACES, FLAGS = len(LEARNING.numbers), len(LEARNING.places), len(LEARNING.flags)
+"""The counts of what the game adds to an observation."""
+
+
+def batched(book: SharksAndMinnows, matches: int, *, shaping: bool) -> BatchedGame:
+    """The game of a match file, for so many matches."""
+    settings, players = book.settings, list(book.contestants.values())
+    count, extent = len(players), LargestBody.of(players)
+    ends = [settings.end_zone(end) for end in ("low", "high")]
+    marks, berths = np.zeros((2, count + 1, count, 3)), np.zeros((2, count + 1, count, 2))
+    wide = LargestBody(extent.across, extent.across)  # what minnows know of bodies is the circle around them
+    for end, zone in enumerate(ends):
+        for number in range(1, count + 1):
+            berths[end, number, :number] = [(mark.x, mark.y) for mark in rows_of(number, zone, settings.field, wide)]
+            marks[end, number, :number] = [
+                (mark.x, mark.y, mark.theta) for mark in rows_of(number, zone, settings.field, extent)
+            ]
+    setting = records(
+        1,
+        bounds=(float, 4),
+        zones=(float, 2, 4),
+        marks=(float, 2, count + 1, count, 3),
+        berths=(float, 2, count + 1, count, 2),
+        order=(int, count),
+        starts=(float, count, 3),
+        sides=(int, count),
+        worth=(float, len(RULES), 4),
+        first_goal=(int,),
+        tag_distance=(float,),
+        pass_limit=(float,),
+        rounds=(int,),
+        slowest=(float,),
+    )[0]
+    setting.bounds[:] = settings.field.bounds
+    setting.zones[:] = [zone.bounds for zone in ends]
+    setting.marks[:], setting.berths[:] = marks, berths
+    setting.order[:] = np.argsort([player.name for player in players])
+    setting.starts[:] = [(p.start.x, p.start.y, p.start.theta) for p in players]
+    setting.sides[:] = [SHARK if p.role == "shark" else MINNOW for p in players]
+    setting.worth[:] = worths(RULES, LEARNING, shaping=shaping)
+    setting.first_goal = LOW if settings.first_goal == "low" else HIGH
+    setting.tag_distance, setting.pass_limit = settings.tag_distance, book.pass_limit
+    setting.rounds, setting.slowest = book.rounds, settings.slowest
+    return BatchedGame(
+        setting=setting,
+        standing=standing(matches, count),
+        calls=calls(matches, count, 2 * count + 1),
+        rules=RULES,
+        teams=(MINNOWS, SHARKS),
+        length=length(NUMBERS, PLACES, count, FLAGS),
+        functions=Functions(judge, next_round, reset, drive, able, observe, forget, plan, decide),
+        strategies=STRATEGIES,
+    )
+
+
+def standing(matches: int, players: int) -> Records:
+    """The standing of so many matches, before their reset.
+
+    Fields: `roles`, `active` (whether it may move), `limits` (the top speed, m/s) and `before` (the pose at the look
+    before) of each player; `points`: those of the minnows and of the sharks; `number`: that of the pass, from 1;
+    `goal`: the end that the minnows cross to; `clock`: the time of play in this pass, s; `winner`: the role whose team
+    has won, -1 while the game goes on; and `exits`, `firsts` and `hit`, in which a judgement works.
+    """
+    return records(
+        matches,
+        before=(float, players, 3),
+        limits=(float, players),
+        exits=(float, players),
+        firsts=(float, players),
+        roles=(int, players),
+        points=(int, 2),
+        number=(int,),
+        goal=(int,),
+        winner=(int,),
+        clock=(float,),
+        active=(bool, players),
+        hit=(bool, players),
+    )
+
+
+def reset(s: Record, t: Record, m: Record, r: Record, chance: Record) -> None:
+    """Begin a match anew, with all players on their marks and at rest."""
+    t.points[:] = 0
+    t.number, t.goal, t.clock, t.winner = 1, s.first_goal, 0.0, -1
+    for n in range(len(s.sides)):
+        t.roles[n], t.active[n] = s.sides[n], True
+        t.limits[n] = r.v_max[n] * between(chance, s.slowest, 1.0)
+        put(m, n, s.starts[n, 0], s.starts[n, 1], s.starts[n, 2])
+    t.before[:] = m.poses
+
+
+def judge(s: Record, t: Record, m: Record, r: Record, c: Record, dt: float) -> bool:
+    """Judge one match at a look, `dt` seconds of play after the one before, and return whether the pass is over."""
+    t.clock += dt
+    c.total = 0
+    find_exits(s, t, m)
+    t.hit[:] = False
+    for n in s.order:
+        if not (t.active[n] and t.roles[n] == MINNOW):
+            continue
+        at = tags(s, t, m, r, n)
+        if at < math.inf:
+            k = call(c, TAG, n)
+            for shark in range(len(s.sides)):
+                c.others[k, shark] = is_within(s, t, m, r, n, shark, at)
+            t.hit[n] = True
+    for n in s.order:
+        if t.exits[n] < math.inf and not t.hit[n]:
+            call(c, OUT_OF_BOUNDS, n)
+            t.hit[n] = True
+    if s.pass_limit > 0.0 and t.clock >= s.pass_limit - 1e-9:
+        for n in s.order:
+            if t.active[n] and t.roles[n] == MINNOW and not (t.hit[n] or at_home(s, t, m, n)):
+                call(c, PASS_LIMIT, n)
+                t.hit[n] = True
+    for n in range(len(s.sides)):
+        if t.hit[n]:
+            t.points[SHARK] += t.roles[n] == MINNOW
+            t.active[n] = False
+    t.before[:] = m.poses
+    return end_of_pass(s, t, m, c)
+
+
+def end_of_pass(s: Record, t: Record, m: Record, c: Record) -> bool:
+    """True if every minnow that is left is in the safe zone."""
+    home, left = 0, 0
+    for n in range(len(s.sides)):
+        if t.active[n] and t.roles[n] == MINNOW:
+            left += 1
+            home += at_home(s, t, m, n)
+    if home < left:
+        return False
+    t.points[MINNOW] += home
+    k = call(c, PASS_OVER, -1)
+    for n in range(len(s.sides)):
+        c.others[k, n] = t.active[n] and t.roles[n] == MINNOW
+    return True
+
+
+def find_exits(s: Record, t: Record, m: Record) -> None:
+    """Find when each active player left the field, as a fraction of the time between the looks; infinite for never."""
+    box = (s.bounds[0], s.bounds[1], s.bounds[2], s.bounds[3])
+    for n in range(len(s.sides)):
+        t.exits[n] = math.inf
+        if not t.active[n]:
+            continue
+        x, y = m.poses[n, 0], m.poses[n, 1]
+        was_x, was_y = t.before[n, 0], t.before[n, 1]
+        if not (box[0] <= was_x <= box[2] and box[1] <= was_y <= box[3]):
+            t.exits[n] = 0.0
+        elif not (box[0] <= x <= box[2] and box[1] <= y <= box[3]):
+            enter, leave = in_box((was_x, was_y), (x, y), box)
+            t.exits[n] = leave if enter <= leave else 0.0
+
+
+def tags(s: Record, t: Record, m: Record, r: Record, minnow: int) -> float:
+    """The instant at which a minnow is tagged first; infinite if it is not. Each shark's is put into `firsts`."""
+    zone, best = s.zones[t.goal], math.inf
+    for n in range(len(s.sides)):
+        t.firsts[n] = math.inf
+        if t.active[n] and t.roles[n] == SHARK and may_meet(s, t, m, r, n, minnow):
+            refuge = (zone[0], zone[1], zone[2], zone[3])
+            at = first_tag(way(t, m, r, n), way(t, m, r, minnow), s.tag_distance, refuge)
+            if at <= min(1.0, t.exits[n], t.exits[minnow]):
+                t.firsts[n] = at
+                best = min(best, at)
+    return best
+
+
+def may_meet(s: Record, t: Record, m: Record, r: Record, n: int, other: int) -> bool:
+    """False if two bodies surely stay farther apart than the tag distance, which is found out sooner than when."""
+    dx, dy = t.before[n, 0] - t.before[other, 0], t.before[n, 1] - t.before[other, 1]
+    moved_x = (m.poses[n, 0] - t.before[n, 0]) - (m.poses[other, 0] - t.before[other, 0])
+    moved_y = (m.poses[n, 1] - t.before[n, 1]) - (m.poses[other, 1] - t.before[other, 1])
+    far = r.reach[n] + r.reach[other] + s.tag_distance + abs(moved_x) + abs(moved_y) + 1e-6
+    return bool(dx * dx + dy * dy <= far * far)
+
+
+def is_within(s: Record, t: Record, m: Record, r: Record, minnow: int, shark: int, at: float) -> bool:
+    """True if a shark tags a minnow at the instant of its first tag."""
+    if not (t.active[shark] and t.roles[shark] == SHARK):
+        return False
+    if t.firsts[shark] == at:
+        return True
+    if at > min(1.0, t.exits[shark], t.exits[minnow]):
+        return False
+    h0, h1, size = way(t, m, r, shark)
+    p0, p1, own = way(t, m, r, minnow)
+    return bool(outline_distance(interpolate(h0, h1, at), interpolate(p0, p1, at), size, own) <= s.tag_distance)
+
+
+def way(t: Record, m: Record, r: Record, n: int) -> tuple[Pose, Pose, tuple[float, float]]:
+    """The motion of a body between two looks."""
+    before = Pose(t.before[n, 0], t.before[n, 1], t.before[n, 2])
+    now = Pose(m.poses[n, 0], m.poses[n, 1], m.poses[n, 2])
+    return before, now, (r.sizes[n, 0], r.sizes[n, 1])
+
+
+def at_home(s: Record, t: Record, m: Record, n: int) -> bool:
+    """True if a player is in the safe zone."""
+    zone = s.zones[t.goal]
+    return bool(zone[0] <= m.poses[n, 0] <= zone[2] and zone[1] <= m.poses[n, 1] <= zone[3])
+
+
+def next_round(s: Record, t: Record, m: Record, c: Record) -> None:
+    """End a game, or let inactive players become sharks and put all of them on their marks at the other end."""
+    count = len(s.sides)
+    left = 0
+    for n in range(count):
+        left += t.active[n] and t.roles[n] == MINNOW
+    if left == 0:
+        t.winner = SHARK
+        return
+    if t.number >= s.rounds:
+        t.winner = MINNOW
+        return
+    for n in s.order:
+        if not t.active[n]:
+            if t.roles[n] == MINNOW:
+                call(c, NEW_SHARK, n)
+            t.roles[n], t.active[n] = SHARK, True
+    minnows_end = t.goal
+    t.goal = HIGH if minnows_end == LOW else LOW
+    t.number += 1
+    t.clock = 0.0
+    for role in (SHARK, MINNOW):
+        rows = np.flatnonzero(t.roles == role)
+        line_up(m, rows, s.marks[t.goal if role == SHARK else minnows_end, len(rows)])
+    t.before[:] = m.poses
+
+
+def observe(
+    s: Record,
+    t: Record,
+    model: Record,
+    seen: Floats,
+    velocities: Floats,
+    own: Floats,
+    out: Singles,
+) -> None:
+    """Write what each player of a match sees.
+
+    Args:
+        seen: shape (players, 3): the poses that the referee has published. velocities: shape (players, 2), m/s.
+        own: shape (players, 5): the pose and the twist that each measures of itself. out: shape (players, length).
+    """
+    count = len(s.sides)
+    dx, dy = s.bounds[2] - s.bounds[0], s.bounds[3] - s.bounds[1]
+    scale = 1.0 / math.sqrt(dx * dx + dy * dy)
+    zone = s.zones[t.goal]
+    flags, turns = np.empty((count, FLAGS)), np.empty((count, 2))
+    order, gaps = np.empty(count, dtype=np.int64), np.empty(count)
+    minnows, sharks = 0, 0
+    for n in range(count):
+        flags[n, 2] = t.active[n]
+        flags[n, 3] = zone[0] <= seen[n, 0] <= zone[2] and zone[1] <= seen[n, 1] <= zone[3]
+        minnows += t.active[n] and t.roles[n] == MINNOW
+        sharks += t.active[n] and t.roles[n] == SHARK
+        turns[n, 0], turns[n, 1] = math.cos(seen[n, 2]), math.sin(seen[n, 2])
+    for me in range(count):
+        row = out[me]
+        x, y, theta, v, w = own[me, 0], own[me, 1], own[me, 2], own[me, 3], own[me, 4]
+        cos, sin = math.cos(theta), math.sin(theta)
+        at = write_own(row, x, y, cos, sin, v / model.v_max[me], w / model.w_max[me], s.bounds, scale)
+        row[at] = t.roles[me] == SHARK
+        row[at + 1] = t.active[me]
+        row[at + 2] = zone[0] <= x <= zone[2] and zone[1] <= y <= zone[3]
+        row[at + 3] = 1.0 if s.pass_limit <= 0.0 else max(0.0, 1.0 - t.clock / s.pass_limit)
+        row[at + 4] = min(1.0, t.number / s.rounds)
+        row[at + 5], row[at + 6], row[at + 7] = minnows / count, sharks / count, s.sides[me] == SHARK
+        at += NUMBERS
+        near_x, near_y = min(max(x, zone[0]), zone[2]), min(max(y, zone[1]), zone[3])
+        at = write_place(row, at, near_x - x, near_y - y, cos, sin, scale)
+        at = write_place(row, at, (zone[0] + zone[2]) / 2 - x, (zone[1] + zone[3]) / 2 - y, cos, sin, scale)
+        for n in range(count):
+            flags[n, 0], flags[n, 1] = t.roles[n] == t.roles[me], s.sides[n] == s.sides[me]
+        write_others(
+            row, at, me, (x, y, v, cos, sin), seen, turns, velocities, flags, model.v_max[me], scale, order, gaps
+        )
+
+
+def able(t: Record, n: int) -> bool:
+    """True if a player may move."""
+    return bool(t.active[n])
+
+
+def drive(s: Record, t: Record, m: Record, r: Record, n: int, v: float, w: float) -> None:
+    """Let a player drive if it may, at most as fast as the referee lets it; otherwise its wheels are locked."""
+    if able(t, n):
+        command(m, r, n, v, w, t.limits[n])
+    else:
+        lock(m, n)

@@ -1,0 +1,1 @@
+"""What programs that learn see of the games of VRG, and what they are paid for: a module a game."""
