@@ -4,7 +4,6 @@ import os
 import sys
 from collections.abc import Iterator
 from functools import cache
-from importlib.metadata import distributions
 from importlib.util import find_spec
 from pathlib import Path
 
