@@ -258,11 +258,11 @@ def test_a_command_does_not_load_the_others() -> None:
 
 
 BUDGETS = {
-    "ui": 9_280,
-    "commands": 3_770,
+    "ui": 8_350,
+    "commands": 3_610,
     "hal/can": 4_110,
-    "launch": 3_960,  # with the window of a commander, which a command made
-    "games": 3_980,  # with the look of what lies on a field
+    "launch": 3_910,  # with the window of a commander, which a command made
+    "games": 3_720,  # with the look of what lies on a field
     "bus": 2_390,
     "hal/sim": 2_570,
     "localisation": 540,
