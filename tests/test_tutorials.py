@@ -1,4 +1,4 @@
-"""docs/first-player.md and the class of docs/tournaments.md: every command in them runs, and the code in them does what they say.
+"""docs/first-player.md, and the class of docs/tournaments.md: every command in them runs, and does what it says.
 
 A comparison and a tournament play two games of each pairing here, as what they find is in the pages.
 """
