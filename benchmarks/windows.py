@@ -43,7 +43,7 @@ def _window(kind: str, endpoint: str, run: str) -> None:
     from vrg.kinds import KINDS  # noqa: PLC0415
     from vrg.launch.serving import serve  # noqa: PLC0415
     from vrg.runs.run_folder import RunFolder  # noqa: PLC0415
-    from vrg.ui import window  # noqa: PLC0415
+    from vrg.ui.window import window  # noqa: PLC0415
 
     frames, flip = [0], pygame.display.flip
 

@@ -22,7 +22,7 @@ from vrg.recording.mcap_file import McapFile
 from vrg.registry import Registry
 from vrg.runs.replay import replay_window
 from vrg.runs.run_folder import RunFolder
-from vrg.ui.replay import ReplayWindow
+from vrg.ui.window.replay import ReplayWindow
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_the_command_shows_what_is_whole_of_a_recording_until_the_window_is_clos
         shown.append(pygame.display.get_caption()[0])
         window.close()
 
-    monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
+    monkeypatch.setattr("vrg.commands.runs.replay.need_display", lambda: None)
     monkeypatch.setattr(ReplayWindow, "frame", frame)
     done = invoke("run", "replay", str(run))
     assert (done.exit_code, shown) == (0, ["VRG: short, recorded"])
@@ -128,7 +128,7 @@ def test_what_cannot_be_shown_is_said(
 ) -> None:
     damage(run)
     if "display" not in said:
-        monkeypatch.setattr("vrg.commands.replay.need_display", lambda: None)
+        monkeypatch.setattr("vrg.commands.runs.replay.need_display", lambda: None)
     done = invoke("run", "replay", str(run))
     assert isinstance(done.exception, LaunchError), done.output
     assert said in str(done.exception)

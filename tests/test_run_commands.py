@@ -13,7 +13,7 @@ from tests.command_line import invoke
 from vrg.commands.groups import MatchOptions
 from vrg.commands.matches import attached, ended_run
 from vrg.commands.options import write_text
-from vrg.commands.run import listed
+from vrg.commands.runs.run import listed
 from vrg.config.loading import load_match, match_path
 from vrg.config.setup import write_setup
 from vrg.errors import ConfigError, LaunchError

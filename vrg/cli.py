@@ -73,15 +73,18 @@ def _sentence(words: str) -> str:
 
 RUN: Table = {
     "Look at a recorded run; RUN is the newest in the folder runs, if none is named": {
-        "list": ("vrg.commands.run:list_runs", "The runs in a folder, the newest first, and how they ended"),
-        "result": ("vrg.commands.run:result", "Make result.json, and print how the match ended"),
-        "plot": ("vrg.commands.run:plot", "Draw the trajectories"),
-        "replay": ("vrg.commands.replay:replay", "Watch it, and play on with another strategy"),
-        "why": ("vrg.commands.why:why", "Why the referee made a call"),
-        "judge": ("vrg.commands.run:judge", "Let the rule book judge it again"),
-        "diff": ("vrg.commands.differing:diff", "Where two runs of one match parted: the first step, node and field"),
-        "repeat": ("vrg.commands.differing:repeat", "Play it again, and find out whether it is the same"),
-        "stops": ("vrg.commands.stops:stops", "How the robots stopped when they had to"),
+        "list": ("vrg.commands.runs.run:list_runs", "The runs in a folder, the newest first, and how they ended"),
+        "result": ("vrg.commands.runs.run:result", "Make result.json, and print how the match ended"),
+        "plot": ("vrg.commands.runs.run:plot", "Draw the trajectories"),
+        "replay": ("vrg.commands.runs.replay:replay", "Watch it, and play on with another strategy"),
+        "why": ("vrg.commands.runs.why:why", "Why the referee made a call"),
+        "judge": ("vrg.commands.runs.run:judge", "Let the rule book judge it again"),
+        "diff": (
+            "vrg.commands.runs.differing:diff",
+            "Where two runs of one match parted: the first step, node and field",
+        ),
+        "repeat": ("vrg.commands.runs.differing:repeat", "Play it again, and find out whether it is the same"),
+        "stops": ("vrg.commands.runs.stops:stops", "How the robots stopped when they had to"),
     }
 }
 COMMANDS: Table = {
@@ -109,7 +112,7 @@ COMMANDS: Table = {
     "Lab": {
         "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
-        "can": ("vrg.commands.can:app", "Motor controllers on a CAN bus, real and emulated"),
+        "can": ("vrg.commands.can.group:app", "Motor controllers on a CAN bus, real and emulated"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "node": (_nodes, "Run a single process: router, world, player ..."),
     },

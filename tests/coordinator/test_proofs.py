@@ -31,9 +31,9 @@ from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose, Uncertainty
 from vrg.ui import palette
-from vrg.ui.card import CardPainter
-from vrg.ui.explaining import Explainer
-from vrg.ui.text import Fonts
+from vrg.ui.window.card import CardPainter
+from vrg.ui.window.explaining import Explainer
+from vrg.ui.window.text import Fonts
 
 Runs = Mapping[str, tuple[MatchSetup, RunFolder]]
 SHARKS = "sharks-and-minnows"

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import typer.testing
 
-from vrg.commands import can_options
-from vrg.commands.can import app
+from vrg.commands.can import options as can_options
+from vrg.commands.can.group import app
 from vrg.errors import ConfigError
 from vrg.hal.backends import BACKENDS
 from vrg.hal.can.frame import Frame

@@ -16,7 +16,7 @@ from tests.command_line import invoke
 from tests.recording.recordings import messages_of
 from tests.tiny import TINY
 from vrg.bus.messages import Call, Stage
-from vrg.commands.replay import changes_of
+from vrg.commands.runs.replay import changes_of
 from vrg.config.loading import load_match
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import read_setup, write_setup

@@ -17,7 +17,7 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Estop, EstopRelease, Message, Official, OfficialAction, Poses, at_rest
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Topic
-from vrg.commands.stops import rows
+from vrg.commands.runs.stops import rows
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup, write_setup
 from vrg.launch.nodes.recorder import recorder_node

@@ -7,7 +7,7 @@ import pytest
 
 from tests.system.conftest import screen
 from tests.system.harness import MINNOWS, Match, helper, long_match, wait_until
-from vrg.ui.window import GONE
+from vrg.ui.window.window import GONE
 
 pytestmark = pytest.mark.system
 

@@ -9,10 +9,10 @@ import pytest
 from matplotlib.axes import Axes
 
 from vrg.colours import Rgb
-from vrg.ui import plot
-from vrg.ui.draw import Painter
+from vrg.ui.plots import plot
 from vrg.ui.scene import Scene
 from vrg.ui.view import Projection
+from vrg.ui.window.draw import Painter
 
 
 def colours_near(surface: pygame.Surface, point: tuple[float, float], radius: int = 14) -> dict[Rgb, int]:

@@ -11,9 +11,9 @@ from tests.ui import synthetic
 from tests.ui.pictures import content
 from vrg.recording.recorded import read_recorded
 from vrg.ui.branching import Choice, Taken
-from vrg.ui.proof import Proof
-from vrg.ui.replay import ReplayWindow
+from vrg.ui.plots.proof import Proof
 from vrg.ui.timeline import Timeline
+from vrg.ui.window.replay import ReplayWindow
 
 PLAYERS = ("ann", "bob")
 STRATEGIES = ("bold", "shy", "wild")

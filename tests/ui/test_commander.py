@@ -19,7 +19,7 @@ from vrg.ui.acts import Act, Press
 from vrg.ui.commander.deck import Deck
 from vrg.ui.commander.node import Commander
 from vrg.ui.driving import DEAD_ZONE, SLOW, Driving, radial
-from vrg.ui.pads import Pads
+from vrg.ui.window.pads import Pads
 
 REDS = ("red1", "red2", "red3", "red4")
 RIGHT, LEFT = pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_LEFTSHOULDER

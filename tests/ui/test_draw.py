@@ -14,14 +14,15 @@ from vrg.games import GAMES, game_of, look
 from vrg.games.game import Marker
 from vrg.regions import Circle
 from vrg.types import Pose
-from vrg.ui import palette, text
+from vrg.ui import palette
 from vrg.ui.banner import Help, banners
-from vrg.ui.easel import FigurePainter
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Flash, Scene
-from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Projection
-from vrg.ui.window import save_png
+from vrg.ui.window import text
+from vrg.ui.window.easel import FigurePainter
+from vrg.ui.window.text import Face, Fonts
+from vrg.ui.window.window import save_png
 
 
 @pytest.fixture

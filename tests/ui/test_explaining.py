@@ -14,12 +14,12 @@ from vrg.coordinator.proof import Measure, Relation
 from vrg.errors import LaunchError
 from vrg.types import Pose
 from vrg.ui import palette
-from vrg.ui.card import CardPainter
-from vrg.ui.explaining import Card, Explainer
-from vrg.ui.proof import Proof
+from vrg.ui.plots.proof import Proof
 from vrg.ui.scene import Scene, SceneBody
-from vrg.ui.spectator import Spectator
-from vrg.ui.text import Fonts
+from vrg.ui.window.card import CardPainter
+from vrg.ui.window.explaining import Card, Explainer
+from vrg.ui.window.spectator import Spectator
+from vrg.ui.window.text import Fonts
 
 CALL = Call(number=7, rule="tag", text="ann is tagged by bob", players=(), poses=(), clock=12.3)
 

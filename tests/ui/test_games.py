@@ -22,7 +22,7 @@ from vrg.recording.recorder import Recorder
 from vrg.regions import Rectangle
 from vrg.types import Pose
 from vrg.ui import palette
-from vrg.ui.plot import plot_trajectories
+from vrg.ui.plots.plot import plot_trajectories
 from vrg.ui.scene import Flash
 from vrg.ui.table import status_line, table
 from vrg.ui.web import parts

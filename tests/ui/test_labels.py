@@ -9,12 +9,12 @@ import pygame
 from vrg.figures import Figure, Label
 from vrg.games import look
 from vrg.types import Pose
-from vrg.ui.easel import FigurePainter
 from vrg.ui.labels import Placer, Wanted, line_to, nearest, overlap
 from vrg.ui.picture import numbers
 from vrg.ui.scene import Scene, SceneBody
-from vrg.ui.text import Fonts
 from vrg.ui.view import Projection
+from vrg.ui.window.easel import FigurePainter
+from vrg.ui.window.text import Fonts
 
 AREA = (0.0, 0.0, 700.0, 700.0)
 RADIUS = 14.0

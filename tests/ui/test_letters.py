@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from tests.command_line import invoke
 from tests.tiny import TINY
 from vrg.ui import letters
-from vrg.ui.text import Fonts
+from vrg.ui.window.text import Fonts
 
 NAME = "小明"
 

@@ -16,9 +16,9 @@ from vrg.colours import SKY_BLUE, VERMILLION
 from vrg.recording.reader import calls_of, read_tracks
 from vrg.recording.recorded import read_recorded
 from vrg.regions import Circle, Rectangle
-from vrg.ui import plot
-from vrg.ui.plot import plot_trajectories
-from vrg.ui.plotted import Labels
+from vrg.ui.plots import plot
+from vrg.ui.plots.plot import plot_trajectories
+from vrg.ui.plots.plotted import Labels
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ from tests.ui.pictures import close_to, colours_near, content
 from vrg.games import game_of
 from vrg.recording.recorded import read_recorded
 from vrg.ui.acts import Act
-from vrg.ui.replay import MOVES, ReplayWindow, show
-from vrg.ui.text import Fonts
 from vrg.ui.timeline import Timeline
+from vrg.ui.window.replay import MOVES, ReplayWindow, show
+from vrg.ui.window.text import Fonts
 
 SIZE = (1280, 720)
 

@@ -12,12 +12,13 @@ from vrg.bus import messages as m
 from vrg.colours import VERMILLION
 from vrg.games.game import Moment
 from vrg.recording.reader import RecordedCall, Thought
-from vrg.ui import picture, plot, view
+from vrg.ui import picture, view
 from vrg.ui.builder import SceneBuilder
-from vrg.ui.draw import Painter
+from vrg.ui.plots import plot
+from vrg.ui.plots.thoughts import Thoughts
 from vrg.ui.scene import SceneStroke
-from vrg.ui.thoughts import Thoughts
-from vrg.ui.window import save_png
+from vrg.ui.window.draw import Painter
+from vrg.ui.window.window import save_png
 
 
 def test_a_sketch_is_shown_in_the_colour_of_its_players_role_while_it_plays():

@@ -11,9 +11,9 @@ from tests.ui import synthetic
 from vrg.bus import messages as m
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
-from vrg.ui.spectator import HOLD, Spectator
-from vrg.ui.window import display_available
-from vrg.ui.window_node import FRAME
+from vrg.ui.window.spectator import HOLD, Spectator
+from vrg.ui.window.window import display_available
+from vrg.ui.window.window_node import FRAME
 
 
 @pytest.fixture
@@ -146,7 +146,7 @@ def test_the_mixer_is_never_started():
         "from tests.ui import synthetic\n"
         "from vrg.bus.mailbox import Mailbox\n"
         "from vrg.bus.topics import Keys\n"
-        "from vrg.ui.spectator import Spectator\n"
+        "from vrg.ui.window.spectator import Spectator\n"
         "window = Spectator('s', Mailbox(), Keys('m'))\n"
         "synthetic.Match(Keys('m')).step(window, 1.0, 0)\n"
         "assert pygame.mixer.get_init() is None\n"

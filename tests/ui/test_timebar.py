@@ -7,9 +7,9 @@ import pytest
 
 from vrg.ui import palette
 from vrg.ui.playback import Playback
-from vrg.ui.text import Fonts
-from vrg.ui.timebar import TimeBar, TimeBarPainter
 from vrg.ui.timeline import CallMark
+from vrg.ui.window.text import Fonts
+from vrg.ui.window.timebar import TimeBar, TimeBarPainter
 
 PLAYBACK = Playback.of([10.0, 60.0, 110.0], [35.0], 110.0)
 SIZES = [(320, 240), (640, 480), (1280, 720), (1920, 1080)]

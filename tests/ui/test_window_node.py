@@ -26,11 +26,11 @@ from vrg.ui.banner import banners
 from vrg.ui.commander.node import Commander
 from vrg.ui.driving import SILENCE, SLOW
 from vrg.ui.hud.node import Hud
-from vrg.ui.pads import connected
-from vrg.ui.replay import ReplayWindow
-from vrg.ui.spectator import REFUSED, Spectator
-from vrg.ui.window import SIZE, fitting
-from vrg.ui.window_node import NOT_SENT, OVER, WindowNode
+from vrg.ui.window.pads import connected
+from vrg.ui.window.replay import ReplayWindow
+from vrg.ui.window.spectator import REFUSED, Spectator
+from vrg.ui.window.window import SIZE, fitting
+from vrg.ui.window.window_node import NOT_SENT, OVER, WindowNode
 
 RIGHT, START, BACK = (
     pygame.CONTROLLER_BUTTON_RIGHTSHOULDER, pygame.CONTROLLER_BUTTON_START, pygame.CONTROLLER_BUTTON_BACK

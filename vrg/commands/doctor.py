@@ -82,7 +82,7 @@ def _display() -> Finding:
         return Finding("display", None, f"none: {table}")
     if find_spec("pygame") is None:
         return Finding("display", None, f"{shown}; pygame, which draws windows, is not installed: {table}")
-    from vrg.ui.window import display_available  # without a display the window library is not loaded
+    from vrg.ui.window.window import display_available  # without a display the window library is not loaded
 
     dead = "" if display_available() else f" is set, but no screen answers there: {table}"
     return Finding("display", None, f"{shown}{dead}")
@@ -91,7 +91,7 @@ def _display() -> Finding:
 def _gamepads() -> Finding:
     if find_spec("pygame") is None:
         return Finding("gamepads", None, "pygame, which sees them, is not installed")
-    from vrg.ui.pads import connected  # without it the window library is not loaded
+    from vrg.ui.window.pads import connected  # without it the window library is not loaded
 
     return Finding("gamepads", None, "; ".join(connected()) or "none")
 

@@ -215,7 +215,7 @@ def has_display() -> bool:
         return False
     if find_spec("pygame") is None:
         return False
-    from vrg.ui.window import display_available  # without a display the window library is not loaded
+    from vrg.ui.window.window import display_available  # without a display the window library is not loaded
 
     return display_available()
 

@@ -61,6 +61,6 @@ def play(match: GameArgument, options: PlayOptions) -> None:
         played = play_match(match, options, server)
     if played is not None and wants_replay(played[0]):
         from vrg.runs.replay import replay_window
-        from vrg.ui.replay import show
+        from vrg.ui.window.replay import show
 
         show(replay_window(*played, runs=options.runs))

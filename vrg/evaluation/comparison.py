@@ -12,7 +12,7 @@ from vrg.evaluation.folder import write_report, writing
 from vrg.evaluation.running import Experiment
 from vrg.games import game_of
 from vrg.runs.run import Picture
-from vrg.ui.comparison import plot_comparison
+from vrg.ui.plots.comparison import plot_comparison
 
 _PICTURE: Final = "comparison.png"
 

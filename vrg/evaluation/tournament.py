@@ -4,8 +4,8 @@ from vrg.evaluation import files, report, standings
 from vrg.evaluation.folder import write_report, write_text, writing
 from vrg.evaluation.games import GameRecord
 from vrg.evaluation.running import Experiment
-from vrg.ui.crosstable import plot_cross_table
 from vrg.ui.leaderboard import Block, page
+from vrg.ui.plots.crosstable import plot_cross_table
 
 
 class Tournament:

@@ -149,7 +149,7 @@ class Launch:
                         thread.join()
                 if self.folder.again.exists():
                     # Until the match's processes have ended and the recording is read, there is something to see.
-                    from vrg.ui.replay import OPENING, hold_place  # noqa: PLC0415 - pygame takes half a second
+                    from vrg.ui.window.replay import OPENING, hold_place  # noqa: PLC0415 - pygame takes half a second
 
                     show.announce(OPENING)
                     with contextlib.suppress(LaunchError):

@@ -29,7 +29,7 @@ from vrg.seats.credentials import Credentials, find_credentials, is_official
 from vrg.system import POSIX, bound_processor_time
 
 if TYPE_CHECKING:
-    from vrg.ui.window_node import WindowNode
+    from vrg.ui.window.window_node import WindowNode
 
 log = logging.getLogger(__name__)
 

@@ -16,7 +16,7 @@ from vrg.geometry import circumradius
 from vrg.runs.change import books_of
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
-from vrg.ui.proof import SECONDS, STRIP, Proof, box_around
+from vrg.ui.plots.proof import SECONDS, STRIP, Proof, box_around
 from vrg.ui.scene import Scene, SceneBody, clock_text
 
 _NEAR: Final = 0.25

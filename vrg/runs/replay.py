@@ -17,7 +17,7 @@ from vrg.ui.scene import clock_text
 from vrg.ui.timeline import Timeline
 
 if TYPE_CHECKING:
-    from vrg.ui.replay import ReplayWindow
+    from vrg.ui.window.replay import ReplayWindow
 
 
 def replay_window(
@@ -31,7 +31,7 @@ def replay_window(
     Raises:
         LaunchError: the recording cannot be shown.
     """
-    from vrg.ui.replay import ReplayWindow, title_of  # noqa: PLC0415 - what is printed needs no window
+    from vrg.ui.window.replay import ReplayWindow, title_of  # noqa: PLC0415 - what is printed needs no window
 
     def opened(new: RunFolder) -> Taken:
         taken = read_for_window(new, setup)

@@ -162,7 +162,7 @@ def plot(setup: MatchSetup, folder: RunFolder) -> list[Path]:
         OSError: there is no recording, or no room for the picture.
         ValueError: the recording has nothing to draw.
     """
-    from vrg.ui.plot import plot_trajectories  # noqa: PLC0415 - matplotlib takes a second to load
+    from vrg.ui.plots.plot import plot_trajectories  # noqa: PLC0415 - matplotlib takes a second to load
 
     records = _records(folder)
     winner = records[-1].standing.winner if records else None

@@ -22,7 +22,7 @@ from vrg.runs.run_folder import RunFolder
 if TYPE_CHECKING:
     import pyarrow
 
-    from vrg.ui.proof import Proof
+    from vrg.ui.plots.proof import Proof
 
 
 class Picture:
@@ -65,9 +65,9 @@ class Why:
         """The picture as a PNG file; None if there is nothing to see."""
         if self._proof.now is None:
             return None
-        from vrg.ui.proof import SIZE, ProofPainter  # noqa: PLC0415 - pygame takes half a second to load
-        from vrg.ui.text import Fonts  # noqa: PLC0415 - as above
-        from vrg.ui.window import png  # noqa: PLC0415
+        from vrg.ui.plots.proof import SIZE, ProofPainter  # noqa: PLC0415 - pygame takes half a second to load
+        from vrg.ui.window.text import Fonts  # noqa: PLC0415 - as above
+        from vrg.ui.window.window import png  # noqa: PLC0415
 
         return png(ProofPainter(Fonts()).picture(self._proof, SIZE, 1.0))
 

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Final, Protocol
 
-from vrg.ui.explaining import Card, Explain
 from vrg.ui.scene import clock_text
 from vrg.ui.timeline import Timeline
+from vrg.ui.window.explaining import Card, Explain
 
 HINT: Final = "UP and DOWN choose, ENTER takes it, ESC does not"
 _ROWS: Final = 14

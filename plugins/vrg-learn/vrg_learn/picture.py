@@ -51,7 +51,7 @@ class Camera:
     """Draws pictures, and keeps what it needs for the next one."""
 
     def __init__(self) -> None:
-        from vrg.ui.draw import Still  # noqa: PLC0415 - most environments draw nothing
+        from vrg.ui.window.draw import Still  # noqa: PLC0415 - most environments draw nothing
 
         self._still = Still(SIZE)
 

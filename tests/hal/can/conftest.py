@@ -6,7 +6,7 @@ import pytest
 
 from tests.hal.can.bench import DeviceBench, Drives, Lab
 from tests.hal.can.handling import driving
-from vrg.commands import can_options
+from vrg.commands.can import options as can_options
 from vrg.hal.can.workshop.simulation import Simulation
 
 

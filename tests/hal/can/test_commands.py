@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from tests.tiny import TINY_CAN
-from vrg.commands import can_control
-from vrg.commands.can import app
-from vrg.commands.can_listening import listening, table_of
+from vrg.commands.can import control as can_control
+from vrg.commands.can.group import app
+from vrg.commands.can.listening import listening, table_of
 from vrg.commands.options import make_console
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport

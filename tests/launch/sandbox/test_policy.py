@@ -4,9 +4,7 @@ import os
 import sys
 from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
-from importlib.metadata import EntryPoint
 from pathlib import Path
-from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -59,10 +57,9 @@ def afresh() -> Iterator[None]:
 @pytest.mark.usefixtures("afresh")
 def test_a_package_that_adds_to_vrg_can_be_read_wherever_it_lies(monkeypatch: pytest.MonkeyPatch) -> None:
     """After `pip install -e` it may be in a folder that is not on Python's path."""
-    entries = [EntryPoint("mind", "minds.files:reader", "vrg.strategy_files"), EntryPoint("a", "other:main", "scripts")]
     spec = ModuleSpec("minds", None, is_package=True)
     spec.submodule_search_locations = ["/far/away/minds"]
-    monkeypatch.setattr(reach, "distributions", lambda: [SimpleNamespace(entry_points=entries)])
+    monkeypatch.setattr(reach, "plugin_packages", lambda: frozenset({"minds"}))
     monkeypatch.setattr(reach, "find_spec", {"minds": spec}.__getitem__)
     assert Path("/far/away/minds") in libraries()
 

@@ -15,8 +15,8 @@ from vrg.launch.running import gone
 from vrg.registry import expected_one_of
 from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
-from vrg.ui.spectator import Spectator
-from vrg.ui.window_node import WindowNode
+from vrg.ui.window.spectator import Spectator
+from vrg.ui.window.window_node import WindowNode
 
 if TYPE_CHECKING:
     from vrg.ui.hud.node import Hud

@@ -8,11 +8,12 @@ import pygame
 from vrg.colours import GREEN, SKY_BLUE, VERMILLION, YELLOW, Rgb, mix
 from vrg.games import game_of
 from vrg.games.game import title
-from vrg.ui import palette, shapes
+from vrg.ui import palette
 from vrg.ui.commander.deck import BUTTONS, Deck
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Scene, ScenePlayer
-from vrg.ui.text import Face, Fonts
+from vrg.ui.window import shapes
+from vrg.ui.window.text import Face, Fonts
 
 FACES: Final[tuple[tuple[str, Rgb, tuple[int, int]], ...]] = (
     ("A", GREEN, (0, 1)),

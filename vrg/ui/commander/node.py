@@ -17,9 +17,9 @@ from vrg.ui.acts import Act, Press
 from vrg.ui.commander.board import BoardPainter, Lights
 from vrg.ui.commander.deck import BUTTONS, Deck
 from vrg.ui.deeds import NO_CLOCK, hindrance
-from vrg.ui.draw import Painter
-from vrg.ui.text import Fonts
-from vrg.ui.window_node import WindowNode
+from vrg.ui.window.draw import Painter
+from vrg.ui.window.text import Fonts
+from vrg.ui.window.window_node import WindowNode
 
 SHORT, LONG = (0.6, 0.25), (1.0, 0.8)
 """The rumble of a gamepad, strength and s, for an event of a player, and for a score."""

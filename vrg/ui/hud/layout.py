@@ -7,8 +7,8 @@ from pygame import Rect
 
 from vrg.games.hud.helm import Wish
 from vrg.ui.acts import Act
-from vrg.ui.draw import letter_scale
-from vrg.ui.kit import row, title_height
+from vrg.ui.window.draw import letter_scale
+from vrg.ui.window.kit import row, title_height
 
 WIDE: Final = 1.0
 """The proportion of width to height below which the quadrants are below each other."""

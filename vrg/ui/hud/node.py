@@ -26,7 +26,7 @@ from vrg.ui.hud.layout import WISHES, Layout
 from vrg.ui.hud.painter import HudPainter
 from vrg.ui.hud.telemetry import Receiver, Telemetry
 from vrg.ui.view import Projection
-from vrg.ui.window_node import WindowNode
+from vrg.ui.window.window_node import WindowNode
 
 PICTURES: Final = 2.0
 """The match time in s for which the world is asked for pictures of the camera at a time."""

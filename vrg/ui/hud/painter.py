@@ -5,16 +5,17 @@ from typing import Final
 
 import pygame
 
-from vrg.ui import palette, shapes
+from vrg.ui import palette
 from vrg.ui.acts import Act
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, Line, alert, player_line, status
 from vrg.ui.hud.layout import BUTTONS, WISHES, Layout, layout
 from vrg.ui.hud.quadrants import ConesPainter, LocationPainter, PicturePainter, Quadrant, RaysPainter
-from vrg.ui.kit import button, field, keys, titled_plate, write
 from vrg.ui.palette import ink_on
-from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Projection
+from vrg.ui.window import shapes
+from vrg.ui.window.kit import button, field, keys, titled_plate, write
+from vrg.ui.window.text import Face, Fonts
 
 LINES: Final = 7
 """The lines of the status that are always shown: those before the sensors."""

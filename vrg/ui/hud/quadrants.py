@@ -12,14 +12,15 @@ from vrg.figures import Figure, Shape, dashes, line, pixels
 from vrg.games.hud.helm import Goal
 from vrg.hal.sensors.depiction import Cones, Depiction, Picture, Rays
 from vrg.types import Pose
-from vrg.ui import palette, shapes
-from vrg.ui.field import FieldPainter
+from vrg.ui import palette
 from vrg.ui.hud import words
 from vrg.ui.hud.dashboard import Dashboard, pose_line
 from vrg.ui.hud.polar import RINGS, PolarPlot, echoes, nearest, nearest_words, polar_plot, reach_for
-from vrg.ui.kit import blank, titled_plate
-from vrg.ui.text import Fonts
 from vrg.ui.view import Projection
+from vrg.ui.window import shapes
+from vrg.ui.window.field import FieldPainter
+from vrg.ui.window.kit import blank, titled_plate
+from vrg.ui.window.text import Fonts
 
 _DASHES: Final = 60
 """About the most dashes of a way."""

@@ -12,7 +12,7 @@ from vrg.bus.messages import Sighting
 from vrg.games.game import Moment
 from vrg.recording.reader import RecordedCall, Thought, sightings_of, thoughts_of
 from vrg.recording.recorded import RecordedMatch
-from vrg.ui.plotted import Colour, Labels
+from vrg.ui.plots.plotted import Colour, Labels
 
 _DASHES: Final = (0, (2, 2))
 _SOON: Final = 1.0

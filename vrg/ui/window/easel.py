@@ -11,10 +11,11 @@ import pygame
 from vrg.colours import mix
 from vrg.figures import ORIGIN, Figure, Label, Shape, Writing
 from vrg.regions import Bounds
-from vrg.ui import labels, palette, shapes
+from vrg.ui import labels, palette
 from vrg.ui.labels import Placer, Wanted
-from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Pixel, Projection
+from vrg.ui.window import shapes
+from vrg.ui.window.text import Face, Fonts
 
 LEGIBLE: Final = 9
 """Pixels; words with smaller letters are left out."""

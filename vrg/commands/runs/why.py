@@ -12,7 +12,7 @@ from vrg.errors import LaunchError
 
 if TYPE_CHECKING:
     from vrg.bus.messages import Call
-    from vrg.ui.proof import Proof
+    from vrg.ui.plots.proof import Proof
 
 
 def why(
@@ -55,9 +55,9 @@ def _draw(proof: "Proof", path: Path) -> None:
     Raises:
         LaunchError: it cannot be written.
     """
-    from vrg.ui.proof import SIZE, ProofPainter
-    from vrg.ui.text import Fonts
-    from vrg.ui.window import save_png
+    from vrg.ui.plots.proof import SIZE, ProofPainter
+    from vrg.ui.window.text import Fonts
+    from vrg.ui.window.window import save_png
 
     try:
         save_png(ProofPainter(Fonts()).picture(proof, SIZE, 1.0), path)

@@ -6,11 +6,12 @@ from typing import Final
 
 import pygame
 
-from vrg.ui import palette, shapes
+from vrg.ui import palette
 from vrg.ui.playback import Playback
 from vrg.ui.scene import clock_text
-from vrg.ui.text import Face, Fonts
 from vrg.ui.timeline import CallMark
+from vrg.ui.window import shapes
+from vrg.ui.window.text import Face, Fonts
 
 NEAR: Final = 6
 """Pixels from a mark within which the mouse points at it."""

@@ -7,8 +7,11 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands import can_calibrate, can_control, can_listening, can_options
-from vrg.commands.can_options import EmulatedBusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
+from vrg.commands.can import calibrate as can_calibrate
+from vrg.commands.can import control as can_control
+from vrg.commands.can import listening as can_listening
+from vrg.commands.can import options as can_options
+from vrg.commands.can.options import EmulatedBusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
 from vrg.commands.groups import CommandGroup
 from vrg.commands.options import LeashOption, exit_if_interrupted, lasting
 from vrg.errors import ConfigError

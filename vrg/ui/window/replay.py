@@ -13,16 +13,16 @@ from vrg.ui import palette
 from vrg.ui.acts import Act, Press
 from vrg.ui.banner import Help
 from vrg.ui.branching import Brancher, Taken
-from vrg.ui.draw import letter_scale
-from vrg.ui.explaining import Card, Explain
-from vrg.ui.overlay import Overlay
 from vrg.ui.playback import Playback
-from vrg.ui.text import Fonts
-from vrg.ui.timebar import TimeBar, TimeBarPainter
 from vrg.ui.timeline import Timeline
 from vrg.ui.view import Projection
-from vrg.ui.window import open_window
-from vrg.ui.window_base import Window
+from vrg.ui.window.draw import letter_scale
+from vrg.ui.window.explaining import Card, Explain
+from vrg.ui.window.overlay import Overlay
+from vrg.ui.window.text import Fonts
+from vrg.ui.window.timebar import TimeBar, TimeBarPainter
+from vrg.ui.window.window import open_window
+from vrg.ui.window.window_base import Window
 
 FRAMES: Final = 40
 """Frames in a second of real time, at most."""

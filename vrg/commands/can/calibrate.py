@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands import can_options
+from vrg.commands.can import options as can_options
 from vrg.commands.options import GameArgument, OutputOption, PlayerArgument, lasting, write_text
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration

@@ -9,14 +9,14 @@ import pygame
 from vrg.bus.messages import Call, Stage
 from vrg.ui.acts import Act, Press
 from vrg.ui.banner import Help
-from vrg.ui.draw import Painter
-from vrg.ui.explaining import Card, Explain, Explainer
-from vrg.ui.pads import Pads
-from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
-from vrg.ui.text import Fonts
 from vrg.ui.view import Projection
-from vrg.ui.window import open_window, save_numbered, toggle_whole_screen
+from vrg.ui.window.draw import Painter
+from vrg.ui.window.explaining import Card, Explain, Explainer
+from vrg.ui.window.pads import Pads
+from vrg.ui.window.panel import PanelPainter
+from vrg.ui.window.text import Fonts
+from vrg.ui.window.window import open_window, save_numbered, toggle_whole_screen
 
 _EVENTS: Final = 1000
 """The most events that are answered to before the next frame."""

@@ -14,10 +14,10 @@ from vrg.bus.topics import Keys
 from vrg.regions import Region
 from vrg.ui.acts import OFFICIALS, Act, Press
 from vrg.ui.banner import CLOSE, Help
-from vrg.ui.explaining import Explain
-from vrg.ui.replay import OPENING
-from vrg.ui.text import Fonts
-from vrg.ui.window_node import WindowNode
+from vrg.ui.window.explaining import Explain
+from vrg.ui.window.replay import OPENING
+from vrg.ui.window.text import Fonts
+from vrg.ui.window.window_node import WindowNode
 
 OVER: Final = f"{CLOSE}, ESC shows the field"
 AGAIN: Final = f"ENTER watches it again, {OVER}"

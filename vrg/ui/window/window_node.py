@@ -17,9 +17,9 @@ from vrg.regions import Region
 from vrg.ui.acts import HEARD, Act, Press
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.driving import TAKEN, Driving
-from vrg.ui.explaining import Explain
 from vrg.ui.pace import Pace
-from vrg.ui.window_base import Window
+from vrg.ui.window.explaining import Explain
+from vrg.ui.window.window_base import Window
 
 log = logging.getLogger(__name__)
 

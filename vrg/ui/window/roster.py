@@ -8,11 +8,12 @@ import pygame
 from vrg.colours import Rgb, mix
 from vrg.games import look
 from vrg.games.game import Game
-from vrg.ui import palette, shapes
+from vrg.ui import palette
 from vrg.ui.deeds import deed
-from vrg.ui.easel import draw_sign
 from vrg.ui.scene import Scene, ScenePlayer, speed_text
-from vrg.ui.text import Face, Fonts
+from vrg.ui.window import shapes
+from vrg.ui.window.easel import draw_sign
+from vrg.ui.window.text import Face, Fonts
 
 PHYSICAL_RIM: Final = 2
 """Pixels of white around the badge of a player with a physical robot, as around its body."""

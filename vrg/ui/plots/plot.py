@@ -27,9 +27,9 @@ from vrg.regions import Polygon as Outlined
 from vrg.types import Pose
 from vrg.ui.letters import png_of
 from vrg.ui.palette import INK
-from vrg.ui.plotted import Colour, Labels, draw_figures, rgb
+from vrg.ui.plots.plotted import Colour, Labels, draw_figures, rgb
+from vrg.ui.plots.thoughts import Thoughts
 from vrg.ui.scene import JUMP, clock_text
-from vrg.ui.thoughts import Thoughts
 from vrg.ui.view import fit
 
 CALLS_IN_WORDS: Final = 8

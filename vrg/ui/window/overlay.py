@@ -3,8 +3,8 @@
 import pygame
 
 from vrg.ui.branching import Brancher, Choice, Taken
-from vrg.ui.explaining import Card
 from vrg.ui.scene import clock_text
+from vrg.ui.window.explaining import Card
 
 
 class Overlay:

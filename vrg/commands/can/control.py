@@ -10,9 +10,9 @@ import typer
 from rich.markup import escape
 
 from vrg.bus.stopping import Stop
-from vrg.commands import can_options
-from vrg.commands.can_listening import listening, table_of
-from vrg.commands.can_options import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
+from vrg.commands.can import options as can_options
+from vrg.commands.can.listening import listening, table_of
+from vrg.commands.can.options import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
 from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport

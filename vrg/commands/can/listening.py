@@ -11,8 +11,8 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Table
 
-from vrg.commands import can_options
-from vrg.commands.can_options import BusOptions
+from vrg.commands.can import options as can_options
+from vrg.commands.can.options import BusOptions
 from vrg.commands.options import lasting, make_console, stoppable
 from vrg.hal.can.axis import NEVER
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT

@@ -9,17 +9,18 @@ import pygame
 
 from vrg.bus.messages import Stage
 from vrg.games import game_of
-from vrg.ui import kit, palette, shapes
+from vrg.ui import palette
 from vrg.ui.banner import Help
-from vrg.ui.card import CardPainter
-from vrg.ui.explaining import Card
-from vrg.ui.field import FieldPainter
-from vrg.ui.ground import legend_left, strip_height
-from vrg.ui.header import HEIGHT, HeaderPainter, ResultPainter
-from vrg.ui.panel import PanelPainter
 from vrg.ui.scene import Scene
-from vrg.ui.text import Face, Fonts
 from vrg.ui.view import Projection
+from vrg.ui.window import kit, shapes
+from vrg.ui.window.card import CardPainter
+from vrg.ui.window.explaining import Card
+from vrg.ui.window.field import FieldPainter
+from vrg.ui.window.ground import legend_left, strip_height
+from vrg.ui.window.header import HEIGHT, HeaderPainter, ResultPainter
+from vrg.ui.window.panel import PanelPainter
+from vrg.ui.window.text import Face, Fonts
 
 SMALLEST_UI: Final = 0.9
 """By how much letters are scaled at least; 1 is their size at 1280 by 800 pixels."""

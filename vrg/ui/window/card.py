@@ -4,10 +4,11 @@ from typing import Final
 
 import pygame
 
-from vrg.ui import kit, palette
-from vrg.ui.explaining import Card
-from vrg.ui.proof import ProofPainter
-from vrg.ui.text import Face, Fonts
+from vrg.ui import palette
+from vrg.ui.plots.proof import ProofPainter
+from vrg.ui.window import kit
+from vrg.ui.window.explaining import Card
+from vrg.ui.window.text import Face, Fonts
 
 BUSY: Final = "working it out …"
 CLOSES: Final = "ESC or a click closes this"

@@ -7,11 +7,12 @@ from pygame import Rect
 
 from vrg.bus.messages import Call
 from vrg.games import UNKNOWN_GAME, game_of, look
-from vrg.ui import kit, palette
-from vrg.ui.easel import draw_sign
-from vrg.ui.roster import RosterPainter
+from vrg.ui import palette
 from vrg.ui.scene import Scene, clock_text
-from vrg.ui.text import Face, Fonts
+from vrg.ui.window import kit
+from vrg.ui.window.easel import draw_sign
+from vrg.ui.window.roster import RosterPainter
+from vrg.ui.window.text import Face, Fonts
 
 _PLAYERS_SHARE: Final = 0.55
 """The part of the panel's height that the list of players may have."""

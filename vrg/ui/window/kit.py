@@ -6,9 +6,10 @@ import pygame
 from pygame import Rect
 
 from vrg.colours import Rgb
-from vrg.ui import palette, shapes
+from vrg.ui import palette
 from vrg.ui.palette import ink_on
-from vrg.ui.text import Face, Fonts
+from vrg.ui.window import shapes
+from vrg.ui.window.text import Face, Fonts
 
 
 def title_height(ui: float) -> int:

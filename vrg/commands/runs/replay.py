@@ -89,7 +89,7 @@ def replay(
         load_object(kind.replays)(taken.timeline, setup, at, listen)
         return
     from vrg.runs.replay import replay_window
-    from vrg.ui.replay import show
+    from vrg.ui.window.replay import show
 
     need_display()
 

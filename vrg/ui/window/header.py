@@ -8,13 +8,14 @@ from pygame import Rect
 
 from vrg.bus.messages import Stage
 from vrg.games.game import capitalised
-from vrg.ui import kit, palette, shapes
+from vrg.ui import palette
 from vrg.ui.banner import Banner, Help, banners
-from vrg.ui.ground import strip_height
 from vrg.ui.headline import Headline, headline, result_lines, winner_words
 from vrg.ui.palette import ink_on
 from vrg.ui.scene import Scene
-from vrg.ui.text import Face, Fonts
+from vrg.ui.window import kit, shapes
+from vrg.ui.window.ground import strip_height
+from vrg.ui.window.text import Face, Fonts
 
 HEIGHT: Final = 88
 """The height of the head in pixels at the usual size of a window. It stays the same, so that the field never moves."""

@@ -5,12 +5,13 @@ import math
 import pygame
 
 from vrg.figures import Shape
-from vrg.ui import palette, shapes
-from vrg.ui.easel import draw_sign
+from vrg.ui import palette
 from vrg.ui.headline import legend
 from vrg.ui.scene import Scene
-from vrg.ui.text import Fonts
 from vrg.ui.view import Projection
+from vrg.ui.window import shapes
+from vrg.ui.window.easel import draw_sign
+from vrg.ui.window.text import Fonts
 
 
 def strip_height(ui: float) -> int:

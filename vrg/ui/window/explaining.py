@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from vrg.bus.messages import Call
 from vrg.games import game_of
-from vrg.ui.proof import Proof
+from vrg.ui.plots.proof import Proof
 from vrg.ui.scene import clock_text
 
 log = logging.getLogger(__name__)

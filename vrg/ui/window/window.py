@@ -12,7 +12,8 @@ import pygame
 
 from vrg.errors import LaunchError
 from vrg.files import write_whole
-from vrg.ui import palette, shapes
+from vrg.ui import palette
+from vrg.ui.window import shapes
 
 log = logging.getLogger(__name__)
 

@@ -12,9 +12,9 @@ from vrg.figures import Figure, Label, Shape, line, pixels
 from vrg.regions import Bounds
 from vrg.types import Pose
 from vrg.ui import palette
-from vrg.ui.field import FieldPainter
 from vrg.ui.scene import Scene
-from vrg.ui.text import Fonts
+from vrg.ui.window.field import FieldPainter
+from vrg.ui.window.text import Fonts
 
 SECONDS: Final = 3.0
 """The match time in s before a call that is shown."""

@@ -7,11 +7,11 @@ import pygame
 from vrg.figures import Figure
 from vrg.regions import Bounds
 from vrg.ui import palette, picture
-from vrg.ui.easel import FigurePainter
-from vrg.ui.ground import draw_strip, strip_height
 from vrg.ui.scene import Scene
-from vrg.ui.text import Fonts
 from vrg.ui.view import Area, Projection, extent, fit
+from vrg.ui.window.easel import FigurePainter
+from vrg.ui.window.ground import draw_strip, strip_height
+from vrg.ui.window.text import Fonts
 
 
 class FieldPainter:

@@ -1,0 +1,1 @@
+"""Pictures by matplotlib: trajectories, comparisons, proofs, and what is printed."""
