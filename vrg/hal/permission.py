@@ -33,13 +33,15 @@ class Permission:
         self._held: frozenset[str] = frozenset()
         self._leases: dict[str, Twist] = {}
         self._limits: dict[str, float] = {}
-        self._last: dict[str, tuple[Twist, float, Twist]] = {}
-        """Of each robot the motion that it was last to make, its top speed, and the motion within it."""
+        self._closed: tuple[float, bool] | None = None
+        """The match time for which it was last found out whether all are held, s, and the answer."""
+        self._last: dict[str, tuple[Twist, float | None, Twist]] = {}
+        """Of each robot the motion that it was last to make, the referee's limit, and the motion within it."""
 
     def hear(self, at: float, state: RefereeState) -> None:
         """Take in a state of the referee, of match time `at`."""
         self.refereed = True
-        self._heard = at
+        self._heard, self._closed = at, None
         self._all_held = state.halted is not None or state.estop
         self._held, self._leases = _held(state), _leases(state)
 
@@ -58,17 +60,21 @@ class Permission:
         """
         if robot in self._held or self._is_closed(now):
             return None
-        twist, v_max = self._leases.get(robot, wanted), self.v_max(robot, model)
+        twist, limit = self._leases.get(robot, wanted), self._limits.get(robot)
         last = self._last.get(robot)
-        if last is None or twist is not last[0] or v_max != last[1]:
-            last = self._last[robot] = twist, v_max, model.limited(twist, v_max)
+        if last is None or twist is not last[0] or limit != last[1]:
+            last = self._last[robot] = twist, limit, model.limited(twist, limit)
         return last[2]
 
     def _is_closed(self, now: float) -> bool:
         """True if all are held: the match is halted, the emergency stop is engaged, or the referee is silent."""
-        if self._heard is None:
-            return self.refereed
-        return self._all_held or not is_fresh(self._heard, now, REFEREE_TIMEOUT + _EPS)
+        if self._closed is None or self._closed[0] != now:
+            if self._heard is None:
+                closed = self.refereed
+            else:
+                closed = self._all_held or not is_fresh(self._heard, now, REFEREE_TIMEOUT + _EPS)
+            self._closed = now, closed
+        return self._closed[1]
 
 
 @shared

@@ -87,16 +87,17 @@ def steer(position: Vector, wanted: Vector, obstacles: Sequence[Obstacle], bound
     speed = math.hypot(*wanted)
     if speed < 1e-6:
         return 0.0, 0.0
-    near = [
-        o
-        for o in obstacles
-        if math.dist(position, o.position) < o.clearance + (speed + math.hypot(*o.velocity)) * horizon
-    ]
+    near = [o for o in obstacles if is_near(position, speed, o, o.clearance, horizon)]
     for c, s in _TURNS:
         u = wanted[0] * c - wanted[1] * s, wanted[0] * s + wanted[1] * c
         if _in_bounds(position, u, bounds) and all(_clear(position, u, o, horizon) for o in near):
             return u
     return 0.0, 0.0
+
+
+def is_near(position: Vector, speed: float, obstacle: Obstacle, clearance: float, horizon: float) -> bool:
+    """True if a body at a position (m) with a speed (m/s) may come nearer than the clearance (m) within `horizon` s."""
+    return math.dist(position, obstacle.position) < clearance + (speed + math.hypot(*obstacle.velocity)) * horizon
 
 
 def _in_bounds(position: Vector, u: Vector, bounds: FreeArea) -> bool:

@@ -6,7 +6,7 @@ Players drive by it, and so does the coordinator where it drives a robot itself.
 import math
 from collections.abc import Sequence
 
-from vrg.navigation.avoidance import FreeArea, Obstacle, steer
+from vrg.navigation.avoidance import FreeArea, Obstacle, is_near, steer
 from vrg.navigation.control import linearise, scaled, turn
 from vrg.navigation.route import WAYPOINT_CLEARANCE, Effort, grown, route
 from vrg.regions import Circle, Region
@@ -119,9 +119,14 @@ class Pilot:
         here = (pose.x, pose.y)
         if self._stuck(now, here, wanted):
             wanted = _away(pose, neighbours, math.hypot(*wanted))
-        u = (0.0, 0.0)
+        u, speed = (0.0, 0.0), math.hypot(*wanted)
         for factor, gap in ((1.0, CLEARANCE / 2), (TIGHT, 0.0)):
-            obstacles = [Obstacle(n.position, n.velocity, n.clearance * factor + gap) for n in neighbours]
+            obstacles = [
+                Obstacle(n.position, n.velocity, clearance)
+                for n in neighbours
+                for clearance in (n.clearance * factor + gap,)
+                if is_near(here, speed, n, clearance, HORIZON)
+            ]
             u = steer(here, wanted, obstacles, bounds, HORIZON)
             if u != (0.0, 0.0):
                 break

@@ -33,7 +33,7 @@ class SharksAndMinnowsPlayer(Strategy):
         super().__init__(name, robot)
         self._automaton = Automaton(self.agent())
         self._top_speed = TopSpeed(robot.v_max)
-        self._mover = Mover()
+        self._mover = Mover(walls=False)
 
     @property
     def mode(self) -> str:
