@@ -3,7 +3,10 @@
 import os
 import subprocess
 import sys
+from importlib.metadata import EntryPoint, PackageNotFoundError
 from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
 
 import pytest
 import typer
@@ -12,6 +15,7 @@ from tests.command_line import Done, Vrg, command_line
 from vrg import __version__
 from vrg.commands.options import duration
 from vrg.config.loading import match_path
+from vrg.plugins import COMMANDS
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
 NO_TIME = "expected a time from 0.1 to 60 s, such as 80 or 1:20"
@@ -228,6 +232,7 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     vrg: Vrg, monkeypatch: pytest.MonkeyPatch, typed: str, package: str
 ) -> None:
     monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    monkeypatch.setattr("importlib.metadata.version", Mock(side_effect=PackageNotFoundError))
     for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES)):
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
     done = vrg(*typed.split())
@@ -235,3 +240,37 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     said = " ".join(done.err.replace("│", "").split())
     assert f"the package {package} adds: pip install {package}" in said
     assert not Path("runs").exists()
+
+
+def entry_of(tmp_path: Path, text: str) -> Any:
+    """A look-up of entry points that finds one command, `chorus`, in a module of this text."""
+    (tmp_path / f"{tmp_path.name}_chorus.py").write_text(text, encoding="utf-8")
+    entry = EntryPoint("chorus", f"{tmp_path.name}_chorus:CHORUS", "vrg.commands")
+    return lambda group: {"chorus": entry} if group == "vrg.commands" else {}
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("raise RuntimeError('out of tune')", "cannot import"),
+        ("raise SystemExit(3)", "cannot import"),
+        ("CHORUS = 7", "expected a vrg.plugins.Command"),
+        ("from vrg.plugins import Command\nCHORUS = Command('chorus', 'Play', 'Sing', 'no:where')", "expected a vrg.p"),
+        ("from vrg.plugins import Command\nCHORUS = Command(('sing',), 'Play', 'Sing', 'no:where')", "this path"),
+        (
+            "from vrg.plugins import Command\nCHORUS = Command(('chorus',), 'Play', 'Sing', 'no:where')",
+            "import no:where",
+        ),
+    ],
+)
+def test_a_command_of_another_package_that_cannot_be_used_is_refused_and_takes_no_other_with_it(
+    vrg: Vrg, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str, why: str
+) -> None:
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr("vrg.registry.plugins", entry_of(tmp_path, text))
+    monkeypatch.setattr(COMMANDS, "_found", {})
+    monkeypatch.setattr(COMMANDS, "_unusable", set())
+    broken, help_page, other = vrg("chorus"), vrg("--help"), vrg("check", "sharks-and-minnows")
+    assert broken.status in (1, 2)
+    assert why in " ".join(broken.err.replace("│", "").split())
+    assert (help_page.status, other.status) == (0, 0)

@@ -259,7 +259,7 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 8_360,
-    "commands": 3_610,
+    "commands": 3_620,
     "hal/can": 4_110,
     "launch": 3_910,  # with the window of a commander, which a command made
     "games": 3_720,  # with the look of what lies on a field
@@ -270,15 +270,15 @@ BUDGETS = {
     "hal/can/workshop": 2_380,  # with what listens to a bus for a person; emulated drives, their objects and processes
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
-    "hal": 1_520,  # the permission of robots, which the world uses too
-    "shared values": 1_710,  # vrg.compare; the figures of a picture; what plug-ins add and show
+    "hal": 1_530,  # the permission of robots, which the world uses too
+    "shared values": 1_740,  # vrg.compare; the figures of a picture; what plug-ins add and show
     "testing": 770,
-    "agents": 1_380,
+    "agents": 1_390,
     "recording": 1_210,
     "playing": 1_170,
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 830,  # with the bounds of students' code in a process that it shares, and where plug-ins lie
-    "navigation": 390,
+    "navigation": 400,
     "seats": 850,
     "templates": 10,
 }

@@ -46,7 +46,7 @@ def test_every_file_with_tests_is_in_a_lot(lots: ModuleType, monkeypatch: pytest
         for marks, name in ((lots.SYSTEM, "system"), (lots.VCAN, "vcan"))
     }
     here = Path(__file__)
-    files = [*(ROOT / "tests").rglob("test_*.py"), *ROOT.glob("plugins/*/tests/test_*.py")]
+    files = [*(ROOT / "tests").rglob("test_*.py"), *ROOT.glob("plugins/*/tests/**/test_*.py")]
     files.remove(here)
     missing = [
         f"{path.relative_to(ROOT)} in {marks!r}"

@@ -135,18 +135,23 @@ class Commands(TyperGroup):
         from vrg.plugins import commands_below  # noqa: PLC0415 - to look them up takes time
 
         whole = {heading: dict(listed) for heading, listed in self.table.items()}
+        own = {name for listed in self.table.values() for name in listed}
         for added in commands_below(self.path):
-            whole.setdefault(added.heading, {}).setdefault(added.path[-1], (added.target, added.about))
+            if added.path[-1] not in own:
+                whole.setdefault(added.heading, {})[added.path[-1]] = (added.target, added.about)
         return whole
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """The command of this name, imported now; None if there is none."""
         if cmd_name not in self.commands:
-            own = (listed[cmd_name] for listed in self.table.values() if cmd_name in listed)
-            added = (listed[cmd_name] for listed in self._whole().values() if cmd_name in listed)
-            entry = next(own, None) or next(added, None)
+            entry = next((listed[cmd_name] for listed in self.table.values() if cmd_name in listed), None)
             if entry is None:
-                return None
+                from vrg.plugins import command_at  # noqa: PLC0415 - VRG's own commands do not wait for it
+
+                added = command_at((*self.path, cmd_name))
+                if added is None:
+                    return None
+                entry = partial(_of_others, added.target), added.about
             self.commands[cmd_name] = _command((*self.path, cmd_name), *entry)
         return self.commands[cmd_name]
 
@@ -203,6 +208,18 @@ def _command(path: tuple[str, ...], what: Any, about: str) -> Any:
     app.info.help, app.info.name = about, name
     app._add_completion = False
     return typer.main.get_command(app)
+
+
+def _of_others(target: str) -> Any:
+    """The command of another package.
+
+    Raises:
+        ConfigError: it cannot be imported.
+    """
+    try:
+        return load_object(target)
+    except (Exception, SystemExit) as error:  # it is somebody else's code
+        raise ConfigError(f"cannot import {target}: {error!r}") from error
 
 
 def _group(table: Table, path: tuple[str, ...] = ()) -> typer.Typer:

@@ -159,8 +159,13 @@ BY_PROCESS: Final = {kind.process: kind for kind in BUILT_IN if kind.process}
 def every_kind() -> Iterator[Kind]:
     """Every kind that can be used, those that come with VRG first; other packages are imported only for the others."""
     yield from BUILT_IN
-    own = {kind.name for kind in BUILT_IN}
-    yield from (kind for name in KINDS.names() if name not in own and (kind := KINDS.find(name)) is not None)
+    own, shown = {kind.name for kind in BUILT_IN}, {kind.shown for kind in BUILT_IN if kind.shown}
+    for name in KINDS.names():
+        kind = None if name in own else KINDS.find(name)
+        # One that would take the place of another is left out.
+        if kind is not None and kind.name == name and kind.process not in BY_PROCESS and kind.shown not in shown:
+            shown |= {kind.shown} - {""}
+            yield kind
 
 
 def kind_shown(name: str, use: str) -> Kind:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from vrg.errors import ConfigError
 from vrg.registry import Registry, installed_by
 
 if TYPE_CHECKING:
@@ -27,12 +28,14 @@ class Command:
     target: str
 
 
-COMMANDS: Final[Registry[Command]] = Registry(
-    "command",
-    "vrg.commands",
-    {},
-    lambda found: None if isinstance(found, Command) else "expected a vrg.plugins.Command",
-)
+def _check(found: object) -> str | None:
+    good = isinstance(found, Command) and isinstance(found.path, tuple) and bool(found.path)
+    if good and isinstance(found, Command):
+        good = all(isinstance(text, str) for text in (*found.path, found.heading, found.about, found.target))
+    return None if good else "expected a vrg.plugins.Command of texts, with a tuple of words as its path"
+
+
+COMMANDS: Final[Registry[Command]] = Registry("command", "vrg.commands", {}, _check)
 """Every command of other packages; the name of an entry point is the command's path, joined by dots."""
 
 CHECKS: Final[Registry[Callable[[], "Finding"]]] = Registry(
@@ -49,8 +52,23 @@ CALIBRATIONS: Final[Registry[Callable[..., None]]] = Registry("way to calibrate"
 def commands_below(path: Sequence[str]) -> Iterator[Command]:
     """The commands that other packages add to the group with this path; what cannot be imported is left out."""
     for name in COMMANDS.names():
-        if (found := COMMANDS.find(name)) is not None and found.path[:-1] == tuple(path):
+        if name.split(".")[:-1] == [*path] and (found := COMMANDS.find(name)) and ".".join(found.path) == name:
             yield found
+
+
+def command_at(path: Sequence[str]) -> Command | None:
+    """The command that another package adds at this path; None where none does.
+
+    Raises:
+        ConfigError: it cannot be imported, or has another path than its entry point.
+    """
+    name = ".".join(path)
+    if name not in COMMANDS:
+        return None
+    found = COMMANDS.get(name)
+    if found.path != tuple(path):
+        raise ConfigError(f"command {name}: expected this path, got {'.'.join(found.path)}")
+    return found
 
 
 def where_from(path: Sequence[str]) -> str | None:

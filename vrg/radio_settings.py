@@ -48,7 +48,3 @@ class RadioSettings(Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     def perfect(self) -> bool:
         """True if every message arrives at once."""
         return all(link == PERFECT for link in (self.every, *self.links.values()))
-
-
-PERFECT_RADIO = RadioSettings()
-"""A radio over which every message arrives at once."""

@@ -123,7 +123,7 @@ class Registry(Generic[T]):
         except ConfigError:
             raise
         # A plug-in may raise any exception while it is imported, and that must not look like a fault of VRG.
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             where = target or f"{plugin.value} of the entry point group {self.group}"  # type: ignore[union-attr]
             raise ConfigError(f"{self.what} {name}: cannot import {where}: {error!r}") from error
         why = self._check(found)
@@ -138,7 +138,15 @@ class Registry(Generic[T]):
 def installed_by(group: str, name: str) -> str | None:
     """How to get what a plug-in of VRG adds to a group, as the end of a sentence; None where none adds this name."""
     package = OFFERED.get(group, {}).get(name)
-    return None if package is None else f"the package {package} adds: pip install {package}"
+    if package is None:
+        return None
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - as below
+
+    try:
+        version(package)
+    except PackageNotFoundError:
+        return f"the package {package} adds: pip install {package}"
+    return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may tell why"
 
 
 def subclass_of(base: type) -> Callable[[object], str | None]:
@@ -180,8 +188,10 @@ def plugin_packages() -> frozenset[str]:
     """The names of the packages that add something to VRG, whether or not they are imported."""
     from importlib.metadata import entry_points  # noqa: PLC0415 - as above
 
-    groups = (group for group in entry_points().groups if group.startswith("vrg."))
-    return frozenset(entry.module.split(".")[0] for group in groups for entry in entry_points(group=group))
+    entries = [
+        entry for group in entry_points().groups if group.startswith("vrg.") for entry in plugins(group).values()
+    ]
+    return frozenset(entry.value.partition(":")[0].partition(".")[0].strip() for entry in entries)
 
 
 def load_object(target: str) -> Any:

@@ -118,9 +118,12 @@ def _added() -> Iterator[Finding]:
     """What the checks find that plug-ins add. One that fails harms no other."""
     for name in CHECKS.names():
         try:
-            yield CHECKS.get(name)()
-        except Exception as error:  # it is somebody else's code
-            yield Finding(name, None, f"this check of another package has failed: {error}")
+            found = CHECKS.get(name)()
+            if not isinstance(found, Finding):
+                raise TypeError(f"expected a Finding, got {found!r}")
+        except (Exception, SystemExit) as error:  # it is somebody else's code
+            found = Finding(name, None, f"this check of another package has failed: {error}")
+        yield found
 
 
 def _messages() -> Finding:

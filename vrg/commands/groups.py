@@ -140,7 +140,9 @@ class PlayOptions(PracticeOptions):
     )
     show: Annotated[
         list[str] | None,
-        typer.Option(metavar="VIEW[=ADDRESS]", help="Show it in a further view, one of those of `vrg show`."),
+        typer.Option(
+            metavar="VIEW[=ADDRESS]", help="Show it in a further view, one that needs no window, such as foxglove."
+        ),
     ] = None
 
     def check(self) -> None:

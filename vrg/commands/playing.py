@@ -17,6 +17,7 @@ from vrg.hal.sim.engines import BULLET, default_engine
 from vrg.kinds import SPECTATOR, WEB, Opening, kind_shown
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.over_processes import Show
+from vrg.launch.specs import placed
 from vrg.playing.apart import DEADLINE
 from vrg.playing.match import Way, new_run, play, prepare, sealing, undriven
 from vrg.registry import load_object
@@ -79,14 +80,15 @@ def play_match(
 def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, *, window: bool) -> Show:
     """The views of the match that were asked for."""
     names = [player.name for player in setup.players]
+    taken = placed(setup, window=window, record=options.record)
     page = None
     if options.address is not None:
         page = open_page(*options.address, names, keys=way.keys, tls=options.tls)
     opened: dict[str, Opening] = {}
     for name, typed in options.views.items():
         kind = kind_shown(name, "opens")
-        if kind.process in names:
-            raise ConfigError(f"--show {name}: its process has the name of the player {kind.process}: rename that one")
+        if kind.process in taken or kind.process in opened or not kind.process:
+            raise ConfigError(f"--show {name}: its process is named {kind.process!r}, as another one: rename that one")
         opened[kind.process] = load_object(kind.opens)(setup, typed, secured=way.secured)
 
     def ready(process: str, endpoint: str) -> None:

@@ -18,7 +18,8 @@ from vrg.config.setup import CheckedMatch, read_setup
 from vrg.errors import Path as Place
 from vrg.evaluation.contenders import Contender, teams_of, with_strategies
 from vrg.evaluation.games import Pairing, ScheduledGame
-from vrg.games import STRATEGIES, file_of
+from vrg.games import STRATEGIES, STRATEGY_FILES, file_of
+from vrg.registry import plugins
 from vrg.runs.branch import check_instant
 from vrg.runs.change import Branch, Change, changes_in
 from vrg.runs.keeping import files_of
@@ -190,13 +191,16 @@ def written(setup: CheckedMatch, strategies: dict[str, str], secret: str = "") -
 def _hashes(setup: CheckedMatch, contender: Contender) -> Iterator[tuple[str, str]]:
     """The hashes of VRG, of the package or the file of a strategy, of the files beside it, and of the map."""
     yield "the code of VRG", code_of_vrg()
-    if file_of(contender.target) is None:
+    if (file := file_of(contender.target)) is None:
         module = contender.target.rpartition(":")[0] or STRATEGIES.get(contender.target).__module__
-        # It is found and not imported: a strategy that is to be sealed has no business in this process.
-        spec = importlib.util.find_spec(module.partition(".")[0])
-        if spec is not None and spec.origin is not None:
-            path = Path(spec.origin)
-            yield f"the code of {contender.label}", _hash(path.parent if path.name == "__init__.py" else path)
+    else:  # what another package reads such a file with plays, too
+        reader = plugins(STRATEGY_FILES.group).get(Path(file).suffix[1:])
+        module = "" if reader is None else reader.module
+    # It is found and not imported: a strategy that is to be sealed has no business in this process.
+    spec = importlib.util.find_spec(module.partition(".")[0]) if module else None
+    if spec is not None and spec.origin is not None:
+        path = Path(spec.origin)
+        yield f"the code of {contender.label}", _hash(path.parent if path.name == "__init__.py" else path)
     playing = written(setup, dict.fromkeys(teams_of(setup), contender.target))
     for source_path in files_of(playing).copies.values():
         yield f"{source_path.name} of {contender.label}", _hash(source_path)

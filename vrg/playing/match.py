@@ -29,6 +29,7 @@ from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
 from vrg.playing import in_process
 from vrg.playing.apart import DEADLINE, Strategies
+from vrg.registry import plugins
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import conclusion, ended_of, plot, summary, write_result
@@ -160,6 +161,8 @@ def undriven(setup: MatchSetup, served: Collection[str] = ()) -> list[str]:
     Args:
         served: the processes of the views that are open.
     """
+    if not {player.strategy for player in setup.players} & plugins("vrg.strategies").keys():
+        return []  # the views of other packages are not asked for nothing
     return [
         f"{', '.join(players)}: driven by `vrg show {kind.shown}` alone: run that, or play with --show {kind.shown}"
         for kind in every_kind()

@@ -1,5 +1,6 @@
 """Streams of what comes in from the real world: a thread of its own reads, so that no node waits."""
 
+import logging
 import threading
 import time
 from collections import deque
@@ -14,6 +15,7 @@ _ENDING: Final = 15.0
 """The time that the thread may take to end, s: OpenCV gives up a silent camera after 10 s."""
 
 Item = TypeVar("Item")
+_log = logging.getLogger(__name__)
 
 
 class LiveStream(Generic[Item]):
@@ -108,5 +110,8 @@ class LiveStream(Generic[Item]):
                 problem = self.listen()
             except VrgError as error:
                 problem = str(error)
+            except Exception as error:  # the thread lives on: what failed once may work again
+                _log.exception("%s failed", self._thread.name)
+                problem = f"it failed: {error!r}"
             self.report(problem)
             self.ending.wait(RETRY_PERIOD)
