@@ -3,10 +3,9 @@
 import os
 import subprocess
 import sys
-from importlib.metadata import EntryPoint, PackageNotFoundError
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
-from unittest.mock import Mock
 
 import pytest
 import typer
@@ -232,7 +231,6 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     vrg: Vrg, monkeypatch: pytest.MonkeyPatch, typed: str, package: str
 ) -> None:
     monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
-    monkeypatch.setattr("importlib.metadata.version", Mock(side_effect=PackageNotFoundError))
     for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES)):
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
     done = vrg(*typed.split())

@@ -140,13 +140,10 @@ def installed_by(group: str, name: str) -> str | None:
     package = OFFERED.get(group, {}).get(name)
     if package is None:
         return None
-    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - as below
-
-    try:
-        version(package)
-    except PackageNotFoundError:
-        return f"the package {package} adds: pip install {package}"
-    return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may tell why"
+    entries = (entry for offering in OFFERED for entry in plugins(offering).values())
+    if any(entry.dist is not None and entry.dist.name == package for entry in entries):
+        return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may tell why"
+    return f"the package {package} adds: pip install {package}"
 
 
 def subclass_of(base: type) -> Callable[[object], str | None]:

@@ -88,7 +88,8 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
     for name, typed in options.views.items():
         kind = kind_shown(name, "opens")
         if kind.process in taken or kind.process in opened or not kind.process:
-            raise ConfigError(f"--show {name}: its process is named {kind.process!r}, as another one: rename that one")
+            other = "player" if kind.process in names else "process"
+            raise ConfigError(f"--show {name}: its process has the name of the {other} {kind.process}: rename that one")
         opened[kind.process] = load_object(kind.opens)(setup, typed, secured=way.secured)
 
     def ready(process: str, endpoint: str) -> None:
