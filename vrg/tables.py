@@ -101,7 +101,7 @@ _EXPECTED = {
 
 
 def _words(detail: Any) -> str:
-    """A mistake that pydantic has found: what was expected, and what came."""
+    """A mistake that pydantic has found: what was expected, and what was found."""
     if detail["type"] == "extra_forbidden":
         return "unknown field"
     if detail["type"] == "missing":

@@ -126,7 +126,7 @@ def test_a_lease_moves_nobody_who_may_not_move(bench: Bench[Ahead]) -> None:
 @pytest.mark.parametrize(
     ("robot", "fault"),
     [
-        ({"blind": True}, "a: no reading has come yet"),
+        ({"blind": True}, "a: no reading has arrived yet"),
         ({"age": 0.5}, "0.5 s old"),
         ({"fault": "left wheel: over-current"}, "left wheel: over-current"),
         ({"fault": "a: node 0: no heartbeat", "latched": True}, "a: node 0: no heartbeat"),

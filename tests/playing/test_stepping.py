@@ -30,7 +30,7 @@ from vrg.launch.nodes.referee import open_journal
 from vrg.launch.remote.wire import frame
 from vrg.launch.sandbox.bounds import BUDGET
 from vrg.playing import apart, in_process
-from vrg.playing.apart import Strategies, StrategyApart, StrategyHere
+from vrg.playing.apart import Strategies, StrategyHere, SubprocessStrategy
 from vrg.playing.deciding import Decided, Failed, Ready
 from vrg.playing.in_process import Ending
 from vrg.runs.branch import repeat_match
@@ -183,7 +183,7 @@ def seen(setup: MatchSetup, **more: object) -> Any:
 
 def test_the_process_of_a_strategy_gets_no_seed_not_even_in_the_text_of_the_match(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
-    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), sealed=False)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False)
     size = int.from_bytes(process.theirs.recv(4), "big")
     sent = msgspec.json.decode(process.theirs.recv(size, socket.MSG_WAITALL))["setup"]
     strategy.close()
@@ -193,7 +193,7 @@ def test_the_process_of_a_strategy_gets_no_seed_not_even_in_the_text_of_the_matc
 def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(home: Path) -> None:
     setup, now, written, process = load_match(home / "tiny.toml"), [0.0], list[Line](), ByHand()
     options: Any = {"sealed": False, "deadline": 0.0, "write": written.append, "now": lambda: now[0]}
-    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), **options)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options)
     view = seen(setup, picture=bytes(5_000_000))
     for now[0] in (0.0, BUDGET):
         strategy.send(view)
@@ -210,7 +210,7 @@ def test_a_process_that_reads_nothing_holds_up_nothing_however_long_a_view_is(ho
 
 def test_one_that_begins_to_answer_and_does_not_end_forfeits_the_step(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
-    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), sealed=False, deadline=0.0)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False, deadline=0.0)
     strategy.send(view := seen(setup))
     process.theirs.sendall(b"\0\0")
     with pytest.raises(ForfeitError):
@@ -222,7 +222,7 @@ def test_one_that_begins_to_answer_and_does_not_end_forfeits_the_step(home: Path
 def test_what_comes_too_late_is_forgotten_but_for_a_failure(home: Path) -> None:
     setup, written, process = load_match(home / "tiny.toml"), list[Line](), ByHand()
     options: Any = {"sealed": False, "deadline": 0.0, "write": written.append}
-    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), **options)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), **options)
     view = seen(setup)
     for late in (Decided(Twist(0.1, 0.0), Payload(), "-"), Failed("it is out of fuel", final=True)):
         strategy.send(view)
@@ -241,7 +241,7 @@ def test_what_comes_too_late_is_forgotten_but_for_a_failure(home: Path) -> None:
 
 def test_one_that_answers_what_it_has_not_read_is_ended(home: Path) -> None:
     setup, process = load_match(home / "tiny.toml"), ByHand()
-    strategy = StrategyApart(process, setup, "ann", RunFolder(home / "run"), sealed=False)
+    strategy = SubprocessStrategy(process, setup, "ann", RunFolder(home / "run"), sealed=False)
     view = seen(setup, picture=bytes(5_000_000))
     process.theirs.sendall(frame(Decided(Twist(0.1, 0.0), Payload(), "-")))
     strategy.send(view)
@@ -270,7 +270,7 @@ def test_a_machine_that_cannot_be_used_is_named_with_what_it_has_printed(
     (home / "tiny.toml").write_text(f'{placed}[machines.lab2]\nhost = "lab2"\n')
     setup = load_match(home / "tiny.toml")
     with pytest.raises(LaunchError, match=told):
-        StrategyApart(ForkServer(), setup, "ann", RunFolder(home / "run"), sealed=False, machine="lab2")
+        SubprocessStrategy(ForkServer(), setup, "ann", RunFolder(home / "run"), sealed=False, machine="lab2")
 
 
 def test_what_a_strategy_raises_is_the_same_in_its_own_process(home: Path, server: ForkServer) -> None:
@@ -341,7 +341,7 @@ def test_one_that_keeps_too_much_is_ended_while_it_plays(
 ) -> None:
     monkeypatch.setattr(apart, "BUDGET", 60.0)
     setup, folder = load_match(home / "tiny.toml"), RunFolder(home / "run")
-    strategy = StrategyApart(server, setup, "ann", folder, sealed=True)
+    strategy = SubprocessStrategy(server, setup, "ann", folder, sealed=True)
     (folder.of_player("ann") / "much").write_bytes(bytes(150_000_000))
     # It is asked for nothing, so it does not answer: it is waited for until it is ended.
     with pytest.raises(StrategyError, match=r"it keeps 1\d\d MB in \d files in its folder"):

@@ -62,7 +62,7 @@ def test_of_many_strokes_a_few_have_words_and_those_with_names_come_first(scene_
     every = [SceneStroke(name, "shark", points, f"{number}") for name in ("ann", "bob") for number in range(50)]
     figures = picture.strokes(replace(scene_at(0.0), strokes=tuple(every)))
     words = [figure.label.words for figure in figures if figure.label is not None]
-    assert len(words) == picture.TOLD
+    assert len(words) == picture.MOST_LABELS
     assert {"ann 49", "bob 49"} <= set(words)
     assert len([figure for figure in figures if figure.shapes[0].closed]) == 100, "all have their dots"
 

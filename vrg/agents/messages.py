@@ -30,7 +30,7 @@ _VARIANCE_STEPS = 1e12
 WARNINGS_LIMIT = 50
 """The number of different warnings about a strategy's messages that are logged."""
 COUNT_PERIOD = 1.0
-"""The match time in s between two messages about what came over the radio."""
+"""The match time in s between two messages about what arrived over the radio."""
 SIGHT_TIMEOUT = 0.25
 """The match time in s by which the poses that a team sees may be older than the state of the referee."""
 
@@ -142,7 +142,7 @@ class Telling:
         return self._radio.heard(place)
 
     def count(self, now: float) -> None:
-        """Publish what came over the radio, once per COUNT_PERIOD, if there was anything. now: match time, s."""
+        """Publish what arrived over the radio, once per COUNT_PERIOD, if there was anything. now: match time, s."""
         counts = self._radio.counts() if now >= self._count_at else []
         if counts:
             self._count_at = now + COUNT_PERIOD

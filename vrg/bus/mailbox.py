@@ -29,7 +29,7 @@ SENDERS_LIMIT: Final = 10_000
 
 
 class Origin(enum.Enum):
-    """The way in which an event has come over the bus.
+    """The way in which an event has arrived over the bus.
 
     LIVE was just published. REPEATED was published once more, because its sender's link was lost. ASKED was asked for,
     because the receiver's own link was lost.
@@ -145,7 +145,7 @@ class Inlet(Generic[T]):
         return True
 
     def offer_header(self, head: Header, origin: Origin = Origin.LIVE) -> None:
-        """Executor only: decode what came over the bus. A bad message is counted, logged and dropped.
+        """Executor only: decode what arrived over the bus. A bad message is counted, logged and dropped.
 
         After a lost link an event may come twice, and is handed over once. What has an alarm counts again all the same,
         and what is perishable never comes twice, so of these nothing that was just published is dropped, whatever its

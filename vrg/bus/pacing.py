@@ -42,7 +42,7 @@ class Pacer:
 
     Attributes:
         time: the match time of the newest clock message, s. heard: True if there has been such a message.
-        stalled: True if none has come for STALL seconds of real time, or the router is away and nothing is heard.
+        stalled: True if none has arrived for STALL seconds of real time, or the router is away and nothing is heard.
         missed: the number of ticks that were due but never done.
         tracker: knows how the process' own clock runs against the match clock.
     """

@@ -29,7 +29,7 @@ from vrg.seats.seat import Seat, SeatKind
 QUEUE_LENGTH = 1000
 """The number of messages that wait to be taken."""
 QUIET = 3.0
-"""The real time in s without a message after which `echo` reports that none has come."""
+"""The real time in s without a message after which `echo` reports that none has arrived."""
 
 app = CommandGroup(no_args_is_help=True)
 

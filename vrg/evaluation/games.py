@@ -1,4 +1,4 @@
-"""A game of an evaluation, and what came out of it."""
+"""A game of an evaluation, and its outcome."""
 
 from collections.abc import Iterable, Mapping
 
@@ -102,7 +102,7 @@ class Played(Struct, frozen=True, kw_only=True):
 
 
 class GameRecord(Struct, frozen=True, kw_only=True):
-    """One line of the record: a game with what came out of it.
+    """One line of the record: a game with its outcome.
 
     Args:
         teams: the team of each player.

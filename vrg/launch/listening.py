@@ -162,7 +162,7 @@ class Listening:
     def _ticked(self, stamp: float, clock: Clock, at: float) -> None:
         before, self._clock = self._clock, _Clock(stamp, at, clock.estop)
         if self._order is not None and clock.estop:
-            # The order may have overtaken clocks that were on the way; the world knows when it has come.
+            # The order may have overtaken clocks that were on the way; the world knows when it arrived.
             self._order = (self._order[0], stamp, self._order[2])
             self._write_order()
         if before.estop and not clock.estop:

@@ -93,7 +93,7 @@ class Vacancies:
         self._announce(f"{name}: {why}: {what} (log: {self._logs / f'{name}.log'})")
 
     def _take(self, name: str, now: float) -> None:
-        """A sign of life has come of a player whose process has ended: another process plays for it by now."""
+        """A heartbeat of a player has arrived whose process has ended: another process plays for it by now."""
         # The last sign of the process itself may come late.
         if now - self._vacated.get(name, now) > _LATE:
             self.vacant.pop(name, None)
@@ -114,8 +114,8 @@ class Vacancies:
         self._answer(request, None)
 
     def _answer(self, request: SeatRequest, refused: str | None) -> None:
-        told = None if refused is None else shortened(refused, REASON_LENGTH)
-        self._mailbox.publish(self._keys.seat_answer, SeatAnswer(id=request.id, refused=told))
+        reason = None if refused is None else shortened(refused, REASON_LENGTH)
+        self._mailbox.publish(self._keys.seat_answer, SeatAnswer(id=request.id, refused=reason))
 
     def _tell(self, now: float) -> None:
         """Tell the referee who has failed, until it has done what follows."""

@@ -123,7 +123,7 @@ class StrategyHere(SteppedStrategy):
         return self._strategy.complaint(what)
 
 
-class StrategyApart(SteppedStrategy):
+class SubprocessStrategy(SteppedStrategy):
     """The strategy of a player in a process of its own. It is asked, and fails, as if it were here.
 
     What it prints goes to its log in the run folder.
@@ -193,7 +193,7 @@ class StrategyApart(SteppedStrategy):
         raise ConfigError(ready.words if isinstance(ready, Failed) else f"{target}: {why}")
 
     def _reach(self, connection: Connection[Answer], machine: str) -> None:
-        """Wait until its process on another machine has come up.
+        """Wait until its process on another machine has started.
 
         Raises:
             LaunchError: it does not.
@@ -238,11 +238,11 @@ class StrategyApart(SteppedStrategy):
             return
         if self._channel.backlog and not self._channel.closed:
             self._end("it answers what it has not read")  # what waits for it must not become more and more
-        told: dict[str, Any] = dict(vars(view))
+        fields: dict[str, Any] = dict(vars(view))
         if view.robot is self._known:
-            del told["robot"], told["obstacles"]  # the longest parts, and always the same
+            del fields["robot"], fields["obstacles"]  # the longest parts, and always the same
         self._known, self._since = view.robot, self._now()
-        self._send(pickle.dumps(told, pickle.HIGHEST_PROTOCOL))
+        self._send(pickle.dumps(fields, pickle.HIGHEST_PROTOCOL))
 
     def _send(self, data: bytes) -> None:
         self._channel.send_bytes(len(data).to_bytes(4, "big") + data)
@@ -365,7 +365,7 @@ class Strategies:
     past: Sequence[Line] = ()
     write: _Write = lambda _: None
     now: Callable[[], float | None] = lambda: None
-    _opened: list[StrategyApart] = field(default_factory=list, init=False)
+    _opened: list[SubprocessStrategy] = field(default_factory=list, init=False)
 
     def is_apart(self, setup: MatchSetup, name: str) -> bool:
         """True if the strategy of a player decides in a process of its own."""
@@ -424,7 +424,7 @@ class Strategies:
 
         sealed = not self.every or self._is_strangers(setup, name) or is_sealed(setup, name, seats=False)
         try:
-            made = StrategyApart(
+            made = SubprocessStrategy(
                 self.server, setup, name, self.run, sealed=sealed, deadline=None if self.past else self.deadline,
                 machine=HERE if self.strangers else setup.place.get(name, HERE), past=missed, write=self.write,
             )  # fmt: skip

@@ -147,10 +147,10 @@ def _answer(strategy: Strategy, pipe: _Pipe, time: list[float]) -> None:
     same: dict[str, Any] = {}
     warn_once = Once()
     while True:
-        told = pickle.loads(pipe.receive())
-        told = same | told
-        same = {name: told[name] for name in ("robot", "obstacles")}
-        view = View(**told)
+        fields = pickle.loads(pipe.receive())
+        fields = same | fields
+        same = {name: fields[name] for name in ("robot", "obstacles")}
+        view = View(**fields)
         time[0] = view.time
         action, mode = decided(strategy, view)
         payload, problems = sendable(action)

@@ -16,7 +16,7 @@ from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.sandbox.seal import missing
 from vrg.playing import deciding
-from vrg.playing.apart import StrategyApart
+from vrg.playing.apart import SubprocessStrategy
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.system import POSIX
 
@@ -72,7 +72,7 @@ class Trial:
 
     def _try(self, setup: MatchSetup, name: str, *, make: bool) -> None:
         if untried() is None:
-            StrategyApart(self.server, setup, name, self.run, sealed=missing() is None, make=make).close()
+            SubprocessStrategy(self.server, setup, name, self.run, sealed=missing() is None, make=make).close()
 
 
 @contextmanager

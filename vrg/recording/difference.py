@@ -13,7 +13,7 @@ from vrg.files import decoded
 from vrg.recording.mcap_reading import records_in
 
 _LENGTH = 60
-"""The length of the longest value that is told, characters."""
+"""The length of the longest value that is shown, characters."""
 
 
 @dataclass(frozen=True)

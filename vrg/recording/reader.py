@@ -130,7 +130,7 @@ class Thought:
 
 def sightings_of(recorded: RecordedMatch) -> dict[str, list[Sighting]]:
     """The sightings that each player has reported."""
-    return {name: [s for _, told in of for s in told.seen] for name, of in recorded.sightings.items()}
+    return {name: [s for _, report in of for s in report.seen] for name, of in recorded.sightings.items()}
 
 
 def thoughts_of(recorded: RecordedMatch) -> list[Thought]:

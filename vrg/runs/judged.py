@@ -25,7 +25,7 @@ def judge_run(
         records: those of its journal; None reads them. damage: where to note what of its files is damaged, in words.
 
     Returns:
-        what came of it; and all disagreements, with the calls whose deciding numbers are not as the rules want them.
+        what followed from it; and all disagreements, with the calls whose deciding numbers break the rules.
 
     Raises:
         JournalError: the journal or the evidence cannot be read.

@@ -118,7 +118,7 @@ class Run:
         """
         try:
             found = read_result(self._folder)
-            _ = found["winner"], conclusion(found), summary(found)  # all that is told of it
+            _ = found["winner"], conclusion(found), summary(found)  # all that is shown of it
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
             raise LaunchError(f"{self._folder.result}: cannot be read: {error}: `vrg run result` makes it") from None
         return found

@@ -3,7 +3,7 @@
 Zenoh's router compares the common name of a process's certificate and the key of a message with rules. What no rule
 allows is denied. These are functions of plain data, for a router of VRG's own and for a stock `zenohd`.
 
-Three things of zenoh 1.10 shape the rules. A declared publisher sends nothing until the router has told it of a
+Three things of zenoh 1.10 shape the rules. A declared publisher sends nothing until the router has informed it of a
 subscriber, so every seat may learn that a node listens. Advanced publishers and subscribers exchange history,
 heartbeats and presence on keys below `@adv`, which `**` does not match. And a rule allows a message only if its key
 expression contains the message's whole expression, so who listens with a wildcard needs the wildcard in its rules.

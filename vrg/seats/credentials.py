@@ -61,7 +61,7 @@ class Credentials:
 
 
 def keep_key(keys: Path, seat: str, name: str, data: bytes) -> None:
-    """Write a file of a seat's keys that has come from elsewhere, so that only its owner can read it.
+    """Write a file of a seat's keys that was received from elsewhere, so that only its owner can read it.
 
     Args:
         keys: a folder of keys. seat: the common name of the seat. name: one of the three names above.

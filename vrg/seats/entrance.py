@@ -198,7 +198,7 @@ class _Side(asyncio.Protocol):
 
 
 class _Outside(_Side):
-    """The end of the program that has come."""
+    """The end of the program that has connected."""
 
     def __init__(self, hall: _Hall) -> None:
         self._hall = hall

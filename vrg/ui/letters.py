@@ -86,6 +86,6 @@ def png_of(figure: "Figure", **options: Any) -> bytes:
     spell(figure)
     file = io.BytesIO()
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Glyph .* missing from font")  # `vrg check` has told it
+        warnings.filterwarnings("ignore", "Glyph .* missing from font")  # `vrg check` has warned of it
         figure.savefig(file, dpi=130, format="png", **options)
     return file.getvalue()

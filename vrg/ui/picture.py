@@ -11,7 +11,7 @@ from vrg.types import Pose
 from vrg.ui import palette
 from vrg.ui.scene import Scene, SceneBody
 
-TOLD: Final = 24
+MOST_LABELS: Final = 24
 """The most words beside strokes: to find places for more of them takes long, and nobody reads them."""
 LINING_UP: Final = (Stage.INITIALIZE, Stage.ROUND_OVER)
 """The stages in which players drive to their marks."""
@@ -59,13 +59,13 @@ def marks(scene: Scene) -> list[Figure]:
 def strokes(scene: Scene) -> list[Figure]:
     """What players want to be shown. The name of a player stands beside the last thing that it has sketched."""
     last = {stroke.player: number for number, stroke in enumerate(scene.strokes)}
-    told = {*last.values(), *(number for number, stroke in enumerate(scene.strokes) if stroke.label)}
+    labelled = {*last.values(), *(number for number, stroke in enumerate(scene.strokes) if stroke.label)}
     # A name is worth more than what a player writes, of which it may write a lot.
-    told = set(sorted(told, key=lambda number: number not in last.values())[:TOLD])
+    labelled = set(sorted(labelled, key=lambda number: number not in last.values())[:MOST_LABELS])
     found = []
     for number, stroke in enumerate(scene.strokes):
         named = stroke.player if last[stroke.player] == number else ""
-        words = " ".join(word for word in (named, stroke.label) if word and number in told)
+        words = " ".join(word for word in (named, stroke.label) if word and number in labelled)
         colour = game_of(scene.game).style(stroke.role).colour
         found += look.stroke(f"stroke {number}", stroke.points, words, colour)
     return found

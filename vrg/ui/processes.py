@@ -29,7 +29,7 @@ class Row:
     """A process in the table.
 
     Args:
-        status: published by the launcher. pulse: its own; None if none has come.
+        status: published by the launcher. pulse: its own; None if none has arrived.
     """
 
     status: ProcessStatus

@@ -138,7 +138,7 @@ class Observer:
         self._match.network.after(0.5, self._decide)
 
     def _hear(self) -> None:
-        """Take in what has come, and let it be checked."""
+        """Take in what has arrived, and let it be checked."""
         self._session.receive()
         self._watch.handover(0.0)
         self.calls += [received.body for received in self._events.take()]

@@ -134,7 +134,7 @@ class Process:
         self.note()
 
     def look(self, *, quiet: bool) -> None:
-        """Take in what has come, and tick the node if it is due.
+        """Take in what has arrived, and tick the node if it is due.
 
         Args:
             quiet: True if nothing has woken it.
@@ -171,7 +171,7 @@ class Process:
         session.delivered = self._delivered
 
     def _wake(self, _inlet: Inlet[Message]) -> None:
-        """The clock has come, which alone wakes the process."""
+        """The clock has arrived, which alone wakes the process."""
         self._woken = True
 
     def _delivered(self) -> None:
@@ -182,7 +182,7 @@ class Process:
         self._match.network.after(STALLED_PERIOD, self._wait_for(self.session))
 
     def _wait_for(self, session: SimulatedSession | None) -> Callable[[], None]:
-        """Look at what has come again and again, as long as a session lasts."""
+        """Look at what has arrived again and again, as long as a session lasts."""
 
         def wait() -> None:
             if self.session is session:

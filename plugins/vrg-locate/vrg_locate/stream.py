@@ -75,7 +75,7 @@ class LiveStream(Generic[Item]):
         return self.silent(silence) if silence > self._silence else None
 
     def put(self, item: Item, *, counts: bool = True) -> None:
-        """Keep what has come in: the last problem is over.
+        """Keep what has arrived: the last problem is over.
 
         Args:
             counts: whether it ends the silence.
@@ -101,7 +101,7 @@ class LiveStream(Generic[Item]):
         raise NotImplementedError
 
     def silent(self, silence: float) -> str:
-        """That nothing has come for so many seconds, in words, with what to do."""
+        """That nothing has arrived for so many seconds, in words, with what to do."""
         raise NotImplementedError
 
     def _run(self) -> None:

@@ -172,7 +172,7 @@ class RosDriver(Driver):
         """The newest readings, as the robot's nodes have published them.
 
         Raises:
-            StaleDataError: not connected, or no odometry has come yet.
+            StaleDataError: not connected, or no odometry has arrived yet.
         """
         if self._open is None:
             raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")
@@ -303,7 +303,7 @@ class RosDriver(Driver):
         self._session = self._node = None
 
     def _hear(self) -> None:
-        """Take in what has come. Only what is done with a decoded message waits for the lock."""
+        """Take in what has arrived. Only what is done with a decoded message waits for the lock."""
         node = self._node
         for topic, newest, into in self._inlets:
             message = newest()

@@ -113,8 +113,8 @@ class RosNode:
             floods: True logs that messages come much faster than they are taken.
 
         Returns:
-            a function that returns the newest message that has come since the last call; None if none has. What cannot
-            be decoded is left out, and logged.
+            a function that returns the newest message that has arrived since the last call; None if none has. What
+            cannot be decoded is left out, and logged.
         """
         number = next(self._numbers)
         self._session.declare_alive(
@@ -150,7 +150,7 @@ class RosNode:
         """Hear commands to a robot, of type geometry_msgs/Twist or TwistStamped.
 
         Returns:
-            a function that returns the newest twist that has come since the last call; None if none has.
+            a function that returns the newest twist that has arrived since the last call; None if none has.
         """
         plain = self.subscribe(topic, "geometry_msgs/Twist", floods=True)
         stamped = self.subscribe(topic, "geometry_msgs/TwistStamped", floods=True)

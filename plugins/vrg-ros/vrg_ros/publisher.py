@@ -63,8 +63,8 @@ class RosPublisher(Node):
         name: of the node. mailbox: its mailbox. keys: the keys of the match. namespace: such as `/courtyard`.
         node: the node of the graph that publishes messages.
         robots: the models of the players' robots, by name. obstacles: the ground that walls and obstacles cover, m.
-        driven: of each player that ROS drives, what returns the newest command (geometry_msgs/Twist) that has come for
-            it since the last call; None if none has.
+        driven: of each player that ROS drives, what returns the newest command (geometry_msgs/Twist) that has arrived
+            for it since the last call; None if none has.
     """
 
     kind: ClassVar[str] = "spectator"

@@ -123,7 +123,7 @@ class TestLobby:
         lobby = Lobby(PAGE, limit=3)
         for guest, address in enumerate(("a", "b", "b"), start=1):
             assert lobby.admit(guest, Hello(), address) == Admitted(VIEWER)
-        assert lobby.admit(4, Hello(), "c") == Admitted(VIEWER, crowded_out=3)
+        assert lobby.admit(4, Hello(), "c") == Admitted(VIEWER, evicted=3)
         assert lobby.roles == {1: VIEWER, 2: VIEWER, 4: VIEWER}
         assert isinstance(lobby.admit(5, Hello(), "d"), Refused)
         assert isinstance(lobby.admit(6, Hello(), "a"), Refused)

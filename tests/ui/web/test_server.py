@@ -448,9 +448,9 @@ def test_of_too_many_connections_the_oldest_goes(server):
 async def test_a_viewer_of_a_crowd_makes_room_and_learns_why(server):
     server._lobby.limit = 2
     async with guest(server) as first, guest(server) as second, guest(server, address="127.0.0.2"):
-        crowded_out = first if 1 not in server._lobby.roles else second
-        assert (await crowded_out.hear("refused"))["reason"] == "full"
-        assert await crowded_out.closed() == 1008
+        evicted = first if 1 not in server._lobby.roles else second
+        assert (await evicted.hear("refused"))["reason"] == "full"
+        assert await evicted.closed() == 1008
 
 
 @pytest.mark.parametrize(

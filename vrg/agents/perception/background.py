@@ -1,8 +1,9 @@
 """The empty scene, and what is unusual in it (thesis 4.2.4).
 
 A snapshot holds how far each beam of a standing laser went in the empty scene. All that it has seen through is known to
-be free. A return from known free space is unusual: something has come that was not there. Because this is a statement
-about places, it holds for scans from other places too, also from a robot that drives, and for snapshots of others.
+be free. A return from known free space is unusual: something has appeared that was not there. Because this is a
+statement about places, it holds for scans from other places too, also from a robot that drives, and for snapshots of
+others.
 """
 
 from collections.abc import Iterable, Sequence

@@ -68,7 +68,7 @@ class Tracker:
     speed: float
     tracks: list[Track] = field(default_factory=list)
     _count: int = 0
-    _told: set[tuple[str | None, Sighting]] = field(default_factory=set)
+    _reported: set[tuple[str | None, Sighting]] = field(default_factory=set)
     """The sightings that were taken in, with their sources."""
 
     def update(self, sightings: Sequence[Sighting], now: float, source: str | None = None) -> None:
@@ -77,17 +77,17 @@ class Tracker:
         The assignment of sightings to robots is the one with the smallest sum of squared Mahalanobis distances (Kuhn,
         "The Hungarian method for the assignment problem", 1955), where a sighting that is beyond GATE of a robot is not
         of it. The rest are new robots. Sightings count for the time at which they were made, however late they come,
-        and those that the same source has told before are left out.
+        and those that the same source has reported before are left out.
 
         Args:
             now: the match time, s.
             source: who has seen it, such as the name of a player; see `TrackedLine.seen`.
         """
         timely = [s for s in dict.fromkeys(sightings) if -CLOCK_TOLERANCE <= now - s.time <= FORGET]
-        sightings = [s for s in timely if (source, s) not in self._told]
+        sightings = [s for s in timely if (source, s) not in self._reported]
         if not sightings:
             return
-        self._told.update((source, s) for s in sightings)
+        self._reported.update((source, s) for s in sightings)
         taken: set[int] = set()
         if self.tracks:
             costs = np.array([[min(t.line.surprise(s), 2 * GATE) for t in self.tracks] for s in sightings])
@@ -103,7 +103,7 @@ class Tracker:
 
     def tidy(self, now: float) -> None:
         """Join courses that are of one robot, and forget robots that were not seen for long. now: match time, s."""
-        self._told = {told for told in self._told if now - told[1].time <= FORGET}
+        self._reported = {reported for reported in self._reported if now - reported[1].time <= FORGET}
         self.tracks = [
             track
             for track in self.tracks
@@ -132,7 +132,9 @@ class Tracker:
             )
             for track in self.tracks
         ]
-        self._told = {(source, replace(told, time=told.time + pause)) for source, told in self._told}
+        self._reported = {
+            (source, replace(reported, time=reported.time + pause)) for source, reported in self._reported
+        }
 
     def forget(self, sightings: Sequence[Sighting]) -> None:
         """Forget the robot that sightings are of, because it is out of play."""

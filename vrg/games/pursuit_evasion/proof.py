@@ -74,5 +74,5 @@ def _false_alarm(case: Case) -> Measure:
         there, here = (sighting.x, sighting.y), [(p.x, p.y) for name, p in poses.items() if name != who]
         gaps.append(min((math.dist(there, place), there, place) for place in here))
     gap, there, place = max(gaps)
-    what = f"distance of what {who} told from the nearest robot then"
+    what = f"distance of what {who} reported from the nearest robot then"
     return Measure(what, gap, Relation.MORE_THAN, SIGHTING_REACH, ends=(there, place))

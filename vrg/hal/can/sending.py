@@ -46,7 +46,7 @@ _Key = tuple[int, bytes, bool, bool]
 
 
 class Echoes:
-    """Remembers what was sent until it has come back. Times are monotonic, s."""
+    """Remembers what was sent until it has returned. Times are monotonic, s."""
 
     def __init__(self) -> None:
         self._expected: Counter[_Key] = Counter()

@@ -80,7 +80,7 @@ class SimDriver(Driver):
         """Return the newest readings.
 
         Raises:
-            StaleDataError: the driver is not connected, or no reading has come yet.
+            StaleDataError: the driver is not connected, or no reading has arrived yet.
         """
         if not self._connected:
             raise StaleDataError(f"{self.name}: expected a connected robot to read: call connect() first")

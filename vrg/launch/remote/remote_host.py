@@ -33,12 +33,12 @@ from vrg.seats.credentials import find_credentials
 from vrg.seats.seat import Seat, SeatKind
 
 AGENT_TIMEOUT = 3.0
-"""The time in s without a word from an agent, which speaks twice a second, after which play is halted. The referee
+"""The time in s without a message from an agent, which speaks twice a second, after which play is halted. The referee
 takes players out after 5 s."""
 AWAY_TIMEOUT = LAUNCHER_TIMEOUT + 2.0
-"""The time in s without a word from an agent after which its machine is away. Its lease has lapsed by then."""
+"""The time in s without a message from an agent after which its machine is away. Its lease has lapsed by then."""
 STARTING = 120.0
-"""The time in s without a word from an agent after which it is given up while it starts something."""
+"""The time in s without a message from an agent after which it is given up while it starts something."""
 RECONNECT_PERIOD = 2.0
 """The real time in s after which a machine that is away is tried once more."""
 HEARTBEAT_PERIOD = 0.5
@@ -173,7 +173,7 @@ class RemoteHost:
         self._aim = step
 
     def is_at(self, step: StartupStep) -> bool:
-        """Look once whether it has come to a step.
+        """Look once whether it has reached a step.
 
         Raises:
             LaunchError: it cannot.
@@ -218,7 +218,7 @@ class RemoteHost:
         self._has_played = True
 
     def _come_to(self, step: StartupStep, *, before: StartupStep) -> Iterator[None]:
-        """It has come to a step. Wait until the next one is asked for."""
+        """It has reached a step. Wait until the next one is asked for."""
         self._step = step
         while self._aim < before:
             yield

@@ -23,7 +23,7 @@ class Silence:
         self.seconds = 0.0
 
     def look(self, now: float, *, heard: bool) -> float:
-        """Take in whether anything has come since the last look, and return how long the silence lasts, s."""
+        """Take in whether anything has arrived since the last look, and return how long the silence lasts, s."""
         self.seconds = 0.0 if heard else self.seconds + min(max(0.0, now - self._looked), MAX_PAUSE)
         self._looked = now
         return self.seconds

@@ -134,7 +134,7 @@ class Connection(Generic[M]):
                 f"{message}: install VRG there, or write where it is into [machines.{self._name}], such as "
                 '`vrg = "~/vrg/.venv/bin/vrg"`'
             )
-        return f"it has ended with status {status}: {message or 'without a word'} (log: {self._log})"
+        return f"it has ended with status {status}: {message or 'without an error message'} (log: {self._log})"
 
     def end(self, *, patience: float | None = None) -> None:
         """Close the connection, and let ssh end. The command then ends, too. Idempotent.

@@ -214,7 +214,7 @@ class Status(Struct, frozen=True, tag=True):
     """The states of the processes, which also show that the agent lives; twice a second.
 
     Args:
-        beat: `Beat.sent` of the newest beat. held: how long ago that has come, s.
+        beat: `Beat.sent` of the newest beat. held: how long ago that arrived, s.
         wall: the wall clock there, s since 1970.
     """
 
@@ -271,7 +271,7 @@ class Frames(Generic[M]):
                 self.banner = b""
 
     def next(self) -> M | None:
-        """The next message; None until all of it has come.
+        """The next message; None until all of it has arrived.
 
         Raises:
             MessageError: what comes next is no frame of this release.

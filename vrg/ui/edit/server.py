@@ -37,7 +37,7 @@ class EditServer(Site):
         self.link, self.ticket = (f"http://{HOST}:{port}/#{token}" for token in (self._token, self._ticket))
 
     def wait(self, patience: float) -> NextStep | None:
-        """Return the person's wish, once it has been answered; None if nothing has come within `patience`, s.
+        """Return the request of the person, once it is answered; None if nothing has arrived within `patience`, s.
 
         Raises:
             LaunchError: the page is not served any more.

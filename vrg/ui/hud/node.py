@@ -122,12 +122,12 @@ class Hud(WindowNode):
         others: list[OtherRobot] = []
         bodies = [] if seen.pose is None else [_body(self.name, seen.pose, seen.speed or 0.0, self._physical)]
         if seen.state is not None:
-            told = {p.name: p for p in seen.state.players if p.pose is not None and p.name != self.name}
-            places = {name: (p.pose.x, p.pose.y) for name, p in told.items() if p.pose is not None}
+            published = {p.name: p for p in seen.state.players if p.pose is not None and p.name != self.name}
+            places = {name: (p.pose.x, p.pose.y) for name, p in published.items() if p.pose is not None}
             self._velocities.update(tick.time - (seen.referee_age or 0.0), places)
             known = self._velocities.velocities
-            others = [OtherRobot(n, at, known.get(n, (0.0, 0.0)), told[n].radius) for n, at in places.items()]
-            bodies += [_body(n, p.pose, 0.0, self._physical) for n, p in told.items() if p.pose is not None]
+            others = [OtherRobot(n, at, known.get(n, (0.0, 0.0)), published[n].radius) for n, at in places.items()]
+            bodies += [_body(n, p.pose, 0.0, self._physical) for n, p in published.items() if p.pose is not None]
         self.desk.see(others)
         self._builder.poses(Poses(bodies=tuple(bodies)), tick.time)
 

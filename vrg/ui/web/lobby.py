@@ -36,12 +36,12 @@ class Admitted:
 
     Args:
         role: what it may do. displaced: the number of the connection whose seat it has taken; None if there was none.
-        crowded_out: the number of the connection that must go for this one to have a place; None if there is one.
+        evicted: the number of the connection that must go for this one to have a place; None if there is one.
     """
 
     role: VisitorRole
     displaced: int | None = None
-    crowded_out: int | None = None
+    evicted: int | None = None
 
 
 @dataclass
@@ -79,13 +79,13 @@ class Lobby:
             del self.roles[holder]
             self.roles[holder] = VIEWER  # it is the newest viewer
         self.roles[guest], self._tabs[guest], self._addresses[guest] = role, hello.tab, address
-        crowded_out = self._excess(VisitorKind.VIEWER) or self._excess(VisitorKind.OFFICIAL)
-        if crowded_out == guest:
+        evicted = self._excess(VisitorKind.VIEWER) or self._excess(VisitorKind.OFFICIAL)
+        if evicted == guest:
             self.leave(guest)
             return Refused(self.full, "full")
-        if crowded_out is not None:
-            self.leave(crowded_out)
-        return Admitted(role, holder, crowded_out)
+        if evicted is not None:
+            self.leave(evicted)
+        return Admitted(role, holder, evicted)
 
     @property
     def full(self) -> str:

@@ -123,7 +123,7 @@ class WebNode(Node):
         self._asked: dict[str, int] = {}
         self._driven: dict[str, Driving] = {}
         self._held: dict[str, int] = {}
-        """The players whose drivers must let go once, each with the guest that was told so; 0 while none was."""
+        """The players whose drivers must let go once, each with the guest that was notified; 0 while none was."""
 
     def start(self) -> None:
         """Open the port.
@@ -148,11 +148,11 @@ class WebNode(Node):
             self._hearing.take(tick.time)
         else:
             self._hearing.close()
-        told = [call for call in calls if call.rule != "refused"]
-        if told or (self._pace.due(tick, self._scene.rate) and self._audience.watched):
+        judged = [call for call in calls if call.rule != "refused"]
+        if judged or (self._pace.due(tick, self._scene.rate) and self._audience.watched):
             self._scene = self._builder.build(tick.live)
             shown = {**parts.parts(self._scene, self._kept), **self._details(tick.time)}
-            self._audience.show(shown, [parts.call(call, self._scene.game) for call in told])
+            self._audience.show(shown, [parts.call(call, self._scene.game) for call in judged])
 
     def stop(self) -> None:
         """Give all driven players back and close the port. Calling it again does nothing."""

@@ -194,10 +194,10 @@ class WebServer(Site):
         if found.displaced is not None and (other := self._guests.get(found.displaced)) is not None:
             self._leave_seat(found.role)
             other.tell({"t": "displaced", "player": found.role.player})
-        if found.crowded_out is not None and (other := self._guests.get(found.crowded_out)) is not None:
+        if found.evicted is not None and (other := self._guests.get(found.evicted)) is not None:
             other.dismissed = True
             other.tell({"t": "refused", "why": self._lobby.full, "reason": "full"})
-        log.info("%s has come", found.role.words)
+        log.info("%s has joined", found.role.words)
         # Every guest in the dictionary is also in the lobby.
         self._guests[guest.number] = guest
         guest.tell(

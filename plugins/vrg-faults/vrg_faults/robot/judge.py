@@ -110,7 +110,7 @@ class Judge:
         self._compare(reported or strangers)
 
     def _forget(self) -> None:
-        """Drop commands that no motor follows any more. The last one before counts until the next has come."""
+        """Drop commands that no motor follows any more. The last one before counts until the next has arrived."""
         oldest = self._now() - _MEMORY
         while len(self._sent) > 1 and self._sent[1][0] < oldest:
             self._sent.popleft()

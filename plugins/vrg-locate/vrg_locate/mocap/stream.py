@@ -77,7 +77,7 @@ class FrameStream(LiveStream[Frame]):
                     self.put(message, counts=bool(message.bodies))
         except (OSError, msgspec.MsgspecError) as error:
             process.kill()
-            problem = f"{self._host}: what has come from it cannot be read: {error}"
+            problem = f"{self._host}: what arrives from it cannot be read: {error}"
         return self._status(process, problem)
 
     def _status(self, process: subprocess.Popen[bytes], problem: str | None) -> str:

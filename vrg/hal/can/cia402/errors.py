@@ -1,9 +1,9 @@
 """The error codes of CiA 402 (0x603F, and the first two bytes of an EMCY) in words."""
 
 RPDO_TIMEOUT = 0x8250
-"""No frame of an RPDO has come within its event timer (0x1400:05): the drive's watchdog has expired."""
+"""No frame of an RPDO has arrived within its event timer (0x1400:05): the drive's watchdog has expired."""
 HEARTBEAT_LOST = 0x8130
-"""No heartbeat of the master has come within the time of 0x1016, which is the watchdog of some drives."""
+"""No heartbeat of the master has arrived within the time of 0x1016, which is the watchdog of some drives."""
 STO = 0xFF01
 """The emulated drive's safe torque off: an emergency stop at the drive. CiA 402 has no code for it, so each maker takes
 one of its own range, 0xFF00 and up."""

@@ -114,12 +114,12 @@ class Interview:
             return None
         counts, turns = (self._number(Object.ENCODER_RESOLUTION, sub) for sub in (1, 2))
         unit = self._number(Object.VELOCITY_UNIT)
-        told = f"says 0x{unit:08X}" if unit else "says nothing"
+        reported = f"says 0x{unit:08X}" if unit else "says nothing"
         resolution = f"{counts} for {turns} turns" if counts is not None else "nothing"
         return (
-            f"expected to know the units of its numbers: of its velocity it {told} (0x60A9), of its encoder's counts "
-            f"{resolution} (0x608F). Look them up in its manual, and write counts, for one turn of the motor, and "
-            'velocity_unit, such as "1/min", into [backends.can.robots.<name>.options]'
+            f"expected to know the units of its numbers: of its velocity it {reported} (0x60A9), of its encoder's "
+            f"counts {resolution} (0x608F). Look them up in its manual, and write counts, for one turn of the motor, "
+            'and velocity_unit, such as "1/min", into [backends.can.robots.<name>.options]'
         )
 
     def _number(self, index: int, sub: int = 0) -> int | None:

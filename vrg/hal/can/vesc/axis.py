@@ -198,16 +198,16 @@ class VescAxis(Axis):
             self._report_on(abs(status.current) > _ON_CURRENT, frame.at)
             self._settle()
         elif packet == Packet.STATUS_5:
-            told = codec.decode_status_5(frame.data)
+            supply = codec.decode_status_5(frame.data)
             self.heard = frame.at
-            position = told.tachometer / codec.TACHO_STEPS / self._pairs
+            position = supply.tachometer / codec.TACHO_STEPS / self._pairs
             gap = frame.at - self.measured
             if self._wanted and gap > _RESTART_GAP and abs(position) < min(1.0, abs(self.position)):
                 self._complain("it was started again")
                 self._wanted = False
             if self.options.pole_pairs is not None:
                 self._estimate(position, self._erpm / 60 / self._pairs, frame.at)
-            self._supply(told.voltage, frame.at)
+            self._supply(supply.voltage, frame.at)
 
     def _overhear(self, frame: Frame) -> None:
         """Take in a piece of another program's payload to the drive's interpreter."""

@@ -79,7 +79,7 @@ something, starts something, or keeps the time-out away (the maker's datatypes.h
 FAULT_BIT, FLAGS_BIT = 1 << 15, 1 << 21
 """The bits of what is asked for by GET_VALUES_SELECTIVE: the fault, and the flags of the time-out."""
 TIMED_OUT, KILL_SWITCH = 1, 2
-"""The flags: no setpoint has come for the time-out, and the kill switch is pressed."""
+"""The flags: no setpoint has arrived for the time-out, and the kill switch is pressed."""
 
 
 class Status(NamedTuple):

@@ -163,10 +163,10 @@ class EmulatedDrive(ABC):
 
     @abstractmethod
     def _latch(self, bits: int) -> list[Frame]:
-        """An error has come up: switch off until it is cleared. `bits` is the error in the protocol's code; 0 = any."""
+        """An error has occurred: switch off until it is cleared. `bits`: the error in the protocol's code; 0 = any."""
 
     def _feed(self, now: float) -> None:
-        """A setpoint has come: the watchdog begins anew."""
+        """A setpoint has arrived: the watchdog begins anew."""
         self._fed = now
 
     def _estimates(self) -> tuple[float, float]:

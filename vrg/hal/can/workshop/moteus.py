@@ -1,7 +1,7 @@
 """An emulated moteus controller; it has no bus and no clock.
 
 It answers reads and writes of its registers in every resolution, holds a velocity or a position, latches faults until
-it is stopped, and stops by itself when no setpoint has come for the time that the last one has given it.
+it is stopped, and stops by itself when no setpoint has arrived for the time that the last one has given it.
 """
 
 import math
@@ -124,7 +124,7 @@ class MoteusDrive(EmulatedDrive):
         return commanded
 
     def _obey(self, now: float) -> None:
-        """A command has come, whole."""
+        """A whole command has arrived."""
         mode = self._command.get(Register.MODE, self._mode)
         if mode == Mode.STOPPED:
             self._mode, self._fault, self._watchdog = Mode.STOPPED, 0, 0.0

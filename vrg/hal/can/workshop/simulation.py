@@ -240,7 +240,7 @@ class Port:
             self.hear(frame)
 
     def hear(self, frame: Frame) -> None:
-        """A frame has come."""
+        """A frame has arrived."""
         if self._frozen:
             self._waiting.append(frame)
             return

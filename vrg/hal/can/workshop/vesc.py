@@ -1,8 +1,8 @@
 """An emulated VESC; it has no bus and no clock.
 
-It obeys every setpoint of speed, current and brake, lets go of the motor when none has come for its time-out, tells its
-status by itself, and answers questions for its version, its fault and the flags of its time-out. A fault lets go of the
-motor and is forgotten half a second later, as a real one's.
+It obeys every setpoint of speed, current and brake, lets go of the motor when none has arrived for its time-out,
+reports its status by itself, and answers questions for its version, its fault and the flags of its time-out. A fault
+lets go of the motor and is forgotten half a second later, as a real one's.
 """
 
 import enum
@@ -99,7 +99,7 @@ class VescDrive(EmulatedDrive):
         return []
 
     def _obey(self, packet: Packet, frame: Frame, now: float) -> None:
-        """A setpoint has come. Those that are not emulated do nothing, and feed the time-out as a real one's do."""
+        """A setpoint has arrived. Those that are not emulated do nothing, and feed the time-out as a real one's do."""
         try:
             value = codec.value_of(frame)
         except FrameError:

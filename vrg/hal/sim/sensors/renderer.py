@@ -66,7 +66,7 @@ _LIGHT: Final = {
 
 
 class Renderer:
-    """Draws what cameras see.
+    """Renders the pictures of cameras.
 
     Args:
         map_: the walls and obstacles.

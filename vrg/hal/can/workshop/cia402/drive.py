@@ -3,8 +3,8 @@
 It is a network slave (NMT, heartbeat, EMCY), an SDO server, four RPDOs and four TPDOs, and the state machine of CiA 402
 in profile velocity mode, with its halt bit. Its watchdog is the deadline of an RPDO (0x1400:05); when it expires the
 drive says so (EMCY 0x8250), and has a fault if its motor was on. It remembers its errors (0x1003), keeps its settings
-on the command to save them, and watches its master's heartbeat if it is told to. It has no block transfers, no node
-guarding, no SYNC and no PDOs by remote frames.
+on the command to save them, and watches its master's heartbeat if it is configured to. It has no block transfers, no
+node guarding, no SYNC and no PDOs by remote frames.
 """
 
 import math
@@ -212,7 +212,7 @@ class Cia402Drive(EmulatedDrive):
             self._consumer.set_anew()
 
     def _setpoints(self, frame: Frame, now: float) -> list[Frame]:
-        """A frame has come that may be an RPDO."""
+        """A frame has arrived that may be an RPDO."""
         sent = []
         for pdo in self._pdos.listening(frame.id):
             if len(frame.data) < pdo.size:
@@ -252,7 +252,7 @@ class Cia402Drive(EmulatedDrive):
             self.objects[Object.ERROR_HISTORY, sub] = value
 
     def _fail(self, code: int) -> list[Frame]:
-        """A fault has come up: it lets go of the motor at once, or brakes it first if 0x605E demands it.
+        """A fault has occurred: it lets go of the motor at once, or brakes it first if 0x605E demands it.
 
         Safe torque off cuts the current, whatever the fault reaction is.
         """

@@ -149,7 +149,7 @@ class DrivePdos:
         return sent
 
     def take(self, pdo: DrivePdo, data: bytes, now: float) -> None:
-        """A frame of an RPDO has come; it has `pdo.size` bytes or more."""
+        """A frame of an RPDO has arrived; it has `pdo.size` bytes or more."""
         if pdo.timer:
             pdo.due = now + pdo.timer
         at = 0

@@ -39,7 +39,7 @@ class Cia402States:
         return word
 
     def fail(self, code: int, *, brakes: bool) -> None:
-        """A fault has come up; `brakes`: the motor is braked before it is switched off."""
+        """A fault has occurred; `brakes`: the motor is braked before it is switched off."""
         if self.state is not DriveState.FAULT:
             self.state = DriveState.FAULT_REACTION_ACTIVE if brakes else DriveState.FAULT
         self.error = code
@@ -110,7 +110,7 @@ class HeartbeatConsumer:
         return self._objects.setting(Object.CONSUMER_HEARTBEAT, 1)
 
     def hear(self, frame: Frame, now: float) -> None:
-        """Any frame has come."""
+        """Any frame has arrived."""
         period = (self._setting & 0xFFFF) / 1000
         if period and frame.id == Function.HEARTBEAT | (self._setting >> 16 & NODE_MASK):
             self.due = now + period
