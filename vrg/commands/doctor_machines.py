@@ -57,7 +57,7 @@ def _examined(setup: MatchSetup, remote: dict[str, RemoteHost], stop: Stop) -> d
     findings = {name: [Finding("ssh", False, str(error))] for name, error in problems.items()}
     reached = {name: host for name, host in remote.items() if name not in problems}
     for name, host in reached.items():
-        findings[name] = [Finding("ssh", True, f"{setup.hosts[name].host} answers"), *host.findings]
+        findings[name] = [Finding("ssh", True, f"{setup.hosts[name].host} answers"), *host.reports.findings]
     for name, finding in _connected(setup, remote, reached, stop).items():
         findings.setdefault(name, []).append(finding)
     for name, host in reached.items():
@@ -86,7 +86,9 @@ def _connected(
             return {placed: Finding("router", False, str(error))}
         for host in reached.values():
             host.aim(StartupStep.JOINED)
-        failed = wait_for(reached, lambda host: host.is_at(StartupStep.JOINED) and len(host.trips) >= _TRIPS, stop)
+        failed = wait_for(
+            reached, lambda host: host.is_at(StartupStep.JOINED) and len(host.reports.trips) >= _TRIPS, stop
+        )
         if failed is None:
             raise typer.Exit(130)
         for name in reached:
@@ -100,9 +102,9 @@ def _connected(
 
 def _clock(host: RemoteHost) -> list[Finding]:
     """The round trip of a message, and the offset of the machine's wall clock."""
-    if not host.trips:
+    if not host.reports.trips:
         return []
-    quickest = min(host.trips)
+    quickest = min(host.reports.trips)
     offset = quickest.wall_offset
     found = [Finding("link", None, f"a message there and back has taken {1000 * quickest.took:.0f} ms over ssh")]
     if abs(offset) > _ODD:

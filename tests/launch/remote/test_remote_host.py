@@ -131,7 +131,7 @@ def test_a_machine_is_brought_up_step_by_step_as_far_as_it_is_asked_to(bench: Be
     ordered = bench.look(lambda: host.is_at(StartupStep.LOADED))
     kinds = [type(order) for order in ordered if not isinstance(order, wire.FilePart | wire.Beat)]
     assert kinds == [wire.Prepare, wire.Load]
-    assert (host.endpoint, host.peer) == ("tcp/10.0.0.2:7447", "10.0.0.1")
+    assert (host.reports.endpoint, host.reports.peer) == ("tcp/10.0.0.2:7447", "10.0.0.1")
     for _ in range(5):
         host.keep()
     assert not any(isinstance(order, wire.Serve) for order in bench.orders())
@@ -219,12 +219,13 @@ ANYTHING = st.one_of(
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(messages=st.lists(ANYTHING, max_size=8))
 def test_nothing_that_an_agent_sends_raises_what_is_not_expected(bench: Bench, messages: list[wire.ToLauncher]) -> None:
-    bench.host._fetching = 1
+    reports = bench.host.reports
+    reports.fetches = True
     frames: Frames[wire.ToLauncher] = Frames(wire.ToLauncher)  # type: ignore[arg-type]
     for message in messages:
         frames.feed(frame(message))
         with contextlib.suppress(MessageError, LaunchError):
-            bench.host._take(frames.next())
+            bench.host.reports.take(frames.next(), 3, starting=False)
     assert set(bench.host.names) <= {"ann", "world"}
     assert set(bench.host.take_failed()) <= {"ann"}
     assert bench.folder.match_file.read_bytes() == b"the match"

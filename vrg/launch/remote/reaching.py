@@ -61,12 +61,12 @@ def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secu
     """
     main = setup.place.get("router", HERE)
     if main in hosts:
-        endpoint = _secured(hosts[main].endpoint, secure)
+        endpoint = _secured(hosts[main].reports.endpoint, secure)
         if not endpoint:
             raise LaunchError(f"{main}: expected an address for the router: write `address = ...` into its table")
     else:
         own = setup.machines.get(HERE)
-        seen = next((host.peer for host in hosts.values() if host.peer), None)
+        seen = next((host.reports.peer for host in hosts.values() if host.reports.peer), None)
         address = own.address if own is not None and own.address else seen
         if hosts and address is None:
             raise LaunchError(
@@ -84,9 +84,9 @@ def router_endpoints(setup: MatchSetup, hosts: Mapping[str, RemoteHost], *, secu
     endpoints = {main: endpoint}
     for name, machine in setup.machines.items():
         if machine.router and name in hosts:
-            if not hosts[name].endpoint:
+            if not hosts[name].reports.endpoint:
                 raise LaunchError(f"{name}: expected an address for its router: write `address = ...` into its table")
-            endpoints[name] = _secured(hosts[name].endpoint, secure)
+            endpoints[name] = _secured(hosts[name].reports.endpoint, secure)
     for name, host in hosts.items():
         used = setup.router_at(name)
         host.router = endpoints.get(used, endpoint)

@@ -3,30 +3,25 @@
 import enum
 import math
 import time
-from collections import deque
 from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass
-from ipaddress import ip_address
 from pathlib import Path
 
 from msgspec import structs
 
-from vrg import __version__
 from vrg.bus.messages import ProcessState, ProcessStatus
 from vrg.bus.session import Session
 from vrg.bus.stopping import StopSignal
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError, MessageError
-from vrg.launch.findings import Finding
 from vrg.launch.host import GROUPS
 from vrg.launch.managed import STOP_TIMEOUT
-from vrg.launch.process_log import ProcessLog
 from vrg.launch.remote import wire
+from vrg.launch.remote.reports import TEXT, AgentReports
 from vrg.launch.remote.silence import LAUNCHER_TIMEOUT, Silence
 from vrg.launch.remote.ssh import Connection
-from vrg.launch.remote.travel import file_parts, files_in, take_in
+from vrg.launch.remote.travel import file_parts, files_in
 from vrg.launch.specs import seats_at, specs
-from vrg.runs.events import EventKind, Notes
+from vrg.runs.events import Notes
 from vrg.runs.keeping import files_of_strategy
 from vrg.runs.run_folder import RunFolder
 from vrg.seats.credentials import find_credentials
@@ -43,32 +38,12 @@ RECONNECT_PERIOD = 2.0
 """The real time in s after which a machine that is away is tried once more."""
 HEARTBEAT_PERIOD = 0.5
 """The real time in s between two signs of life of the launcher."""
-TRIPS = 8
-"""The number of newest words there and back of which the quickest counts: it has waited least on its way."""
 _FETCH = 15.0
 """The time in s without a part of a file from an agent that sends files after which they are given up."""
-_FETCHED = 4_000_000_000
-"""The number of bytes of files that an agent may send: recordings are long, but a disk is not endless."""
 _WAIT = 0.02
 """The longest real time in s between two looks at what an agent has sent."""
 _BACKLOG = 16 * wire.PART
 """The number of bytes that may wait for an agent before no more files are read."""
-_TEXT = 4000
-"""The longest text of an agent that a person is shown, signs."""
-_REFUSED = 100
-"""The number of refused files that are named to a person."""
-_OF_PROCESSES = frozenset(
-    (
-        EventKind.READY,
-        EventKind.DIED,
-        EventKind.KILLED,
-        EventKind.VACATED,
-        EventKind.STARTED,
-        EventKind.REPLACED,
-        EventKind.CLOSED,
-    )
-)
-"""The kinds of events that an agent may note."""
 
 
 class StartupStep(enum.IntEnum):
@@ -80,18 +55,6 @@ class StartupStep(enum.IntEnum):
     JOINED = enum.auto()
     FIRST = enum.auto()
     PLAYS = enum.auto()
-
-
-@dataclass(frozen=True, order=True)
-class Trip:
-    """A word to an agent and back.
-
-    Args:
-        took: the time it took, s. wall_offset: how far the wall clock there was ahead of this machine's then, s.
-    """
-
-    took: float
-    wall_offset: float
 
 
 class RemoteHost:
@@ -107,10 +70,8 @@ class RemoteHost:
         notes: the log of events of the processes there. clock: returns the monotonic time, s.
 
     Attributes:
-        machine: its name in the match file. names: the names of its processes. stop_orders: the numbers for `stop`.
-        peer: this machine's address, as it is seen there; empty if that is not known.
-        endpoint: where a router can be started there; empty if none runs there.
-        findings: what was found out about the machine. trips: the newest words to the agent and back.
+        machine: its name in the match file. stop_orders: the numbers for `stop`.
+        reports: what its agent has reported.
         router, upstream: the endpoint of the router that its processes use, and the one that this router is linked to;
             to be set before `start_router`. keys: the folder of the keys of all seats; None in a match without seats.
     """
@@ -129,30 +90,19 @@ class RemoteHost:
         self._folder = folder
         self._prepare = prepare
         self._announce = announce
-        self._notes = notes
         self._clock = clock
         self._travelling = files_in(folder.path)
         window, record = prepare.window, prepare.record
         planned = specs(setup, folder.path, "", window=window, record=record, machine=machine)
         self._seats = [Seat(SeatKind.HOST, machine), *seats_at(setup, machine, window=window, record=record)]
-        self._own = {spec.name: spec for spec in planned}
-        self.names = list(self._own)
         self.stop_orders = sorted({spec.stop_order for spec in planned})
-        self.peer = self.endpoint = self.router = self._home = ""
+        self.router = ""
+        self.reports = AgentReports(machine, planned, folder, self._tell, notes, clock, self._travelling)
         self.upstream: str | None = None
         self.keys: Path | None = None
-        self.findings: list[Finding] = []
-        self.trips: deque[Trip] = deque(maxlen=TRIPS)
-        self._statuses: list[ProcessStatus] = []
-        self._ready: list[str] = []
-        self._failed: dict[str, str] = {}
         self._vacant: set[str] = set()
         self._played: dict[str, list[wire.FilePart | wire.Play]] = {}
         self._substitutes = 0
-        self._logs: dict[str, ProcessLog] = {}
-        self._log_ends: dict[str, int] = {}
-        self._kept: set[str] = set()
-        self._refused: set[str] = set()
         # How far it is to be brought up, and how far it is.
         self._aim, self._step = StartupStep.LOADED, StartupStep.AWAY
         self._has_played = False
@@ -162,11 +112,10 @@ class RemoteHost:
         self._lost: list[Connection[wire.ToLauncher]] = []
         # These hold for the present connection, or for the last one.
         self._silence = Silence(0.0)
-        self._tried = self._beat_sent = self._arrived = -math.inf
-        self._sent = self._done = 0
+        self._tried = self._beat_sent = -math.inf
+        self._sent = 0
         self._stopping: dict[int, int] = {}
         self._fetching: int | None = None
-        self._fetched = 0
 
     def aim(self, step: StartupStep) -> None:
         """Let it be brought up to a step, as far as it is not yet. Then call `is_at` again and again."""
@@ -189,9 +138,9 @@ class RemoteHost:
         Raises:
             LaunchError: the agent cannot do it. OSError: a file or a key cannot be read here.
         """
-        while not self._home:
+        while not self.reports.home:
             yield
-        self._send(structs.replace(self._prepare, logs=self._log_ends))
+        self._send(structs.replace(self._prepare, logs=self.reports.log_ends))
         for name in self._travelling:
             for part in file_parts(self._folder.path / name, name):
                 self._send(part)
@@ -226,7 +175,7 @@ class RemoteHost:
     def _ask(self, order: wire.ToAgent) -> Iterator[None]:
         """Send an order and wait until it is done."""
         number = self._send(order)
-        while self._done < number:
+        while self.reports.done < number:
             yield
 
     def _send(self, message: wire.ToAgent) -> int:
@@ -235,6 +184,11 @@ class RemoteHost:
             self._connection.channel.send(message)
             self._sent += 1
         return self._sent
+
+    @property
+    def names(self) -> list[str]:
+        """The names of its processes."""
+        return self.reports.names
 
     @property
     def _backlog(self) -> int:
@@ -260,7 +214,7 @@ class RemoteHost:
             channel = self._connection.channel
             before = channel.received
             for message in channel.pump(patience):
-                self._take(message)
+                self.reports.take(message, self._sent, starting=not self._has_played)
             next(self._script, None)
         except MessageError as error:
             self._lose(f"its agent has sent what no agent sends: {error}")
@@ -280,14 +234,15 @@ class RemoteHost:
                 self._lose("" if self._has_played else self._connection.why_ended())
             elif silence > (patient := AWAY_TIMEOUT if self._step is StartupStep.PLAYS else STARTING):
                 self._lose(f"nothing was heard of {self._reached.host} for {patient:g} s")
-            elif self._home and now - self._beat_sent >= HEARTBEAT_PERIOD:
+            elif self.reports.home and now - self._beat_sent >= HEARTBEAT_PERIOD:
                 self._beat_sent = now
                 self._send(wire.Beat(now))
 
     def _connect(self, now: float) -> None:
         self._tried = now
         self._silence = Silence(now)
-        self._home, self._sent, self._done = "", 0, 0
+        self._sent = 0
+        self.reports.begin()
         frames: wire.Frames[wire.ToLauncher] = wire.Frames(wire.ToLauncher, wire.BANNER)  # type: ignore[arg-type]  # a union is no class
         log = self._folder.logs / f"host-{self.machine}.log"
         self._connection = Connection(self.machine, self._reached, log, "node host", frames)
@@ -318,106 +273,7 @@ class RemoteHost:
 
     def _tell(self, text: str) -> None:
         """Tell a person something about this machine."""
-        self._announce(f"{self.machine}{text[:_TEXT]}")
-
-    def _take(self, message: wire.ToLauncher) -> None:
-        """Take in a message of the agent, which may hold anything.
-
-        Raises:
-            MessageError: no agent sends this. LaunchError: the agent tells that the match cannot go on.
-        """
-        match message:
-            case wire.Hello():
-                self._take_hello(message)
-            case wire.Loaded():
-                self.endpoint, self.findings = message.endpoint, message.findings
-            case wire.Done() if message.order <= self._sent:
-                self._done = max(self._done, message.order)
-            case wire.Failed():
-                raise LaunchError(message.text)
-            case wire.Notice():
-                self._tell(f": {message.text}")
-            case wire.Noted():
-                self._take_note(message)
-            case wire.Status():
-                self._take_status(message)
-            case wire.LogText():
-                self._take_log(message)
-            case wire.FilePart() if self._fetching is not None:
-                self._fetched += len(message.data)
-                if self._fetched > _FETCHED:
-                    raise MessageError(f"more than {_FETCHED // 1_000_000} MB of files")
-                if message.path not in self._travelling and self._keep(message):
-                    self._arrived = self._clock()
-            case _:
-                raise MessageError(f"{type(message).__name__} was not asked for")
-
-    def _take_hello(self, hello: wire.Hello) -> None:
-        if hello.version != __version__:
-            raise LaunchError(f"expected VRG {__version__} there, got {hello.version}: install the same version")
-        try:
-            self.peer = hello.peer and str(ip_address(hello.peer))
-        except ValueError as error:
-            raise MessageError(f"expected the launcher's address: {error}") from None
-        self._home = hello.home or "."
-
-    def _take_note(self, note: wire.Noted) -> None:
-        self._check(note.process)
-        if note.what not in _OF_PROCESSES or (note.what is EventKind.VACATED and not self._own[note.process].seat):
-            raise MessageError(f"expected what can happen to {note.process}, got {note.what!r}")
-        text = note.text[:_TEXT]
-        if note.what is EventKind.READY and not self._has_played:
-            self._ready.append(note.process)
-        if note.what is EventKind.VACATED:
-            self._failed[note.process] = text.removeprefix(f"{note.process}: ")
-        if note.at_next_clock:
-            self._notes.note_at_next_clock(note.what, note.process)
-        else:
-            self._notes.note(note.what, note.process, text, status=note.status)
-
-    def _take_status(self, status: wire.Status) -> None:
-        names = [process.name for process in status.processes]
-        self._check(*names)
-        own = {(process.name, process.machine, process.node) for process in status.processes}
-        if own - {(spec.name, self.machine, spec.node) for spec in self._own.values()} or len(own) < len(names):
-            raise MessageError(f"expected each process of {self.machine} once, got {names}")
-        self._statuses, self.names = status.processes, names
-        if status.beat:
-            took = max(0.0, self._clock() - status.beat - status.held)
-            self.trips.append(Trip(took, status.wall + took / 2 - time.time()))
-
-    def _take_log(self, added: wire.LogText) -> None:
-        self._check(added.name)
-        self._log_ends[added.name] = added.end
-        path = f"logs/{added.name}.log"
-        if self._keep(wire.FilePart(path, added.text, begins=False)):
-            self._logs.setdefault(added.name, ProcessLog(self._folder.path / path)).grow(self._clock())
-
-    def _check(self, *names: str) -> None:
-        """Make sure that processes are this machine's.
-
-        Raises:
-            MessageError: they are not.
-        """
-        if strange := [name for name in names if name not in self._own]:
-            raise MessageError(f"expected processes of {self.machine} ({', '.join(self._own)}), got {strange}")
-
-    def _keep(self, part: wire.FilePart) -> bool:
-        """Keep a part of a file that a process there has written; return whether that can be done.
-
-        What another machine has written, such as the journal, is not for this one to change.
-        """
-        try:
-            if part.path not in self._kept and (self._folder.path / part.path).exists():
-                raise LaunchError("the run folder has such a file already")
-            take_in(self._folder.path, part)
-        except (OSError, LaunchError) as error:
-            if part.path not in self._refused and len(self._refused) < _REFUSED:
-                self._refused.add(part.path)
-                self._tell(f": {part.path!r} cannot be kept: {error}")
-            return False
-        self._kept.add(part.path)
-        return True
+        self._announce(f"{self.machine}{text[:TEXT]}")
 
     def keep(self) -> None:
         """Let the agent know that the launcher lives, and take in what it sends."""
@@ -459,8 +315,7 @@ class RemoteHost:
             LaunchError: a process ended before it was ready, or makes no progress, or the machine is away.
         """
         self.poll()
-        ready, self._ready = self._ready, []
-        return ready
+        return self.reports.take_ready()
 
     def poll(self) -> None:
         """Take in what the agent sends. If its machine is away, try to reach it again.
@@ -478,7 +333,7 @@ class RemoteHost:
 
     def take_failed(self) -> dict[str, str]:
         """The players that have failed for good since the last call, each with the reason."""
-        failed, self._failed = self._failed, {}
+        failed, self.reports.failed = self.reports.failed, {}
         # An agent that takes the place of this one does not start them either.
         self._vacant |= set(failed)
         return failed
@@ -510,9 +365,9 @@ class RemoteHost:
     def statuses(self) -> list[ProcessStatus]:
         """The state of each of its processes."""
         if self._step is StartupStep.PLAYS or not self._has_played:
-            return self._statuses
+            return self.reports.statuses
         away = ProcessState.AWAY
-        return [structs.replace(s, state=away, pid=None, cpu=0.0, memory=0) for s in self._statuses]
+        return [structs.replace(s, state=away, pid=None, cpu=0.0, memory=0) for s in self.reports.statuses]
 
     def stop(self, order: int) -> None:
         """Ask the processes of one number to stop. From now on it is not brought up again."""
@@ -527,15 +382,15 @@ class RemoteHost:
         """
         deadline = self._clock() + 2 * STOP_TIMEOUT
         number = self._stopping[order]
-        self._wait(lambda: self._done >= number or self._clock() > deadline, meanwhile)
-        if self._step is not StartupStep.AWAY and self._done < number:
+        self._wait(lambda: self.reports.done >= number or self._clock() > deadline, meanwhile)
+        if self._step is not StartupStep.AWAY and self.reports.done < number:
             self._tell(f" does not answer: its processes stop by themselves within {LAUNCHER_TIMEOUT:g} s")
             self._lose("")
 
     def fetch(self) -> None:
         """Begin to bring what the processes there have written into the run folder."""
         if self._connection is not None and self._step is not StartupStep.AWAY:
-            self._fetching = self._send(wire.Fetch())
+            self._fetching, self.reports.fetches = self._send(wire.Fetch()), True
 
     def close(self, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Wait until everything was fetched, if that was begun, and end the agent. Idempotent.
@@ -546,19 +401,21 @@ class RemoteHost:
         self.aim(StartupStep.AWAY)
         fetching = self._fetching
         if fetching is not None:
-            self._arrived = self._clock()
-            self._wait(lambda: self._done >= fetching or self._clock() - self._arrived > _FETCH, meanwhile)
-        done = self._connection is not None and (fetching is None or self._done >= fetching)
+            self.reports.arrived = self._clock()
+            self._wait(
+                lambda: self.reports.done >= fetching or self._clock() - self.reports.arrived > _FETCH, meanwhile
+            )
+        done = self._connection is not None and (fetching is None or self.reports.done >= fetching)
         if done:
             self._send(wire.Goodbye())
             deadline = self._clock() + _FETCH
             self._wait(lambda: not self._backlog or self._clock() > deadline, meanwhile)
-        elif self._statuses:
+        elif self.reports.statuses:
             self._announce(
                 f"what the processes on {self.machine} have written was not fetched; it is there in "
-                f"{self._home}/{self._prepare.run}"
+                f"{self.reports.home}/{self._prepare.run}"
             )
-        self._statuses = []
+        self.reports.statuses = []
         for connection in filter(None, (*self._lost, self._connection)):
             connection.end(patience=STOP_TIMEOUT if done else 0.0)
         self._lost, self._connection = [], None
