@@ -15,6 +15,7 @@ from vrg import __version__
 from vrg.commands.options import duration
 from vrg.config.loading import match_path
 from vrg.plugins import COMMANDS
+from vrg.plugins import broken as unusable
 
 GOOD = match_path("sharks-and-minnows").read_text(encoding="utf-8")
 NO_TIME = "expected a time from 0.1 to 60 s, such as 80 or 1:20"
@@ -265,10 +266,13 @@ def test_a_command_of_another_package_that_cannot_be_used_is_refused_and_takes_n
     vrg: Vrg, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, text: str, why: str
 ) -> None:
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr("vrg.registry.plugins", entry_of(tmp_path, text))
+    for module in ("vrg.registry", "vrg.plugins"):
+        monkeypatch.setattr(f"{module}.plugins", entry_of(tmp_path, text))
+    monkeypatch.setattr("vrg.plugins.groups", lambda: ("vrg.commands",))
     monkeypatch.setattr(COMMANDS, "_found", {})
     monkeypatch.setattr(COMMANDS, "_unusable", set())
     broken, help_page, other = vrg("chorus"), vrg("--help"), vrg("check", "sharks-and-minnows")
+    assert [name for name, _ in unusable()] == ([] if why == "import no:where" else ["chorus"]), "`vrg doctor` names it"
     assert broken.status in (1, 2)
     assert why in " ".join(broken.err.replace("│", "").split())
     assert (help_page.status, other.status) == (0, 0)

@@ -259,7 +259,7 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 8_360,
-    "commands": 3_620,
+    "commands": 3_630,
     "hal/can": 4_110,
     "launch": 3_950,  # with the window of a commander, which a command made
     "games": 3_720,  # with the look of what lies on a field
@@ -271,7 +271,7 @@ BUDGETS = {
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
-    "shared values": 1_740,  # vrg.compare; the figures of a picture; what plug-ins add and show
+    "shared values": 1_750,  # vrg.compare; the figures of a picture; what plug-ins add and show
     "testing": 770,
     "agents": 1_390,
     "recording": 1_210,

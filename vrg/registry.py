@@ -181,13 +181,17 @@ def plugins(group: str) -> "dict[str, EntryPoint]":
 
 
 @cache
-def plugin_packages() -> frozenset[str]:
-    """The names of the packages that add something to VRG, whether or not they are imported."""
+def groups() -> tuple[str, ...]:
+    """The groups in which other packages add something to VRG."""
     from importlib.metadata import entry_points  # noqa: PLC0415 - as above
 
-    entries = [
-        entry for group in entry_points().groups if group.startswith("vrg.") for entry in plugins(group).values()
-    ]
+    return tuple(group for group in sorted(entry_points().groups) if group.startswith("vrg."))
+
+
+@cache
+def plugin_packages() -> frozenset[str]:
+    """The names of the packages that add something to VRG, whether or not they are imported."""
+    entries = [entry for group in groups() for entry in plugins(group).values()]
     return frozenset(entry.value.partition(":")[0].partition(".")[0].strip() for entry in entries)
 
 

@@ -27,7 +27,7 @@ from vrg.launch.endpoints import free_endpoint
 from vrg.launch.findings import Finding
 from vrg.launch.running import running
 from vrg.modules import silent_errors
-from vrg.plugins import CHECKS
+from vrg.plugins import CHECKS, broken
 from vrg.seats.seat import Seat, SeatKind
 
 
@@ -126,6 +126,11 @@ def _added() -> Iterator[Finding]:
         yield found
 
 
+def _plugins() -> Finding:
+    wrong = "; ".join(f"{name}: {why}" for name, why in broken())
+    return Finding("plug-ins", None if wrong else True, wrong or "all that are installed can be used")
+
+
 def _messages() -> Finding:
     """The number of messages that the running matches have refused, because they came under a wrong key."""
     found = []
@@ -165,6 +170,7 @@ def doctor(
         _sandbox,
         _matches,
         _messages,
+        _plugins,
     ]
     findings = {"": [*[_package(name) for name in _packages()], *[check() for check in checks], *_added()]}
     if match is not None:

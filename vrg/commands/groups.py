@@ -157,7 +157,7 @@ class PlayOptions(PracticeOptions):
         if self.steps and (first := next((name for name, wanted in needing.items() if wanted), None)):
             how = "--lockstep" if self.lockstep else "--in-process"
             raise typer.BadParameter(
-                f"{first} needs the bus: a match in lockstep has no seats and serves no one; leave {how} out"
+                f"{first} needs the bus: a match that is played so has no seats and serves no one; leave {how} out"
             )
 
     @property

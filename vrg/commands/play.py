@@ -22,15 +22,18 @@ def check(match: GameArgument) -> None:
         unproved_properties,
     )
     from vrg.config.rules import rulebook_of
+    from vrg.hal.sim.engines import check_installed
     from vrg.playing.match import undriven
     from vrg.playing.trial import trial, untried
 
     setup = load_match(match_path(match))
+    if "world" not in setup.place:
+        check_installed(setup.engine)
     with trial() as tried:
         check_strategies(setup, tried.make)
     book = rulebook_of(setup)
     rounds = "1 round" if book.rounds == 1 else f"{book.rounds} rounds"
-    players = f"{len(setup.players)} players"
+    players = "1 player" if len(setup.players) == 1 else f"{len(setup.players)} players"
     typer.echo(f"{match}: good: {setup.game}, {players}, {rounds}, map {setup.map}")
     for remark in unproved_properties(setup):
         typer.echo(f"not proved: {remark}")

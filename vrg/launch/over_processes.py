@@ -115,7 +115,9 @@ class Launch:
             )
         elif not hosts and launched.endpoint != DEFAULT_ENDPOINT:
             console.print(
-                f"router {launched.endpoint}: the usual port belongs to the robots, or is taken", soft_wrap=True
+                f"router {launched.endpoint}: port {port_of(DEFAULT_ENDPOINT)} is taken by another match or program, "
+                "or belongs to the robots",
+                soft_wrap=True,
             )
         if (hosts or launched.keys is not None) and port_of(launched.endpoint) != port_of(DEFAULT_ENDPOINT):
             console.print(

@@ -20,6 +20,7 @@ def export(
         typer.Argument(metavar="[RUN ...]", help="Run folders, or names in the folder runs. Without any, the newest."),
     ] = None,
     output: Annotated[Path, typer.Option("--output", "-o", help="The Parquet file to write.")] = Path("pairs.parquet"),
+    replace: Annotated[bool, typer.Option("--replace", help="Write over the file if it is there already.")] = False,
 ) -> None:
     """Write what each player saw and did at each decision of these runs, for programs that learn.
 
@@ -27,6 +28,8 @@ def export(
     """
     from vrg_learn.table import Heading, write
 
+    if output.is_file() and not replace:
+        raise ConfigError(f"{output}: already there: name another file by --output, or write over it by --replace")
     found = [_of(run) for run in runs] if runs else [_of(None)]
     _check_names([folder for folder, _ in found])
     headings = [Heading.of(setup) for _, setup in found]

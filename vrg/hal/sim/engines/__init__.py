@@ -44,11 +44,13 @@ def default_engine() -> str:
 
 
 def check_installed(engine: str) -> None:
-    """Check that the package of an engine is installed.
+    """Check that the package of an engine is installed, or that another package's engine can be imported.
 
     Raises:
-        ConfigError: it is not.
+        ConfigError: it is not, or cannot.
     """
+    if engine not in (PLANAR, *_PACKAGES):
+        ENGINES.get(engine)
     if not installed(engine):
         why, how = "", "install VRG anew"
         if engine == BULLET:
