@@ -44,8 +44,7 @@ from vrg.bus.process import run_world
 from vrg.bus.session import Session, open_session
 from vrg.bus.stopping import Stop, stop_on_signals
 from vrg.bus.topics import Keys, name_in
-from vrg.config.loading import load_match
-from vrg.config.setup import MatchSetup
+from vrg.config.setup import MatchSetup, read_setup
 from vrg.files import write_json
 from vrg.hal.sim.config import WorldConfig
 from vrg.hal.sim.node import WorldNode
@@ -87,11 +86,11 @@ class ObservedWorld(WorldNode):
         return round(seconds / self.period)
 
 
-def run_observed_world(folder: RunFolder, endpoint: str, base: Path) -> None:
+def run_observed_world(folder: RunFolder, endpoint: str) -> None:
     """The world's process."""
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     sys.setswitchinterval(1e-3)
-    setup = load_match(folder.match_file, base=base)
+    setup = read_setup(folder.setup)
     with stop_on_signals() as stop, open_session(endpoint) as session:
         node = ObservedWorld(setup.world, Mailbox(), setup.keys)
         threading.Thread(target=_hear_parent, args=(node, stop), daemon=True).start()
@@ -110,8 +109,8 @@ def _hear_parent(node: ObservedWorld, stop: Stop) -> None:
 
 
 @contextmanager
-def _world(folder: RunFolder, endpoint: str, base: Path) -> Iterator["subprocess.Popen[bytes]"]:
-    command = [sys.executable, __file__, "--world", str(folder.path), endpoint, str(base)]
+def _world(folder: RunFolder, endpoint: str) -> Iterator["subprocess.Popen[bytes]"]:
+    command = [sys.executable, __file__, "--world", str(folder.path), endpoint]
     with (folder.logs / "world.log").open("ab") as log:
         process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=log, stderr=subprocess.STDOUT)
     try:
@@ -159,7 +158,7 @@ def _play(setup: MatchSetup, folder: RunFolder, seconds: float) -> dict[str, flo
     try:
         folder.hand_out(setup)
         supervisor.start_router(threading.Event())
-        with _world(folder, endpoint, Path(setup.base)) as world, open_session(endpoint) as session:
+        with _world(folder, endpoint) as world, open_session(endpoint) as session:
             _wait_for(lambda: bool(session.alive(setup.keys.alive("world", "world"))), "the world")
             supervisor.attach(session)
             for group in GROUPS:
@@ -301,7 +300,7 @@ def _process_rows(case: str, runs: list[Run]) -> list[dict[str, Any]]:
 def main() -> None:
     """See the module."""
     if sys.argv[1:2] == ["--world"]:
-        run_observed_world(RunFolder(Path(sys.argv[2])), sys.argv[3], Path(sys.argv[4]))
+        run_observed_world(RunFolder(Path(sys.argv[2])), sys.argv[3])
         return
     parser = arguments(__doc__)
     parser.add_argument("--rounds", type=int, default=None)
