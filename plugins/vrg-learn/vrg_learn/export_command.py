@@ -32,8 +32,12 @@ def export(
         raise ConfigError(f"{output}: already there: name another file by --output, or write over it by --replace")
     found = [_of(run) for run in runs] if runs else [_of(None)]
     _check_names([folder for folder, _ in found])
-    headings = [Heading.of(setup) for _, setup in found]
-    for (folder, _), heading in zip(found, headings, strict=True):
+    headings = []
+    for folder, setup in found:
+        try:
+            headings.append(heading := Heading.of(setup))
+        except ConfigError as error:
+            raise ConfigError(f"{folder.path}: {error}") from None
         if heading != headings[0]:
             first = found[0][0]
             raise ConfigError(

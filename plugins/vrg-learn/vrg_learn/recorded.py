@@ -73,17 +73,15 @@ def check(setup: MatchSetup) -> None:
     Raises:
         ConfigError: it cannot; or no program can learn the game; or robots of the match have different actions.
     """
-    if learning_of(setup.game, setup.origin).scan:
+    if learning_of(setup.game).scan:
         raise ConfigError(
             f"{setup.game}: expected a game in which all poses are published: a recording does not tell which "
             "ones a player received, nor what it saw with its laser at each decision"
         )
     if setup.sight is not None:
-        raise ConfigError(
-            f"{setup.origin}: expected a match in which teams see everybody, got `sight` of {setup.sight:g} m"
-        )
+        raise ConfigError(f"expected a match in which teams see everybody, got `sight` of {setup.sight:g} m")
     if len({len(limits_of(player.robot)) for player in setup.players}) > 1:
-        raise ConfigError(f"{setup.origin}: expected robots that all can drive sideways, or none of them")
+        raise ConfigError("expected robots that all can drive sideways, or none of them")
 
 
 def decisions(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Decision]:
