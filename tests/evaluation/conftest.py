@@ -31,7 +31,7 @@ x = [-3.0, 3.0]
 y = [-4.0, 4.0]
 zone_depth = 1.5
 passes = 1
-pass_limit = 15.0
+pass_limit = 20.0
 lineup = "place"
 slowest = 0.9
 
