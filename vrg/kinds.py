@@ -182,8 +182,6 @@ def kind_shown(name: str, use: str) -> Kind:
         raise ConfigError(f"a view of the match: got {name!r}, which {wanted}")
     able = {name: kind for name, kind in shown.items() if getattr(kind, use)}
     if name not in able:
-        what = "a view of the match"
-        if name in shown:
-            what = "a view that also shows recorded matches" if use == "replays" else "a view that needs no window"
-        raise ConfigError(f"{what}: {expected_one_of(sorted(able), name)}")
+        live = ", which shows running matches only" if name in shown and use == "replays" else ""
+        raise ConfigError(f"a view of the match: {expected_one_of(sorted(able), name)}{live}")
     return able[name]

@@ -21,7 +21,7 @@ def test_a_view_is_listed_found_and_opened(monkeypatch: pytest.MonkeyPatch, caps
     opening = load_object(kind.opens)(setup, None, secured=False)
     assert opening.name == "hear ye"
     assert opening.words("tcp/lab:7447") == "the calls of race, by tcp/lab:7447"
-    with pytest.raises(ConfigError, match=r"also shows recorded matches: expected one of .*web, got 'crier'"):
+    with pytest.raises(ConfigError, match=r"expected one of .*web, got 'crier', which shows running matches only"):
         kind_shown("crier", "replays")
 
 
