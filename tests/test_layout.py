@@ -272,7 +272,7 @@ BUDGETS = {
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_750,  # vrg.compare; the figures of a picture; what plug-ins add and show
-    "testing": 770,
+    "testing": 780,  # with what the tests and the faults of a robot on a simulated CAN bus share
     "agents": 1_390,
     "recording": 1_210,
     "playing": 1_170,

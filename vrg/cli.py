@@ -17,7 +17,7 @@ from typer.core import TyperGroup
 from vrg import __version__
 from vrg.errors import ConfigError, VrgError
 from vrg.modules import EXTRAS, missing
-from vrg.registry import close_to, load_object
+from vrg.registry import close_to, imported, load_object
 from vrg.types import printable
 
 # Without this, a line that pygame prints on import would be the first line of every command.
@@ -151,7 +151,8 @@ class Commands(TyperGroup):
                 added = command_at((*self.path, cmd_name))
                 if added is None:
                     return None
-                entry = partial(_of_others, added.target), added.about
+                load = partial(load_object, added.target)
+                entry = partial(imported, load, f"cannot import {added.target}"), added.about
             self.commands[cmd_name] = _command((*self.path, cmd_name), *entry)
         return self.commands[cmd_name]
 
@@ -183,8 +184,9 @@ class Commands(TyperGroup):
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page: the commands below their headings, a line for each."""
         formatter.write(f"Usage: {ctx.command_path} COMMAND ...   (each has --help)\n")
-        width = max(map(len, self.list_commands(ctx)))
-        for heading, listed in self._whole().items():
+        whole = self._whole()
+        width = max(len(name) for listed in whole.values() for name in listed)
+        for heading, listed in whole.items():
             formatter.write(f"\n{typer.style(heading, bold=True)}\n")
             for name, (_, about) in listed.items():
                 formatter.write(f"  {typer.style(name.ljust(width), fg='cyan')}  {about}\n")
@@ -208,18 +210,6 @@ def _command(path: tuple[str, ...], what: Any, about: str) -> Any:
     app.info.help, app.info.name = about, name
     app._add_completion = False
     return typer.main.get_command(app)
-
-
-def _of_others(target: str) -> Any:
-    """The command of another package.
-
-    Raises:
-        ConfigError: it cannot be imported.
-    """
-    try:
-        return load_object(target)
-    except (Exception, SystemExit) as error:  # it is somebody else's code
-        raise ConfigError(f"cannot import {target}: {error!r}") from error
 
 
 def _group(table: Table, path: tuple[str, ...] = ()) -> typer.Typer:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from vrg.errors import ConfigError
-from vrg.registry import Registry, groups, installed_by, plugins
+from vrg.registry import Registry, groups, imported, installed_by, plugins
 
 if TYPE_CHECKING:
     from vrg.launch.findings import Finding
@@ -75,13 +75,11 @@ def broken() -> Iterator[tuple[str, str]]:
     """The entry points of other packages that cannot be used: the package with the name, and why, in words."""
     for group, entry in ((name, entry) for name in groups() for entry in plugins(name).values()):
         try:
-            entry.load()
+            imported(entry.load, f"cannot import {entry.value} of the entry point group {group}")
             if group == COMMANDS.group:
                 command_at(entry.name.split("."))
         except ConfigError as error:
             yield entry.name, str(error)
-        except (Exception, SystemExit) as error:  # it is somebody else's code
-            yield entry.name, f"cannot import {entry.value} of the entry point group {group}: {error!r}"
 
 
 def where_from(path: Sequence[str]) -> str | None:

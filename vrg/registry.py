@@ -9,7 +9,7 @@ when it is asked for. Any other package adds a name by an entry point of the reg
 
 import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from vrg.errors import ConfigError
@@ -113,19 +113,13 @@ class Registry(Generic[T]):
     def _load(self, name: str) -> T:
         target = self._built_in.get(name)
         plugin = self._plugins().get(name) if target is None else None
-        try:
-            if target is not None:
-                found = load_object(target)
-            elif plugin is not None:
-                found = plugin.load()
-            else:
-                raise ConfigError([self.unknown(name)])
-        except ConfigError:
-            raise
-        # A plug-in may raise any exception while it is imported, and that must not look like a fault of VRG.
-        except (Exception, SystemExit) as error:
-            where = target or f"{plugin.value} of the entry point group {self.group}"  # type: ignore[union-attr]
-            raise ConfigError(f"{self.what} {name}: cannot import {where}: {error!r}") from error
+        failed = f"{self.what} {name}: cannot import"
+        if target is not None:
+            found = imported(partial(load_object, target), f"{failed} {target}")
+        elif plugin is not None:
+            found = imported(plugin.load, f"{failed} {plugin.value} of the entry point group {self.group}")
+        else:
+            raise ConfigError([self.unknown(name)])
         why = self._check(found)
         if why is not None:
             raise ConfigError(f"{self.what} {name}: {why}, got {found!r}")
@@ -193,6 +187,23 @@ def plugin_packages() -> frozenset[str]:
     """The names of the packages that add something to VRG, whether or not they are imported."""
     entries = [entry for group in groups() for entry in plugins(group).values()]
     return frozenset(entry.value.partition(":")[0].partition(".")[0].strip() for entry in entries)
+
+
+def imported(load: Callable[[], Any], failed: str) -> Any:
+    """Return what is loaded. A plug-in may raise any exception while it is imported, which is no fault of VRG.
+
+    Args:
+        failed: the beginning of the message if it cannot be loaded; the reason follows.
+
+    Raises:
+        ConfigError: it cannot be loaded.
+    """
+    try:
+        return load()
+    except ConfigError:
+        raise
+    except (Exception, SystemExit) as error:
+        raise ConfigError(f"{failed}: {error!r}") from error
 
 
 def load_object(target: str) -> Any:

@@ -30,7 +30,6 @@ def by_fixes(
     Raises:
         ConfigError: the match file has no source of fixes, or other problems.
     """
-
     if way < LEAST_WAY:
         raise ConfigError(f"--way: expected at least {LEAST_WAY:g} m for the figure, got {way:g} m")
     read = read_match(match)

@@ -19,13 +19,10 @@ from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
+from vrg.testing.can_robot import OPTIONS, RATIO, adapter_of, deliver
 from vrg.testing.driver import DriverBench
 from vrg.types import Pose
 
-RATIO = 50.0
-"""Turns of a motor for one turn of its wheel."""
-OPTIONS = {"vesc": {"pole_pairs": 7}}
-"""The options that drives of a protocol need."""
 KEYS = Keys("test")
 LINK = Link(channel=INTERFACE)
 HERE = Link(interface="virtual", channel="here")
@@ -43,20 +40,6 @@ def settings(
     """The table [backends.can] of one robot, `r`."""
     robot = {"left": list(left), "right": list(right), "ratio": RATIO, "options": OPTIONS.get(protocol, {}), **wiring}
     return {"interface": link.interface, "channel": link.channel, "protocol": protocol, "robots": {"r": robot}}
-
-
-def adapter_of(driver: CanDriver) -> Port:
-    """The adapter of a driver on a simulated bus."""
-    port = driver._bus
-    assert isinstance(port, Port)
-    return port
-
-
-def deliver(mailbox: Mailbox, message: Received[Message]) -> None:
-    """Give a message to all who subscribe to its key; alarms sound at once."""
-    for inlet in mailbox.inlets:
-        if inlet.topic.key == message.key:
-            inlet.offer(message)
 
 
 class Lab:

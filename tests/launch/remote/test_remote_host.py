@@ -219,13 +219,11 @@ ANYTHING = st.one_of(
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(messages=st.lists(ANYTHING, max_size=8))
 def test_nothing_that_an_agent_sends_raises_what_is_not_expected(bench: Bench, messages: list[wire.ToLauncher]) -> None:
-    reports = bench.host.reports
-    reports.fetches = True
     frames: Frames[wire.ToLauncher] = Frames(wire.ToLauncher)  # type: ignore[arg-type]
     for message in messages:
         frames.feed(frame(message))
         with contextlib.suppress(MessageError, LaunchError):
-            bench.host.reports.take(frames.next(), 3, starting=False)
+            bench.host.reports.take(frames.next(), 3, starting=False, fetching=True)
     assert set(bench.host.names) <= {"ann", "world"}
     assert set(bench.host.take_failed()) <= {"ann"}
     assert bench.folder.match_file.read_bytes() == b"the match"

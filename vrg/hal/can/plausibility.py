@@ -41,7 +41,7 @@ _JUMP_TIMEOUT = 0.3
 _UNBELIEVABLE = 10.0
 """The number of times its top speed that no motor turns at, not even if the robot is pushed."""
 _SETPOINTS = 256
-"""The most setpoints that are kept until an newer estimate has arrived."""
+"""The most setpoints that are kept until a newer estimate has arrived."""
 _GAP = 0.1
 """The most s without an estimate that count as a time in which something was wrong: nothing was heard then."""
 

@@ -214,7 +214,9 @@ class RemoteHost:
             channel = self._connection.channel
             before = channel.received
             for message in channel.pump(patience):
-                self.reports.take(message, self._sent, starting=not self._has_played)
+                self.reports.take(
+                    message, self._sent, starting=not self._has_played, fetching=self._fetching is not None
+                )
             next(self._script, None)
         except MessageError as error:
             self._lose(f"its agent has sent what no agent sends: {error}")
@@ -390,7 +392,7 @@ class RemoteHost:
     def fetch(self) -> None:
         """Begin to bring what the processes there have written into the run folder."""
         if self._connection is not None and self._step is not StartupStep.AWAY:
-            self._fetching, self.reports.fetches = self._send(wire.Fetch()), True
+            self._fetching = self._send(wire.Fetch())
 
     def close(self, meanwhile: Callable[[], None] = lambda: None) -> None:
         """Wait until everything was fetched, if that was begun, and end the agent. Idempotent.

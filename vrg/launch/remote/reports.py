@@ -69,7 +69,7 @@ class AgentReports:
         done: the number of the last order of this connection that was carried out.
         statuses: the state of each process. log_ends: how far each log was received, bytes.
         failed: the players that have failed for good since it was emptied, each with the reason.
-        fetches: True when files were asked for. arrived: the time at which a part of one was received last, s.
+        arrived: the time at which a part of one was received last, s.
     """
 
     def __init__(
@@ -93,7 +93,6 @@ class AgentReports:
         self.statuses: list[ProcessStatus] = []
         self.log_ends: dict[str, int] = {}
         self.failed: dict[str, str] = {}
-        self.fetches = False
         self.arrived = -math.inf
         self._ready: list[str] = []
         self._logs: dict[str, ProcessLog] = {}
@@ -110,11 +109,12 @@ class AgentReports:
         ready, self._ready = self._ready, []
         return ready
 
-    def take(self, message: wire.ToLauncher, sent: int, *, starting: bool) -> None:
+    def take(self, message: wire.ToLauncher, sent: int, *, starting: bool, fetching: bool) -> None:
         """Take in a message of the agent, which may hold anything.
 
         Args:
             sent: the number of the last order to it. starting: True until all of its processes have run once.
+            fetching: True if files were asked for.
 
         Raises:
             MessageError: no agent sends this. LaunchError: the agent tells that the match cannot go on.
@@ -136,7 +136,7 @@ class AgentReports:
                 self._take_status(message)
             case wire.LogText():
                 self._take_log(message)
-            case wire.FilePart() if self.fetches:
+            case wire.FilePart() if fetching:
                 self._fetched += len(message.data)
                 if self._fetched > _FETCHED:
                     raise MessageError(f"more than {_FETCHED // 1_000_000} MB of files")

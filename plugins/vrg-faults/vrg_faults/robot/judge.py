@@ -10,8 +10,8 @@ from vrg.hal.can.workshop.emulated import EmulatedDrive
 from vrg.hal.models import RobotModel
 from vrg.hal.readings import Readings
 from vrg.hal.sensors.odometry import Odometry
+from vrg.testing.can_robot import RATIO
 from vrg.types import Pose, Twist
-from vrg_faults.robot.robot import RATIO
 
 REPORT = 0.9
 """s within which a motor that does something else than it was asked is reported."""

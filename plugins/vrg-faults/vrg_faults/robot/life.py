@@ -12,10 +12,11 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.simulation import Simulation
+from vrg.testing.can_robot import OPTIONS
 from vrg.types import STILL, Twist
 from vrg_faults.robot.faults import Faults
 from vrg_faults.robot.judge import STOP_TIMEOUT, TURNING_SPEED, Judge, WrongError
-from vrg_faults.robot.robot import KEYS, LINK, NODE_IDS, OPTIONS, OTHER, Robot
+from vrg_faults.robot.robot import KEYS, LINK, NODE_IDS, OTHER, Robot
 
 EPISODES = 5
 """Sequences of faults in one life."""

@@ -15,32 +15,15 @@ from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
+from vrg.testing.can_robot import OPTIONS, RATIO, adapter_of, deliver
 from vrg.types import STILL, Pose, Twist
 
 NODE_IDS = (1, 2)
 """The ids of its left and its right drive."""
 OTHER = 3
 """The id of a drive of another robot on the same bus."""
-RATIO = 50.0
-"""Turns of a motor for one turn of its wheel."""
 LINK = Link(interface="virtual", channel="faults")
 KEYS = Keys("faults")
-OPTIONS = {"vesc": {"pole_pairs": 7}}
-"""The options that drives of a protocol need."""
-
-
-def adapter_of(driver: CanDriver) -> Port:
-    """The adapter of a driver on a simulated bus."""
-    port = driver._bus
-    assert isinstance(port, Port)
-    return port
-
-
-def deliver(mailbox: Mailbox, message: Received[Message]) -> None:
-    """Give a message to all who subscribe to its key; alarms sound at once."""
-    for inlet in mailbox.inlets:
-        if inlet.topic.key == message.key:
-            inlet.offer(message)
 
 
 @dataclass
