@@ -22,6 +22,7 @@ T = TypeVar("T")
 OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.backends": {"ros": "vrg-ros"},
     "vrg.calibrations": {"fixes": "vrg-locate"},
+    "vrg.can_protocols": {"cia402": "vrg-drives", "moteus": "vrg-drives", "vesc": "vrg-drives"},
     "vrg.commands": {
         "fuzz": "vrg-faults", "locate": "vrg-locate", "run.export": "vrg-learn", "run.report": "vrg-locate",
         "show.3d": "vrg-three", "node.three": "vrg-three", "show.ros": "vrg-ros", "node.ros": "vrg-ros",

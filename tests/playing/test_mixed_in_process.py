@@ -58,20 +58,6 @@ def test_two_runs_have_equal_journals_and_every_robot_plays(tmp_path: Path) -> N
     assert not tour.touches
 
 
-@pytest.mark.parametrize(
-    "protocol", ["vesc", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("cia402", "moteus"))]
-)
-def test_other_protocols_than_odrive_play_too(tmp_path: Path, protocol: str) -> None:
-    text = MIXED.read_text().replace('protocol = "odrive"', f'protocol = "{protocol}"')
-    text = text.replace("left = [0]", "left = [1]").replace("right = [1]", "right = [4]")
-    if protocol == "vesc":
-        text = text.replace("ratio = 50.0", "ratio = 50.0\noptions = { pole_pairs = 7 }")
-    (tmp_path / "match.toml").write_text(text)
-    _, tour, _ = played(tmp_path / "run", load_match(tmp_path / "match.toml", engine="planar", lasers=False), 15.0)
-    assert tour.halts == {None}
-    assert min(tour.ways[name] for name in PHYSICAL) > 0.5, tour.ways
-
-
 def test_real_motor_controllers_are_refused(tmp_path: Path) -> None:
     (tmp_path / "match.toml").write_text(MIXED.read_text().replace("emulate = true", "emulate = false"))
     with pytest.raises(ConfigError, match=r"player2, player5: expected virtual robots, or emulated motor controllers"):

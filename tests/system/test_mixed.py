@@ -1,15 +1,13 @@
 """Matches of physical and virtual robots: real processes, emulated drives, CAN frames in multicast on the loopback."""
 
-import json
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
-import numpy as np
 import psutil
 import pytest
 
@@ -18,7 +16,6 @@ from tests.system.harness import MINNOWS, STUCK_ONCE, Match, match_text
 from tests.system.tap import Tap
 from tests.vcan import UDP, require_loopback
 from vrg.hal.can.odrive import messages
-from vrg.recording.reader import read_tracks
 
 pytestmark = pytest.mark.system
 
@@ -208,25 +205,6 @@ def test_a_second_player_of_a_live_robot_is_refused_and_the_robot_notices_nothin
         assert tap.count(node, messages.Command.SET_INPUT_VEL, since) > 5
         assert tap.count(node, messages.Command.VERSION, since) == 0, f"somebody has met node {node}"
     plays_on(mixed, "ann")
-
-
-@pytest.mark.thorough
-def test_a_match_of_robots_of_two_protocols_and_virtual_ones_is_played_to_its_end(start: Callable[..., Match]) -> None:
-    text = match_text(
-        "mixed-short", length=13.0, width=9.0, zone=2.5, rules="pass_limit = 10.0", rate=2.0, wiring=WIRING
-    ).replace("[backends.can.robots.bob]", f'[backends.can.robots.bob]\nprotocol = "moteus"\nchannel = "{OTHER_GROUP}"')
-    match = start(text)
-    assert "rate 1, not 2: ann, bob cannot be hurried" in match.said()
-    assert match.play_out(physical=True) == 0
-    result = json.loads(match.run.result.read_text())
-    assert result["ended"] == "game over"
-    assert match.run.plot.stat().st_size > 10_000
-    tracks = read_tracks(match.run.recordings())
-    assert {name: track.physical for name, track in tracks.items()} == {
-        "shark": False, "ann": True, "bob": True, "cid": False,
-    }  # fmt: skip
-    for name in WIRING:
-        assert np.ptp(tracks[name].y) > 2.0, f"{name} has hardly moved"
 
 
 @pytest.mark.thorough

@@ -8,8 +8,6 @@ from vrg.hal.can.workshop.simulation import Port
 
 RATIO = 50.0
 """Turns of a motor for one turn of its wheel."""
-OPTIONS = {"vesc": {"pole_pairs": 7}}
-"""The options that drives of a protocol need."""
 
 
 def adapter_of(driver: CanDriver) -> Port:

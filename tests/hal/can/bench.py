@@ -19,7 +19,7 @@ from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
-from vrg.testing.can_robot import OPTIONS, RATIO, adapter_of, deliver
+from vrg.testing.can_robot import RATIO, adapter_of, deliver
 from vrg.testing.driver import DriverBench
 from vrg.types import Pose
 
@@ -28,7 +28,8 @@ LINK = Link(channel=INTERFACE)
 HERE = Link(interface="virtual", channel="here")
 """A bus within this process."""
 START = Pose(1.0, 2.0, 0.5)
-NODES = {"odrive": ([0], [1]), "cia402": ([1], [2]), "moteus": ([1], [2]), "vesc": ([1], [2])}
+NODES = {name: ([0], [1]) if name == "odrive" else ([1], [2]) for name in PROTOCOLS.names()}
+"""The ids of a robot's drives, left and right, by each protocol that is installed."""
 PATIENCE = 20.0
 """s of simulated time for a condition that a test waits for."""
 STEP = 0.02
@@ -38,7 +39,13 @@ def settings(
     protocol: str, left: Sequence[int], right: Sequence[int], link: Link = LINK, **wiring: object
 ) -> dict[str, Any]:
     """The table [backends.can] of one robot, `r`."""
-    robot = {"left": list(left), "right": list(right), "ratio": RATIO, "options": OPTIONS.get(protocol, {}), **wiring}
+    robot = {
+        "left": list(left),
+        "right": list(right),
+        "ratio": RATIO,
+        "options": PROTOCOLS.get(protocol).drive_type.wiring,
+        **wiring,
+    }
     return {"interface": link.interface, "channel": link.channel, "protocol": protocol, "robots": {"r": robot}}
 
 

@@ -4,7 +4,6 @@ import random
 import threading
 from collections.abc import Sequence
 
-from tests.hal.can.bench import OPTIONS
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
@@ -20,7 +19,7 @@ class LiveDrives:
 
     def __init__(self, protocol: str, nodes: Sequence[int], link: Link) -> None:
         spoken = PROTOCOLS.get(protocol)
-        told = spoken.axis_type.options_type.model_validate(OPTIONS.get(protocol, {}))
+        told = spoken.axis_type.options_type.model_validate(spoken.drive_type.wiring)
         self.drives: list[EmulatedDrive] = [
             spoken.drive_type(
                 node,

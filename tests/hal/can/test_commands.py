@@ -1,7 +1,6 @@
 """`vrg can` and what its commands look at, on a bus within this process."""
 
 import json
-import os
 import re
 from pathlib import Path
 from typing import Any
@@ -14,32 +13,20 @@ from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from tests.tiny import TINY_CAN
 from vrg.commands.can import control as can_control
 from vrg.commands.can.group import app
-from vrg.commands.can.listening import listening, table_of
-from vrg.commands.options import make_console
 from vrg.errors import ConfigError, RobotError
-from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.calibration import AxisCalibration, Calibration, calibration_text, load_calibration
-from vrg.hal.can.cia402.codec import Function
-from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
 from vrg.hal.can.odrive.messages import AxisState
 from vrg.hal.can.train import DriveTrain
-from vrg.hal.can.vesc import codec
-from vrg.hal.can.vesc.codec import Packet
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
-from vrg.hal.can.workshop.survey import BusState, Survey, all_listeners
-from vrg.hal.simulated_clock import SimulatedClock
 from vrg.testing.driver import arm
 
 pytestmark = pytest.mark.usefixtures("simulated")
 
 FILE = Path("examples/emulated_odrive_endpoints.json")
 WATCHDOG = "axis0.config.watchdog_timeout"
-MUTE = 9
-UPLOAD = 2
-"""The command of an SDO that asks for a value, in the upper three bits of its first byte (CiA 301)."""
 LINK = Link(interface="virtual", channel="control")
 
 
@@ -58,10 +45,10 @@ def test_all_who_say_that_their_motors_are_off_are_named_and_nobody_is_no_succes
     done = run("stop")
     assert done.exit_code == 1
     assert "no drive reports that its motor is off: is it the right bus" in " ".join(done.output.split())
-    with Drives("odrive", [3], link=LINK), Drives("vesc", [4], link=LINK):
+    with Drives("odrive", [3, 4], link=LINK):
         done = run("stop")
     assert done.exit_code == 0, done.output
-    assert "Off by their own reports: odrive 3, vesc 4." in " ".join(done.output.split())
+    assert "Off by their own reports: odrive 3, odrive 4." in " ".join(done.output.split())
 
 
 def test_a_drive_whose_motor_is_on_keeps_its_id(lab: Simulation) -> None:
@@ -75,13 +62,6 @@ def test_a_drive_whose_motor_is_on_keeps_its_id(lab: Simulation) -> None:
         assert [drive.node for drive in drives.drives] == [0, 1]
         off = lab.clock.wait(lambda: not any(drive._energised for drive in drives.drives), PATIENCE)
         assert off, "closing the robot switches it off"
-
-
-def test_a_motor_that_hardly_turns_is_told() -> None:
-    with Drives("vesc", [4], watchdog=PATIENCE, link=LINK):
-        done = run("jog", "--protocol", "vesc", "--option", "pole_pairs=7", "--unsafe", "--id", "4", "--for", "0.6")
-    assert isinstance(done.exception, RobotError), done.output
-    assert "asked for 1 turn/s for 0.6 s and has hardly turned" in str(done.exception)
 
 
 @pytest.mark.parametrize("fault", [False, True], ids=["", "with a fault"])
@@ -189,16 +169,6 @@ def test_a_missing_watchdog_is_told_as_soon_as_it_is_known(monkeypatch: pytest.M
     assert "its own watchdog has not stopped it" in str(done.exception)
 
 
-def test_a_fault_is_asked_for_and_answered() -> None:
-    with Drives("moteus", [5], link=LINK):
-        assert run("fault", "block", "--id", "5").output == "node 5: block (its wheel is blocked)\n"
-        refused = run("fault", "estop", "--id", "5")
-        silent = run("fault", "silence", "--id", "6")
-    assert refused.exit_code == silent.exit_code == 1
-    assert "node 5: a drive of its protocol cannot have this fault" in refused.output
-    assert "node 6: not emulated on virtual:control" in silent.output
-
-
 def test_an_odrive_is_asked_and_changed_by_the_names_of_its_firmware() -> None:
     with Drives("odrive", [3], link=LINK) as drives:
         done = run("configure", "--id", "3", "--endpoints", str(FILE), WATCHDOG, f"{WATCHDOG}=0.5")
@@ -212,33 +182,17 @@ def test_an_odrive_is_asked_and_changed_by_the_names_of_its_firmware() -> None:
         assert drives.drives[0].motor.velocity_limit == 40.0
 
 
-def test_an_object_of_a_canopen_drive_is_asked_and_changed() -> None:
-    with Drives("cia402", [5], link=LINK) as drives:
-        done = run("configure", "--id", "5", "0x6084=20000", "0x1018:04", "--save")
-        assert done.exit_code == 0, done.output
-        assert "0x6084: 2000000 -> 20000" in done.output
-        assert "0x1018:04: 4096" in done.output
-        assert drives.drives[0]._stored[0x6084, 0] == 20000  # type: ignore[attr-defined]
-        texts = "0x1008: VRG emulated drive\n0x100A: 1.0.0\n0x1017: 100\n"
-        assert texts in run("configure", "--id", "5", "0x1008", "0x100A", "0x1017").output
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("--id", "3", WATCHDOG), "expected --endpoints with the file flat_endpoints.json"),
         (("--id", "3", "--endpoints", str(FILE), "watchdog"), f"did you mean {WATCHDOG}"),
         (("--id", "3", "--endpoints", str(FILE), f"{WATCHDOG}=soon"), "could not convert"),
-        (("--id", "5", "0x9999"), "it has no object 0x9999"),
-        (("--id", "5", "0x1018:04=3"), "it refuses 0x1018:04"),
-        (("--id", "5", "0x6084=-0x80000001"), "expected a number of 4 bytes"),
-        (("--id", "5", "much"), "expected an object such as 0x6083"),
-        (("--id", "7", "anything"), "moteus drives are configured by their maker's own tool"),
         (("--id", "9", "anything"), "expected drives with ids 9"),
     ],
 )
 def test_what_cannot_be_is_said(arguments: tuple[str, ...], words: str) -> None:
-    with Drives("odrive", [3], link=LINK), Drives("cia402", [5], link=LINK), Drives("moteus", [7], link=LINK):
+    with Drives("odrive", [3], link=LINK):
         done = run("configure", *arguments)
     assert done.exit_code != 0
     assert isinstance(done.exception, ConfigError | RobotError)
@@ -285,68 +239,3 @@ def test_a_value_goes_there_and_back(kind: str, text: str, raw: int, words: str)
 def test_a_value_of_another_type_is_said(kind: str, text: str) -> None:
     with pytest.raises(ValueError, match=r"expected|invalid|could not"):
         Endpoint(1, kind).raw(text)
-
-
-def mute_node(lab: Simulation) -> list[Frame]:
-    """A CANopen node that sends heartbeats and answers nothing: the questions that it is asked."""
-    asked: list[Frame] = []
-
-    def hear(frame: Frame) -> None:
-        if frame.id == Function.SDO_REQUEST | MUTE and frame.data[0] >> 5 == UPLOAD:
-            asked.append(frame)
-
-    def beat() -> None:
-        bus.send(Frame(Function.HEARTBEAT | MUTE, b"\x05"))
-        lab.clock.at(lab.clock.now() + 0.1, beat)
-
-    bus = lab.bus(LINK, hear)
-    bus.start()
-    beat()
-    return asked
-
-
-def looks(lab: Simulation, seconds: float) -> tuple[BusState, int]:
-    """Look again and again; what was heard at last, and how many looks that were."""
-    count = 0
-    with listening(LINK) as bus:
-        end = lab.clock.now() + seconds
-        while lab.clock.now() < end:
-            heard = bus.look(ask=True)
-            count += 1
-            lab.clock.sleep(0.1)
-    return heard, count
-
-
-def node(heard: BusState, number: int) -> AxisReport:
-    """The node of this id."""
-    (found,) = (found for found in heard.nodes if found.node == number)
-    return found
-
-
-def test_two_drives_with_one_id_show_both_serial_numbers(lab: Simulation) -> None:
-    with Drives("cia402", [5], link=LINK, serial=0xA), Drives("cia402", [5], link=LINK, serial=0xB):
-        heard, _ = looks(lab, 1.5)
-    assert node(heard, 5).serials == {"A", "B"}
-
-
-def test_a_node_that_answers_nothing_holds_up_nobody(lab: Simulation) -> None:
-    asked = mute_node(lab)
-    with Drives("cia402", [5], link=LINK, serial=0xABC), Drives("odrive", [20], link=LINK):
-        heard, count = looks(lab, 2.0)
-    assert node(heard, MUTE).words == "operational"
-    assert not node(heard, MUTE).serials
-    assert node(heard, 5).serials == {"ABC"}
-    assert not heard.troubles
-    assert 0 < len(asked) <= count, "a look waits for one answer that does not come, not for all"
-
-
-def test_a_drive_that_has_only_answered_a_greeting_is_silent_and_its_values_are_unknown(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    survey = Survey(all_listeners(lambda _: None, SimulatedClock()))  # type: ignore[arg-type]
-    host = codec.own_id(os.getpid())
-    survey.hear(Frame(codec.frame_id(Packet.PONG, host), b"\x07\x00", extended=True, at=5.0))
-    make_console().print(table_of(BusState(survey.nodes, [], 6.0)))
-    row, *problems = capsys.readouterr().out.splitlines()[1:]
-    assert row.split() == ["vesc", "7", "?", "?", "silent", "?", "?", "?"]
-    assert problems == ["vesc 7: no heartbeat yet"]

@@ -9,9 +9,13 @@ from vrg.hal.can import bus as bus_module
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.link import Link
+from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.troubles import NoFdError
 from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
+
+STOPS = {"odrive": 0x7E7, "cia402": 0x000, "vesc": 0x01FF}
+"""The ids of the frames that stop all drives of a protocol."""
 
 
 class Wire:
@@ -33,14 +37,16 @@ def test_a_bus_without_can_fd_is_stopped_and_asked_all_the_same() -> None:
     survey = Survey(all_listeners(wire.send, SimulatedClock()))
     survey.stop()
     survey.greet()
-    assert {frame.id for frame in wire.sent} >= {0x7E7, 0x000, 0x01FF}, "ODrive, CANopen, VESC"
+    assert {frame.id for frame in wire.sent} >= {STOPS[name] for name in STOPS.keys() & {*PROTOCOLS.names()}}
 
 
-def test_one_protocol_that_cannot_be_sent_keeps_none_of_the_others() -> None:
-    wire = Wire(lambda frame: RobotError("full") if frame.id == 0x000 else None)
+@pytest.mark.parametrize("protocol", STOPS)
+def test_one_protocol_that_cannot_be_sent_keeps_none_of_the_others(protocol: str) -> None:
+    wire = Wire(lambda frame: RobotError("full") if frame.id == STOPS[protocol] else None)
     with pytest.raises(RobotError, match="full"):
         Survey(all_listeners(wire.send, SimulatedClock())).stop()
-    assert {frame.id for frame in wire.sent} >= {0x7E7, 0x01FF}
+    others = STOPS.keys() & {*PROTOCOLS.names()} - {protocol}
+    assert {frame.id for frame in wire.sent} >= {STOPS[name] for name in others}
 
 
 def test_no_can_fd_frame_is_put_on_a_bus_without(monkeypatch: pytest.MonkeyPatch) -> None:

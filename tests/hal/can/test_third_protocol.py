@@ -53,7 +53,7 @@ class TestDriver(DriverContract):
 
 
 def test_it_is_found_by_its_name() -> None:
-    assert PROTOCOLS.names() == ["cia402", "moteus", "odrive", "toy", "vesc"]
+    assert {*PROTOCOLS.names()} >= {"odrive", "toy"}
     assert PROTOCOLS.get("toy") is toy.PROTOCOL
 
 
@@ -88,7 +88,7 @@ def test_one_that_cannot_be_imported_leaves_the_others_alone(installed: Path, ca
     (installed / "toy-1.0.dist-info" / "entry_points.txt").write_text(f"[{PROTOCOLS.group}]\nbroken = nowhere:P\n")
     registry.plugins.cache_clear()
     words = [listener.word for listener in all_listeners(lambda _: None, SimulatedClock())]
-    assert words == ["canopen", "moteus", "odrive", "vesc"]
+    assert "odrive" in words
     assert "protocol broken: cannot import" in caplog.text
 
 
@@ -118,7 +118,7 @@ class TestCommands:
             (("--protocol", "toy", "--id", "0"), "--id: expected 1 to 15, got 0"),
             (
                 ("--protocol", "toyy", "--id", "3"),
-                "--protocol: expected one of cia402, moteus, odrive, toy, vesc, got 'toyy', did you",
+                "got 'toyy', did you mean 'toy'?",
             ),
         ],
     )

@@ -267,7 +267,7 @@ BRIEF = {
     "moteus: a supply that comes and goes", "odrive: a weak motor, to turn back", "cia402: no setpoint",
 }  # fmt: skip
 """Those that every change is tested by; the others are thorough."""
-TABLE = {f"{protocol}: {case.what}": (protocol, case) for case in CASES for protocol in case.protocols.split()}
+TABLE = {f"{spoken}: {case.what}": (spoken, case) for case in CASES for spoken in case.protocols.split()}
 
 
 @pytest.fixture

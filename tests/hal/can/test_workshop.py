@@ -5,7 +5,8 @@ import sys
 
 import pytest
 
-from tests.hal.can.bench import NODES, OPTIONS
+from tests.hal.can.bench import NODES
+from vrg.hal.can.protocols import PROTOCOLS
 
 DRIVE = """
 import sys
@@ -40,7 +41,7 @@ driver = BACKENDS.get("can")(context)
 driver.connect()
 driver.disarm()
 driver.close()
-print(*(name for name in sys.modules if "workshop" in name))
+print(*(name for name in sys.modules if "workshop" in name or (name[:3] == "vrg" and name.endswith((".drive", ".listener")))))
 """
 
 
@@ -54,7 +55,9 @@ def test_neither_the_launcher_nor_the_fork_server_of_a_match_has_any() -> None:
 @pytest.mark.parametrize("protocol", NODES)
 def test_a_process_that_opens_a_driver_has_none_of_it(protocol: str) -> None:
     left, right = NODES[protocol]
-    code = DRIVE.format(protocol=protocol, left=left, right=right, options=OPTIONS.get(protocol, {}))
+    code = DRIVE.format(
+        protocol=protocol, left=left, right=right, options=dict(PROTOCOLS.get(protocol).drive_type.wiring)
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == []

@@ -22,7 +22,7 @@ U = TypeVar("U")
 
 ProtocolOption = Annotated[
     str,
-    typer.Option("--protocol", help="What the drives speak: odrive, cia402, moteus, vesc, or another package's."),
+    typer.Option("--protocol", help="What the drives speak: odrive, or what another package adds."),
 ]
 OptionsOption = Annotated[
     list[str] | None,

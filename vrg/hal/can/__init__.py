@@ -1,4 +1,4 @@
-"""Robots whose motors are on a CAN bus: the driver, and motor controllers of several protocols.
+"""Robots whose motors are on a CAN bus: the driver, and motor controllers of any protocol.
 
 From the bottom up, each module can be read apart:
 
@@ -7,7 +7,7 @@ From the bottom up, each module can be read apart:
     sending               how quickly frames may be sent, and own frames that come back
     bus                   a CAN bus: frames in and out, whatever the adapter
     axis                  what the layers above see of one motor axis, whatever the protocol
-    odrive/, cia402/, moteus/, vesc/    a protocol each: its codec and its axis
+    odrive/               the protocol of ODrives: its codec and its axis
     protocols             the protocols by name, also those of other packages
     base                  wheels from axes, odometry from encoders
     plausibility          whether a motor does what it was asked

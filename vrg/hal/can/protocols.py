@@ -89,12 +89,7 @@ def _check(found: object) -> str | None:
 PROTOCOLS: Registry[Protocol] = Registry(
     "protocol",
     "vrg.can_protocols",
-    {
-        "odrive": "vrg.hal.can.odrive:PROTOCOL",
-        "cia402": "vrg.hal.can.cia402:PROTOCOL",
-        "moteus": "vrg.hal.can.moteus:PROTOCOL",
-        "vesc": "vrg.hal.can.vesc:PROTOCOL",
-    },
+    {"odrive": "vrg.hal.can.odrive:PROTOCOL"},
     _check,
 )
 """Every protocol by name."""

@@ -12,7 +12,6 @@ from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.emulated import DriveOptions, EmulatedDrive
 from vrg.hal.can.workshop.simulation import Simulation
-from vrg.testing.can_robot import OPTIONS
 from vrg.types import STILL, Twist
 from vrg_faults.robot.faults import Faults
 from vrg_faults.robot.judge import STOP_TIMEOUT, TURNING_SPEED, Judge, WrongError
@@ -72,7 +71,7 @@ class Life:
         self._simulation = Simulation(strict=True)
         self._clock = self._simulation.clock
         spoken = PROTOCOLS.get(protocol)
-        options = spoken.axis_type.options_type.model_validate(OPTIONS.get(protocol, {}))
+        options = spoken.axis_type.options_type.model_validate(spoken.drive_type.wiring)
         self._drives: list[EmulatedDrive] = [
             spoken.drive_type(
                 node, DriveOptions(serial=node, watchdog=0.25, protocol=options), 0.0, random.Random(f"{seed} {node}")

@@ -10,12 +10,13 @@ from vrg.bus.topics import Keys, Topic
 from vrg.errors import RobotError, StaleDataError
 from vrg.hal.can.driver import CanDriver
 from vrg.hal.can.link import Link
+from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.hal.device import Device
 from vrg.hal.driver import DriverContext
 from vrg.hal.models import robot_model
 from vrg.hal.readings import Readings
-from vrg.testing.can_robot import OPTIONS, RATIO, adapter_of, deliver
+from vrg.testing.can_robot import RATIO, adapter_of, deliver
 from vrg.types import STILL, Pose, Twist
 
 NODE_IDS = (1, 2)
@@ -38,7 +39,12 @@ class Robot:
 
     def __post_init__(self) -> None:
         left, right = NODE_IDS
-        wiring = {"left": [left], "right": [right], "ratio": RATIO, "options": OPTIONS.get(self.protocol, {})}
+        wiring = {
+            "left": [left],
+            "right": [right],
+            "ratio": RATIO,
+            "options": PROTOCOLS.get(self.protocol).drive_type.wiring,
+        }
         table = {"interface": "virtual", "channel": LINK.channel, "protocol": self.protocol, "robots": {"r": wiring}}
         clock = self.simulation.clock
         context = DriverContext(

@@ -4,5 +4,5 @@ emulated, motor, faults    what all emulated drives share, and the faults that t
 run, simulation            emulated drives on a bus, and buses in memory on simulated time
 listener, survey           who speaks on a bus, as far as each protocol knows
 calibrating                how a robot's wheels really turn
-odrive/, cia402/, moteus/, vesc/    a protocol each: its emulated drive, and its listener
+odrive/                    its emulated drive, and its listener
 """

@@ -6,7 +6,7 @@ A drive has no bus and no clock: it is called with the monotonic time, and answe
 import math
 import random
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -79,8 +79,10 @@ class EmulatedDrive(ABC):
     Attributes:
         supports: the kinds of faults that can be asked of it.
         motor: its motor, as it truly is.
+        wiring: the options of its protocol in the wiring of a robot that drives it, as in a match file.
     """
 
+    wiring: ClassVar[Mapping[str, object]] = {}
     supports: ClassVar[frozenset[FaultKind]] = frozenset(FaultKind)
 
     def __init__(self, node: int, options: DriveOptions, now: float, rng: random.Random) -> None:

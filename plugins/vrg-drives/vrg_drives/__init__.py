@@ -1,0 +1,1 @@
+"""Motor controllers that speak CiA 402, moteus or VESC: a protocol each, with its emulated drive."""

@@ -1,1 +1,0 @@
-"""The workshop of one protocol: its emulated drive, and its listener."""
