@@ -258,7 +258,7 @@ def test_a_command_does_not_load_the_others() -> None:
 
 BUDGETS = {
     "ui": 8_360,
-    "commands": 3_630,
+    "commands": 3_170,
     "hal/can": 2_610,
     "launch": 3_950,  # with the window of a commander, which a command made
     "games": 3_720,  # with the look of what lies on a field
@@ -266,7 +266,7 @@ BUDGETS = {
     "hal/sim": 2_570,
     "localisation": 540,
     "evaluation": 2_170,  # it plays experiments and leagues, and makes the pages of these
-    "hal/can/workshop": 1_290,
+    "hal/can/workshop": 1_080,
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too

@@ -37,6 +37,7 @@ def _nodes() -> Table:
 
     about = {kind.name: _sentence(kind.about) for kind in every_kind()}
     listed = {name: about.get(name, "Cannot be used; with --help it tells why") for name in KINDS.names()}
+    listed |= {"drives": "Emulated motor controllers on a CAN bus"}
     listed |= {"strategy": "What `vrg play --lockstep` starts on another machine by ssh"}
     listed |= {"host": "What `vrg play` starts on another machine by ssh"}
     return {"Run a single process of a match": {name: (partial(_node, name), about) for name, about in listed.items()}}
@@ -112,7 +113,6 @@ COMMANDS: Table = {
     "Lab": {
         "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),
-        "can": ("vrg.commands.can.group:app", "Motor controllers on a CAN bus, real and emulated"),
         "keys": ("vrg.commands.keys:app", "Make and show the keys of a match's seats"),
         "node": (_nodes, "Run a single process: router, world, player ..."),
     },

@@ -44,11 +44,6 @@ CHECKS: Final[Registry[Callable[[], "Finding"]]] = Registry(
 """Every check that other packages add to `vrg doctor`: a function that returns a `vrg.launch.findings.Finding`."""
 
 
-CALIBRATIONS: Final[Registry[Callable[..., None]]] = Registry("way to calibrate", "vrg.calibrations", {})
-"""The ways to calibrate a robot with motors on a CAN bus without a tape measure, with the parameters of
-`vrg can calibrate`: its player, the match file, the file to write, speed, way, seconds, in_process."""
-
-
 def commands_below(path: Sequence[str]) -> Iterator[Command]:
     """The commands that other packages add to the group with this path; what cannot be imported is left out."""
     for name in COMMANDS.names():

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import typer.testing
 
-from vrg.commands.can import options as can_options
-from vrg.commands.can.group import app
+from vrg.cli import make_app
+from vrg.commands import drives
 from vrg.errors import ConfigError
 from vrg.hal.backends import BACKENDS
 from vrg.hal.can.frame import Frame
@@ -61,12 +61,14 @@ def test_a_match_that_asks_for_emulated_drives_is_told_that_there_are_none() -> 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["node", "--protocol", "pulse", "--id", "3"], "--protocol pulse: it has no emulated drive"),
-        (["address", "4", "--protocol", "pulse", "--id", "3"], "--protocol pulse: it has no listener"),
+        (["node", "drives", "--protocol", "pulse", "--id", "3"], "--protocol pulse: it has no emulated drive"),
+        (["can", "address", "4", "--protocol", "pulse", "--id", "3"], "--protocol pulse: it has no listener"),
     ],
 )
 def test_a_command_that_needs_what_it_has_not_says_so(arguments: list[str], words: str) -> None:
-    done = typer.testing.CliRunner().invoke(app, arguments)
+    if arguments[0] == "can":
+        pytest.importorskip("vrg_bringup")
+    done = typer.testing.CliRunner().invoke(make_app(), arguments)
     assert isinstance(done.exception, ConfigError)
     assert words in str(done.exception)
 
@@ -75,11 +77,14 @@ def test_a_command_that_needs_what_it_has_not_says_so(arguments: list[str], word
 def test_who_looks_at_a_bus_is_told_that_its_drives_are_not_found(
     command: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    pytest.importorskip("vrg_bringup")
     lab = Simulation()
-    monkeypatch.setattr(can_options, "medium", lambda: lab)
+    monkeypatch.setattr(drives, "medium", lambda: lab)
     assert unheard() == ["pulse"]
     assert "pulse" not in {listener.word for listener in all_listeners(lambda _: None, lab.clock)}
-    done = typer.testing.CliRunner().invoke(app, [command, "--interface", "virtual", "--channel", "pulse"])
+    done = typer.testing.CliRunner().invoke(
+        make_app(), ["can", command, "--interface", "virtual", "--channel", "pulse"]
+    )
     assert "Drives of the protocol pulse" in done.output
     assert "it has no listener" in done.output
     lab.clock.close()

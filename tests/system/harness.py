@@ -412,7 +412,7 @@ class Match:
 
 def _node(command: list[str]) -> str | None:
     """Which process of a match this is, by its command line or its title; None for any other."""
-    if command[1:4] == ["-P", "-m", "vrg"]:  # python -P -m vrg can node ...
+    if command[1:4] == ["-P", "-m", "vrg"]:  # python -P -m vrg node drives ...
         return "drives"
     if command[1:4] == ["-P", "-m", "vrg.launch.child"]:
         command = job_of(command[4:]).title.split()

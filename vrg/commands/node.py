@@ -141,6 +141,8 @@ def command_of(name: str) -> Callable[..., None]:
     }
     if name in own:
         return own[name]
+    if name == "drives":
+        return load_object("vrg.commands.drives:drives")  # type: ignore[no-any-return]
     kind = KINDS.get(name)
 
     def unnamed(on: NodeOptions) -> None:

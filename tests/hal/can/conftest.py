@@ -6,7 +6,6 @@ import pytest
 
 from tests.hal.can.bench import DeviceBench, Drives, Lab
 from tests.hal.can.handling import driving
-from vrg.commands.can import options as can_options
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.registry import OFFERED
@@ -27,12 +26,6 @@ def lab() -> Iterator[Simulation]:
     Lab.simulation = Simulation(strict=True)
     yield Lab.simulation
     Lab.simulation.clock.close()
-
-
-@pytest.fixture
-def simulated(lab: Simulation, monkeypatch: pytest.MonkeyPatch) -> None:
-    """`vrg can` uses the buses of the simulation."""
-    monkeypatch.setattr(can_options, "medium", lambda: lab)
 
 
 @pytest.fixture

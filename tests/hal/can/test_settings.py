@@ -41,8 +41,8 @@ def test_a_good_table() -> None:
     (again,) = settings.companions(["sue", "bob"])
     assert again == companion, "drives that are started again are the same ones"
     assert companion.arguments == (
-        "can", "node", "--interface", "socketcan", "--channel", "can0", "--bitrate", "250000", "--protocol", "odrive",
-        "--serial", companion.arguments[11],
+        "node", "drives", "--interface", "socketcan", "--channel", "can0", "--bitrate", "250000",
+        "--protocol", "odrive", "--serial", companion.arguments[11],
         "--id", "0", "--id", "1", "--id", "2", "--id", "3", "--id", "4", "--id", "5",
     )  # fmt: skip
 

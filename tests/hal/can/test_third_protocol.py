@@ -93,9 +93,9 @@ def test_one_that_cannot_be_imported_leaves_the_others_alone(installed: Path, ca
 
 
 class TestCommands:
-    """`vrg can node` as a user types it."""
+    """`vrg node drives` as a user types it."""
 
-    NODE = (sys.executable, "-m", "vrg", "can", "node", "--interface", "virtual", "--channel", "alone")
+    NODE = (sys.executable, "-m", "vrg", "node", "drives", "--interface", "virtual", "--channel", "alone")
 
     @pytest.fixture
     def env(self, installed: Path) -> dict[str, str]:

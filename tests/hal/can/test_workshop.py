@@ -41,7 +41,8 @@ driver = BACKENDS.get("can")(context)
 driver.connect()
 driver.disarm()
 driver.close()
-print(*(name for name in sys.modules if "workshop" in name or (name[:3] == "vrg" and name.endswith((".drive", ".listener")))))
+own = [name for name in sys.modules if name.startswith("vrg")]
+print(*(name for name in own if "workshop" in name or name.endswith((".drive", ".listener"))))
 """
 
 

@@ -3,6 +3,5 @@
 emulated, motor, faults    what all emulated drives share, and the faults that they can be asked for
 run, simulation            emulated drives on a bus, and buses in memory on simulated time
 listener, survey           who speaks on a bus, as far as each protocol knows
-calibrating                how a robot's wheels really turn
 odrive/                    its emulated drive, and its listener
 """

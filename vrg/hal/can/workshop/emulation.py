@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from vrg.hal.can.settings import CanSettings
 
 EMULATING = "emulating"
-"""The first word that `vrg can node` prints once it is on the bus."""
+"""The first word that `vrg node drives` prints once it is on the bus."""
 
 
 def attach_drives(settings: "CanSettings", robots: Sequence[str], simulation: Simulation, seed: int) -> None:
@@ -44,7 +44,7 @@ def processes_of(settings: "CanSettings", robots: Sequence[str]) -> list[Compani
     for number, members in enumerate(buses.values(), 1):
         link, first = settings.link(members[0]), settings.robots[members[0]]
         ids = [node for name in members for node in settings.robots[name].nodes]
-        arguments = ["can", "node", *link.arguments, "--protocol", settings.protocol_name(members[0])]
+        arguments = ["node", "drives", *link.arguments, "--protocol", settings.protocol_name(members[0])]
         arguments += [f"--option={name}={value}" for name, value in first.options.items()]
         motor = first.motor.model_dump(exclude_none=True)
         arguments += [f"--{name.replace('_', '-')}={value}" for name, value in motor.items()]

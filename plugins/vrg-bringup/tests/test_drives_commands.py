@@ -3,10 +3,9 @@
 import os
 
 import pytest
+from test_can_commands import LINK, run
 
 from tests.hal.can.bench import PATIENCE, Drives
-from tests.hal.can.test_commands import LINK, run
-from vrg.commands.can.listening import listening, table_of
 from vrg.commands.options import make_console
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
@@ -14,6 +13,7 @@ from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.simulation import Simulation
 from vrg.hal.can.workshop.survey import BusState, Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
+from vrg_bringup.listening_command import listening, table_of
 from vrg_drives.cia402.codec import Function
 from vrg_drives.vesc import codec
 from vrg_drives.vesc.codec import Packet

@@ -10,9 +10,8 @@ import typer
 from rich.markup import escape
 
 from vrg.bus.stopping import Stop
-from vrg.commands.can import options as can_options
-from vrg.commands.can.listening import listening, table_of
-from vrg.commands.can.options import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
+from vrg.commands import drives
+from vrg.commands.drives import BusOptions, OptionsOption, ProtocolOption, options_of, protocol_of
 from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
@@ -20,6 +19,7 @@ from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.can.workshop.survey import BusState, unheard
 from vrg.hal.models import robot_model
+from vrg_bringup.listening_command import listening, table_of
 
 if TYPE_CHECKING:
     from vrg.hal.can.train import DriveTrain
@@ -200,7 +200,7 @@ def jog(
     from vrg.hal.can.guard import COAST_TIMEOUT, TURNING_SPEED
     from vrg.hal.can.plausibility import STANDSTILL_SHARE
     from vrg.hal.can.train import DriveTrain
-    from vrg.hal.can.workshop.calibrating import bring_up
+    from vrg_bringup.calibrating import bring_up
 
     if not 0 < abs(speed) <= _JOG_FASTEST:
         raise ConfigError(f"the speed: expected up to {_JOG_FASTEST:g} turn/s either way, but not 0, got {speed:g}")
@@ -212,7 +212,7 @@ def jog(
     ratio = _HEADROOM * abs(speed) * TURN * model.drivetrain.wheel_radius / model.v_max
     axis = WheelAxis(id_, axis=0, ratio=ratio)
     options = options_of(spoken, option)
-    train = DriveTrain(protocol, can_options.medium(), link, spoken, [axis], model, options=options, unwatched=unsafe)
+    train = DriveTrain(protocol, drives.medium(), link, spoken, [axis], model, options=options, unwatched=unsafe)
     typer.echo(f"Turning {protocol} {id_} on {link} at {speed:g} turn/s for {seconds:g} s. Ctrl-C stops it.")
     logger = logging.getLogger("vrg")
     with ExitStack() as stack:
@@ -258,7 +258,7 @@ def _turn(train: "DriveTrain", node: int, speed: float, interrupted: Stop, secon
     Raises:
         RobotError: its motor was switched off before its time, as where this program was frozen.
     """
-    from vrg.hal.can.workshop.calibrating import look_again
+    from vrg_bringup.calibrating import look_again
 
     looked = train.clock.now()
     end = looked + seconds

@@ -7,13 +7,13 @@ from typing import Annotated
 
 import typer
 
-from vrg.commands.can import options as can_options
+from vrg.commands import drives
 from vrg.commands.options import GameArgument, OutputOption, PlayerArgument, lasting, write_text
 from vrg.errors import ConfigError
 from vrg.hal.can.calibration import calibration_text, load_calibration
 from vrg.hal.can.settings import can_settings
 from vrg.hal.models import robot_model
-from vrg.plugins import CALIBRATIONS
+from vrg_bringup.calibrations import CALIBRATIONS
 
 
 def calibrate(
@@ -42,7 +42,7 @@ def calibrate(
     """
     from vrg.config.loading import match_path, read_match  # the other tools need no match file
     from vrg.hal.can.train import DriveTrain
-    from vrg.hal.can.workshop import calibrating  # python-can is for who uses a bus
+    from vrg_bringup import calibrating  # python-can is for who uses a bus
 
     # What the robot has been calibrated to so far, its file included, may be missing or wrong: that is to be mended.
     file, base = read_match(match_path(match)), match_path(match).resolve().parent
@@ -65,14 +65,12 @@ def calibrate(
     axes = [replace(axis, serial="") for axis in wiring.wheel_axes(model.drivetrain.axes, before)]
     unwatched = wiring.watchdog == "unsafe"
     link, spoken, own_options = settings.link(player), settings.protocol_of(player), settings.options_of(player)
-    train = DriveTrain(
-        player, can_options.medium(), link, spoken, axes, model, options=own_options, unwatched=unwatched
-    )
+    train = DriveTrain(player, drives.medium(), link, spoken, axes, model, options=own_options, unwatched=unwatched)
     plan = calibrating.Plan(speed=speed or 0.2, way=way, turn=turns * 2 * math.pi)
     typer.echo(f"Calibrating {player} ({model.name}) on {settings.link(player)}. Keep a hand at the power switch.")
     if settings.emulate:
-        (drives,) = settings.companions([player])
-        typer.echo(f"(Its drives are emulated: `vrg {' '.join(drives.arguments)}` must run.)")
+        (emulated,) = settings.companions([player])
+        typer.echo(f"(Its drives are emulated: `vrg {' '.join(emulated.arguments)}` must run.)")
     train.connect()
     try:
         found = calibrating.calibrate(train, model, _Asker(), plan)

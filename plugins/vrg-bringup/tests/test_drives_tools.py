@@ -6,9 +6,9 @@ import sys
 from collections.abc import Callable
 
 import pytest
+from test_can_tools import LATE, ON, PATIENCE, told, turn, vrg
 
 from tests.system.harness import wait_until
-from tests.system.test_can_tools import LATE, ON, PATIENCE, told, turn, vrg
 from tests.vcan import VCAN
 from vrg.hal.can.bus import CanBus
 from vrg.hal.can.frame import Frame
@@ -62,7 +62,7 @@ def test_a_drive_is_turned_stopped_and_given_another_id(node: Callable[..., obje
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("can", "node", *ON, "--protocol", "cia402", "--id", "0"), "--id: "),
+        (("node", "drives", *ON, "--protocol", "cia402", "--id", "0"), "--id: "),
         (("can", "jog", *ON, "--id", "9", "--protocol", "vesc", "--option", "poles=7"), "--option: poles"),
     ],
 )

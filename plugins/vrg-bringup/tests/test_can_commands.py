@@ -11,8 +11,7 @@ from typer.testing import CliRunner
 
 from tests.hal.can.bench import PATIENCE, CanBench, Drives
 from tests.tiny import TINY_CAN
-from vrg.commands.can import control as can_control
-from vrg.commands.can.group import app
+from vrg.cli import make_app
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.calibration import AxisCalibration, Calibration, calibration_text, load_calibration
 from vrg.hal.can.link import Link
@@ -22,6 +21,7 @@ from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.odrive.listener import Endpoint, read_endpoints
 from vrg.hal.can.workshop.simulation import Port, Simulation
 from vrg.testing.driver import arm
+from vrg_bringup import control_command
 
 pytestmark = pytest.mark.usefixtures("simulated")
 
@@ -38,7 +38,9 @@ def adapter(train: DriveTrain) -> Port:
 
 def run(command: str, *arguments: str) -> Result:
     """Run a command of `vrg can`."""
-    return CliRunner().invoke(app, [command, *arguments, "--interface", LINK.interface, "--channel", LINK.channel])
+    return CliRunner().invoke(
+        make_app(), ["can", command, *arguments, "--interface", LINK.interface, "--channel", LINK.channel]
+    )
 
 
 def test_all_who_say_that_their_motors_are_off_are_named_and_nobody_is_no_success() -> None:
@@ -139,7 +141,7 @@ def test_a_robot_whose_drive_was_replaced_is_calibrated_to_the_new_one(tmp_path:
     with Drives("odrive", link=Link(interface="virtual", channel="tiny")):
         quick = ("--way", "0.4", "--turns", "0.25", "--speed", "0.3")
         answers = "\ny\ny\n\n\ny\n\n\ny\n"
-        done = CliRunner().invoke(app, ["calibrate", "ann", str(match), *quick], input=answers)
+        done = CliRunner().invoke(make_app(), ["can", "calibrate", "ann", str(match), *quick], input=answers)
     assert done.exit_code == 0, f"{done.output} {done.exception}"
     serials = {axis.serial for axis in load_calibration(own, [0, 1]).axes.values()}
     assert len(serials) == 2
@@ -157,12 +159,12 @@ def test_after_another_id_was_given_the_old_one_is_not_listed(protocol: str, arg
 
 
 def test_the_name_of_a_bus_is_no_picture() -> None:
-    done = CliRunner().invoke(app, ["scan", "--interface", "virtual", "--channel", "x:", "--for", "0.3"])
+    done = CliRunner().invoke(make_app(), ["can", "scan", "--interface", "virtual", "--channel", "x:", "--for", "0.3"])
     assert "virtual:x:: no drives" in done.output
 
 
 def test_a_missing_watchdog_is_told_as_soon_as_it_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(can_control, "_JOG_START", 3600.0)
+    monkeypatch.setattr(control_command, "_JOG_START", 3600.0)
     with Drives("odrive", [3], watchdog=0.0, link=LINK):
         done = run("jog", "--id", "3")
     assert isinstance(done.exception, RobotError), done.output

@@ -13,12 +13,12 @@ from vrg.hal.can.calibration import Calibration
 from vrg.hal.can.link import Link
 from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.train import DriveTrain, TrainState
-from vrg.hal.can.workshop.calibrating import Plan, _Runner, calibrate
 from vrg.hal.can.workshop.faults import FaultKind, FaultRequest, encode_fault
 from vrg.hal.can.workshop.simulation import Port
 from vrg.hal.models import robot_model
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose, Twist
+from vrg_bringup.calibrating import Plan, _Runner, calibrate
 
 LINK = Link(interface="virtual", channel="calibrating")
 P2AT = robot_model("P2AT")

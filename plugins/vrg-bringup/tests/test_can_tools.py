@@ -53,13 +53,15 @@ def told(pattern: str, done: subprocess.CompletedProcess[str]) -> float:
 
 @pytest.fixture
 def node(tmp_path: Path) -> Iterator[Callable[..., "subprocess.Popen[bytes]"]]:
-    """Starts `vrg can node`; all of them end with the test."""
+    """Starts `vrg node drives`; all of them end with the test."""
     with contextlib.ExitStack() as stack:
 
         def start(*arguments: str) -> "subprocess.Popen[bytes]":
             out = tmp_path / f"node{len(list(tmp_path.iterdir()))}.txt"
             with out.open("wb") as file:
-                process = subprocess.Popen([sys.executable, "-m", "vrg", "can", "node", *ON, *arguments], stdout=file)
+                process = subprocess.Popen(
+                    [sys.executable, "-m", "vrg", "node", "drives", *ON, *arguments], stdout=file
+                )
             stack.callback(process.wait, PATIENCE)
             stack.callback(process.terminate)
             wait_until(lambda: b"emulating" in out.read_bytes(), "the drives to be on the bus")
@@ -129,10 +131,10 @@ def test_a_node_stops_when_it_is_told(node: Callable[..., "subprocess.Popen[byte
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("can", "node", "--channel", "vcan77", "--id", "0"), "vcan77: no such CAN interface on this machine"),
+        (("node", "drives", "--channel", "vcan77", "--id", "0"), "vcan77: no such CAN interface on this machine"),
         (("can", "scan", "--channel", "vcan77"), "vcan77: no such CAN interface on this machine"),
         (("can", "scan", *ON, "--for", "0.5"), "no drives"),
-        (("can", "node", *ON, "--id", "64"), "expected 0 to 62, got 64"),
+        (("node", "drives", *ON, "--id", "64"), "expected 0 to 62, got 64"),
         (("can", "jog", *ON, "--id", "9"), "expected a heartbeat of odrive node 9"),
         (("can", "jog", *ON, "--id", "9", "--speed", "90"), "expected up to 20 turn/s either way"),
         (("can", "clear", *ON, "--id", "9"), "expected drives with ids 9, heard none"),

@@ -11,8 +11,8 @@ from rich.live import Live
 from rich.markup import escape
 from rich.table import Table
 
-from vrg.commands.can import options as can_options
-from vrg.commands.can.options import BusOptions
+from vrg.commands import drives
+from vrg.commands.drives import BusOptions
 from vrg.commands.options import lasting, make_console, stoppable
 from vrg.hal.can.axis import NEVER
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
@@ -29,7 +29,7 @@ def listening(link: Link) -> Iterator[ListenedBus]:
         typer.Exit: at the end of the context, with status 130, if Ctrl-C was pressed.
     """
     with stoppable() as stop:
-        bus = ListenedBus(link, can_options.medium(), stop)
+        bus = ListenedBus(link, drives.medium(), stop)
         bus.start()
         try:
             yield bus

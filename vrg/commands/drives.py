@@ -1,5 +1,7 @@
-"""The options that the commands of `vrg can` share, and what they mean."""
+"""`vrg node drives`: emulated motor controllers on a CAN bus; and the options of a command that uses such a bus."""
 
+import random
+import secrets
 import socket
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -8,15 +10,22 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 import typer
 from pydantic import ValidationError
 
+from vrg.commands.options import LeashOption, exit_if_interrupted
 from vrg.errors import ConfigError
 from vrg.hal.can.axis import ProtocolOptions
 from vrg.hal.can.link import Link, known_interface, read_adapter
 from vrg.hal.can.protocols import PROTOCOLS, Protocol
+from vrg.hal.can.workshop.emulated import DriveOptions
+from vrg.hal.can.workshop.emulation import EMULATING
+from vrg.hal.can.workshop.motor import MotorModel
+from vrg.launch.serving import child_process
+from vrg.system import boot_time
 from vrg.tables import problems_of
 
 if TYPE_CHECKING:
     from vrg.hal.can.link import Medium
 
+_MOTOR = MotorModel()
 T = TypeVar("T")
 U = TypeVar("U")
 
@@ -116,3 +125,56 @@ def _some_channel() -> str:
     """The bus that is meant where none is named: without a real bus, the virtual one."""
     names = {name for _, name in socket.if_nameindex()}
     return "vcan0" if "vcan0" in names and "can0" not in names else "can0"
+
+
+def drives(
+    id_: Annotated[list[int], typer.Option("--id", help="A drive's id; may be given several times.")],
+    on: EmulatedBusOptions,
+    protocol: ProtocolOption = "odrive",
+    option: OptionsOption = None,
+    watchdog: Annotated[
+        float, typer.Option(min=0, max=60, help="s without a setpoint until the motor is off; 0 = never.")
+    ] = 0.2,
+    voltage: Annotated[float, typer.Option(min=0, max=1000, help="The voltage of the supply, V.")] = 24.0,
+    inertia: Annotated[
+        float, typer.Option(min=1e-9, help="Moment of inertia of rotor and load, kg m2.")
+    ] = _MOTOR.inertia,
+    current_limit: Annotated[
+        float, typer.Option(min=0.01, help="Highest current of the motor, A.")
+    ] = _MOTOR.current_limit,
+    velocity_limit: Annotated[
+        float, typer.Option(min=0.01, help="Highest speed of the motor, turn/s.")
+    ] = _MOTOR.velocity_limit,
+    friction: Annotated[float, typer.Option(min=0, help="Friction at the shaft, Nm.")] = _MOTOR.friction,
+    delay: Annotated[float, typer.Option(min=0, max=0.5, help="s from a setpoint to its effect.")] = _MOTOR.delay,
+    serial: Annotated[
+        int | None, typer.Option(min=0, help="Serial number of the first drive; a random one if missing.")
+    ] = None,
+    leash: LeashOption = False,
+) -> None:
+    """Be one or several motor controllers on a bus, until stopped."""
+    from vrg.hal.can.workshop.run import run_drives  # python-can is for who uses a bus
+
+    spoken = protocol_of(protocol, drive=True)
+    options = options_of(spoken, option)
+    problems = [f"--id: {problem}" for one in id_ if (problem := spoken.axis_type.check_node(one))]
+    if problems:
+        raise ConfigError(problems)
+    link = on.link()
+    first = secrets.randbits(40) if serial is None else serial
+    motor = MotorModel(
+        inertia=inertia, current_limit=current_limit, velocity_limit=velocity_limit, friction=friction, delay=delay
+    )
+    with child_process(leash) as stop:
+        drives = [
+            spoken.drive_type(
+                one,
+                DriveOptions(serial=first + index, motor=motor, watchdog=watchdog, voltage=voltage, protocol=options),
+                boot_time(),
+                random.Random(first + index),
+            )
+            for index, one in enumerate(id_)
+        ]
+        names = ", ".join(f"{drive.node} (serial number {drive.options.serial:X})" for drive in drives)
+        run_drives(link, drives, stop, ready=lambda: typer.echo(f"{EMULATING} {protocol} on {link}: {names}"))
+    exit_if_interrupted(stop)

@@ -1,0 +1,43 @@
+"""`vrg can fault`: lets something go wrong in emulated drives."""
+
+import enum
+from typing import Annotated
+
+import typer
+
+from vrg.commands import drives
+from vrg.commands.drives import EmulatedBusOptions
+from vrg.commands.options import lasting
+from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, ask_for
+
+FaultName = enum.StrEnum("FaultName", {kind.name: kind.name.lower() for kind in FaultKind})  # type: ignore[misc]
+
+
+def fault(
+    kind: Annotated[FaultName, typer.Argument(help="; ".join(f"{k.name.lower()}: {w}" for k, w in WHAT.items()))],
+    id_: Annotated[list[int], typer.Option("--id", help="An emulated drive's id; may be given several times.")],
+    on: EmulatedBusOptions,
+    seconds: Annotated[float, lasting("How long it lasts; 0 = until end.", 0, 655)] = 0.0,
+    value: Annotated[str, typer.Option(help="Error bits or turns, such as 0x200.")] = "0",
+) -> None:
+    """Let something go wrong in an emulated drive. Real ones do not listen."""
+    try:
+        number = int(value, 0)
+    except ValueError:
+        raise typer.BadParameter(
+            f"expected a whole number such as 512 or 0x200, got {value!r}", param_hint="--value"
+        ) from None
+    request = FaultRequest(FaultKind[kind.name], seconds, number - (1 << 32) if number >= 1 << 31 else number)
+    link = on.link()
+    failed = False
+    for one in id_:
+        done = ask_for(drives.medium(), link, one, request)
+        failed |= not done
+        if done:
+            typer.echo(f"node {one}: {kind} ({WHAT[request.kind].split(':')[0]})")
+        elif done is None:
+            typer.echo(f"node {one}: not emulated on {link}; real drives do not listen to this", err=True)
+        else:
+            typer.echo(f"node {one}: a drive of its protocol cannot have this fault", err=True)
+    if failed:
+        raise typer.Exit(1)
