@@ -18,7 +18,6 @@ from vrg.registry import load_object
         ("recorder", "", ["recorder"]),
         ("router", "", ["router"]),
         ("spectator", "window", ["official", "window"]),
-        ("foxglove", "127.0.0.1:8765", ["official", "window"]),
         ("hud", "ann", ["hud.ann"]),
         ("tracker", "overhead", ["tracker"]),
         ("commander", "red", ["commander.red"]),
@@ -41,8 +40,8 @@ def test_a_process_of_each_kind_can_be_started_by_hand(
 
 def test_each_process_of_a_match_is_of_a_kind() -> None:
     setup = load_match(match_path("sharks-and-minnows"))
-    found = {name: kind_of(setup, name) for name in placed(setup, window=True, record=True, served=["web", "foxglove"])}
+    found = {name: kind_of(setup, name) for name in placed(setup, window=True, record=True, served=["web"])}
     assert [kind.name for kind in found.values() if kind is not None] == [
-        "router", "world", "coordinator", "recorder", "spectator", "web", "foxglove", *["player"] * len(setup.players)
+        "router", "world", "coordinator", "recorder", "spectator", "web", *["player"] * len(setup.players)
     ]  # fmt: skip
     assert BY_PROCESS["router"] is ROUTER

@@ -127,13 +127,8 @@ WEB = Kind(
     node="vrg.launch.nodes.web:web", command="vrg.commands.page:web", shown="web", views=True,
     replays="vrg.commands.page:serve_replay",
 )  # fmt: skip
-FOXGLOVE = Kind(
-    name="foxglove", about="all that a recording holds, in Foxglove", seats=_DECIDES, process="foxglove",
-    pulse="spectator", node="vrg.launch.nodes.foxglove:foxglove", shown="foxglove", views=True,
-    opens="vrg.commands.page:open_foxglove",
-)  # fmt: skip
 BUILT_IN: Final = (
-    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, HUD, COMMANDER, WEB, FOXGLOVE,
+    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, HUD, COMMANDER, WEB,
 )  # fmt: skip
 """The kinds that come with VRG."""
 

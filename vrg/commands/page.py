@@ -1,4 +1,4 @@
-"""The commands `vrg show web` and `developer`, which serve a running match to browsers, and where Foxglove sees one.
+"""The commands `vrg show web` and `developer`, which serve a running match to browsers.
 
 `vrg play` shares how they choose a port, make the tokens of the page, and print where people find it.
 """
@@ -21,7 +21,6 @@ from vrg.commands.matches import attached, connected, credentials_for
 from vrg.commands.options import (
     ListenOption,
     TlsOption,
-    listening_address,
     make_console,
     port_at,
     stoppable,
@@ -29,7 +28,7 @@ from vrg.commands.options import (
 )
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_text
-from vrg.kinds import WEB, Opening
+from vrg.kinds import WEB
 from vrg.launch.first_state import first_state
 from vrg.modules import missing
 from vrg.seats.authority import fingerprint, make_authority, make_seat, validity
@@ -76,18 +75,6 @@ def _serve(on: MatchOptions, listen: str | None, *, tls: bool, details: bool = F
         page = open_page(host, port, driven, deciding=official or details, tls=tls)
         print_links(page, make_console(), details=details)
         found.serve(WEB, secret=page.encoded())
-
-
-def open_foxglove(_setup: "MatchSetup", typed: str | None, *, secured: bool) -> Opening:
-    """The address and a free port for Foxglove's server; see `vrg.kinds.Kind` and `listening_address`.
-
-    Raises:
-        LaunchError: no port is free there, or the SDK is not installed.
-    """
-    from vrg.recording.live import PORT
-
-    address = listening_address(typed, PORT, "Foxglove's server")
-    return Opening(address, lambda _: f"in Foxglove: Open connection, Foxglove WebSocket, ws://{address}")
 
 
 def open_page(

@@ -8,20 +8,13 @@ from collections import deque
 from pathlib import Path
 from typing import Final
 
+import foxglove
 import msgspec
+from foxglove.websocket import Capability, ChannelView, Client, ServerListener, WebSocketServer
 from msgspec import Struct
 
-from vrg.errors import LaunchError
 from vrg.recording.recorder import Recorder
 from vrg.recording.schemas import json_schema, schema_name
-
-try:
-    import foxglove
-    from foxglove.websocket import Capability, ChannelView, Client, ServerListener, WebSocketServer
-except ImportError as error:
-    raise LaunchError(
-        "Foxglove's SDK is not installed: type `.venv/bin/pip install -e '.[foxglove]'` in the folder of VRG"
-    ) from error
 
 PORT: Final = 8765
 """The port at which Foxglove looks for a server."""

@@ -2,9 +2,9 @@
 
 from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
-from vrg.kinds import FOXGLOVE
 from vrg.launch.context import DISPLAY_PERIOD, Made, NodeContext
-from vrg.recording.live import LiveRecorder, LiveServer
+from vrg_foxglove import KIND
+from vrg_foxglove.live import LiveRecorder, LiveServer
 
 
 def live_node(setup: MatchSetup, address: str, name: str) -> LiveRecorder:
@@ -12,9 +12,6 @@ def live_node(setup: MatchSetup, address: str, name: str) -> LiveRecorder:
 
     Args:
         name: of the node. address: where its server listens, such as `127.0.0.1:8765`.
-
-    Raises:
-        LaunchError: Foxglove's SDK is not installed.
     """
     host, _, port = address.rpartition(":")
     return LiveRecorder(
@@ -29,4 +26,4 @@ def live_node(setup: MatchSetup, address: str, name: str) -> LiveRecorder:
 
 def foxglove(on: NodeContext) -> Made:
     """What Foxglove connects to."""
-    return Made(live_node(on.setup, on.name, on.named(FOXGLOVE.process)), {"idle": DISPLAY_PERIOD})
+    return Made(live_node(on.setup, on.name, on.named(KIND.process)), {"idle": DISPLAY_PERIOD})

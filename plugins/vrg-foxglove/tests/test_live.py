@@ -19,9 +19,9 @@ from vrg.bus.stopping import Stop
 from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
 from vrg.launch.context import NodeContext
-from vrg.launch.nodes.foxglove import foxglove
-from vrg.recording.live import LiveRecorder, LiveServer
 from vrg.runs.run_folder import RunFolder
+from vrg_foxglove.live import LiveRecorder, LiveServer
+from vrg_foxglove.node import foxglove
 
 PATIENCE = 60.0
 

@@ -1,0 +1,19 @@
+"""Matches in Foxglove while they are played. Only `live` knows its SDK."""
+
+from typing import Final
+
+from vrg.kinds import Kind
+from vrg.seats.seat import SeatKind
+
+KIND: Final = Kind(
+    name="foxglove",
+    about="all that a recording holds, in Foxglove",
+    seats=(SeatKind.OFFICIAL, SeatKind.WINDOW),
+    process="foxglove",
+    pulse="spectator",
+    node="vrg_foxglove.node:foxglove",
+    shown="foxglove",
+    views=True,
+    opens="vrg_foxglove.command:open_foxglove",
+)
+"""The process to which Foxglove connects."""
