@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from vrg.evaluation.games import GameRecord
+from vrg.evaluation.running import Experiment
 
 import vrg
 from tests.evaluation.conftest import MATCH
 from tests.tiny import TINY
 from vrg.bus.stopping import StopSignal
 from vrg.errors import ConfigError, LaunchError
-from vrg.evaluation.games import GameRecord
-from vrg.evaluation.running import Experiment
 
 NOTEBOOK = Path(__file__).parents[1] / "examples" / "notebook" / "first.ipynb"
 STILL = """

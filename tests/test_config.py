@@ -13,13 +13,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from msgspec import structs
+from vrg.evaluation.contenders import teams_of
+from vrg.evaluation.experiment import written
 
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import NOISE, RULES, MatchSetup, radio_seed, read_setup, team_seed, write_setup
 from vrg.errors import ConfigError, LaunchError
-from vrg.evaluation.contenders import teams_of
-from vrg.evaluation.experiment import written
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
 from vrg.hal.sensors.camera import CameraSpec

@@ -15,6 +15,8 @@ from mcap.writer import Writer
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
+from vrg.evaluation.folder import GameRecord, read_definition, read_records
+
 from tests.command_line import invoke
 from tests.damage import deep, mutants
 from tests.tiny import TINY
@@ -23,7 +25,6 @@ from vrg.config.setup import read_setup
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
-from vrg.evaluation.folder import GameRecord, read_definition, read_records
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.workshop.odrive.listener import read_endpoints
 from vrg.hal.sim.map import MAPS, load_map

@@ -4,12 +4,12 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 
 import pytest
+from vrg.evaluation.contenders import entered
 
 from vrg import registry
 from vrg.agents.strategy import Strategy
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.evaluation.contenders import entered
 from vrg.games import STRATEGY_FILES, file_of, has_name, is_strategy_file, unreadable
 from vrg.launch.nodes.strategy import strategy_class
 

@@ -18,16 +18,16 @@ import psutil
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from tests.evaluation import test_backends
 from tests.evaluation.conftest import match, timeless  # noqa: F401 - a fixture
 from tests.evaluation.test_backends import *  # noqa: F403 - the contract
 from tests.evaluation.test_backends import game_of, play_one
+
 from vrg.errors import LaunchError
-from vrg.evaluation.experiment import code_of_vrg
-from vrg.evaluation.games import FAILED, OVER, Played, ScheduledGame
-from vrg.evaluation.running import Experiment
-from vrg.evaluation.workers import Workers
+from vrg_league.experiment import code_of_vrg
+from vrg_league.games import FAILED, OVER, Played, ScheduledGame
+from vrg_league.running import Experiment
+from vrg_league.workers import Workers
 from vrg_ray.workers import LOCAL, GameTask, RayWorkers, _connected, archive_of, play, unpack
 
 WITH_RAY = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed: pip install 'ray>=2.40,<3'")
