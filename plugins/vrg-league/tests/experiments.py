@@ -1,4 +1,4 @@
-"""A match that is over in a moment, and strategies that play it in all kinds of ways."""
+"""A match that is over in a moment, strategies that play it in all kinds of ways, and experiments of these."""
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -8,16 +8,12 @@ import psutil
 import pytest
 from msgspec import structs
 
-from tests.command_line import Vrg, command_line
-from tests.warm import WarmServers
-from vrg.bus.stopping import StopSignal
 from vrg.config.loading import load_match
 from vrg_league.conduct import Entrants, opened
 from vrg_league.contenders import contenders
 from vrg_league.experiment import Definition, define
 from vrg_league.games import GameRecord
 from vrg_league.running import Experiment
-from vrg_league.workers import Workers
 
 MATCH = """\
 name = "tiny"
@@ -101,15 +97,6 @@ OWN = "from vrg.agents import STILL, Strategy, Twist\n\n\nclass Mine(Strategy):\
 """The beginning of the file of a strategy, up to what it returns."""
 
 
-@pytest.fixture(scope="session", autouse=True)
-def _warm_games(warm_servers: WarmServers) -> Iterator[None]:
-    """Games are played by forks of one server, too."""
-    with pytest.MonkeyPatch.context() as patch:
-        for module in ("contenders", "workers"):
-            patch.setattr(f"vrg_league.{module}.server_for", warm_servers.server_for)
-        yield
-
-
 def match_in(folder: Path) -> Path:
     """The match file, with `players.py` beside it."""
     file = folder / "tiny.toml"
@@ -163,32 +150,7 @@ def experiment(
 
 
 Play = Callable[..., list[GameRecord]]
-
-
-@pytest.fixture
-def play(match: Path) -> Play:
-    """Plays a comparison of two strategies of `players.py` or of registered ones, and returns the games that count."""
-
-    def run(
-        first: str,
-        second: str,
-        out: str = "out",
-        *,
-        pairs: int = 2,
-        jobs: int = 2,
-        seed: int = 0,
-        sealed: bool = False,
-        limit: float = 3600.0,
-        stop: StopSignal | None = None,
-        told: Callable[[GameRecord], None] = lambda _: None,
-    ) -> list[GameRecord]:
-        if not sealed:
-            unsealed(match)
-        with experiment(match, first, second, out, pairs=pairs, seed=seed, limit=limit) as running:
-            running.run(Workers(jobs, running.folder, running.setup), stop or Never(), told)
-            return running.rows()
-
-    return run
+"""Plays a comparison; see the fixture `play`."""
 
 
 def target(match: Path, name: str) -> str:
@@ -199,10 +161,3 @@ def target(match: Path, name: str) -> str:
 def timeless(rows: list[GameRecord]) -> list[GameRecord]:
     """The same without the real time that each game took."""
     return [structs.replace(row, played=structs.replace(row.played, wall_time=0.0)) for row in rows]
-
-
-@pytest.fixture
-def vrg(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], match: Path) -> Vrg:
-    """Run the command line in this process, in the folder of the match."""
-    monkeypatch.chdir(match.parent)
-    return command_line(monkeypatch, capsys)

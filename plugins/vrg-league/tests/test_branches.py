@@ -6,8 +6,8 @@ import shutil
 from pathlib import Path
 
 import pytest
+from experiments import match_in
 from pyarrow import parquet
-from tests.evaluation.conftest import match_in
 
 from tests.command_line import Vrg, invoke
 from vrg.config.loading import load_match

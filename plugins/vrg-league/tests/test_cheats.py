@@ -1,12 +1,12 @@
-"""Strategies that cheat change no result of a comparison: see `tests/evaluation/cheats.py` for what they try."""
+"""Strategies that cheat change no result of a comparison: see `cheats.py` for what they try."""
 
 from pathlib import Path
 from typing import Any
 
 import pytest
+from cheats import CHEATS
+from experiments import match_in
 from msgspec import structs
-from tests.evaluation.cheats import CHEATS
-from tests.evaluation.conftest import match_in
 
 from vrg.config.loading import load_match
 from vrg_league import workers

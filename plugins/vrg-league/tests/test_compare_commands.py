@@ -11,8 +11,8 @@ from pathlib import Path
 
 import psutil
 import pytest
+from experiments import OWN, alive, target
 from pyarrow import csv, parquet
-from tests.evaluation.conftest import OWN, alive, target
 
 from tests.command_line import Vrg
 from tests.system.harness import wait_until

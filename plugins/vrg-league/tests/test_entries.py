@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 import pytest
-from tests.evaluation.conftest import OWN
+from experiments import OWN
 
 from vrg.runs.run_folder import delete
 from vrg_league.league import entries

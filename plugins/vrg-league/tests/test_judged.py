@@ -5,8 +5,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from experiments import match_in
 from msgspec import structs
-from tests.evaluation.conftest import match_in
 
 from vrg.config.loading import load_match
 from vrg.config.setup import MatchSetup

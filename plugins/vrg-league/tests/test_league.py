@@ -6,8 +6,8 @@ import stat
 from pathlib import Path
 
 import pytest
-from tests.evaluation.conftest import OWN
-from tests.evaluation.test_matchmaking import game
+from experiments import OWN
+from test_matchmaking import game
 
 from tests.command_line import Vrg
 from vrg_league.contenders import Unable

@@ -6,7 +6,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from tests.evaluation.conftest import OWN, Play, definition, experiment, target, timeless
+from experiments import OWN, Play, definition, experiment, target, timeless
 
 from vrg.cli import main
 from vrg.config.loading import load_match

@@ -4,7 +4,7 @@ import math
 from itertools import combinations
 
 import pytest
-from tests.evaluation.test_matchmaking import game
+from test_matchmaking import game
 
 from vrg_league.games import Pairing
 from vrg_league.report import lasting, pairings, schedule

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import psutil
 import pytest
-from tests.evaluation.conftest import alive, experiment, unsealed
+from experiments import alive, experiment, unsealed
 
 from tests.system.harness import wait_until
 from vrg.config.loading import load_match

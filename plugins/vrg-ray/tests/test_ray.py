@@ -16,12 +16,12 @@ from types import SimpleNamespace
 import fake_ray
 import psutil
 import pytest
+import test_workers
+from experiments import match, timeless  # noqa: F401 - a fixture
 from hypothesis import given
 from hypothesis import strategies as st
-from tests.evaluation import test_backends
-from tests.evaluation.conftest import match, timeless  # noqa: F401 - a fixture
-from tests.evaluation.test_backends import *  # noqa: F403 - the contract
-from tests.evaluation.test_backends import game_of, play_one
+from test_workers import *  # noqa: F403 - the contract
+from test_workers import game_of, play_one
 
 from vrg.errors import LaunchError
 from vrg_league.experiment import code_of_vrg
@@ -36,7 +36,7 @@ FAKE = pytest.param("fake ray", marks=pytest.mark.thorough)
 RAY = pytest.param("ray", marks=WITH_RAY)
 
 
-class Bench(test_backends.Bench):
+class Bench(test_workers.Bench):
     """A folder of an experiment, and a cluster that plays its games."""
 
     def made(self, kind: str, experiment: Experiment, jobs: int) -> Workers:
