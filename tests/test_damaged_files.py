@@ -15,7 +15,6 @@ from mcap.writer import Writer
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
-from vrg.evaluation.folder import GameRecord, read_definition, read_records
 
 from tests.command_line import invoke
 from tests.damage import deep, mutants
@@ -120,8 +119,6 @@ READERS: dict[str, tuple[str, bytes | None, Callable[[Path], object]]] = {
     "events": ("events.jsonl", b'{"what":"began","monotonic":1.5}\n{"what":"ended","monotonic":9}\n', read_events),
     "branch": ("branch.json", b'{"of":"runs/a","changes":[{"time":3.0,"player":"ann","strategy":""}]}',
                lambda path: branch_of(RunFolder(path.parent))),
-    "experiment": ("experiment.json", b'{"match":"m","seed":1}', lambda path: read_definition(path.parent)),
-    "games": ("games.jsonl", b'{"game":{"number":1},"played":{}}\n', lambda path: read_records(path, GameRecord)),
     "journal": ("journal.jsonl", None, read_journal),
     "evidence": ("evidence.bin", None, lambda path: list(read_evidence(path))),
     "recording": ("recording.mcap", None, read_recorded),

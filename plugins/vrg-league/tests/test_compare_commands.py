@@ -16,6 +16,7 @@ from pyarrow import csv, parquet
 
 from tests.command_line import Vrg
 from tests.system.harness import wait_until
+from tests.test_cli import tells_of_missing
 
 LONG = ("--no-lasers", "--games", "40", "--all", "--jobs", "2", "--output", "long")
 PATIENCE = 180.0
@@ -151,6 +152,16 @@ def test_a_strategy_that_is_not_there_is_told_before_a_game_is_played(
     assert done.status == 1
     assert done.err.count(said) == 1
     assert not (tmp_path / "here").exists()
+
+
+def test_a_strategy_that_is_misspelled_comes_with_the_one_that_is_meant(vrg: Vrg) -> None:
+    done = vrg("compare", "balancd", "conservative", "--match", "roboflag", "--games", "1")
+    assert done.status == 1
+    assert "did you mean 'balanced'?" in " ".join(done.err.split())
+
+
+def test_without_pyarrow_a_comparison_tells_what_installs_it() -> None:
+    tells_of_missing("pyarrow", ["compare", "none", "none", "--match", "roboflag"])
 
 
 def started(match: Path, *more: str, group: bool = False) -> subprocess.Popen[str]:
