@@ -215,6 +215,8 @@ ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros
     ("typed", "package"),
     [
         ("fuzz roboflag", "vrg-faults"),
+        ("compare one.py two.py --match roboflag", "vrg-league"),
+        ("league play class", "vrg-league"),
         ("show ros", "vrg-ros"),
         ("node ros match.toml", "vrg-ros"),
         ("play sharks-and-minnows --ros", "vrg-ros"),

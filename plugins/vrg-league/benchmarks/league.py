@@ -3,7 +3,7 @@
 The hostile ones behave until match time FROM, so that they pass the check, which is shorter. Then one reads a secret
 and tries to publish it, one forks without end, one sends UDP, one takes 8 GB, and one never answers.
 
-    python benchmarks/league.py --for 300
+    python plugins/vrg-league/benchmarks/league.py --for 300
 """
 
 import argparse
