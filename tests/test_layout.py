@@ -149,7 +149,7 @@ def test_the_core_knows_no_plugin() -> None:
              if name in path.read_text(encoding="utf-8")]  # fmt: skip
     wrong += [f"{path.relative_to(ROOT.parent)} imports {name}" for own, home in plugins.items()
               for path in home.parent.rglob("*.py") for name, _ in _imports(path)
-              if name.split(".")[0] in {*plugins} - {own, *_named_by(home.parent / "pyproject.toml")}]  # fmt: skip
+              if name.split(".")[0] in {*plugins} - {own, *_named_by(home.parents[1] / "pyproject.toml")}]  # fmt: skip
     assert not wrong, "\n".join(wrong)
 
 
