@@ -15,6 +15,7 @@ from mcap.writer import Writer
 
 os.environ["SDL_VIDEODRIVER"] = "dummy"
 
+
 from tests.command_line import invoke
 from tests.damage import deep, mutants
 from tests.tiny import TINY
@@ -23,7 +24,6 @@ from vrg.config.setup import read_setup
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.errors import VrgError
-from vrg.evaluation.folder import GameRecord, read_definition, read_records
 from vrg.hal.can.calibration import load_calibration
 from vrg.hal.can.workshop.odrive.listener import read_endpoints
 from vrg.hal.sim.map import MAPS, load_map
@@ -119,8 +119,6 @@ READERS: dict[str, tuple[str, bytes | None, Callable[[Path], object]]] = {
     "events": ("events.jsonl", b'{"what":"began","monotonic":1.5}\n{"what":"ended","monotonic":9}\n', read_events),
     "branch": ("branch.json", b'{"of":"runs/a","changes":[{"time":3.0,"player":"ann","strategy":""}]}',
                lambda path: branch_of(RunFolder(path.parent))),
-    "experiment": ("experiment.json", b'{"match":"m","seed":1}', lambda path: read_definition(path.parent)),
-    "games": ("games.jsonl", b'{"game":{"number":1},"played":{}}\n', lambda path: read_records(path, GameRecord)),
     "journal": ("journal.jsonl", None, read_journal),
     "evidence": ("evidence.bin", None, lambda path: list(read_evidence(path))),
     "recording": ("recording.mcap", None, read_recorded),

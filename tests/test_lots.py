@@ -104,7 +104,7 @@ def test_a_name_that_no_lot_has_is_told() -> None:
         [sys.executable, ROOT / "scripts" / "lots", "none"], capture_output=True, text=True, timeout=300, check=False
     )
     assert done.returncode == 2
-    assert "expected beginnings of unit-rest, unit-launch, unit-evaluation" in done.stderr
+    assert "expected beginnings of unit-rest, unit-launch, unit-games" in done.stderr
 
 
 def test_what_failed_is_run_once_more_alone_and_named(

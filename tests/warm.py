@@ -6,7 +6,6 @@ To start one takes about a second, as it loads VRG, and what it forks is as fres
 import contextlib
 import os
 from collections.abc import Callable, Iterator, Sequence
-from unittest import mock
 
 from vrg.launch import forking
 from vrg.launch.fork_server import ForkServer
@@ -40,21 +39,10 @@ class WarmServers:
             server.start(preload)
             return server
 
-        yield self._kept(started, *preload) if wanted else ForkServer()
+        yield self.kept(started, *preload) if wanted else ForkServer()
 
-    def server_for(self, game: str, engine: str) -> ForkServer:
-        """As `vrg.evaluation.game_process.server_for`."""
-        from vrg.evaluation import game_process  # noqa: PLC0415 - most tests play no experiment
-
-        def started() -> Warm:
-            with mock.patch.object(game_process, "ForkServer", Warm):
-                server = game_process.server_for(game, engine)
-            assert isinstance(server, Warm)
-            return server
-
-        return self._kept(started, "game", game, engine)
-
-    def _kept(self, start: Callable[[], Warm], *words: str) -> Warm:
+    def kept(self, start: Callable[[], Warm], *words: str) -> Warm:
+        """The server for these words, which is started if none is there that works."""
         key = (*words, os.environ.get("PYTHONPATH", ""))
         server = self._servers.get(key)
         if server is None or not server.alive or server.frozen():

@@ -11,15 +11,15 @@ Lengths are in metres, angles in radians and times in seconds. In every frame x 
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vrg.api import compare, judge, play
+    from vrg.api import judge, play
     from vrg.runs.run import Run
 
-__all__ = ["Run", "__version__", "compare", "judge", "play"]
+__all__ = ["Run", "__version__", "judge", "play"]
 __version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> Any:
-    if name in ("Run", "compare", "judge", "play"):
+    if name in ("Run", "judge", "play"):
         # What plays a match takes a second to load, and every process imports this package.
         from vrg.registry import load_object  # noqa: PLC0415
 

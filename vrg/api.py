@@ -1,13 +1,11 @@
-"""Matches as functions, for programs and notebooks: `vrg.play`, `vrg.compare` and `vrg.judge`."""
+"""Matches as functions, for programs and notebooks: `vrg.play` and `vrg.judge`."""
 
-import logging
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Literal, get_args
+from typing import Final, Literal, get_args
 
 from rich.console import Console
 
-from vrg.bus.stopping import stop_on_signals
 from vrg.config.loading import check_match, check_strategies, load_match, match_path
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
@@ -21,10 +19,6 @@ from vrg.runs.run import Run
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import with_value
 
-if TYPE_CHECKING:
-    from vrg.evaluation.comparison import Comparison
-
-log = logging.getLogger(__name__)
 How = Literal["in process", "lockstep", "processes"]
 HOW: Final[tuple[str, ...]] = get_args(How)
 
@@ -90,65 +84,6 @@ def play(
     if played.interrupted and not played.over:
         raise KeyboardInterrupt(f"the run is kept in {folder.path}")
     return Run(folder.path)
-
-
-def compare(
-    first: str | Path,
-    second: str | Path,
-    *,
-    match: str | Path,
-    games: int = 200,
-    seed: int = 0,
-    engine: str | None = None,
-    jobs: int | None = None,
-    confidence: float = 0.95,
-    sandbox: bool | None = None,
-    output: str | Path | None = None,
-) -> "Comparison":
-    """Let two strategies play many games, each seed twice with the sides swapped, until one is shown to be better.
-
-    The games are kept: the same call goes on where another one was broken off.
-
-    Args:
-        first, second: a name, `mine.py`, `mine.py:Class`, `module:Class` or `policy.npz`.
-        match: a match file, or the name of a game, of two teams.
-        games: the most games, 1 or more; an odd number is rounded up. seed: of the first pair of games.
-        engine: the physics engine; None for `planar`. jobs: games at a time; None for one for each core.
-        confidence: of the interval, 0.5 to 0.9999.
-        sandbox: whether strategies that are files are sealed in their processes; None for the match's own choice.
-        output: the folder of the games; None for one in `runs` that belongs to these strategies, match and seed.
-
-    Raises:
-        ConfigError: the match, a strategy or a number cannot be used, or the folder has other games.
-        LaunchError: the folder cannot be written, or no game can be played.
-        ModuleNotFoundError: pyarrow is not installed, in which the games are kept.
-        KeyboardInterrupt: it was broken off by Ctrl-C.
-    """
-    # They need pyarrow, without which a match can be played.
-    from vrg.evaluation.comparison import Comparison  # noqa: PLC0415
-    from vrg.evaluation.conduct import enter, opened, workers_of  # noqa: PLC0415
-
-    for name, number, least in (("games", games, 1), ("seed", seed, 0), ("jobs", 1 if jobs is None else jobs, 1)):
-        if not isinstance(number, int) or number < least:
-            raise ConfigError([f"{name}: expected a whole number of at least {least}, got {number!r}"])
-    if not isinstance(confidence, float) or not 0.5 <= confidence <= 0.9999:
-        raise ConfigError([f"confidence: expected a number from 0.5 to 0.9999, got {confidence!r}"])
-    setup = load_match(match_path(str(match)), engine=engine or "planar", sandbox=sandbox)
-    entrants = enter([str(first), str(second)], setup, jobs=jobs, warn=log.warning)
-    folder = "compare" if output is None else Path(output)
-    with (
-        stop_on_signals() as stop,
-        opened(
-            setup, entrants, entrants.pairings(), folder, games=games, seed=seed, confidence=confidence
-        ) as experiment,
-    ):
-        if not experiment.over:
-            experiment.run(workers_of(experiment, jobs), stop)
-        found = Comparison(experiment, confidence)
-        found.write()
-    if stop.is_set():
-        raise KeyboardInterrupt(f"the games are kept in {found.path}")
-    return found
 
 
 def judge(run: Run | str | Path) -> Judged:

@@ -102,14 +102,6 @@ COMMANDS: Table = {
         "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
         "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),
     },
-    "Compare": {
-        "compare": ("vrg.commands.compare:compare", "Find out which of two strategies is better"),
-        "tournament": ("vrg.commands.compare:tournament", "Let every strategy play against every other one"),
-        "league": (
-            "vrg.commands.league:app",
-            "A tournament without end, of files that change: play, check",
-        ),
-    },
     "Lab": {
         "doctor": ("vrg.commands.doctor:doctor", "Check whether this machine has what VRG needs"),
         "topic": ("vrg.commands.topic:app", "Look at what goes over the bus of a running match"),

@@ -9,7 +9,6 @@ from vrg import registry
 from vrg.agents.strategy import Strategy
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
-from vrg.evaluation.contenders import entered
 from vrg.games import STRATEGY_FILES, file_of, has_name, is_strategy_file, unreadable
 from vrg.launch.nodes.strategy import strategy_class
 
@@ -59,12 +58,3 @@ def test_a_match_with_a_policy_without_its_plug_in_is_refused_at_its_line(
         (tmp_path / "x.npz").touch()
     with pytest.raises(ConfigError, match=rf"match\.toml:\d+: players\.1\.strategy: {WHY}$"):
         load_match(file)
-
-
-def test_a_policy_in_a_folder_is_not_left_out_in_silence(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    plug(monkeypatch)
-    (tmp_path / "x.npz").touch()
-    found, _ = entered([str(tmp_path)], folders=True)
-    assert [one.target for one in found] == [str(tmp_path / "x.npz")]
-    with pytest.raises(ConfigError, match="pip install vrg-learn"):
-        strategy_class(found[0].target, tmp_path)

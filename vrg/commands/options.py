@@ -109,9 +109,6 @@ RunOption = Annotated[Path | None, typer.Option("--run", help="Run folder to wri
 EngineOption = Annotated[
     str | None, typer.Option(callback=_known_engine, help="Physics engine that replaces the match file's.")
 ]
-LasersOption = Annotated[
-    bool | None, typer.Option("--lasers/--no-lasers", help="In place of the match file's setting.")
-]
 SandboxOption = Annotated[
     bool | None,
     typer.Option("--sandbox/--no-sandbox", help="Seal players' processes; the default is the match file's."),

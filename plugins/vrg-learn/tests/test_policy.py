@@ -21,7 +21,6 @@ from vrg.bus.messages import DISQUALIFIED, Stage
 from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.coordinator.journal import NoJournal
 from vrg.errors import ConfigError
-from vrg.evaluation.contenders import contenders, entered, seen_from
 from vrg.games import file_of, has_name
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
 from vrg.launch.sandbox.player import policy_of
@@ -30,6 +29,7 @@ from vrg.playing.in_process import play
 from vrg.playing.trial import trial
 from vrg.runs.keeping import files_of, files_of_strategy
 from vrg.runs.run_folder import RunFolder
+from vrg_league.contenders import contenders, entered, seen_from
 from vrg_learn import policy as policies
 from vrg_learn.action import twist_of
 from vrg_learn.learning import learning_of

@@ -16,18 +16,18 @@ from types import SimpleNamespace
 import fake_ray
 import psutil
 import pytest
+import test_workers
+from experiments import match, timeless  # noqa: F401 - a fixture
 from hypothesis import given
 from hypothesis import strategies as st
+from test_workers import *  # noqa: F403 - the contract
+from test_workers import game_of, play_one
 
-from tests.evaluation import test_backends
-from tests.evaluation.conftest import match, timeless  # noqa: F401 - a fixture
-from tests.evaluation.test_backends import *  # noqa: F403 - the contract
-from tests.evaluation.test_backends import game_of, play_one
 from vrg.errors import LaunchError
-from vrg.evaluation.experiment import code_of_vrg
-from vrg.evaluation.games import FAILED, OVER, Played, ScheduledGame
-from vrg.evaluation.running import Experiment
-from vrg.evaluation.workers import Workers
+from vrg_league.experiment import code_of_vrg
+from vrg_league.games import FAILED, OVER, Played, ScheduledGame
+from vrg_league.running import Experiment
+from vrg_league.workers import Workers
 from vrg_ray.workers import LOCAL, GameTask, RayWorkers, _connected, archive_of, play, unpack
 
 WITH_RAY = pytest.mark.skipif(find_spec("ray") is None, reason="ray is not installed: pip install 'ray>=2.40,<3'")
@@ -36,7 +36,7 @@ FAKE = pytest.param("fake ray", marks=pytest.mark.thorough)
 RAY = pytest.param("ray", marks=WITH_RAY)
 
 
-class Bench(test_backends.Bench):
+class Bench(test_workers.Bench):
     """A folder of an experiment, and a cluster that plays its games."""
 
     def made(self, kind: str, experiment: Experiment, jobs: int) -> Workers:

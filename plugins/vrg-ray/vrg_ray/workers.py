@@ -25,12 +25,12 @@ from msgspec import Struct
 from vrg.config.loading import load_match
 from vrg.config.setup import CheckedMatch
 from vrg.errors import LaunchError
-from vrg.evaluation.experiment import code_of_vrg
-from vrg.evaluation.folder import ExperimentFolder
-from vrg.evaluation.game_process import GameProcess, ended, server_for
-from vrg.evaluation.games import FAILED, Played, ScheduledGame
-from vrg.evaluation.workers import Workers
 from vrg.runs.run_folder import RunFolder, delete, scratch_folder
+from vrg_league.experiment import code_of_vrg
+from vrg_league.folder import ExperimentFolder
+from vrg_league.game_process import GameProcess, ended, server_for
+from vrg_league.games import FAILED, Played, ScheduledGame
+from vrg_league.workers import Workers
 
 log = logging.getLogger(__name__)
 

@@ -1,1 +1,0 @@
-"""The comparison of strategies: many games in pairs with the sides swapped, and what they prove."""
