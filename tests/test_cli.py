@@ -214,6 +214,7 @@ ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros
 @pytest.mark.parametrize(
     ("typed", "package"),
     [
+        ("edit match.toml", "vrg-edit"),
         ("fuzz roboflag", "vrg-faults"),
         ("show ros", "vrg-ros"),
         ("node ros match.toml", "vrg-ros"),
@@ -239,6 +240,19 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     said = " ".join(done.err.replace("│", "").split())
     assert f"the package {package} adds: pip install {package}" in said
     assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_alone_it_prints_its_help_where_no_package_adds_what_a_person_starts_with(
+    vrg: Vrg, monkeypatch: pytest.MonkeyPatch, terminal: bool
+) -> None:
+    monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    for stream in (sys.stdin, sys.stdout):
+        monkeypatch.setattr(stream, "isatty", lambda: terminal)
+    done = vrg()
+    assert done.status == 2
+    assert "COMMAND ..." in done.out
+    assert "Alone" not in done.out
 
 
 def entry_of(tmp_path: Path, text: str) -> Any:

@@ -23,6 +23,7 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.backends": {"ros": "vrg-ros"},
     "vrg.calibrations": {"fixes": "vrg-locate"},
     "vrg.commands": {
+        "edit": "vrg-edit",
         "fuzz": "vrg-faults", "locate": "vrg-locate", "run.export": "vrg-learn", "run.report": "vrg-locate",
         "show.3d": "vrg-three", "node.three": "vrg-three", "show.ros": "vrg-ros", "node.ros": "vrg-ros",
     },

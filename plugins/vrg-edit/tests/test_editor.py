@@ -8,15 +8,16 @@ from typing import Any
 
 import pytest
 
-from vrg.playing.draft_check import DraftCheck
-from vrg.playing.drafts import choices_in, recent_matches, save_draft
+from tests.tiny import TINY
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
-from vrg.ui.edit.choices import Choices
-from vrg.ui.edit.draft import Draft
-from vrg.ui.edit.editor import Editor, NextStep, Tools, path_of
-from vrg.ui.edit.requests import read_request
-from vrg.ui.edit.rules import rules_of
+from vrg_edit.checking import DraftCheck
+from vrg_edit.choices import Choices
+from vrg_edit.draft import Draft
+from vrg_edit.editor import Editor, NextStep, path_of
+from vrg_edit.folder import choices_in, recent_matches
+from vrg_edit.requests import read_request
+from vrg_edit.rules import rules_of
 
 RESULT = {
     "match": "courtyard", "game": "sharks-and-minnows", "ended": "game over", "winner": "sharks",
@@ -70,6 +71,14 @@ def test_maps_and_strategies_of_the_folder_can_be_chosen(place: Path) -> None:
     assert choices_in(place).of(draft, "map") == ("courtyard", "marhes_lab", "open", "yard.toml")
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16"])
+def test_what_notepad_has_saved_is_listed(tmp_path: Path, encoding: str) -> None:
+    (tmp_path / "yard.toml").write_text('name = "yard"\nbounds = {}\n', encoding=encoding)
+    (tmp_path / "m.toml").write_text(TINY, encoding=encoding)
+    assert [recent.match.name for recent in recent_matches(tmp_path / "runs", tmp_path)] == ["m.toml"]
+    assert choices_in(tmp_path).maps == ("yard.toml",)
+
+
 class Page:
     """Asks a desk as the page does."""
 
@@ -95,8 +104,7 @@ class Page:
 
 
 def page_in(place: Path, draft: Draft | None = None) -> Page:
-    tools = Tools(CHECK, save_draft, choices_in, lambda: recent_matches(place / "runs", place))
-    page = Page(Editor(tools, place, draft))
+    page = Page(Editor(place, place / "runs", draft, CHECK))
     page.ask("check")
     return page
 
@@ -197,7 +205,7 @@ def test_new_players_come_without_a_check_of_their_own(tmp_path: Path) -> None:
         checks.append(draft)
         return CHECK(draft)
 
-    page = Page(Editor(Tools(counted, save_draft, choices_in, list), tmp_path))
+    page = Page(Editor(tmp_path, tmp_path / "runs", check=counted))
     page.ask("check")
     page.ask("count", players=40)
     page.ask("check")
@@ -307,7 +315,7 @@ def test_a_check_that_fails_is_told(tmp_path: Path) -> None:
     def check(draft: Draft) -> Any:
         raise RuntimeError("broken")
 
-    desk = Editor(Tools(check, save_draft, choices_in, list), tmp_path)
+    desk = Editor(tmp_path, tmp_path / "runs", check=check)
     desk.check()
     assert desk.state()["problems"][0]["text"] == "the check itself has failed: RuntimeError('broken')"
 

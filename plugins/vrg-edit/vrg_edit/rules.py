@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 from vrg.errors import Path, VrgError
 from vrg.games import GAMES
 from vrg.tables import Table
-from vrg.ui.edit.draft import shown
+from vrg_edit.draft import shown
 
 _BOUNDS: Final = {"gt": "more than {:g}", "ge": "at least {:g}", "lt": "less than {:g}", "le": "at most {:g}"}
 """Bounds in words, by pydantic's names of them."""

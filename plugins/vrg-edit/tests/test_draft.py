@@ -6,10 +6,10 @@ from pathlib import Path
 import pytest
 
 from vrg.games import GAMES
-from vrg.playing.draft_check import DraftCheck
 from vrg.types import Pose
-from vrg.ui.edit.draft import Draft
-from vrg.ui.edit.placing import fewer, more, with_count
+from vrg_edit.checking import DraftCheck
+from vrg_edit.draft import Draft
+from vrg_edit.placing import fewer, more, with_count
 
 CHECK = DraftCheck()
 

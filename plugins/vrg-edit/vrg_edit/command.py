@@ -1,4 +1,4 @@
-"""Plain `vrg` and `vrg edit`, which let a person choose and change a match in a browser."""
+"""The command `vrg edit`, with which a person chooses and changes a match in a browser."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from vrg.errors import ConfigError, LaunchError
 from vrg.system import POSIX
 
 if TYPE_CHECKING:
-    from vrg.ui.edit.draft import Draft
+    from vrg_edit.draft import Draft
 
 WebOption = Annotated[bool, typer.Option("--web", help="Show the match that is played in the same page, too.")]
 PORT: Final = 8079
@@ -26,25 +26,23 @@ _LOOKS: Final = 0.2
 
 
 def edit(
-    match: Annotated[Path, typer.Argument(metavar="match.toml", help="The match file to change.")],
+    match: Annotated[
+        Path | None,
+        typer.Argument(metavar="match.toml", help="The match file to change. Without one, the page offers games."),
+    ] = None,
     runs: RunsOption = Path("runs"),
     web: WebOption = False,
 ) -> None:
-    """Change a match file in a browser, with its problems beside its fields; save it, and play it.
+    """Choose a game or a match in a browser, change it with its problems beside its fields; save it, and play it.
 
     Where no browser can be opened, the page is served all the same, for one on another computer.
     """
-    from vrg.playing.drafts import open_draft
+    from vrg_edit.folder import open_draft
 
-    draft = open_draft(match)
+    draft = None if match is None else open_draft(match)
     if not has_browser() and not sys.stdin.isatty():
-        raise ConfigError(f"{match}: expected a browser to change it in, or a terminal for its link, found neither")
+        raise ConfigError("vrg edit: expected a browser for its page, or a terminal for its link, found neither")
     begin(runs, draft, web=web)
-
-
-def welcome() -> None:
-    """Choose a game or a recent match, change it, and play it."""
-    begin()
 
 
 def has_browser() -> bool:
@@ -66,13 +64,10 @@ def begin(runs: Path = Path("runs"), draft: "Draft | None" = None, *, web: bool 
         web: True shows the match in the page once it is played.
     """
     from vrg.launch.endpoints import free_port
-    from vrg.playing.draft_check import DraftCheck
-    from vrg.playing.drafts import choices_in, recent_matches, save_draft
-    from vrg.ui.edit.editor import Editor, Tools
-    from vrg.ui.edit.server import HOST, EditServer
+    from vrg_edit.editor import Editor
+    from vrg_edit.server import HOST, EditServer
 
-    tools = Tools(DraftCheck(), save_draft, choices_in, lambda: recent_matches(runs, Path.cwd()))
-    editor = Editor(tools, Path.cwd(), draft)
+    editor = Editor(Path.cwd(), runs, draft)
     while True:
         port = free_port(HOST, PORT)
         server = EditServer(editor, port)

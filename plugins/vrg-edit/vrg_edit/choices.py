@@ -8,7 +8,7 @@ from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
 from vrg.hal.sim.engines import ENGINES
 from vrg.hal.sim.maps import MAPS
-from vrg.ui.edit.draft import Draft
+from vrg_edit.draft import Draft
 
 
 @dataclass(frozen=True)

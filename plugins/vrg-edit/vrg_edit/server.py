@@ -4,15 +4,16 @@ import asyncio
 import hmac
 import secrets
 import threading
+from importlib.resources import files
 from typing import Any, Final
 
 from aiohttp import web
 
-from vrg.ui.edit.editor import Editor, NextStep
-from vrg.ui.edit.requests import Check, read_request
 from vrg.ui.web.admission import TOKEN_BYTES
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
+from vrg_edit.editor import Editor, NextStep
+from vrg_edit.requests import Check, read_request
 
 HOST: Final = "127.0.0.1"
 """The page writes files and plays matches as the user who has begun it, so only this machine is served."""
@@ -29,7 +30,7 @@ class EditServer(Site):
     """
 
     def __init__(self, editor: Editor, port: int) -> None:
-        super().__init__(HOST, port, "edit.html")
+        super().__init__(HOST, port, "edit.html", own=files("vrg_edit") / "static")
         self._editor = editor
         self._token, self._ticket = secrets.token_urlsafe(TOKEN_BYTES), secrets.token_urlsafe(TOKEN_BYTES)
         self._turn, self._checking = threading.Lock(), threading.Lock()

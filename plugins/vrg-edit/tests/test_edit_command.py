@@ -1,4 +1,4 @@
-"""Plain `vrg` and `vrg edit`: the port of the page, and what is printed where nobody sits at a terminal."""
+"""`vrg edit`: the port of the page, and what is printed where there is nothing to change."""
 
 import os
 import socket
@@ -9,31 +9,19 @@ from pathlib import Path
 import pytest
 
 from tests.command_line import command_line
-from vrg.commands import welcome
-from vrg.ui.edit.editor import NextStep
-from vrg.ui.edit.server import EditServer
+from vrg_edit import command
+from vrg_edit.editor import NextStep
+from vrg_edit.server import EditServer
 
 
-@pytest.mark.parametrize(
-    ("arguments", "status", "said"),
-    [
-        ([], 2, "COMMAND ..."),  # help, where nobody sits at a terminal
-        (["edit", "none.toml"], 1, "none.toml: "),
-        (["edit", "."], 1, ".: "),
-    ],
-)
+@pytest.mark.parametrize(("match", "said"), [("none.toml", "none.toml: "), (".", ".: ")])
 def test_what_is_printed_where_there_is_nothing_to_ask(
-    arguments: list[str],
-    status: int,
-    said: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-    tmp_path: Path,
+    match: str, said: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    done = command_line(monkeypatch, capsys)(*arguments)
-    assert done.status == status
-    assert said in (done.err if arguments else done.out)
+    done = command_line(monkeypatch, capsys)("edit", match)
+    assert done.status == 1
+    assert said in done.err
 
 
 def test_a_page_whose_port_another_one_was_faster_to_take_gets_the_next(
@@ -52,7 +40,7 @@ def test_a_page_whose_port_another_one_was_faster_to_take_gets_the_next(
     monkeypatch.setattr(EditServer, "start", late)
     monkeypatch.setattr(EditServer, "wait", lambda *_: NextStep())
     with socket.socket() as other:
-        welcome.begin(tmp_path / "runs")
+        command.begin(tmp_path / "runs")
     assert ports[1] > ports[0]
 
 
@@ -61,6 +49,6 @@ def test_a_page_whose_port_another_one_was_faster_to_take_gets_the_next(
 )
 def test_only_a_browser_that_runs_beside_the_terminal_is_opened(display: str, browser: str, found: bool) -> None:
     environment = {**os.environ, "DISPLAY": display, "WAYLAND_DISPLAY": "", "BROWSER": browser, "PATH": "/bin"}
-    code = "from vrg.commands.welcome import has_browser; print(has_browser())"
+    code = "from vrg_edit.command import has_browser; print(has_browser())"
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == str(found)

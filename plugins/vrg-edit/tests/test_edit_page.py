@@ -8,9 +8,9 @@ from playwright.sync_api import Browser
 
 from tests.chromium import Visitor, chromium
 from vrg.config.loading import load_match
-from vrg.ui.edit.draft import Draft
-from vrg.ui.edit.editor import Editor, NextStep
-from vrg.ui.edit.server import EditServer
+from vrg_edit.draft import Draft
+from vrg_edit.editor import Editor, NextStep
+from vrg_edit.server import EditServer
 
 SIZES = ((1280, 720), (390, 844))
 LAYOUT = """() => {

@@ -7,8 +7,8 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from vrg.ui.edit.editor import Editor, NextStep
-from vrg.ui.edit.server import EditServer
+from vrg_edit.editor import Editor, NextStep
+from vrg_edit.server import EditServer
 
 
 def asked(server: EditServer, path: str, body: bytes = b"", *, token: str = "", **headers: str) -> tuple[int, str]:

@@ -3,6 +3,7 @@
 import tomllib
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Final
@@ -13,9 +14,8 @@ from vrg.games import is_strategy_file
 from vrg.modules import classes_in
 from vrg.runs.result import headline, read_result, summary
 from vrg.runs.run_folder import RunFolder
-from vrg.ui.edit.choices import Choices
-from vrg.ui.edit.draft import Draft
-from vrg.ui.edit.editor import Recent
+from vrg_edit.choices import Choices
+from vrg_edit.draft import Draft
 
 MOST_RECENT: Final = 12
 """The number of recent matches that are listed."""
@@ -23,6 +23,27 @@ _MAX_FILE_SIZE: Final = 200_000
 """The size in bytes above which a file is taken for something else."""
 _MOST_FILES: Final = 300
 """The number of files of a folder that are read."""
+
+
+@dataclass(frozen=True)
+class Recent:
+    """A match that was played lately, or a match file of this folder.
+
+    Args:
+        name: of the match. game: its name. when: the local time in words. ending: how it ended, in words; empty for a
+            file that only waits to be played.
+        match: the match file. run: the run folder; None for a file. recorded: the run can be watched again.
+        base: the folder that relative paths of the file start from.
+    """
+
+    name: str
+    game: str
+    when: str
+    ending: str
+    match: Path
+    base: Path
+    run: Path | None = None
+    recorded: bool = False
 
 
 def open_draft(file: Path) -> Draft:
@@ -40,7 +61,15 @@ def open_draft(file: Path) -> Draft:
 
 
 def save_draft(draft: Draft, known: str | None) -> None:
-    """Write a match file; see `vrg.ui.edit.editor.Tools`."""
+    """Write a draft to its file.
+
+    Args:
+        known: the text that the file may hold where it is replaced; None for any text.
+
+    Raises:
+        FileExistsError: the file holds another text.
+        OSError: it cannot be written.
+    """
     assert draft.file is not None
     if known is not None and draft.file.exists() and text_in(draft.file) != known:
         raise FileExistsError(draft.file)

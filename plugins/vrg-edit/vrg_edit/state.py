@@ -7,13 +7,13 @@ from vrg.errors import Path
 from vrg.games import GAMES, game_of, look
 from vrg.hal.backends import BACKENDS
 from vrg.types import Pose
-from vrg.ui.edit.checking import CheckResult, fields_of, problem_text
-from vrg.ui.edit.choices import Choices
-from vrg.ui.edit.draft import COLUMNS, SETTINGS, Draft
-from vrg.ui.edit.placing import robot_size
-from vrg.ui.edit.rules import rules_of
 from vrg.ui.scene import Scene, SceneBody
 from vrg.ui.web import parts
+from vrg_edit.checking import CheckResult, fields_of, problem_text
+from vrg_edit.choices import Choices
+from vrg_edit.draft import COLUMNS, SETTINGS, Draft
+from vrg_edit.placing import robot_size
+from vrg_edit.rules import rules_of
 
 LABELS: Final = {"on_fault": "on fault", "model": "robot", "x": "x, m", "y": "y, m", "heading": "heading, °"}
 """The labels of fields that are not their names."""

@@ -10,12 +10,12 @@ from vrg.errors import FileError, Path, Problem, VrgError
 from vrg.files import read_text
 from vrg.games import GAMES, game_of
 from vrg.types import Pose
-from vrg.ui.edit import checking
-from vrg.ui.edit.checking import CheckResult, problem_text
-from vrg.ui.edit.choices import Choices
-from vrg.ui.edit.draft import COLUMNS, SETTINGS, Draft
-from vrg.ui.edit.placing import MAX_PLAYERS, with_count
-from vrg.ui.edit.requests import (
+from vrg.ui.web.parts import colours
+from vrg_edit.checking import CheckResult, DraftCheck, problem_text
+from vrg_edit.draft import COLUMNS, SETTINGS, Draft
+from vrg_edit.folder import Recent, choices_in, recent_matches, save_draft
+from vrg_edit.placing import MAX_PLAYERS, with_count
+from vrg_edit.requests import (
     Check,
     Count,
     Leave,
@@ -30,33 +30,11 @@ from vrg.ui.edit.requests import (
     Undo,
     Watch,
 )
-from vrg.ui.edit.rules import rules_of
-from vrg.ui.edit.state import games, match_state
-from vrg.ui.web.parts import colours
+from vrg_edit.rules import rules_of
+from vrg_edit.state import games, match_state
 
 DEFAULT_GAME: Final = "sharks-and-minnows"
 """The game that is chosen first."""
-
-
-@dataclass(frozen=True)
-class Recent:
-    """A match that was played lately, or a match file of this folder.
-
-    Args:
-        name: of the match. game: its name. when: the local time in words. ending: how it ended, in words; empty for a
-            file that only waits to be played.
-        match: the match file. run: the run folder; None for a file. recorded: the run can be watched again.
-        base: the folder that relative paths of the file start from.
-    """
-
-    name: str
-    game: str
-    when: str
-    ending: str
-    match: FilePath
-    base: FilePath
-    run: FilePath | None = None
-    recorded: bool = False
 
 
 @dataclass(frozen=True)
@@ -69,23 +47,6 @@ class NextStep:
 
     play: str | None = None
     watch: FilePath | None = None
-
-
-@dataclass(frozen=True)
-class Tools:
-    """The functions that the configurator needs of the rest of VRG.
-
-    Args:
-        check: checks a draft by the rules of `vrg check`.
-        save: writes a draft to its file, and replaces the file only if it holds a certain text; any text if that is
-            None. It raises FileExistsError if the file holds another text, and OSError if it cannot be written.
-        choices: finds what can be chosen in a folder. recent: finds the recent matches, the newest first.
-    """
-
-    check: checking.Check
-    save: Callable[[Draft, str | None], None]
-    choices: Callable[[FilePath], Choices]
-    recent: Callable[[], Sequence[Recent]]
 
 
 @dataclass(frozen=True)
@@ -104,16 +65,24 @@ class Editor:
     """Holds the match, and does what the page asks for, one request after the other.
 
     Args:
-        tools: what it needs of the rest of VRG. base: the folder in which new matches are made.
+        base: the folder in which new matches are made. runs: that of the run folders.
         draft: a match file that is opened; None begins with the default match of a game.
+        check: checks a draft by the rules of `vrg check`.
 
     Attributes:
         draft: the match as it is now. verdict: on the newest draft that was checked.
         outcome: what the person wants; None while the page is open.
     """
 
-    def __init__(self, tools: Tools, base: FilePath, draft: Draft | None = None) -> None:
-        self._tools, self._base = tools, base
+    def __init__(
+        self,
+        base: FilePath,
+        runs: FilePath,
+        draft: Draft | None = None,
+        check: Callable[[Draft], CheckResult] | None = None,
+    ) -> None:
+        self._base, self._runs = base, runs
+        self._check_draft = check or DraftCheck()
         self._recent: Sequence[Recent] = ()
         self._begins = "start" if draft is None else "edit"
         self._number = 0
@@ -130,7 +99,7 @@ class Editor:
             source: what is played while nothing is changed; None if it must be saved before.
         """
         self.draft, self._kept, self._source = draft, draft, source
-        self._choices = self._tools.choices(draft.base)
+        self._choices = choices_in(draft.base)
         self._past: list[Draft] = []
         self._future: list[Draft] = []
         self._last = ""
@@ -158,7 +127,7 @@ class Editor:
         """Check the match as it is now; the newest verdict is kept. It may take a while and is no part of `answer`."""
         draft = self.draft
         try:
-            verdict = self._tools.check(draft)
+            verdict = self._check_draft(draft)
         except Exception as error:  # games of other packages are checked too, and their mistakes must not end the page
             verdict = replace(self.verdict, problems=(Problem(f"the check itself has failed: {error!r}"),))
         self.verdict, self._checked = verdict, draft
@@ -178,13 +147,13 @@ class Editor:
         }
 
     def _everything(self) -> dict[str, Any]:
-        self._recent = self._tools.recent()
+        self._recent = recent_matches(self._runs, self._base)
         listed = [
             {"name": r.name, "game": game_of(r.game).title or r.game, "when": r.when, "ending": r.ending}
             | {"match": str(r.match), "recorded": r.recorded}
             for r in self._recent
         ]
-        maps = self._tools.choices(self._base).of(self.draft, "map")
+        maps = choices_in(self._base).of(self.draft, "map")
         start = {"games": games(), "maps": maps, "recent": listed, "first": DEFAULT_GAME}
         return {"start": start, "begins": self._begins, "colours": colours(), "most": MAX_PLAYERS}
 
@@ -323,7 +292,7 @@ class Editor:
         """Write a draft to its file, which may hold the text `known`, or any text if that is None."""
         assert draft.file is not None
         try:
-            self._tools.save(draft, known)
+            save_draft(draft, known)
         except FileExistsError:
             return _Ask("replace", f"{draft.file.name} is already there, and holds something else. Replace it?")
         except OSError as error:
@@ -344,7 +313,7 @@ class Editor:
         for number in range(1, 100):
             file = draft.base / (f"{name}.toml" if number == 1 else f"{name}-{number}.toml")
             try:
-                self._tools.save(replace(draft, file=file), "")
+                save_draft(replace(draft, file=file), "")
             except FileExistsError:
                 continue
             except OSError as error:

@@ -1,4 +1,4 @@
-"""Plain `vrg` in a terminal without a display: the page that it serves."""
+"""`vrg` alone in a terminal without a display: the page that it serves."""
 
 import contextlib
 import json
@@ -29,7 +29,7 @@ class Terminal:
     def __init__(self, folder: Path) -> None:
         gone = ("DISPLAY", "WAYLAND_DISPLAY")
         environment = {name: value for name, value in os.environ.items() if name not in gone}
-        environment |= {"PYTHONPATH": str(Path(__file__).parents[2]), "COLUMNS": "300"}
+        environment |= {"PYTHONPATH": str(Path(__file__).parents[3]), "COLUMNS": "300"}
         self._fd, inner = pty.openpty()
         command = [sys.executable, "-P", "-m", "vrg"]
         self.process = subprocess.Popen(

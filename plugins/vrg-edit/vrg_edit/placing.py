@@ -8,8 +8,8 @@ from vrg.games import game_of
 from vrg.hal.models import MODELS
 from vrg.regions import surrounding
 from vrg.types import Pose, Vector
-from vrg.ui.edit.checking import CheckResult
-from vrg.ui.edit.draft import COLUMNS, Draft, Entry
+from vrg_edit.checking import CheckResult
+from vrg_edit.draft import COLUMNS, Draft, Entry
 
 APART = 1.1
 """The distance in m between the centres of a new robot and the others, where there is room for it."""
