@@ -258,11 +258,11 @@ def test_a_command_does_not_load_the_others() -> None:
 
 
 BUDGETS = {
-    "ui": 7_540,
-    "commands": 3_550,
+    "ui": 6_440,
+    "commands": 3_540,
     "hal/can": 4_110,
-    "launch": 3_950,  # with the window of a commander, which a command made
-    "games": 3_720,  # with the look of what lies on a field
+    "launch": 3_940,  # with the window of a commander, which a command made
+    "games": 3_580,  # with the look of what lies on a field
     "bus": 2_390,
     "hal/sim": 2_570,
     "localisation": 540,
@@ -271,7 +271,7 @@ BUDGETS = {
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
-    "shared values": 1_750,  # vrg.compare; the figures of a picture; what plug-ins add and show
+    "shared values": 1_740,  # vrg.compare; the figures of a picture; what plug-ins add and show
     "testing": 780,  # with what the tests and the faults of a robot on a simulated CAN bus share
     "agents": 1_390,
     "recording": 1_210,

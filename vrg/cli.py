@@ -98,7 +98,7 @@ COMMANDS: Table = {
         "check": ("vrg.commands.play:check", "Find out whether a match file can be played"),
     },
     "Watch and decide": {
-        "show": (_views, "Watch a running match: window, hud, developer, web, sensors ..."),
+        "show": (_views, "Watch a running match: window, developer, web, sensors ..."),
         "official": ("vrg.commands.official:app", "Decide: halt, resume, end, overrule, place, substitute"),
         "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
         "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),
@@ -170,7 +170,7 @@ class Commands(TyperGroup):
                 what = entry() if callable(entry) else entry
                 if isinstance(what, Mapping):
                     for name in (name for listed in what.values() for name in listed):
-                        known.setdefault(name, f"{group} {name}")  # `vrg show hud` rather than `vrg node hud`
+                        known.setdefault(name, f"{group} {name}")  # `vrg show web` rather than `vrg node web`
             meant = close_to(args[0], known)
             hint = f" Did you mean '{ctx.command_path} {known[meant]}'?" if meant else ""
             ctx.fail(f"No such command '{args[0]}'.{hint}")

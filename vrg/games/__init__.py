@@ -18,7 +18,6 @@ GAMES: Registry[Game] = Registry(
         "pursuit-evasion": "vrg.games.pursuit_evasion:GAME",
         "roboflag": "vrg.games.roboflag:GAME",
         "practice": "vrg.games.practice:GAME",
-        "hud": "vrg.games.hud:GAME",
     },
     lambda found: None if isinstance(found, Game) else "expected a vrg.games.game.Game",
 )

@@ -112,7 +112,7 @@ def test_a_player_that_is_no_table_is_left_to_a_text_editor() -> None:
         ("sharks-and-minnows", {2: None, 7: {"shark": 1, "minnow": 6}, 16: {"shark": 2, "minnow": 14}}),
         ("roboflag", {2: {"red": 1, "blue": 1}, 7: None, 16: {"red": 8, "blue": 8}}),
         ("pursuit-evasion", {2: {"pursuer": 1, "intruder": 1}, 7: {"pursuer": 2, "intruder": 5}, 16: None}),
-        ("hud", {1: {"player": 1}, 7: {"player": 7}}),
+        ("practice", {1: {"player": 1}, 7: {"player": 7}}),
     ],
 )
 def test_new_players_stand_where_the_rules_allow_it_and_roles_are_balanced(

@@ -116,10 +116,10 @@ def test_a_match_is_made_mended_saved_and_played(
 def test_a_game_is_chosen_and_started_and_a_match_of_this_folder_is_changed(
     visit: Callable[[], Visitor], server: EditServer, tmp_path: Path
 ) -> None:
-    (tmp_path / "mine.toml").write_text(Draft.of_game("hud", tmp_path).text, encoding="utf-8")
+    (tmp_path / "mine.toml").write_text(Draft.of_game("pursuit-evasion", tmp_path).text, encoding="utf-8")
     page = visit()
     page.page.click('[data-match$="mine.toml"]')
-    page.wait_text("#start .card[aria-checked=true]", "Player HUD")
+    page.wait_text("#start .card[aria-checked=true]", "Pursuit Evasion")
     page.wait("vrg.told().file === 'mine.toml' && vrg.told().checked")
     page.page.click("#change")
     page.page.select_option('[data-key="engine"]', "planar")

@@ -133,7 +133,6 @@ def test_what_is_wrong_is_told_beside_its_field_with_its_line(page: Page) -> Non
     "game",
     [
         "sharks-and-minnows",
-        "hud",
         "practice",
         pytest.param("pursuit-evasion", marks=pytest.mark.thorough),
         pytest.param("roboflag", marks=pytest.mark.thorough),
@@ -275,7 +274,7 @@ def test_another_file_is_only_replaced_if_that_is_wanted(page: Page, tmp_path: P
 def test_what_is_not_saved_is_asked_for_before_it_is_left_and_kept_at_the_end(page: Page, tmp_path: Path) -> None:
     assert page.desk.rescue() == ""
     page.set("seed", "9")
-    for request in ({"do": "open", "game": "hud"}, {"do": "leave"}):
+    for request in ({"do": "open", "game": "practice"}, {"do": "leave"}):
         assert page.ask(**request)["ask"]["kind"] == "leave"
     assert (page.desk.outcome, page.value("seed")) == (None, "9")
     assert page.desk.rescue() == f"vrg: what was not saved is in {tmp_path / 'match-unsaved.toml'} now."
