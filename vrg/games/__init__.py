@@ -107,17 +107,6 @@ def strategies_of(name: str) -> list[str]:
     ]
 
 
-def default_strategy(name: str, role: str) -> str:
-    """The strategy of a player in a role if the match file names none, as a file would name it; empty if unknown."""
-    game = GAMES.find(name)
-    if game is None or game.role(role) is None:
-        return ""
-    target = game.strategy_of(role)
-    kinds = {strategy: STRATEGIES.find(strategy) for strategy in strategies_of(name)}
-    made = (strategy for strategy, kind in kinds.items() if kind and f"{kind.__module__}:{kind.__name__}" == target)
-    return next(made, target)
-
-
 def game_of(name: str) -> Game:
     """Return the game of this name, for programs that only show it, or UNKNOWN_GAME if it is not installed here."""
     return (GAMES.find(name) if name else None) or UNKNOWN_GAME

@@ -14,7 +14,7 @@ from typing import Any, Final
 
 from vrg.errors import Path
 from vrg.files import toml_of
-from vrg.games import default_strategy, game_of
+from vrg.games import GAMES, STRATEGIES, game_of, strategies_of
 from vrg.hal.sim.engines import default_engine
 from vrg.toml_text import TomlValue, quoted, with_item, with_value, without
 from vrg.types import Pose
@@ -144,7 +144,7 @@ class Draft:
             case ("players", int(player), "strategy"):
                 role = game_of(self.game).role(self.shown(("players", player, "role")))
                 team = "" if role is None else self.shown(("teams", role.team, "strategy"))
-                return team or default_strategy(self.game, "" if role is None else role.name)
+                return team or _default_strategy(self.game, "" if role is None else role.name)
             case ("players", _, str(name)):
                 return COLUMNS.get(name, "")
         return SETTINGS.get(str(path[0]), "") if len(path) == 1 else ""
@@ -249,3 +249,14 @@ def _numbers(pose: Pose) -> dict[str, TomlValue]:
     """The fields of a pose."""
     heading = math.degrees(math.remainder(pose.theta, math.tau))
     return {"x": round(pose.x, 2) + 0.0, "y": round(pose.y, 2) + 0.0, "heading": round(heading, 1) + 0.0}
+
+
+def _default_strategy(name: str, role: str) -> str:
+    """The strategy of a player in a role if the match file names none, as a file would name it; empty if unknown."""
+    game = GAMES.find(name)
+    if game is None or game.role(role) is None:
+        return ""
+    target = game.strategy_of(role)
+    kinds = {strategy: STRATEGIES.find(strategy) for strategy in strategies_of(name)}
+    made = (strategy for strategy, kind in kinds.items() if kind and f"{kind.__module__}:{kind.__name__}" == target)
+    return next(made, target)
