@@ -258,11 +258,11 @@ def test_a_command_does_not_load_the_others() -> None:
 
 
 BUDGETS = {
-    "ui": 6_440,
+    "ui": 6_360,
     "commands": 3_540,
     "hal/can": 4_110,
     "launch": 3_940,  # with the window of a commander, which a command made
-    "games": 3_580,  # with the look of what lies on a field
+    "games": 3_570,  # with the look of what lies on a field
     "bus": 2_390,
     "hal/sim": 2_570,
     "localisation": 540,
