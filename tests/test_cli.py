@@ -14,6 +14,7 @@ from tests.command_line import Done, Vrg, command_line
 from vrg import __version__
 from vrg.commands.options import duration
 from vrg.config.loading import match_path
+from vrg.games import GAMES
 from vrg.plugins import COMMANDS
 from vrg.plugins import broken as unusable
 
@@ -47,8 +48,7 @@ def test_a_good_match_file_is_called_good(vrg: Vrg) -> None:
         ("nosuch.toml", "nosuch.toml: no such file"),
         (
             "chess",
-            "expected a match file (*.toml) or a game (hud, practice, pursuit-evasion, roboflag, sharks-and-minnows), "
-            "got 'chess'",
+            f"expected a match file (*.toml) or a game ({', '.join(GAMES.names())}), got 'chess'",
         ),
     ],
 )
@@ -104,7 +104,7 @@ def test_what_cannot_be_done_is_said_with_status_1(vrg: Vrg, arguments: str, sai
     ("arguments", "said"),
     [
         (["win"], "No such command 'win'"),
-        (["hud"], " show hud'?"),
+        (["commander"], " show commander'?"),
         (["play"], "Missing argument"),
         (["play", "sharks-and-minnows", "--fast"], "No such option"),
         (["play", "sharks-and-minnows", "--rate", "0"], "expected 0.1 to 100 or max, got '0'"),
@@ -208,15 +208,21 @@ def test_a_time_may_be_typed_in_minutes() -> None:
 
 
 ROS_MATCH = GOOD.replace('name = "player1"', 'name = "player1"\nbackend = "ros"')
+HUD_GAME = GOOD.replace('game = "sharks-and-minnows"', 'game = "hud"')
 ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros"')
 
 
 @pytest.mark.parametrize(
     ("typed", "package"),
     [
+        ("edit match.toml", "vrg-edit"),
         ("fuzz roboflag", "vrg-faults"),
         ("compare one.py two.py --match roboflag", "vrg-league"),
         ("league play class", "vrg-league"),
+        ("show hud red1", "vrg-hud"),
+        ("node hud red1", "vrg-hud"),
+        ("play hud", "vrg-hud"),
+        ("check hud.toml", "vrg-hud"),
         ("show ros", "vrg-ros"),
         ("node ros match.toml", "vrg-ros"),
         ("play sharks-and-minnows --ros", "vrg-ros"),
@@ -234,13 +240,26 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     vrg: Vrg, monkeypatch: pytest.MonkeyPatch, typed: str, package: str
 ) -> None:
     monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
-    for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES)):
+    for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES), ("hud", HUD_GAME)):
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
     done = vrg(*typed.split())
     assert done.status in (1, 2)
     said = " ".join(done.err.replace("│", "").split())
     assert f"the package {package} adds: pip install {package}" in said
     assert not Path("runs").exists()
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_alone_it_prints_its_help_where_no_package_adds_what_a_person_starts_with(
+    vrg: Vrg, monkeypatch: pytest.MonkeyPatch, terminal: bool
+) -> None:
+    monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    for stream in (sys.stdin, sys.stdout):
+        monkeypatch.setattr(stream, "isatty", lambda: terminal)
+    done = vrg()
+    assert done.status == 2
+    assert "COMMAND ..." in done.out
+    assert "Alone" not in done.out
 
 
 def entry_of(tmp_path: Path, text: str) -> Any:

@@ -18,6 +18,7 @@ from vrg.config.loading import check_strategies, load_match, match_path
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import NOISE, RULES, MatchSetup, radio_seed, read_setup, team_seed, write_setup
 from vrg.errors import ConfigError, LaunchError
+from vrg.games import GAMES
 from vrg.hal.backends import BACKENDS
 from vrg.hal.models import MODELS
 from vrg.hal.sensors.camera import CameraSpec
@@ -96,7 +97,7 @@ WRONG = {
     "66: not TOML": GOOD + "\n[[players]\n",
     "6: map: expected one of courtyard, marhes_lab, open, got": but(('"courtyard"\nengine', '"atlantis"\nengine')),
     "7: engine: expected one of mujoco, planar, pybullet, got 'warp'": but(('"pybullet"', '"warp"')),
-    "5: game: expected one of hud, practice, pursuit-evasion, ": but(('"sharks-and-minnows"', '"chess"')),
+    f"5: game: expected one of {', '.join(GAMES.names())}, got 'chess'": but(('"sharks-and-minnows"', '"chess"')),
     "8: rate: expected at least 0.1, got 0.0": but(("seed = 0", "rate = 0.0")),
     "10: rules: x: expected the low border first": but(("x = [16.0, 26.0]", "x = [26.0, 16.0]")),
     "19: players.1.role: expected one of shark, minnow, got 'whale'": but(('"shark"', '"whale"')),

@@ -1,11 +1,16 @@
 """The kinds of processes: each is described once, also one of another package."""
 
+import re
+from dataclasses import replace
+
 import pytest
 
 from tests.command_line import command_line
 from vrg.config.loading import load_match, match_path
-from vrg.kinds import BY_PROCESS, KINDS, ROUTER
-from vrg.launch.specs import kind_of, placed
+from vrg.errors import ConfigError
+from vrg.games import GAMES
+from vrg.kinds import BY_PROCESS, COMMANDER, KINDS, ROUTER, SPECTATOR, Kind
+from vrg.launch.specs import kind_of, placed, window_of
 from vrg.registry import load_object
 
 
@@ -18,7 +23,6 @@ from vrg.registry import load_object
         ("recorder", "", ["recorder"]),
         ("router", "", ["router"]),
         ("spectator", "window", ["official", "window"]),
-        ("hud", "ann", ["hud.ann"]),
         ("tracker", "overhead", ["tracker"]),
         ("commander", "red", ["commander.red"]),
     ],
@@ -45,3 +49,33 @@ def test_each_process_of_a_match_is_of_a_kind() -> None:
         "router", "world", "coordinator", "recorder", "spectator", "web", *["player"] * len(setup.players)
     ]  # fmt: skip
     assert BY_PROCESS["router"] is ROUTER
+
+
+@pytest.mark.parametrize(
+    ("window", "expected"), [("spectator", (SPECTATOR, "window")), ("commander", (COMMANDER, "red"))]
+)
+def test_a_game_names_the_window_that_is_opened(
+    monkeypatch: pytest.MonkeyPatch, window: str, expected: tuple[Kind, str]
+) -> None:
+    game, setup = GAMES.get("roboflag"), load_match(match_path("roboflag"))
+    assert game.window == "spectator"
+    monkeypatch.setattr("vrg.launch.specs.game_of", lambda _: replace(game, window=window))
+    assert window_of(setup) == expected
+    assert kind_of(setup, SPECTATOR.process) is expected[0]
+
+
+@pytest.mark.parametrize(
+    ("window", "said"),
+    [
+        ("web", "game roboflag: window: expected the kind of a window, got 'web'"),
+        ("hud", "got 'hud', which the package vrg-hud adds: pip install vrg-hud"),
+        ("spektator", "did you mean 'spectator'?"),
+    ],
+)
+def test_what_is_no_window_is_refused(monkeypatch: pytest.MonkeyPatch, window: str, said: str) -> None:
+    game, setup = GAMES.get("roboflag"), load_match(match_path("roboflag"))
+    monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    monkeypatch.setattr(KINDS, "_found", {})
+    monkeypatch.setattr("vrg.launch.specs.game_of", lambda _: replace(game, window=window))
+    with pytest.raises(ConfigError, match=re.escape(said)):
+        window_of(setup)

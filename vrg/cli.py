@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Mapping
 from functools import partial
 from io import TextIOWrapper
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Final
 
 import typer
 from typer.core import TyperGroup
@@ -22,6 +22,9 @@ from vrg.types import printable
 
 # Without this, a line that pygame prints on import would be the first line of every command.
 os.environ.setdefault("PYGAME_HIDE_SUPPORT_PROMPT", "1")
+
+WITHOUT_COMMAND: Final = "edit"
+"""The command that `vrg` alone runs at a terminal, if a package adds it."""
 
 Table = Mapping[str, Mapping[str, tuple[Any, str]]]
 """The headings of a help page; below each, the commands with what they are, and what they do in a line.
@@ -93,11 +96,10 @@ COMMANDS: Table = {
         "play": ("vrg.commands.play:play", "Play a match, show it, and print who won"),
         "practice": ("vrg.commands.practice:practice", "Try a player on a map, without rules"),
         "new": ("vrg.commands.new:app", "Write a player, a match, a map or a driver to begin with"),
-        "edit": ("vrg.commands.welcome:edit", "Change a match file in a browser"),
         "check": ("vrg.commands.play:check", "Find out whether a match file can be played"),
     },
     "Watch and decide": {
-        "show": (_views, "Watch a running match: window, hud, developer, web, sensors ..."),
+        "show": (_views, "Watch a running match: window, developer, web, sensors ..."),
         "official": ("vrg.commands.official:app", "Decide: halt, resume, end, overrule, place, substitute"),
         "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
         "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),
@@ -160,7 +162,7 @@ class Commands(TyperGroup):
                 what = entry() if callable(entry) else entry
                 if isinstance(what, Mapping):
                     for name in (name for listed in what.values() for name in listed):
-                        known.setdefault(name, f"{group} {name}")  # `vrg show hud` rather than `vrg node hud`
+                        known.setdefault(name, f"{group} {name}")  # `vrg show web` rather than `vrg node web`
             meant = close_to(args[0], known)
             hint = f" Did you mean '{ctx.command_path} {known[meant]}'?" if meant else ""
             ctx.fail(f"No such command '{args[0]}'.{hint}")
@@ -183,7 +185,9 @@ class Commands(TyperGroup):
             for name, (_, about) in listed.items():
                 formatter.write(f"  {typer.style(name.ljust(width), fg='cyan')}  {about}\n")
         if ctx.parent is None:
-            formatter.write("Alone, vrg lets you choose a match. Also: --version, --install-completion.\n")
+            there = any(WITHOUT_COMMAND in listed for listed in whole.values())
+            alone = f"Alone, vrg is vrg {WITHOUT_COMMAND}. " if there else ""
+            formatter.write(f"{alone}Also: --version, --install-completion.\n")
 
 
 def _command(path: tuple[str, ...], what: Any, about: str) -> Any:
@@ -231,11 +235,13 @@ def make_app() -> typer.Typer:
     return app
 
 
-def welcome_app() -> typer.Typer:
-    """Make the command line of `vrg` without a command at a terminal, where a person chooses a match."""
-    app = typer.Typer(pretty_exceptions_enable=False, add_completion=False)
-    app.command()(load_object("vrg.commands.welcome:welcome"))
-    return app
+def _in_place_of_nothing() -> list[str] | None:
+    """The arguments where nothing was typed at a terminal, if a package adds that command; None for what was typed."""
+    if sys.argv[1:] or not (sys.stdin.isatty() and sys.stdout.isatty()):
+        return None
+    from vrg.plugins import COMMANDS as ADDED  # noqa: PLC0415 - as above
+
+    return [WITHOUT_COMMAND] if WITHOUT_COMMAND in ADDED else None
 
 
 def main() -> None:
@@ -244,9 +250,7 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a terminal may lack the letters of a name
     try:
-        if not sys.argv[1:] and sys.stdin.isatty() and sys.stdout.isatty():
-            welcome_app()()
-        make_app()()
+        make_app()(_in_place_of_nothing())
     except VrgError as error:
         text = str(error) if isinstance(error, ConfigError) else f"vrg: {error}"
         print(printable(text, lines=True), file=sys.stderr)

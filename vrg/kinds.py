@@ -112,11 +112,6 @@ SPECTATOR = Kind(
     node="vrg.launch.nodes.windows:spectator", runner=_WINDOW, command="vrg.commands.show:window",
     shown="window",
 )  # fmt: skip
-HUD = Kind(
-    name="hud", about="the head-up display of a player, with Goto, Manual and Reset", seats=(SeatKind.HUD,),
-    node="vrg.launch.nodes.windows:hud", runner=_WINDOW, named="player",
-    command="vrg.commands.show:hud", shown="hud",
-)  # fmt: skip
 COMMANDER = Kind(
     name="commander", about="commands a team with a gamepad or the keyboard", seats=(SeatKind.COMMANDER,),
     node="vrg.launch.nodes.windows:commander", runner=_WINDOW, named="team", command="vrg.commands.show:commander",
@@ -127,9 +122,7 @@ WEB = Kind(
     node="vrg.launch.nodes.web:web", command="vrg.commands.page:web", shown="web", views=True,
     replays="vrg.commands.page:serve_replay",
 )  # fmt: skip
-BUILT_IN: Final = (
-    ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, HUD, COMMANDER, WEB,
-)  # fmt: skip
+BUILT_IN: Final = (ROUTER, WORLD, COORDINATOR, RECORDER, TRACKER, PLAYER, SPECTATOR, COMMANDER, WEB)
 """The kinds that come with VRG."""
 
 

@@ -9,12 +9,9 @@ import pytest
 from rich.console import Console
 
 from tests.recording.recordings import messages_of
-from tests.ui.hud import making as hud
 from tests.ui.web.details.making import KEYS, Bench
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
-from vrg.bus.mailbox import Mailbox
-from vrg.bus.node import Tick
 from vrg.config.loading import load_match
 from vrg.games import GAMES
 from vrg.hal.models import MODELS, RobotModel
@@ -23,9 +20,6 @@ from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import play
 from vrg.runs.run_folder import RunFolder
-from vrg.types import Pose
-from vrg.ui.hud.dashboard import Line, status
-from vrg.ui.hud.node import Hud
 from vrg.ui.readings import Watched, sensor_table
 from vrg.ui.web.details.layers import SENSORS, shapes
 
@@ -71,20 +65,3 @@ def test_the_details_of_its_player_have_it_in_words_and_the_field_where_it_is_dr
     assert {round(math.dist(point, (pose.x, pose.y)), 1) for point in mark.points} == {
         round(1.3 * math.hypot(*scout.size) / 2, 1)
     }
-
-
-def test_its_reading_stands_on_the_display_of_its_player(scout: RobotModel) -> None:
-    display = Hud("ann", Mailbox(), hud.KEYS, team="red", robot=scout, start=Pose(0.0, 0.0, 0.0), ground=hud.GROUND)
-    try:
-        display.tick(Tick(1.0))
-        assert Line("COMPASS", "no reading yet") in status(display.board)
-        body = reading(math.pi / 2)
-        topic = hud.KEYS.sensor(type(body), "ann", "main")
-        for inlet in display.mailbox.inlets:
-            if inlet.topic.key == topic.key:
-                inlet.offer(Received(topic.key, 1.0, 0, body))
-        display.mailbox.handover(1.1)
-        display.tick(Tick(1.1))
-        assert Line("COMPASS", "90° from east") in status(display.board)
-    finally:
-        display.stop()

@@ -17,7 +17,7 @@ from vrg.hal.sim.engines import BULLET, default_engine
 from vrg.kinds import SPECTATOR, WEB, Opening, kind_shown
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.over_processes import Show
-from vrg.launch.specs import placed
+from vrg.launch.specs import placed, window_of
 from vrg.playing.apart import DEADLINE
 from vrg.playing.match import Way, new_run, play, prepare, sealing, undriven
 from vrg.registry import load_object
@@ -50,6 +50,8 @@ def play_match(
         setup = setup.all_here()
     console = Console(highlight=False, emoji=False)
     window = not options.headless and (SPECTATOR.process in setup.place or has_display())
+    if window:
+        window_of(setup)  # that of a package that is missing here is refused before anything is started
     if options.dry_run:
         print_plan(setup, console, window=window, record=options.record, web=options.address is not None)
         return None

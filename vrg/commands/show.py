@@ -1,6 +1,7 @@
 """The windows and tables of `vrg show`. Each loads what it shows only when it is asked for."""
 
 import os
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -20,43 +21,44 @@ from vrg.commands.options import (
     need_display,
 )
 from vrg.errors import DuplicateNodeError, LaunchError
-from vrg.kinds import COMMANDER, HUD, SPECTATOR
+from vrg.kinds import COMMANDER, PLAYER, SPECTATOR, Kind
 from vrg.seats.seat import Seat, SeatKind
 
 TeamOption = Annotated[
     str | None,
     typer.Option(metavar="TEAM", help="Command this team with a gamepad or the keyboard: its priority, its players."),
 ]
-HudOption = Annotated[
-    str | None,
-    typer.Option(metavar="PLAYER", help="What this player knows; Goto, Manual and Reset by button, key and gamepad."),
-]
 
 
-def window(on: MatchOptions, team: TeamOption = None, hud: HudOption = None, run: RunOption = None) -> None:
-    """Watch a match in a window, command a team, or drive one player. Closing the window does not end the match."""
-    if team is not None and hud is not None:
-        raise LaunchError("--team and --hud: expected one of them, got both: a second window can have the other")
-    need_display()
-    found, kind, name = attached(on), SPECTATOR, ""
-    if team is not None:
-        kind, name = COMMANDER, team
-    elif hud is not None:
-        kind, name = HUD, found.known_setup().player(hud).name
-    try:
-        found.serve(kind, name, run=run or found.run)
-    except DuplicateNodeError:
-        raise LaunchError(f"the {kind.named} {name} has such a window already, and only one at a time") from None
-
-
-def hud(player: PlayerArgument, on: MatchOptions) -> None:
-    """Open the head-up display of a player; the same as `vrg show window --hud PLAYER`."""
-    window(on, hud=player)
+def window(on: MatchOptions, team: TeamOption = None, run: RunOption = None) -> None:
+    """Watch a match in a window, or command a team. Closing the window does not end the match."""
+    kind, name = (SPECTATOR, "") if team is None else (COMMANDER, team)
+    open_window(on, kind, name, run)
 
 
 def commander(team: TeamArgument, on: MatchOptions) -> None:
     """Command a team with a gamepad or the keyboard; the same as `vrg show window --team TEAM`."""
     window(on, team=team)
+
+
+def open_window(on: MatchOptions, kind: Kind, name: str = "", run: Path | None = None) -> None:
+    """Show a running match in a window until the window is closed.
+
+    Args:
+        name: of the player or the team that a window of this kind is of. run: the run folder, if it is not known.
+
+    Raises:
+        LaunchError: there is no display, or the player or the team has such a window.
+        ConfigError: it is not clear which match is meant, or there is no such player.
+    """
+    need_display()
+    found = attached(on)
+    if kind.named == PLAYER.named:
+        found.known_setup().player(name)
+    try:
+        found.serve(kind, name, run=run or found.run)
+    except DuplicateNodeError:
+        raise LaunchError(f"the {kind.named} {name} has such a window already, and only one at a time") from None
 
 
 def processes(on: MatchOptions) -> None:

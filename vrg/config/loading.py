@@ -25,7 +25,7 @@ from vrg.hal.models.settings import motion_problems
 from vrg.hal.sim.config import check_setup
 from vrg.hal.sim.map import load_map
 from vrg.modules import classes_in, no_method
-from vrg.registry import did_you_mean, expected_one_of
+from vrg.registry import did_you_mean, expected_one_of, installed_by
 from vrg.tables import Table, located, parsed, problems_of
 from vrg.toml_text import with_value, without
 
@@ -58,6 +58,8 @@ def match_path(game_or_path: str) -> Path:
         for file in GAMES.get(game).default_match().parent.glob("*.toml"):
             if game_or_path == f"{game}-{file.stem}":
                 return file
+    if wanted := installed_by(GAMES.group, game_or_path):
+        raise ConfigError(f"game: got {game_or_path!r}, which {wanted}")
     own = path.with_name(f"{path.name}.toml")
     guess = (
         f", did you mean {str(own)!r}?" if path.name and own.is_file() else did_you_mean(game_or_path, GAMES.names())

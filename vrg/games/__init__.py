@@ -18,7 +18,6 @@ GAMES: Registry[Game] = Registry(
         "pursuit-evasion": "vrg.games.pursuit_evasion:GAME",
         "roboflag": "vrg.games.roboflag:GAME",
         "practice": "vrg.games.practice:GAME",
-        "hud": "vrg.games.hud:GAME",
     },
     lambda found: None if isinstance(found, Game) else "expected a vrg.games.game.Game",
 )
@@ -106,17 +105,6 @@ def strategies_of(name: str) -> list[str]:
     return [
         strategy for strategy, kind in kinds.items() if kind is not None and kind.__module__.startswith(f"{package}.")
     ]
-
-
-def default_strategy(name: str, role: str) -> str:
-    """The strategy of a player in a role if the match file names none, as a file would name it; empty if unknown."""
-    game = GAMES.find(name)
-    if game is None or game.role(role) is None:
-        return ""
-    target = game.strategy_of(role)
-    kinds = {strategy: STRATEGIES.find(strategy) for strategy in strategies_of(name)}
-    made = (strategy for strategy, kind in kinds.items() if kind and f"{kind.__module__}:{kind.__name__}" == target)
-    return next(made, target)
 
 
 def game_of(name: str) -> Game:

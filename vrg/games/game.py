@@ -143,7 +143,7 @@ class Game:
         competitive: False if there is no winner, so that its end is only announced as the end.
         rule_texts: the rules as people read them, by the names of their calls.
         plans: True if windows show from the start what players sketch, because it tells what they know of the field.
-        opens_hud: True if `vrg play` opens the head-up display of the first player in place of the spectator's window.
+        window: the kind (`vrg.kinds`) of the window that `vrg play` opens; one of a player or a team is of the first.
         about: what happens in the game, in a sentence for a person who chooses one.
         prover: `module:function`, a `vrg.coordinator.proof.Prover`; empty if the game computes no numbers.
     """
@@ -168,7 +168,7 @@ class Game:
     rule_texts: Mapping[str, RuleText] = field(default_factory=dict)
     prover: str = ""
     plans: bool = False
-    opens_hud: bool = False
+    window: str = "spectator"
     about: str = ""
 
     @property

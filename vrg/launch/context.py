@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from vrg.bus.node import Node
 from vrg.config.setup import MatchSetup
+from vrg.errors import LaunchError
 from vrg.runs.run_folder import RunFolder
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ class NodeContext:
     Args:
         setup: of the match. name: of the player, the source or the window, or the address where it serves.
         folder: the run folder. given: whether it is that of the match, and not just where files may be written.
-        router: the endpoint of the match's router. session: with it. stop: what stops the process.
+        router: the endpoint of the match's router. session: with it; None in a match in one process, which has no bus.
+        stop: what stops the process.
         official: whether its seat may decide. own: whether it is one of the match's own processes: any number of others
             may be opened beside them.
         secret: the line that the launcher has given to this process alone; empty for none.
@@ -45,7 +47,7 @@ class NodeContext:
     folder: RunFolder
     given: bool
     router: str
-    session: "Session"
+    session: "Session | None"
     stop: "Stop"
     official: bool
     own: bool
@@ -61,8 +63,16 @@ class NodeContext:
         """The name of its node: the usual one, or one that nobody else has where several may run."""
         return usual if self.own else f"{usual}-{os.getpid()}"
 
-    def join(self, router: str) -> "Session":
-        """A session with another router, or with the match's for an empty endpoint."""
+    def join(self, router: str = "") -> "Session":
+        """A session with another router, or with the match's for an empty endpoint.
+
+        Raises:
+            LaunchError: the match has no bus.
+        """
         from vrg.bus.session import joined  # noqa: PLC0415 - as above
 
-        return self.stack.enter_context(joined(router, self.stop)) if router else self.session
+        if router:
+            return self.stack.enter_context(joined(router, self.stop))
+        if self.session is None:
+            raise LaunchError("this needs the bus, which a match in one process does not have")
+        return self.session

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from vrg.config.files import HERE
 from vrg.config.setup import MatchSetup
+from vrg.errors import ConfigError
 from vrg.games import game_of
-from vrg.kinds import HUD, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind, every_kind
+from vrg.kinds import KINDS, PLAYER, ROUTER, SPECTATOR, TRACKER, WEB, Kind, every_kind
 from vrg.launch.child import Job
 from vrg.launch.managed import ProcessSpec
 from vrg.seats.seat import Seat
@@ -27,7 +28,7 @@ def placed(
     """The machine of each process of a match, by the process' name, in the order in which they are started.
 
     Args:
-        window: True opens the spectator. record: True runs the recorder.
+        window: True opens the window. record: True runs the recorder.
         served: the names of the processes that serve views of the match to other programs.
     """
     names = ["world", "referee", *setup.trackers, *(companion.name for companion in setup.companions)]
@@ -59,11 +60,17 @@ def kind_of(setup: MatchSetup, process: str) -> Kind | None:
 
 
 def window_of(setup: MatchSetup) -> tuple[Kind, str]:
-    """The kind and the name of the node of the window that a match opens.
+    """The kind of the window that a match opens, as its game names it, and the name of the window's node.
 
-    It is a head-up display in a game that opens one, or else the spectator.
+    A window of one player or one team is that of the first.
+
+    Raises:
+        ConfigError: there is no such kind, or it is that of no window.
     """
-    return (HUD, setup.players[0].name) if game_of(setup.game).opens_hud else (SPECTATOR, "window")
+    kind, first = KINDS.get(game_of(setup.game).window), setup.players[0]
+    if kind.process not in ("", SPECTATOR.process):
+        raise ConfigError(f"game {setup.game}: window: expected the kind of a window, got {kind.name!r}")
+    return kind, {"player": first.name, "team": first.team}.get(kind.named, "window")
 
 
 def seats_at(setup: MatchSetup, machine: str, *, window: bool, record: bool) -> list[Seat]:
@@ -98,7 +105,7 @@ def specs(
 
     Args:
         folder: the run folder on that machine. endpoint: the endpoint of the router that its processes use.
-        window: True opens the spectator. record: True runs the recorder.
+        window: True opens the window. record: True runs the recorder.
         machine: the name of the machine.
         upstream: the endpoint of the router of the match, if the machine has a further one.
         keys: the folder of the keys of the seats on that machine; None in a match without them.

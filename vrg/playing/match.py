@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import accumulate
@@ -19,7 +19,8 @@ from vrg.config.loading import check_strategies, load_match
 from vrg.config.setup import CheckedMatch, MatchSetup, write_setup
 from vrg.errors import ConfigError, LaunchError
 from vrg.hal.sim.engines import BULLET, check_installed, installed
-from vrg.kinds import HUD, every_kind
+from vrg.kinds import every_kind
+from vrg.launch.context import Made, NodeContext
 from vrg.launch.fork_server import ForkServer, fork_server
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
@@ -29,7 +30,7 @@ from vrg.launch.serving import is_sealed
 from vrg.launch.specs import window_of
 from vrg.playing import in_process
 from vrg.playing.apart import DEADLINE, Strategies
-from vrg.registry import plugins
+from vrg.registry import load_object, plugins
 from vrg.runs.change import Change, amended, changes_in
 from vrg.runs.keeping import keep, keep_layout
 from vrg.runs.result import conclusion, ended_of, plot, summary, write_result
@@ -246,15 +247,16 @@ def _play_in_steps(
     watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console, means=means)]
     if show.record:
         watchers.append(recorder_node(setup, folder))
-    if resumable:
-        from vrg.launch.nodes.windows import hud_node, spectator_node  # noqa: PLC0415 - only these need pygame
-
-        kind, name = window_of(setup)
-        display = kind is HUD
-        watchers.append(hud_node(setup, name) if display else spectator_node(setup, name, folder.path))
     pace = _pace(stop, setup.rate)
     write_setup(setup, folder.setup)
-    with open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
+    with ExitStack() as stack, open_journal(setup, folder) as journal, StepLog(folder.steps) as steps:
+        if resumable:
+            kind, name = window_of(setup)
+            made: Made = load_object(kind.node)(NodeContext(
+                setup=setup, name=name, folder=folder, given=True, router="", session=None, stop=stop, official=True,
+                own=True, secret="", stack=stack,
+            ))  # fmt: skip
+            watchers.append(made.node)
         try:
             ending = in_process.play(
                 setup,

@@ -42,8 +42,8 @@ def tags(
     from vrg.config.loading import match_path, read_match  # physics and all is for who reads matches
     from vrg.hal.location import FUSION
     from vrg.localisation.source import read_source
-    from vrg.ui.plots.printed import PrintedTag, largest_tag, tag_sheets
     from vrg_locate.camera.detection import CELLS, tag_cells
+    from vrg_locate.camera.printed import PrintedTag, largest_tag, tag_sheets
     from vrg_locate.camera.source import CameraSettings
 
     file = read_match(match_path(match))
@@ -88,8 +88,8 @@ def board(
     output: Annotated[Path, typer.Option("--output", "-o", help="The PDF file to write.")] = BOARD,
 ) -> None:
     """Print the board that a lens is calibrated with: a PDF of one A4 page. Glue it onto something flat."""
-    from vrg.ui.plots.printed import board_sheet
     from vrg_locate.camera.lens import Board, board_picture
+    from vrg_locate.camera.printed import board_sheet
 
     wanted = Board()
     size = (wanted.columns * wanted.square, wanted.rows * wanted.square)

@@ -8,7 +8,6 @@ from pydantic import model_validator
 from vrg.bus.messages import OfficialAction, Zone
 from vrg.coordinator.rulebook import NOBODY, Contestant, GameState, Observation, RuleBook, Verdict
 from vrg.errors import ConfigError
-from vrg.games.hud import GAME as HUD
 from vrg.games.practice import GAME, TEAM
 from vrg.regions import Rectangle
 from vrg.tables import Table
@@ -93,10 +92,3 @@ class Practice(RuleBook[GameState]):
             ConfigError: always.
         """
         raise ConfigError(f"{action}: {self.name} has no scores, roles or states")
-
-
-class PlayerHud(Practice):
-    """The rule book of the Player HUD."""
-
-    name = HUD.name
-    round_word = HUD.round_word

@@ -28,5 +28,5 @@ def web_node(setup: MatchSetup, admission: str, name: str, *, official: bool = T
 def web(on: NodeContext) -> Made:
     """The page."""
     node = web_node(on.setup, on.secret, on.named(WEB.process), official=on.official)
-    node.traffic.attach(on.session)
+    node.traffic.attach(on.join())
     return Made(node, {"idle": DISPLAY_PERIOD})

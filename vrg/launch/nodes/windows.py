@@ -2,13 +2,10 @@
 
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from vrg.bus.mailbox import Mailbox
 from vrg.config.setup import MatchSetup
 from vrg.errors import LaunchError
-from vrg.geometry import circumradius
-from vrg.hal.sim.map import load_map
 from vrg.launch.context import Made, NodeContext
 from vrg.launch.first_state import first_state
 from vrg.launch.running import gone
@@ -17,9 +14,6 @@ from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.window.spectator import Spectator
 from vrg.ui.window.window_node import WindowNode
-
-if TYPE_CHECKING:
-    from vrg.ui.hud.node import Hud
 
 
 def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: bool = True) -> Spectator:
@@ -31,38 +25,15 @@ def spectator_node(setup: MatchSetup, name: str, run: Path | None, *, official: 
         official: False if its user may only watch and stop everything.
     """
     return Spectator(
-        name, Mailbox(), setup.keys, sizes=_sizes(setup), obstacles=setup.obstacles, run=run, official=official,
+        name, Mailbox(), setup.keys, sizes=sizes(setup), obstacles=setup.obstacles, run=run, official=official,
         explain=None if run is None else partial(explain, run),
         again=(lambda: None) if run is None else RunFolder(run).again_if_recorded,
     )  # fmt: skip
 
 
-def hud_node(setup: MatchSetup, player: str, run: Path | None = None) -> "Hud":
-    """Make the head-up display of a player; `run` is the run folder, for pictures that its user takes.
-
-    Raises:
-        ConfigError: there is no such player.
-    """
-    from vrg.ui.hud.goals import Ground  # noqa: PLC0415 - a process opens one window
-    from vrg.ui.hud.node import Hud  # noqa: PLC0415
-
-    own = setup.player(player)
-    bounds, walls = load_map(setup.map).bounds, tuple(setup.obstacles)
-    return Hud(
-        player, Mailbox(), setup.keys, team=own.team, robot=own.robot, start=own.pose, sizes=_sizes(setup), run=run,
-        ground=Ground(bounds, walls, circumradius(own.robot.size)), ranging=setup.lasers or own.physical,
-        physical=frozenset(setup.physical),
-    )  # fmt: skip
-
-
 def spectator(on: NodeContext) -> Made:
     """The window of the match, or one more."""
-    return _until_closed(on, spectator_node(on.setup, on.name or on.named("window"), on.run, official=on.official))
-
-
-def hud(on: NodeContext) -> Made:
-    """The head-up display of a player."""
-    return _until_closed(on, hud_node(on.setup, on.name, on.run))
+    return until_closed(on, spectator_node(on.setup, on.name or on.named("window"), on.run, official=on.official))
 
 
 def commander(on: NodeContext) -> Made:
@@ -74,21 +45,23 @@ def commander(on: NodeContext) -> Made:
     from vrg.ui.commander.node import Commander  # noqa: PLC0415 - a process opens one window
 
     setup, team = on.setup, on.name
-    match = setup if setup.players else first_state(on.session, setup.keys, on.stop)
+    match = setup if setup.players else first_state(on.join(), setup.keys, on.stop)
     players = () if match is None else match.players
     teams = list(dict.fromkeys(player.team for player in players))
     if players and team not in teams:
         raise LaunchError(f"TEAM: {expected_one_of(teams, team)}")
     own = [player.name for player in players if player.team == team]
-    return _until_closed(on, Commander(
-        team, Mailbox(), setup.keys, sizes=_sizes(setup), obstacles=setup.obstacles, run=on.run,
+    return until_closed(on, Commander(
+        team, Mailbox(), setup.keys, sizes=sizes(setup), obstacles=setup.obstacles, run=on.run,
         seated=None if on.official else own,  # without seats everybody is an official
     ))  # fmt: skip
 
 
-def _until_closed(on: NodeContext, window: WindowNode) -> Made:
+def until_closed(on: NodeContext, window: WindowNode) -> Made:
+    """A window with what `vrg.launch.serving.run_window` is given: beside a match it stays as the match was left."""
     return Made(window, {"ended": None if on.own else gone(on.setup.name, on.router)})
 
 
-def _sizes(setup: MatchSetup) -> dict[str, tuple[float, float]]:
+def sizes(setup: MatchSetup) -> dict[str, tuple[float, float]]:
+    """The length and width of each player's robot, m."""
     return {player.name: player.robot.size for player in setup.players}

@@ -1,1 +1,1 @@
-"""Pictures by matplotlib: trajectories, comparisons, proofs, and what is printed."""
+"""Pictures by matplotlib: trajectories, comparisons and proofs."""

@@ -8,6 +8,7 @@ import ssl
 import threading
 from collections.abc import Awaitable, Callable
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from typing import Final
 
 from aiohttp import web
@@ -46,12 +47,22 @@ class Site:
         host: the address that is listened on. port: its port. page: the file that is served at the top.
         script: the file of its program, where another one takes the place of `main.js`.
         certificate, private_key: of the page, in PEM; empty serves it without encryption.
+        own: a folder with further files, which a page of another package has; None for none.
     """
 
     def __init__(
-        self, host: str, port: int, page: str, certificate: str = "", private_key: str = "", *, script: str = "main.js"
+        self,
+        host: str,
+        port: int,
+        page: str,
+        certificate: str = "",
+        private_key: str = "",
+        *,
+        script: str = "main.js",
+        own: Traversable | None = None,
     ) -> None:
         self._host, self._port, self._page, self._script = host, port, page, script
+        self._folders = [files("vrg.ui.web") / "static", *([] if own is None else [own])]
         self._certificate, self._private_key = certificate, private_key
         self._waiting = WaitingRoom(WAITING, VISIT)
         self._foreign = 0
@@ -127,7 +138,7 @@ class Site:
         app = web.Application()
         app.on_response_prepare.append(_add_headers)
         self.add_routes(app.router)
-        for file in (files("vrg.ui.web") / "static").iterdir():
+        for file in (file for folder in self._folders for file in folder.iterdir()):
             kind = _TYPES.get(file.name.rpartition(".")[2])
             if kind is not None:
                 path, body = f"/{file.name}", file.read_bytes()

@@ -86,16 +86,6 @@ def oriented(centre: Pixel, angle: float, ahead: float, aside: float) -> Pixel:
     return centre[0] + ahead * c - aside * s, centre[1] - ahead * s - aside * c
 
 
-def rectangle(centre: Pixel, angle: float, back: float, front: float, half_width: float) -> list[Pixel]:
-    """The corners of a turned rectangle from `back` to `front` along its heading, front left first."""
-    return [
-        oriented(centre, angle, front, half_width),
-        oriented(centre, angle, front, -half_width),
-        oriented(centre, angle, back, -half_width),
-        oriented(centre, angle, back, half_width),
-    ]
-
-
 def pill(surface: pygame.Surface, area: pygame.Rect, colour: Rgb, alpha: int = 255, radius: int = 8) -> None:
     """Fill a rectangle with round corners; `alpha` 0 is transparent and 255 opaque."""
     if area.width <= 0 or area.height <= 0:

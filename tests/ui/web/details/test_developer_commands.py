@@ -58,6 +58,6 @@ def test_a_match_that_is_played_with_it_has_a_page_and_its_window() -> None:
 
 
 def test_a_match_in_one_process_has_none() -> None:
-    told = invoke("play", "hud", "--in-process", "--developer")
+    told = invoke("play", "practice", "--in-process", "--developer")
     assert told.exit_code == 2
     assert "--developer needs the bus" in told.output
