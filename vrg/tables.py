@@ -8,36 +8,18 @@ from pathlib import Path as FilePath
 from typing import Annotated, Any, NamedTuple
 
 import msgspec
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf, ValidationError
+from pydantic import BaseModel, BeforeValidator, ConfigDict, InstanceOf, ValidationError
 
 from vrg.errors import ConfigError, Path, Problem
 from vrg.files import toml_of
 from vrg.regions import Circle, Polygon, Rectangle, Region, Sector
 from vrg.registry import did_you_mean
-from vrg.types import Pose
 
 
 class Table(BaseModel):
     """The base class of the tables of a TOML file. It refuses unknown fields, NaN and infinity, and is frozen."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class PoseTable(Table):
-    """A pose as people write it.
-
-    Args:
-        x, y: the position, m. heading: degrees, counter-clockwise from the x axis.
-    """
-
-    x: float = Field(0.0, ge=-1e5, le=1e5)
-    y: float = Field(0.0, ge=-1e5, le=1e5)
-    heading: float = Field(0.0, ge=-360.0, le=360.0)
-
-    @property
-    def pose(self) -> Pose:
-        """The same in m and rad."""
-        return Pose(self.x, self.y, math.radians(self.heading))
 
 
 def _region(value: object) -> object:

@@ -29,7 +29,7 @@ from vrg.hal.sensors.odometry import Odometry
 from vrg.hal.sensors.sonar import Sonar, SonarSpec
 from vrg.hal.sensors.touch import Touch
 from vrg.hal.sim.map import WALL_HEIGHT
-from vrg.recording.reader import drives_of, read_tracks, setting_of
+from vrg.recording.reader import read_tracks, setting_of
 from vrg.recording.recorded import read_recorded
 from vrg.recording.recorder import Recorder
 from vrg.types import STILL, Pose, Twist
@@ -369,9 +369,10 @@ def test_motions_and_fixes_are_recorded_and_read_back(path, recorder):
         )
         hear(recorder, *((topic, body, 0.1 * n) for topic, body in said))
     recorder.stop()
-    drive = drives_of(read_recorded(path))["nemo"]
-    assert drive.motions == [(pytest.approx(0.1 * n), Pose(0.03 * n, 2.0, 0.5), twist) for n in range(3)]
-    assert [command for _, command in drive.commands] == [twist] * 3
-    assert [round(pose.theta, 6) for _, pose in drive.poses] == [0.5] * 3
+    recorded = read_recorded(path)
+    moved = [(stamp, motion.odometry, motion.twist) for stamp, motion in recorded.motions["nemo"]]
+    assert moved == [(pytest.approx(0.1 * n), Pose(0.03 * n, 2.0, 0.5), twist) for n in range(3)]
+    assert [command for _, command in recorded.commands["nemo"]] == [twist] * 3
+    assert [round(measured.pose.theta, 6) for _, measured in recorded.measured["nemo"]] == [0.5] * 3
     fixes = written(path, "/fix/eye")
     assert [[one["pose"]["x"] for one in said["fixes"]] for _, said in fixes] == [[4.0]] * 3

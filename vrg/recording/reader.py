@@ -16,7 +16,7 @@ from msgspec import structs
 from vrg.bus.messages import Body, Call, Clock, FieldObject, RefereeState, Sighting, Stage, Stroke, Zone, at_rest
 from vrg.recording.recorded import RecordedMatch, newest, read_recorded
 from vrg.recording.stops import MAX_POSE_INTERVAL, Rest, Trajectory, rests_of
-from vrg.types import Pose, Twist
+from vrg.types import Twist
 
 
 @dataclass(frozen=True)
@@ -137,33 +137,6 @@ def thoughts_of(recorded: RecordedMatch) -> list[Thought]:
     """What players have sketched, in the order of time."""
     found = [Thought(name, stamp, s.strokes) for name, of in recorded.sketches.items() for stamp, s in of]
     return sorted(found, key=lambda thought: thought.time)
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The motion of one robot, and its commands. Each entry begins with its match time, s, and they are in that order.
-
-    Args:
-        commands: the motions that it was commanded to make, after all limits.
-        motions: its pose since its odometry began, and its velocity, as it measured them.
-        poses: where it was on the map.
-    """
-
-    commands: Sequence[tuple[float, Twist]] = ()
-    motions: Sequence[tuple[float, Pose, Twist]] = ()
-    poses: Sequence[tuple[float, Pose]] = ()
-
-
-def drives_of(recorded: RecordedMatch) -> dict[str, Drive]:
-    """How the robots were driven that the fusion centre located, by name."""
-    return {
-        name: Drive(
-            recorded.commands.get(name, ()),
-            [(stamp, motion.odometry, motion.twist) for stamp, motion in motions],
-            [(stamp, measured.pose) for stamp, measured in recorded.measured.get(name, ())],
-        )
-        for name, motions in recorded.motions.items()
-    }
 
 
 SAME_PLACE = 1e-6

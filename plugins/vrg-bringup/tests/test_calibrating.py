@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from tests.hal.can.bench import RATIO, Drives, Lab
 from vrg.errors import RobotError
@@ -18,7 +20,7 @@ from vrg.hal.can.workshop.simulation import Port
 from vrg.hal.models import robot_model
 from vrg.hal.simulated_clock import SimulatedClock
 from vrg.types import Pose, Twist
-from vrg_bringup.calibrating import Plan, _Runner, calibrate
+from vrg_bringup.calibrating import Plan, _Runner, calibrate, corrected_ratio, corrected_track
 
 LINK = Link(interface="virtual", channel="calibrating")
 P2AT = robot_model("P2AT")
@@ -165,3 +167,20 @@ def test_a_run_that_does_not_get_there_is_given_up_by_the_turns_of_the_wheels() 
     with pytest.raises(RobotError, match="its wheels have turned farther than the way takes"):
         runner.drive_until(Twist(0.3, 0.0), 4.0, lambda state: state.odometry.x > 1.0)
     assert 10.0 < robot.angle < 20.0
+
+
+@given(st.floats(1, 200), st.floats(0.5, 20), st.floats(0.8, 1.2))
+def test_what_is_corrected_measures_right(known: float, really: float, error: float) -> None:
+    """What turned the same would then be told to have gone, or turned by, the measured way."""
+    by_odometry = really * error
+    for correct in (corrected_ratio, corrected_track):
+        turned = by_odometry * known
+        assert turned / correct(known, by_odometry, really) == pytest.approx(really)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
+def test_measurements_that_cannot_be(bad: float) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        corrected_ratio(50.0, 1.0, bad)
+    with pytest.raises(ValueError, match="expected"):
+        corrected_track(0.5, 1.0, bad)

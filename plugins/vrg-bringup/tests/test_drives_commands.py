@@ -11,8 +11,9 @@ from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.frame import Frame
 from vrg.hal.can.workshop.simulation import Simulation
-from vrg.hal.can.workshop.survey import BusState, Survey, all_listeners
+from vrg.hal.can.workshop.survey import Survey, all_listeners
 from vrg.hal.simulated_clock import SimulatedClock
+from vrg_bringup.listened_bus import BusState
 from vrg_bringup.listening_command import listening, table_of
 from vrg_drives.cia402.codec import Function
 from vrg_drives.vesc import codec

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from vrg.errors import RobotError
 from vrg.hal.can.base import WheelAxis
-from vrg.hal.can.calibration import AxisCalibration, Calibration, corrected_ratio, corrected_track
+from vrg.hal.can.calibration import AxisCalibration, Calibration
 from vrg.hal.can.plausibility import STANDSTILL_SHARE
 from vrg.hal.can.train import DriveTrain, TrainState
 from vrg.hal.models import RobotModel
@@ -322,3 +322,25 @@ class _Runner:
         if state.fault:
             raise RobotError(f"{self._train.name}: {state.fault}")
         return state
+
+
+def corrected_ratio(ratio: float, by_odometry: float, by_tape: float) -> float:
+    """The ratio after a straight run of `by_tape` m that the odometry took for `by_odometry` m.
+
+    Raises:
+        ValueError: one of them is not positive.
+    """
+    if not (by_odometry > 0 and by_tape > 0):
+        raise ValueError(f"expected ways above 0 m, got {by_odometry} and {by_tape}")
+    return ratio * by_odometry / by_tape
+
+
+def corrected_track(track: float, by_odometry: float, really: float) -> float:
+    """The effective track after a turn on the spot of `really` rad that the odometry took for `by_odometry` rad.
+
+    Raises:
+        ValueError: one of them is zero or not finite, or they differ in sign.
+    """
+    if not (math.isfinite(by_odometry) and math.isfinite(really) and by_odometry * really > 0):
+        raise ValueError(f"expected two turns to the same side, got {by_odometry} and {really} rad")
+    return track * by_odometry / really

@@ -17,8 +17,9 @@ from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
-from vrg.hal.can.workshop.survey import BusState, unheard
+from vrg.hal.can.workshop.survey import unheard
 from vrg.hal.models import robot_model
+from vrg_bringup.listened_bus import BusState
 from vrg_bringup.listening_command import listening, table_of
 
 if TYPE_CHECKING:

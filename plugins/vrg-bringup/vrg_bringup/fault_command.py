@@ -8,7 +8,9 @@ import typer
 from vrg.commands import drives
 from vrg.commands.drives import EmulatedBusOptions
 from vrg.commands.options import lasting
-from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, ask_for
+from vrg.hal.can.frame import Frame
+from vrg.hal.can.link import Link, Medium
+from vrg.hal.can.workshop.faults import WHAT, FaultKind, FaultRequest, decode_answer, encode_fault
 
 FaultName = enum.StrEnum("FaultName", {kind.name: kind.name.lower() for kind in FaultKind})  # type: ignore[misc]
 
@@ -41,3 +43,35 @@ def fault(
             typer.echo(f"node {one}: a drive of its protocol cannot have this fault", err=True)
     if failed:
         raise typer.Exit(1)
+
+
+ANSWER_TIMEOUT = 2.0
+"""s for a drive to answer."""
+
+
+def ask_for(medium: Medium, link: Link, node: int, request: FaultRequest) -> bool | None:
+    """Ask a drive for a fault.
+
+    Returns:
+        whether it can have this fault; None without an answer within ANSWER_TIMEOUT.
+
+    Raises:
+        RobotError: the bus cannot be opened, or the request cannot be sent.
+        ValueError: the request does not fit into a frame.
+    """
+    question = encode_fault(node, request)
+    answers: list[bool] = []
+
+    def hear(frame: Frame) -> None:
+        done = decode_answer(frame, node, request.kind)
+        if done is not None:
+            answers.append(done)
+
+    bus = medium.bus(link, hear)
+    bus.start()
+    try:
+        bus.send(question)
+        medium.clock.wait(lambda: answers, ANSWER_TIMEOUT)
+    finally:
+        bus.stop()
+    return answers[0] if answers else None

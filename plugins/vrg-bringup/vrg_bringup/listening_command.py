@@ -17,7 +17,8 @@ from vrg.commands.options import lasting, make_console, stoppable
 from vrg.hal.can.axis import NEVER
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
 from vrg.hal.can.link import Link
-from vrg.hal.can.workshop.survey import ASK_PERIOD, BusState, ListenedBus, unheard
+from vrg.hal.can.workshop.survey import unheard
+from vrg_bringup.listened_bus import ASK_PERIOD, BusState, ListenedBus
 
 
 @contextmanager

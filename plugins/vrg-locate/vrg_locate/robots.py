@@ -11,12 +11,12 @@ from vrg.hal.can.base import WheelAxis
 from vrg.hal.can.calibration import Calibration, load_calibration
 from vrg.hal.can.settings import can_settings
 from vrg.hal.models import RobotModel
-from vrg.recording.reader import Drive, drives_of
 from vrg.recording.recorded import read_recorded
 from vrg.runs.keeping import FILES
 from vrg.runs.run_folder import RunFolder
 from vrg.toml_text import quoted, with_value
 from vrg_locate.fitting.calibration import fitted
+from vrg_locate.fitting.driven import Drive, drives_of
 from vrg_locate.fitting.report import Findings, findings
 
 

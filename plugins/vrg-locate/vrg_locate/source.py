@@ -1,11 +1,14 @@
 """The common part of sources of fixes that see the real world."""
 
 import logging
+import math
 import time
 from abc import abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar, Final, Generic
+
+from pydantic import Field
 
 from vrg.bus.clock_tracker import ClockOffset
 from vrg.bus.mailbox import Mailbox
@@ -13,12 +16,31 @@ from vrg.bus.messages import Fix
 from vrg.bus.node import Tick
 from vrg.bus.topics import Keys
 from vrg.localisation.source import Source, SourceContext
+from vrg.tables import Table
+from vrg.types import Pose
 from vrg_locate.stream import Item, LiveStream
 
 log = logging.getLogger(__name__)
 
 _OLD: Final = 1.0
 """The age in s from which on what was captured says nothing any more, as when the match clock has stood still."""
+
+
+class PoseTable(Table):
+    """A pose as people write it.
+
+    Args:
+        x, y: the position, m. heading: degrees, counter-clockwise from the x axis.
+    """
+
+    x: float = Field(0.0, ge=-1e5, le=1e5)
+    y: float = Field(0.0, ge=-1e5, le=1e5)
+    heading: float = Field(0.0, ge=-360.0, le=360.0)
+
+    @property
+    def pose(self) -> Pose:
+        """The same in m and rad."""
+        return Pose(self.x, self.y, math.radians(self.heading))
 
 
 class RealSource(Source, Generic[Item]):

@@ -15,8 +15,6 @@ from vrg.hal.can.calibration import (
     AxisCalibration,
     Calibration,
     calibration_text,
-    corrected_ratio,
-    corrected_track,
     load_calibration,
 )
 from vrg.hal.can.link import Link
@@ -154,20 +152,3 @@ def test_a_calibration_stands_above_the_ratio(tmp_path: Path) -> None:
         WheelAxis(0, 0, -1, 49.0),
         WheelAxis(1, 1, 1, 51.0),
     ]
-
-
-@given(st.floats(1, 200), st.floats(0.5, 20), st.floats(0.8, 1.2))
-def test_what_is_corrected_measures_right(known: float, really: float, error: float) -> None:
-    """What turned the same would then be told to have gone, or turned by, the measured way."""
-    by_odometry = really * error
-    for correct in (corrected_ratio, corrected_track):
-        turned = by_odometry * known
-        assert turned / correct(known, by_odometry, really) == pytest.approx(really)
-
-
-@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
-def test_measurements_that_cannot_be(bad: float) -> None:
-    with pytest.raises(ValueError, match="expected"):
-        corrected_ratio(50.0, 1.0, bad)
-    with pytest.raises(ValueError, match="expected"):
-        corrected_track(0.5, 1.0, bad)

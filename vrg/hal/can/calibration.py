@@ -10,7 +10,6 @@ ratio = 50.2
 serial = "3A65B1C0"
 """
 
-import math
 import tomllib
 from pathlib import Path
 
@@ -101,25 +100,3 @@ def calibration_text(calibration: Calibration) -> str:
         lines += ["", f"[axes.{node}]", f"direction = {axis.direction}", f"ratio = {axis.ratio:.8g}"]
         lines += [f'serial = "{axis.serial}"'] if axis.serial else []
     return "\n".join(lines) + "\n"
-
-
-def corrected_ratio(ratio: float, by_odometry: float, by_tape: float) -> float:
-    """The ratio after a straight run of `by_tape` m that the odometry took for `by_odometry` m.
-
-    Raises:
-        ValueError: one of them is not positive.
-    """
-    if not (by_odometry > 0 and by_tape > 0):
-        raise ValueError(f"expected ways above 0 m, got {by_odometry} and {by_tape}")
-    return ratio * by_odometry / by_tape
-
-
-def corrected_track(track: float, by_odometry: float, really: float) -> float:
-    """The effective track after a turn on the spot of `really` rad that the odometry took for `by_odometry` rad.
-
-    Raises:
-        ValueError: one of them is zero or not finite, or they differ in sign.
-    """
-    if not (math.isfinite(by_odometry) and math.isfinite(really) and by_odometry * really > 0):
-        raise ValueError(f"expected two turns to the same side, got {by_odometry} and {really} rad")
-    return track * by_odometry / really

@@ -14,12 +14,12 @@ from vrg.bus.messages import Fix
 from vrg.bus.topics import Keys
 from vrg.errors import ConfigError
 from vrg.localisation.source import SourceContext
-from vrg.tables import PoseTable, Table
+from vrg.tables import Table
 from vrg.types import Pose
 from vrg_locate.mocap.frames import Frame, Request
 from vrg_locate.mocap.stream import FrameStream
 from vrg_locate.mocap.tracking import TIPPED, Fault, Tracking
-from vrg_locate.source import RealSource
+from vrg_locate.source import PoseTable, RealSource
 
 # It is loaded by another process; that it is missing is said before a match begins.
 if find_spec("motioncapture") is None:

@@ -16,9 +16,9 @@ from vrg.bus.topics import Keys
 from vrg.errors import MessageError
 from vrg.geometry import compose
 from vrg.localisation.source import SourceContext
-from vrg.tables import PoseTable, Table
+from vrg.tables import Table
 from vrg.types import Pose
-from vrg_locate.source import RealSource
+from vrg_locate.source import PoseTable, RealSource
 from vrg_locate.ssl.network import Packet, PacketStream
 from vrg_locate.ssl.packets import Seen, read_tracker, read_vision
 

@@ -5,7 +5,6 @@ import struct
 from dataclasses import dataclass
 
 from vrg.hal.can.frame import Frame, FrameError
-from vrg.hal.can.link import Link, Medium
 
 _REQUEST = 0x1E5640_00
 """The 29-bit identifier of a request; its low byte is the id of the node."""
@@ -102,35 +101,3 @@ def decode_answer(frame: Frame, node: int, kind: FaultKind) -> bool | None:
         return None
     answered, done = _ANSWER_PACKING.unpack(frame.data)
     return done if answered == kind else None
-
-
-ANSWER_TIMEOUT = 2.0
-"""s for a drive to answer."""
-
-
-def ask_for(medium: Medium, link: Link, node: int, request: FaultRequest) -> bool | None:
-    """Ask a drive for a fault.
-
-    Returns:
-        whether it can have this fault; None without an answer within ANSWER_TIMEOUT.
-
-    Raises:
-        RobotError: the bus cannot be opened, or the request cannot be sent.
-        ValueError: the request does not fit into a frame.
-    """
-    question = encode_fault(node, request)
-    answers: list[bool] = []
-
-    def hear(frame: Frame) -> None:
-        done = decode_answer(frame, node, request.kind)
-        if done is not None:
-            answers.append(done)
-
-    bus = medium.bus(link, hear)
-    bus.start()
-    try:
-        bus.send(question)
-        medium.clock.wait(lambda: answers, ANSWER_TIMEOUT)
-    finally:
-        bus.stop()
-    return answers[0] if answers else None
