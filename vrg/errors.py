@@ -1,4 +1,4 @@
-"""Every error that VRG raises on purpose. Each message names what was expected, what came, where, and what to do."""
+"""Every error that VRG raises on purpose. A message names what was expected, what was found, where, and what to do."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -2,7 +2,7 @@
 
 The referee judges with the same object that the windows draw: `contains`, `inside` and `nearest` are exact, and
 `outline` gives the points to draw. Every region is convex, so at most one stretch of a straight way is inside it.
-A region travels on the bus as a map whose field `shape` says which of the four it is. Match files and map files write
+A region travels on the bus as a map whose field `shape` names one of the four. Match files and map files write
 it in the same way, for example `{ shape = "circle", x = 1.0, y = 2.0, radius = 0.6 }`.
 """
 

@@ -1,7 +1,7 @@
 """Messages that have arrived over a bus: refused, sounded as alarms, or kept until their node takes them in.
 
 It knows no bus and no clock: `vrg.bus.session` feeds it from zenoh's threads, simulations of faults in simulated time.
-Of states and measurements the newest of each key is kept, of events all in their order. What came under a wrong key, or
+Of states and measurements the newest of each key is kept, of events all in their order. A message under a wrong key, or
 with seats from a sender that may not publish there, is refused here, before a node receives it.
 """
 

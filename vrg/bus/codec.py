@@ -37,7 +37,7 @@ class Received(Struct, Generic[T_co], frozen=True, gc=False):
         stamp: the match time of the measurement, or of the sender's tick, s.
         sequence: counts the sender's messages on this key from 0.
         body: the message itself.
-        sender: the kind and the name of the node that has published it, such as `player/ann`. What came over the bus
+        sender: the kind and the name of the node that has published it, such as `player/ann`. One received over the bus
             has the instance of the sender's process behind them, such as `player/ann/3f60c1d2`.
     """
 

@@ -199,7 +199,7 @@ class Keys:
         "team/{team}/sight", m.Sight, LATEST, (REFEREE,), (MATES, COMMANDER, HUD),
         "whom the team sees, if not everybody",
     )  # fmt: skip
-    say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, (PLAYER,), (MATES,), "what it says to its team")
+    say = NamedLine("team/{team}/say/{player}", m.Say, EVENT, (PLAYER,), (MATES,), "what it tells its team")
     links = NamedLine(
         "player/{player}/links", m.Links, STATE, (PLAYER,), (RECORDER, OFFICIAL), "what the radio brought and lost"
     )

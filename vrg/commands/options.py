@@ -173,7 +173,7 @@ def make_console(*, stderr: bool = False) -> "Console":
 
     Names are printed as they are: `mine.py:Shark:` is no picture.
 
-    Where the output is no terminal, whose width is known, there is room for all columns of a table. What comes from
+    Where the output is no terminal, whose width is known, there is room for all columns of a table. Text from
     files of others steers no terminal.
     """
     from rich.console import Console as RichConsole  # a decision of an official shows no table

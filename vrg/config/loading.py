@@ -86,7 +86,7 @@ def read_match(path: Path) -> MatchFile:
     try:
         return _FILE.validate_python(toml_of(read_text(path)))
     except (OSError, FileError, tomllib.TOMLDecodeError, ValidationError) as error:
-        raise ConfigError(f"{path}: cannot be read; `vrg check {path}` says more: {error}") from None
+        raise ConfigError(f"{path}: cannot be read; `vrg check {path}` has more: {error}") from None
 
 
 def load_match(

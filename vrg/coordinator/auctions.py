@@ -1,6 +1,6 @@
 """The referee's auctions, as pure functions (thesis 4.2.4: the coordinator keeps the marketplace).
 
-A rule book opens an auction for a lot and says who may bid. Players bid the cost that the lot would have for them, and
+A rule book opens an auction for a lot and names the bidders. Players bid the cost that the lot would have for them, and
 may change their bids. When the auction has lasted long enough and a bid has arrived, the lowest bid wins. The winner
 has the lot until it gives it back, or until the rule book closes the auction or opens it again. A player has at most
 one lot: while it has one, it cannot bid for another.

@@ -301,7 +301,7 @@ class Exhibit:
     """One tick of the evidence as it was read.
 
     Args:
-        digest: its digest, as hexadecimal digits. genuine: whether the digest fits it and what comes before.
+        digest: its digest, as hexadecimal digits. genuine: whether the digest fits this tick and all before it.
     """
 
     tick: TickEvidence

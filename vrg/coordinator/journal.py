@@ -290,7 +290,7 @@ class Journal:
 class NoJournal:
     """Stands for the journal of a match that is played for practice alone: it keeps nothing.
 
-    Such a match cannot be taken up again after a crash, nor be judged again. `Journal` says what its methods stand for.
+    Such a match cannot be taken up again after a crash, nor be judged again. `Journal` documents its methods.
     """
 
     standing: Checkpoint | None = None

@@ -69,7 +69,7 @@ def judge_again(
     except JournalError:
         raise
     except Exception as error:  # the rules of any game, on numbers that anybody may have changed
-        what = f"the rules cannot go on from what the journal or the evidence says: {type(error).__name__}: {error}"
+        what = f"the rules cannot go on from the journal or the evidence: {type(error).__name__}: {error}"
         judge.found.append(Disagreement(judge.since, what))
     unjudged = judge.unjudged + sum(len(record.calls) for record in judge.left)
     return Judgement(sorted(judge.found, key=lambda d: d.time), judge.ticks, judge.compared, unjudged, judge.gaps)
@@ -217,7 +217,7 @@ def _compared(match: Match, outcomes: Sequence[Effects], record: Record) -> list
     wrong = [_differing(number, calls, record.calls) for number in range(max(len(calls), len(record.calls)))]
     wrong = [what for what in wrong if what]
     if stages != record.stages:
-        wrong.append(f"by the rules {_stages(stages)}, the journal says {_stages(record.stages)}")
+        wrong.append(f"by the rules {_stages(stages)}, the journal has {_stages(record.stages)}")
     if not wrong:
         wrong = _standings(structs.replace(standing, calls=match.calls + len(calls)), record.standing)
     return wrong
@@ -235,7 +235,7 @@ def _begun(match: Match, outcomes: Sequence[Effects], record: Record) -> list[st
     stages = [stage for outcome in outcomes for stage in outcome.stages]
     wrong = [what for number in range(len(calls)) if (what := _differing(number, calls, made))]
     if stages != record.stages[: len(stages)]:
-        wrong.append(f"by the rules {_stages(stages)}, the journal says {_stages(record.stages)}")
+        wrong.append(f"by the rules {_stages(stages)}, the journal has {_stages(record.stages)}")
     if not wrong and (len(calls), len(stages)) == (len(record.calls), len(record.stages)):
         ours = structs.replace(standing, calls=match.calls + len(calls))
         wrong = _standings(_called(ours, record.standing), record.standing)

@@ -69,7 +69,7 @@ class FusionCentre(Node):
     def tick(self, tick: Tick) -> None:
         """Take in what robots and sources have measured, and publish where each robot is that has moved on in time."""
         for placed in self._placed.take():
-            # An official says where it was put; what its odometry errs by is learned anew.
+            # An official enters where it was put; what its odometry errs by is learned anew.
             name = name_in(placed.key)
             self._estimators[name] = Estimator(placed.body.pose, self._noise[name])
         moved = set()

@@ -76,7 +76,7 @@ Answer = Ready | Decided | Failed
 
 
 class _Pipe:
-    """What comes from the match, and what goes there."""
+    """The two directions of the pipe to the match."""
 
     def __init__(self, reader: int, writer: int) -> None:
         self._reader, self._writer = Connection(reader, writable=False), Connection(writer, readable=False)
@@ -96,7 +96,7 @@ def decide(reader: int, writer: int, placed: Callable[[Job], Job] = lambda job: 
     """Make a strategy, and answer until the match closes its end.
 
     Args:
-        reader, writer: the descriptors of what comes from the match and of what goes there.
+        reader, writer: the descriptors by which it hears the match and answers it.
         placed: what becomes of the job before; it may raise a ConfigError.
     """
     from setproctitle import setproctitle  # noqa: PLC0415 - the fork server, which imports this, keeps its name

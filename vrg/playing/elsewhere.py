@@ -90,7 +90,7 @@ def serve() -> int:
             os._exit(status)
     with stop_on_signals() as stop:
         ended = select.poll()
-        ended.register(0, select.POLLRDHUP)  # only that it was closed: what comes is for the other process
+        ended.register(0, select.POLLRDHUP)  # only that it was closed: its data is for the other process
         ended.register(os.pidfd_open(pid), select.POLLIN)
         while not stop.is_set() and not ended.poll(1000 * _LOOK):
             pass

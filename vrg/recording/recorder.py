@@ -55,7 +55,7 @@ class Recorder(Node):
     The recording ends with the game, also where processes go on because a window is open.
 
     A write that fails, for example on a full disk, ends the recording and nothing else: it is logged once, `fault`
-    says why, and what was written stays readable.
+    gives the reason, and what was written stays readable.
 
     Args:
         output: the file to make at the first tick; where one of that name exists, a number is added, so that a

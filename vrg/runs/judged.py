@@ -39,7 +39,7 @@ def judge_run(
     except JournalError:
         raise
     except Exception as error:  # the rules of any game, on numbers that anybody may have changed
-        what = f"calls cannot be proved by what the evidence says: {type(error).__name__}: {error}"
+        what = f"calls cannot be proved by the evidence: {type(error).__name__}: {error}"
         return judgement, [*judgement.disagreements, Disagreement(0.0, what)]
     return judgement, [*judgement.disagreements, *measured]
 

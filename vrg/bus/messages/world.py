@@ -44,8 +44,8 @@ class Body(Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, 
         physical: True for a physical robot, which the world shows where it was measured.
         age: the match time since it was measured, s; 0 for a virtual body.
         rest: the match time of the tick since which it has been at rest, s; None while it moves, or while a physical
-            robot has not been measured for so long that it is not known. Who hears only some of the poses learns by it
-            to a tick when the body came to rest.
+            robot has not been measured for so long that it is not known. A node that receives only some of the poses
+            knows by it to a tick when the body came to rest.
         stands: the match time of the tick since which the wheels of a virtual robot are held or commanded to stand, s;
             None while they are commanded to turn, and of a physical robot. A robot that moves nevertheless is pushed.
         uncertainty: how well the pose of a physical robot is known; None if that is not known.

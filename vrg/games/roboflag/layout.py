@@ -119,7 +119,7 @@ def _distances(settings: Settings, layout: FieldLayout, contestants: Sequence[Co
     if layout.flag_reach > layout.flag_zone(TEAMS[0]).radius:
         found.append(
             f"expected a flag_zone of at least the flag_reach, {settings.flag_reach:g}, got {settings.flag_zone:g}: "
-            "whoever takes a flag must be inside the flag zone"
+            "a player that takes a flag must be inside the flag zone"
         )
     return found
 

@@ -202,7 +202,7 @@ class CanBus:
     def _take(self, frame: Frame) -> None:
         """Pass a frame on, unless it is one of our own, or no filter accepts it.
 
-        Who hears nothing but frames of others must know that time passes, and that nothing waits to be heard.
+        A listener that receives only frames of others must know that time passes, and that nothing waits to be heard.
         """
         if not self._is_echo(frame) and (self._wanted is None or any(f.passes(frame) for f in self._wanted)):
             self._heard_until = frame.at

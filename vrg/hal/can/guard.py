@@ -348,7 +348,7 @@ class Guard:
         for axis in self._axes:
             problem = self._silence(axis, heard_until) or (axis.fault if not forgiven else None)
             problem = problem or self._lack(axis, heard_until)
-            # What a drive has reported before this process did not run says nothing of how it has started since.
+            # What a drive has reported before this process did not run shows nothing of how it has started since.
             began = max(self.armed_at, self._excuse(axis, "reported"))
             due = self.armed_by_player and (axis.node in self._started or heard_until - began > START_TIMEOUT)
             if due and not axis.watchdog_expired and axis.state in (MotorState.IDLE, MotorState.STARTING):

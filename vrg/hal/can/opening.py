@@ -174,7 +174,7 @@ def _keep(bus: can.BusABC, port: int) -> None:
 
 
 def _keep_to_group(bus: can.BusABC) -> None:
-    """Let a bus hear its own group only: Linux gives a socket what comes for every group that is joined on it."""
+    """Let a bus hear its own group only: Linux gives a socket the packets of every group that any socket has joined."""
     if sys.platform != "linux":
         return
     with socket.socket(fileno=os.dup(bus.fileno())) as own:

@@ -1,7 +1,7 @@
 """The protocols that drives may speak, by the name that people write.
 
 Another package adds a protocol by an entry point of the group `vrg.can_protocols` whose object is a `Protocol`. The
-suite vrg.testing.protocol says what a protocol must be able to do.
+suite vrg.testing.protocol tests what a protocol must be able to do.
 """
 
 from dataclasses import dataclass

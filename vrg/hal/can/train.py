@@ -324,7 +324,7 @@ class DriveTrain:
             self._machine.base.restart()
 
     def _obey(self, orders: Sequence[Order]) -> bool:
-        """Carry out orders, whatever becomes of the others, but no setpoint after one that could not be sent.
+        """Carry out orders, also after another one has failed, but no setpoint after one that could not be sent.
 
         Returns:
             whether all were carried out; what could not be has latched.

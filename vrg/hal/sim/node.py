@@ -72,7 +72,7 @@ class WorldNode(Node):
         return encode_snapshot(self.world.snapshot())
 
     def tick(self, tick: Tick) -> None:
-        """Listen, step the world, and publish. The clock goes last, so that who hears it has got everything else."""
+        """Listen, step the world, and publish. The clock is published last, so that its receivers have all else."""
         self._listen()
         if self._started:
             self.world.step()

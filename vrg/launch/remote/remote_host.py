@@ -251,7 +251,7 @@ class RemoteHost:
         self._script = self._bring_up()
 
     def _lose(self, why: str) -> None:
-        """Give the agent up, which then stops its processes and ends. What comes next is another one.
+        """Give the agent up, which then stops its processes and ends. The next agent is another one.
 
         Args:
             why: the reason, in words; empty if only its absence is known.

@@ -274,7 +274,7 @@ class Frames(Generic[M]):
         """The next message; None until all of it has arrived.
 
         Raises:
-            MessageError: what comes next is no frame of this release.
+            MessageError: the next bytes are no frame of this release.
         """
         if self.banner or len(self._data) < 4:
             return None

@@ -159,7 +159,7 @@ class WebNode(Node):
         for player in list(self._driven):
             self._give_back(player)
         if self._audience.watched:
-            # Whoever looks keeps the last picture.
+            # Every visitor keeps the last picture.
             self._audience.show(parts.parts(self._builder.build(live=self._scene.live), self._kept))
         self._audience.stop()
 

@@ -48,7 +48,7 @@ class Explainer:
         self._proof: Future[Proof] | None = None
 
     def ask(self, call: Call | None, game: str) -> None:
-        """Begin to explain a call; `look` takes in what comes of it.
+        """Begin to explain a call; `look` takes the explanation once it is there.
 
         Args:
             call: the call; None shows nothing any more.

@@ -1,4 +1,4 @@
-"""The overlay of a replay's field while a match is taken up from an instant: the choice, and what comes of it."""
+"""The overlay of a replay's field while a match is continued from an instant: the choice, and its outcome."""
 
 import pygame
 

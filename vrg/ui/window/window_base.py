@@ -32,7 +32,7 @@ class Window:
 
     Attributes:
         acts: what answers to each act. `?` lists those of them that have a key and are not `unlisted`.
-        meanings: what a key does here, where that is not what the table of all keys says.
+        meanings: what a key does here, where that differs from the table of all keys.
         repeated: the acts whose keys count again while they are held.
         pads: the keyboard and, where a match runs, the gamepads. mouse: the pixel at which it points, or None.
         closed: the window was closed, and is not used any more. help: the keys are listed.

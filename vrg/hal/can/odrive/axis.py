@@ -115,7 +115,7 @@ class OdriveAxis(Axis):
             case messages.Version():
                 self._learn(message)
             case messages.Address(node=node) if codec.node_of(frame.id) == codec.BROADCAST:
-                if node != codec.BROADCAST:  # that would be a drive without an id, which says who it is
+                if node != codec.BROADCAST:  # that would be a drive without an id, which reports its serial number
                     self._complain("another program gives drives other ids")
             case messages.Address(node=node, serial=serial):
                 if node == self.node:

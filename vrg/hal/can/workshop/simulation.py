@@ -112,7 +112,7 @@ class Wire:
             self._stepped.pop(drive, None)
 
     def fault(self, drive: EmulatedDrive, request: FaultRequest) -> None:
-        """Let something go wrong in a drive, whatever becomes of frames on the bus."""
+        """Let something go wrong in a drive, even if frames on the bus are lost."""
         self._answer(drive, drive.receive(encode_fault(drive.node, request), self.clock.now()))
 
     def put(self, frame: Frame, sender: "Port | EmulatedDrive | None" = None, *, urgent: bool = False) -> bool:
@@ -229,7 +229,7 @@ class Port:
             self._wire._ports.remove(self)
 
     def freeze(self) -> None:
-        """The process of this adapter does not get to run any more: what comes waits."""
+        """The process of this adapter does not run any more: its frames wait."""
         self._frozen = True
 
     def thaw(self) -> None:

@@ -132,7 +132,7 @@ class Survey:
 
 
 def _each(actions: Iterable[Callable[[], None]]) -> None:
-    """Do everything, whatever becomes of the rest.
+    """Do everything, also after one of the actions has failed.
 
     Raises:
         RobotError: the first that went wrong. A bus without CAN FD has no drives that need it, so that is none.
