@@ -262,12 +262,12 @@ def test_a_command_does_not_load_the_others() -> None:
 
 
 BUDGETS = {
-    "ui": 6_000,
-    "commands": 2_740,
+    "ui": 5_700,
+    "commands": 2_670,
     "hal/can": 2_610,
     "launch": 3_930,  # with the window of a commander, which a command made
     "games": 3_570,  # with the look of what lies on a field
-    "bus": 2_390,
+    "bus": 2_250,
     "hal/sim": 2_570,
     "localisation": 540,
     "hal/can/workshop": 1_080,
