@@ -4,7 +4,7 @@ One match over processes with a page, at rate 1, for which 0, 1 and 20 viewers, 
 a player open, look at it in turns, several rounds, so that all see the same match on the same machine. A viewer is a
 WebSocket of aiohttp's client in a process of its own, which reads and acknowledges each batch as the page does; it
 draws nothing. Numbers of ticks and of missed ticks are from the pulses of the nodes. CPU is the share of one core, from
-/proc.
+/proc. The details come with the plug-in vrg-developer.
 """
 
 import asyncio
@@ -38,7 +38,7 @@ async def _view(link: str, who: str, gaps: list[float], sizes: list[int]) -> Non
     async with aiohttp.ClientSession() as session, session.ws_connect(f"{page}socket") as socket:
         await socket.send_json({"t": "hello", "token": token if who == OFFICIAL else ""})
         if who == OFFICIAL:
-            await socket.send_json({"t": "inspect", "open": True, "player": "shark1"})
+            await socket.send_json({"t": "inspect", "drawer": "details", "player": "shark1"})
         batches, before = 0, time.monotonic()
         async for message in socket:
             now = time.monotonic()

@@ -18,6 +18,26 @@ PATIENCE = 120_000.0
 """ms of real time for anything to happen on a page."""
 SIZES = ((1280, 720), (1920, 1080), (390, 844))
 """The pixels of a small and of a large projector, and of a telephone."""
+LAYOUT = """async () => {
+    const overlap = (a, b) => Math.min(a.left + a.width, b.left + b.width) > Math.max(a.left, b.left) &&
+        Math.min(a.top + a.height, b.top + b.height) > Math.max(a.top, b.top);
+    const plates = vrg.field.plates, cut = [], root = document.documentElement;
+    const told = "h1, .team, .chip, button, #link-words, .round, .name, .deed, .points, .estop";
+    for (const element of document.querySelectorAll(told)) {
+        const hidden = !element.getClientRects().length, box = element.getBoundingClientRect();
+        const wide = element.scrollWidth > element.clientWidth + 1 || box.right > innerWidth;
+        if (!hidden && wide) cut.push(element.textContent);
+    }
+    const act = document.querySelector(".act:not([hidden])")?.getBoundingClientRect();
+    return {
+        cut,
+        covered: plates.some((a, i) => plates.slice(i + 1).some((b) => overlap(a, b))),
+        scrolls: root.scrollWidth > innerWidth || root.scrollHeight > innerHeight,
+        reachable: !act || act.bottom <= innerHeight,
+        field: vrg.field.canvas.clientHeight * vrg.field.canvas.clientWidth / innerWidth / innerHeight > 0.2,
+    };
+}"""
+"""What is cut off, covers something, or takes too much room on a page."""
 
 
 @contextmanager

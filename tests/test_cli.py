@@ -219,6 +219,8 @@ ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros
         ("fuzz roboflag", "vrg-faults"),
         ("compare one.py two.py --match roboflag", "vrg-league"),
         ("league play class", "vrg-league"),
+        ("show developer", "vrg-developer"),
+        ("play sharks-and-minnows --developer", "vrg-developer"),
         ("show hud red1", "vrg-hud"),
         ("node hud red1", "vrg-hud"),
         ("play hud", "vrg-hud"),

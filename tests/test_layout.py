@@ -262,22 +262,22 @@ def test_a_command_does_not_load_the_others() -> None:
 
 
 BUDGETS = {
-    "ui": 6_000,
-    "commands": 2_740,
-    "hal/can": 2_610,
+    "ui": 5_700,
+    "commands": 2_670,
+    "hal/can": 2_600,
     "launch": 3_930,  # with the window of a commander, which a command made
     "games": 3_570,  # with the look of what lies on a field
-    "bus": 2_390,
+    "bus": 2_250,
     "hal/sim": 2_570,
     "localisation": 540,
-    "hal/can/workshop": 1_080,
+    "hal/can/workshop": 1_020,
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
-    "shared values": 1_700,  # the figures of a picture; what plug-ins add and show
+    "shared values": 1_680,  # the figures of a picture; what plug-ins add and show
     "testing": 780,  # with what the tests and the faults of a robot on a simulated CAN bus share
     "agents": 1_390,
-    "recording": 1_210,
+    "recording": 1_140,
     "playing": 1_020,
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 830,  # with the bounds of students' code in a process that it shares, and where plug-ins lie

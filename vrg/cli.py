@@ -62,7 +62,6 @@ def _views() -> Table:
     return {
         "Show a running match": kinds
         | {
-            "developer": ("vrg.commands.page:developer", "The page with players, referee, streams and processes"),
             "camera": ("vrg.commands.sensors:camera", "Save a picture of what a robot sees"),
             "sensors": ("vrg.commands.sensors:sensors", "What the sensors of a robot measure"),
             "processes": ("vrg.commands.show:processes", "The processes of a match on all its machines"),
@@ -99,7 +98,7 @@ COMMANDS: Table = {
         "check": ("vrg.commands.play:check", "Find out whether a match file can be played"),
     },
     "Watch and decide": {
-        "show": (_views, "Watch a running match: window, developer, web, sensors ..."),
+        "show": (_views, "Watch a running match: window, web, sensors ..."),
         "official": ("vrg.commands.official:app", "Decide: halt, resume, end, overrule, place, substitute"),
         "estop": ("vrg.commands.estop:estop", "Stop every robot at once"),
         "run": (RUN, "Look at a recorded run: list, replay, why, result, plot ..."),

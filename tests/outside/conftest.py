@@ -9,7 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from tests.ui.web.conftest import browser, page_admission, port, server, visit
 from vrg import registry
+
+__all__ = ["browser", "page_admission", "port", "server", "visit"]
 
 PACKAGE = Path(__file__).with_name("package")
 

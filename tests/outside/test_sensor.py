@@ -1,4 +1,4 @@
-"""A sensor of somebody else describes itself: it is recorded, listed and drawn, and VRG knows nothing of it."""
+"""A sensor of somebody else describes itself: it is recorded and listed, and VRG knows nothing of it."""
 
 import io
 import json
@@ -9,25 +9,16 @@ import pytest
 from rich.console import Console
 
 from tests.recording.recordings import messages_of
-from tests.ui.web.details.making import KEYS, Bench
 from vrg.bus import messages as m
 from vrg.bus.codec import Received
 from vrg.config.loading import load_match
 from vrg.games import GAMES
-from vrg.hal.models import MODELS, RobotModel
 from vrg.hal.sensors import message_class
 from vrg.launch.nodes.recorder import recorder_node
 from vrg.launch.nodes.referee import open_journal
 from vrg.playing.in_process import play
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.readings import Watched, sensor_table
-from vrg.ui.web.details.layers import SENSORS, shapes
-
-
-@pytest.fixture
-def scout(installed: None, monkeypatch: pytest.MonkeyPatch) -> RobotModel:
-    monkeypatch.setenv("SDL_VIDEODRIVER", "dummy")
-    return MODELS.get("Scout")
 
 
 def reading(heading: float) -> m.SensorMessage:
@@ -51,17 +42,3 @@ def test_it_is_listed_in_a_terminal(installed: None) -> None:
     watched.take(("compass", "main"), Received("k", 1.0, 0, reading(math.pi / 2)))
     console.print(sensor_table(watched, "jade", 1.0))
     assert "90° from east" in console.file.getvalue()  # type: ignore[attr-defined]
-
-
-def test_the_details_of_its_player_have_it_in_words_and_the_field_where_it_is_drawn(scout: RobotModel) -> None:
-    bench = Bench(2, robot=scout)
-    body = reading(math.pi)
-    bench.tell(KEYS.sensor(type(body), "robot1", "main"), body)
-    bench.ticks(1)
-    insight = bench.insight("robot1")
-    assert insight.words["robot/robot1/sensor/compass/main"] == "180° from east"
-    [mark] = shapes(insight)[SENSORS]
-    pose = bench.pose("robot1")
-    assert {round(math.dist(point, (pose.x, pose.y)), 1) for point in mark.points} == {
-        round(1.3 * math.hypot(*scout.size) / 2, 1)
-    }

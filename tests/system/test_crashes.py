@@ -18,12 +18,14 @@ from vrg.coordinator.coordinator import PERIOD
 from vrg.coordinator.evidence import read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.judging import judge_again
+from vrg.hal.driver import COMMAND_TIMEOUT
 from vrg.types import STILL
 
 pytestmark = pytest.mark.system
 
-STOP_TIME = 0.3
-"""s of match time in which a robot that is left alone stands."""
+STOP_TIME = COMMAND_TIMEOUT + 0.1 + 2 * 0.02
+"""s of match time in which a robot that is left alone stands: its watchdog, its brake from 0.65 m/s, and a tick each
+until the world has heard its last command and until it looks."""
 
 
 def strike(match: Match, name: str, fault: signal.Signals) -> psutil.Process:

@@ -166,6 +166,11 @@ class PlayOptions(PracticeOptions):
         return web_address(self.listen) if self.web or self.listen or self.developer else None
 
     @property
+    def drawer(self) -> str:
+        """The name of the drawer of the page that the official's link opens; empty for none."""
+        return "details" if self.developer else ""
+
+    @property
     def views(self) -> dict[str, str | None]:
         """The further views by their names in `vrg show`, with the address that was typed for each."""
         known = {"foxglove": self.foxglove, "3d": self.three, "ros": self.ros}

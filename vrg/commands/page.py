@@ -1,6 +1,6 @@
-"""The commands `vrg show web` and `developer`, which serve a running match to browsers.
+"""The command `vrg show web`, which serves a running match to browsers.
 
-`vrg play` shares how they choose a port, make the tokens of the page, and print where people find it.
+`vrg play` shares how it chooses a port, makes the tokens of the page, and prints where people find it.
 """
 
 import socket
@@ -36,6 +36,7 @@ from vrg.seats.credentials import is_official
 from vrg.seats.folder import LASTS, LOCAL_HOSTS, KeysFolder
 from vrg.seats.seat import Seat, SeatKind
 from vrg.ui.web.admission import DEFAULT_PORT, OFFICIAL, Admission, VisitorKind, admission, read_admission, tls_context
+from vrg.ui.web.drawers import DRAWERS
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
@@ -45,35 +46,41 @@ CHECKED_EVERY = 1.0
 """The real time in s between two looks at whether the page is still served."""
 EVERYWHERE = "0.0.0.0"
 """The address to listen on for all other machines."""
-DETAILS = "&details"
-"""The end of a link by which the page shows the details from the start."""
 _LOOPBACK = ("127.0.0.1", "::1", "localhost")
 _WHO = {VisitorKind.VIEWER: "watch", VisitorKind.OFFICIAL: "official", VisitorKind.SEAT: "drive {}"}
 
 
 def web(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -> None:
     """Show a running match in browsers. Without the official's keys everybody may only watch."""
-    _serve(on, listen, tls=tls)
+    serve_page(on, listen, tls=tls)
 
 
-def developer(on: MatchOptions, listen: ListenOption = None, tls: TlsOption = False) -> None:
-    """Show a running match in browsers; the official's link opens the details: players, referee, streams, processes."""
-    _serve(on, listen, tls=tls, details=True)
+def serve_page(on: MatchOptions, listen: str | None, *, tls: bool, drawer: str = "") -> None:
+    """Serve the page of a running match until Ctrl-C is pressed.
 
+    Args:
+        listen: the address that was typed. tls: True serves it by https.
+        drawer: the name of the drawer that the official's link opens; empty for none. With one there is such a link
+            without the official's keys, too, which lets its holder look into the drawer, and stop everything.
 
-def _serve(on: MatchOptions, listen: str | None, *, tls: bool, details: bool = False) -> None:
+    Raises:
+        ConfigError: there is no such drawer.
+        LaunchError: the port is not free, this machine has no such address, or what serves pages is not installed.
+    """
+    if drawer:
+        DRAWERS.get(drawer)
     _need_server()
     host, port = web_address(listen)
     found, seats = attached(on), WEB.seats_of("")
-    if details:
+    if drawer:
         found.known_setup()
     official = is_official(credentials_for(found.endpoint, on.keys, *seats))
     with connected(found.endpoint, on.keys, *seats, patience=10.0) as (stop, session):
         state = first_state(session, found.keys, stop)
     if state is not None:
         driven = [player.name for player in state.players] if official else []
-        page = open_page(host, port, driven, deciding=official or details, tls=tls)
-        print_links(page, make_console(), details=details)
+        page = open_page(host, port, driven, deciding=official or bool(drawer), tls=tls)
+        print_links(page, make_console(), drawer)
         found.serve(WEB, secret=page.encoded())
 
 
@@ -170,11 +177,11 @@ def known_page(keys: Path) -> Admission | None:
     return page
 
 
-def print_links(page: Admission, console: Console, *, details: bool = False) -> None:
-    """Print the links of the page, and who can open it. With `details` they are open by the official's link."""
+def print_links(page: Admission, console: Console, drawer: str = "") -> None:
+    """Print the links of the page, and who can open it. The official's link opens the drawer of this name, if any."""
     for address in reached_at(page.host):
         links = [
-            (_WHO[role.kind].format(role.player), f"{link}{DETAILS}" if details and role == OFFICIAL else link)
+            (_WHO[role.kind].format(role.player), f"{link}&{drawer}" if drawer and role == OFFICIAL else link)
             for role, link in page.links(address)
         ]
         width = max(len(who) for who, _ in links)

@@ -22,6 +22,7 @@ from vrg.playing.apart import DEADLINE
 from vrg.playing.match import Way, new_run, play, prepare, sealing, undriven
 from vrg.registry import load_object
 from vrg.runs.run_folder import RunFolder
+from vrg.ui.web.drawers import DRAWERS
 
 
 def play_match(
@@ -85,6 +86,8 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
     taken = placed(setup, window=window, record=options.record)
     page = None
     if options.address is not None:
+        if options.drawer:
+            DRAWERS.get(options.drawer)
         page = open_page(*options.address, names, keys=way.keys, tls=options.tls)
     opened: dict[str, Opening] = {}
     for name, typed in options.views.items():
@@ -96,7 +99,7 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
 
     def ready(process: str, endpoint: str) -> None:
         if process == WEB.process and page is not None:
-            print_links(page, console, details=options.developer)
+            print_links(page, console, options.drawer)
         if process in opened:
             console.print(opened[process].words(endpoint), soft_wrap=True)
 

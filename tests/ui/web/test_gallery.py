@@ -50,13 +50,13 @@ def test_viewers_that_keep_up_share_one_text(gallery):
 
 
 def test_a_private_part_goes_to_those_alone_who_have_asked_for_it_also_if_it_is_older(gallery):
-    gallery.put({"frame": '"f1"', "details/ann": '"a1"', "details/bob": '"b1"'})
+    gallery.put({"frame": '"f1"', "drawer/details/ann": '"a1"', "drawer/details/bob": '"b1"'})
     found, seen = news(gallery, Delivered())
     assert found == ["f1"]
-    text, seen = gallery.since(seen, "details/ann")
+    text, seen = gallery.since(seen, "drawer/details/ann")
     assert text == '"a1"'
-    assert gallery.since(seen, "details/ann") == ("", seen)
-    assert gallery.since(seen, "details/bob")[0] == '"b1"'
+    assert gallery.since(seen, "drawer/details/ann") == ("", seen)
+    assert gallery.since(seen, "drawer/details/bob")[0] == '"b1"'
 
 
 def test_old_calls_are_forgotten_and_nobody_gets_one_twice(gallery):
@@ -71,9 +71,9 @@ def test_old_calls_are_forgotten_and_nobody_gets_one_twice(gallery):
 
 
 def test_a_private_part_that_nobody_wants_any_more_is_forgotten_and_a_new_one_is_new(gallery):
-    gallery.put({"details/ann": "old"})
-    _, seen = gallery.since(Delivered(), "details/ann")
+    gallery.put({"drawer/details/ann": "old"})
+    _, seen = gallery.since(Delivered(), "drawer/details/ann")
     gallery.forget({"bob"})
-    assert "old" not in gallery.since(Delivered(), "details/ann")[0]
-    gallery.put({"details/ann": "new"})
-    assert "new" in gallery.since(seen, "details/ann")[0]
+    assert "old" not in gallery.since(Delivered(), "drawer/details/ann")[0]
+    gallery.put({"drawer/details/ann": "new"})
+    assert "new" in gallery.since(seen, "drawer/details/ann")[0]

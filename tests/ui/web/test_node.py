@@ -12,8 +12,9 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.node import Tick
 from vrg.bus.pacing import LEASE
 from vrg.errors import LaunchError
+from vrg.ui.scene import Scene
 from vrg.ui.web.node import WebNode
-from vrg.ui.web.requests import Command, Decision, PageButton, Wishes
+from vrg.ui.web.requests import Command, Decision, Inspect, PageButton, Wishes
 
 
 class Audience:
@@ -21,7 +22,7 @@ class Audience:
 
     def __init__(self) -> None:
         self.watched = True
-        self.inspected: frozenset[str] = frozenset()
+        self.inspected: frozenset[Inspect] = frozenset()
         self.frames: list[dict[str, object]] = []
         self.calls: list[dict[str, object]] = []
         self.told: list[tuple[int, str]] = []
@@ -272,51 +273,71 @@ def test_without_an_officials_seat_it_stops_everything_and_decides_nothing(keys,
     assert "no official's seat" in audience.told[0][1]
 
 
-def test_details_are_drawn_up_now_and_then_for_those_that_are_wanted_and_only_while_they_are(node, match, audience):
+class Tally:
+    """The content of a drawer, which keeps what it is asked."""
+
+    def __init__(self) -> None:
+        self.listens = False
+
+    def take(self, now: float) -> None:
+        self.listens = True
+
+    def close(self) -> None:
+        self.listens = False
+
+    def part(self, now: float, scene: Scene, player: str) -> dict[str, object]:
+        return {"player": player, "players": [each.name for each in scene.players]}
+
+
+@pytest.fixture
+def tally():
+    return Tally()
+
+
+@pytest.fixture
+def drawn(keys, audience, tally):
+    """A page with a drawer."""
+    return WebNode("web", Mailbox(), keys, audience, drawers={"tally": tally})
+
+
+def wanted(*players: str, drawer: str = "tally") -> frozenset[Inspect]:
+    return frozenset(Inspect(drawer=drawer, player=player) for player in players)
+
+
+def test_drawers_are_drawn_up_now_and_then_for_those_that_are_wanted_and_only_while_they_are(drawn, match, audience):
     def ticks(first: int, count: int) -> list[str]:
-        """The details in the frames of so many ticks."""
+        """What drawers show in the frames of so many ticks."""
         del audience.frames[:]
         for number in range(first, first + count):
-            match.step(node, number * node.period, number)
-        return [name for frame in audience.frames for name in frame if name.startswith("details")]
+            match.step(drawn, number * drawn.period, number)
+        return [name for frame in audience.frames for name in frame if name.startswith("drawer")]
 
     assert ticks(0, 50) == []
-    audience.inspected = frozenset({"", "nemo", "nobody"})
+    audience.inspected = wanted("", "nemo", "nobody")
     found = ticks(50, 250)
-    assert set(found) == {"details/", "details/nemo", "details/nobody"}
+    assert set(found) == {"drawer/tally/", "drawer/tally/nemo", "drawer/tally/nobody"}
     assert audience.frames[0].keys() & set(found) == set(), "until then nothing has been heard"
-    [unknown] = [frame["details/nobody"] for frame in audience.frames if "details/nobody" in frame][-1:]
-    assert unknown["selected"] == "", "nobody is no player"
-    assert 16 <= found.count("details/nemo") <= 20, "in 10 s"
-    [shown] = [frame["details/nemo"] for frame in audience.frames if "details/nemo" in frame][-1:]
-    assert shown["selected"] == "nemo"
-    assert [name for name, _ in shown["tabs"]["players"]["rows"]] == list(synthetic.NAMES)
-    audience.inspected = frozenset({"gill"})
-    assert ticks(300, 1) == ["details/gill"], "who selects another player need not wait"
+    [unknown] = [frame["drawer/tally/nobody"] for frame in audience.frames if "drawer/tally/nobody" in frame][-1:]
+    assert unknown["data"]["player"] == "", "nobody is no player"
+    assert 16 <= found.count("drawer/tally/nemo") <= 20, "in 10 s"
+    [shown] = [frame["drawer/tally/nemo"] for frame in audience.frames if "drawer/tally/nemo" in frame][-1:]
+    assert shown == {"t": "drawer", "drawer": "tally", "data": {"player": "nemo", "players": list(synthetic.NAMES)}}
+    audience.inspected = wanted("gill")
+    assert ticks(300, 1) == ["drawer/tally/gill"], "who selects another player need not wait"
+    audience.inspected = wanted("gill", drawer="another")
+    assert ticks(301, 50) == [], "there is no such drawer"
     audience.inspected = frozenset()
-    assert ticks(301, 50) == []
+    assert ticks(351, 50) == []
 
 
-def test_it_listens_to_everything_only_while_somebody_wants_details(keys, match, audience):
-    class Bus:
-        opened = 0
-
-        def collect_raw(self, expression, limit):
-            self.opened += 1
-            return self
-
-        def __call__(self):
-            return []
-
-        def close(self):
-            self.opened -= 1
-
-    node, bus = WebNode("web", Mailbox(), keys, audience), Bus()
-    node.traffic.attach(bus)
-    for number, (wanted, watched) in enumerate([((), True), (("",), True), (("",), True), ((), False)]):
-        audience.inspected, audience.watched = frozenset(wanted), watched
-        match.step(node, 5.0 + number, number)
-        assert bus.opened == len(wanted)
+def test_a_drawer_listens_only_while_somebody_has_it_open(drawn, match, audience, tally):
+    for number, (opened, watched) in enumerate([((), True), (("",), True), (("",), True), ((), False)]):
+        audience.inspected, audience.watched = wanted(*opened), watched
+        match.step(drawn, 5.0 + number, number)
+        assert tally.listens == bool(opened)
+    audience.inspected = wanted("", drawer="another")
+    match.step(drawn, 9.0, 4)
+    assert not tally.listens
 
 
 def test_another_page_of_the_match_does_not_take_an_answer_for_its_own(keys, match):

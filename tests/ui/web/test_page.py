@@ -3,15 +3,13 @@
 import json
 import math
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
-from playwright.sync_api import Browser
 
-from tests.chromium import SIZES, Visitor, chromium
+from tests.chromium import LAYOUT, SIZES, Visitor
 from tests.ui import synthetic
-from tests.ui.web.details.making import Bench
 from vrg.bus.messages import Stage, Zone
 from vrg.colours import hexadecimal
 from vrg.regions import Rectangle
@@ -19,9 +17,6 @@ from vrg.types import Pose
 from vrg.ui.labels import Placer, Wanted, line_to
 from vrg.ui.scene import Scene, SceneBody, ScenePlayer
 from vrg.ui.web import parts
-from vrg.ui.web.admission import Admission, admission
-from vrg.ui.web.details.part import details
-from vrg.ui.web.gallery import PRIVATE
 from vrg.ui.web.requests import PageButton, Wishes
 from vrg.ui.web.server import WebServer
 
@@ -51,43 +46,6 @@ def crowd(count: int, time: float = 0.0) -> Scene:
         score=(("sharks", 3), ("minnows", 12)), players=players, bodies=bodies,
         zones=(Zone(name="field", kind="field", region=FIELD),),
     )  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as found:
-        yield found
-
-
-@pytest.fixture
-def page_admission(port: int) -> Admission:
-    return admission("127.0.0.1", port, ["player1", "player2"])
-
-
-@pytest.fixture
-def server(page_admission: Admission) -> Iterator[WebServer]:
-    made = WebServer(page_admission, "final")
-    made.start()
-    yield made
-    made.stop()
-
-
-@pytest.fixture
-def visit(browser: Browser, server: WebServer, page_admission: Admission) -> Iterator[Callable[..., Visitor]]:
-    """Opens the page as a viewer, the `official`, or the driver of a player; a page that fails fails the test."""
-    visitors: list[Visitor] = []
-
-    def make(who: str = "", size: tuple[int, int] = SIZES[0]) -> Visitor:
-        who, _, more = who.partition("&")
-        token = page_admission.official if who == "official" else page_admission.seats.get(who, "")
-        link = f"http://127.0.0.1:{page_admission.port}/#{token}"
-        visitors.append(Visitor(browser, f"{link}&{more}" if more else link, size))
-        return visitors[-1]
-
-    yield make
-    for visitor in visitors:
-        visitor.close()
-    assert [visitor.errors for visitor in visitors] == [[] for _ in visitors]
 
 
 class TestPureParts:
@@ -208,28 +166,6 @@ class TestPureParts:
         assert found == ["1. press “Release the stop”", "press “Recover robots”", "press “Continue”", "drive on"]
 
 
-LAYOUT = """async () => {
-    const overlap = (a, b) => Math.min(a.left + a.width, b.left + b.width) > Math.max(a.left, b.left) &&
-        Math.min(a.top + a.height, b.top + b.height) > Math.max(a.top, b.top);
-    const plates = vrg.field.plates, cut = [], root = document.documentElement;
-    const told = "h1, .team, .chip, button, #link-words, .round, .name, .deed, .points, .estop";
-    for (const element of document.querySelectorAll(told)) {
-        const hidden = !element.getClientRects().length, box = element.getBoundingClientRect();
-        const wide = element.scrollWidth > element.clientWidth + 1 || box.right > innerWidth;
-        if (!hidden && wide) cut.push(element.textContent);
-    }
-    const act = document.querySelector(".act:not([hidden])")?.getBoundingClientRect();
-    return {
-        cut,
-        covered: plates.some((a, i) => plates.slice(i + 1).some((b) => overlap(a, b))),
-        scrolls: root.scrollWidth > innerWidth || root.scrollHeight > innerHeight,
-        reachable: !act || act.bottom <= innerHeight,
-        field: vrg.field.canvas.clientHeight * vrg.field.canvas.clientWidth / innerWidth / innerHeight > 0.2,
-    };
-}"""
-"""What is cut off, covers something, or takes too much room on a page."""
-
-
 @pytest.mark.parametrize("who", ["", "official", "player2"], ids=["viewer", "official", "driver"])
 def test_everything_has_room(visit, server, who):
     page = visit(who)
@@ -314,106 +250,11 @@ def test_the_token_is_not_left_in_the_address(visit):
     official.wait("vrg.match.role === 'official'")
 
 
-class TestDetails:
-    """The drawer of the details, for officials."""
-
-    @pytest.fixture
-    def official(self, visit, server) -> Visitor:
-        """A page whose link opens the drawer, and that shows a match of three robots."""
-        bench = Bench()
-        bench.scan("robot1")
-        bench.ticks(2)
-        scene, names = bench.insight().scene, ("", "robot1", "robot2")
-        self.details = {f"{PRIVATE}{name}": parts.encode(details(bench.insight(name))) for name in names}
-        server.show(parts.parts(scene))
-        page = visit("official&details")
-        self.show(page, server, "")
-        page.wait("vrg.drawer.data && vrg.field.plates.length === 3")
-        return page
-
-    def show(self, page: Visitor, server: WebServer, selected: str) -> None:
-        """Show the details once a drawer wants those of a player; before, they are for nobody."""
-        for _ in range(1000):
-            if selected in server.inspected:
-                break
-            page.page.wait_for_timeout(20)
-        assert selected in server.inspected
-        server.show(self.details)
-
-    def names(self, page: Visitor) -> list[str]:
-        """What stands in the first column."""
-        found: list[str] = page.page.eval_on_selector_all(
-            "#table tbody td:first-child", "all => all.map(c => c.textContent)"
-        )
-        return found
-
-    def test_a_table_is_filtered_by_typing_and_sorted_by_its_headings(self, official, server):
-        assert self.names(official) == ["robot1", "robot2", "robot3"]
-        official.page.fill("#filter", "ROBOT3")
-        assert self.names(official) == ["robot3"]
-        official.page.click("[data-tab=streams]")
-        first = self.names(official)
-        assert len(first) > 3, "each table has its own filter"
-        for pressed, wanted in (("key", sorted(first)), ("key", sorted(first)[::-1]), ("key", first)):
-            official.page.click(f"[data-heading='{pressed}']")
-            assert self.names(official) == wanted
-        rates = "#table tbody td:nth-child(3)"
-        official.page.click("[data-heading='Hz']")
-        found = official.page.eval_on_selector_all(rates, "all => all.map(c => parseFloat(c.textContent))")
-        assert found == sorted(found, reverse=True)
-        assert len(set(found)) > 1
-        official.page.click("[data-tab=players]")
-        assert self.names(official) == ["robot3"]
-        official.page.type("#filter", "hcr")
-        official.page.wait_for_timeout(200)
-        assert server.wishes().decisions == (), "letters that are typed there are no keys of an official's"
-
-    def test_a_robot_that_is_clicked_is_shown_and_may_be_disqualified(self, official, server):
-        assert official.page.locator("#on-player").is_hidden()
-        x, y = official.page.evaluate("({ x, y } = vrg.field.robots[0].circle, [x, y])")
-        official.page.mouse.click(x, y)
-        self.show(official, server, "robot1")
-        official.wait("vrg.drawer.data?.selected === 'robot1'")
-        assert "Search/Turn" in official.text("#table")
-        official.wait("vrg.drawer.shapes.some(({ radius }) => radius)")
-        official.page.uncheck("#layers label:has-text('Scan') input")
-        official.wait("!vrg.drawer.shapes.some(({ radius }) => radius)")
-        official.page.click("#disqualify")
-        for _ in range(500):
-            if decisions := server.wishes().decisions:
-                break
-            official.page.wait_for_timeout(20)
-        assert [(d.what, d.player) for d in decisions] == [(PageButton.DISQUALIFY, "robot1")]
-        official.page.click("[data-tab=players]")
-        official.page.click("#table td:text('robot2')")
-        self.show(official, server, "robot2")
-        official.wait("vrg.drawer.data?.selected === 'robot2'")
-
-    def test_it_asks_for_nothing_while_it_is_closed_and_others_have_none(self, official, visit, server):
-        assert server.inspected == {""}
-        official.page.click("#more")
-        official.wait("!vrg.drawer.open && !vrg.drawer.shapes.length")
-        assert official.page.locator("#details").is_hidden()
-        for _ in range(500):
-            if not server.inspected:
-                break
-            official.page.wait_for_timeout(20)
-        assert server.inspected == frozenset()
-        driver = visit("player2&details")
-        driver.wait("vrg.match.role === 'seat'")
-        assert driver.page.locator("#more").is_hidden()
-        assert driver.page.locator("#details").is_hidden()
-
-    def test_everything_in_it_has_room(self, official):
-        for width, height in SIZES:
-            official.page.set_viewport_size({"width": width, "height": height})
-            for tab in ("players", "player", "streams"):
-                official.page.click(f"[data-tab={tab}]")
-                frame = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))"
-                official.page.evaluate(frame)
-                found = official.page.evaluate(LAYOUT)
-                assert (found["cut"], found["scrolls"], found["reachable"]) == ([], False, True), f"{width}x{height}"
-                assert official.page.locator("#sheet").bounding_box()["height"] > 150
+def test_without_a_drawer_the_page_has_no_button_and_loads_nothing_for_one(visit):
+    official = visit("official&details")
+    official.wait("vrg.match.role === 'official'")
+    assert official.page.locator("#drawers button").count() == 0
+    assert official.page.evaluate("[vrg.drawers.name, vrg.drawers.open]") == ["", None]
 
 
 class TestDriving:

@@ -19,7 +19,7 @@ from vrg.seats.authority import fingerprint
 from vrg.ui.web import site
 from vrg.ui.web.admission import admission
 from vrg.ui.web.headers import foreign
-from vrg.ui.web.requests import REQUEST_LIMIT, Command, PageButton, Wishes
+from vrg.ui.web.requests import REQUEST_LIMIT, Command, Inspect, PageButton, Wishes
 from vrg.ui.web.server import IN_FLIGHT, WebServer
 
 PATIENCE = 60.0
@@ -255,33 +255,34 @@ async def test_an_official_decides_and_hears_the_answer(server):
 
 
 @in_loop
-async def test_details_are_sent_to_officials_only_and_only_while_their_drawer_is_open(server):
+async def test_what_a_drawer_shows_is_sent_to_officials_only_and_only_while_they_have_it_open(server):
     def show(number: int) -> None:
         frame = json.dumps({"t": "frame", "n": number})
-        server.show({"frame": frame, "details/ann": json.dumps({"t": "details", "n": number})})
+        server.show({"frame": frame, "drawer/tally/ann": json.dumps({"t": "drawer", "n": number})})
+
+    async def inspect(page: Browser, **what: str) -> None:
+        await page.say(t="inspect", **what)
+        await until(lambda: server.inspected == ({Inspect(**what)} if what else set()))
 
     official, seat = token_of(server, "official"), token_of(server, "ann")
     async with guest(server) as viewer, guest(server, seat) as driver, guest(server, official) as page:
         for other in (viewer, driver):
-            await other.say(t="inspect", open=True, player="ann")
+            await other.say(t="inspect", drawer="tally", player="ann")
             assert "official's link" in (await other.hear("notice"))["text"]
         assert server.inspected == frozenset()
         show(1)
         await page.hear("frame")
-        await page.say(t="inspect", open=True, player="ann")
-        await until(lambda: server.inspected == {"ann"})
+        await inspect(page, drawer="tally", player="ann")
         show(2)
-        while (await page.hear("details"))["n"] != 2:
+        while (await page.hear("drawer"))["n"] != 2:
             pass  # what was drawn up before
-        await page.say(t="inspect", open=False)
-        await until(lambda: server.inspected == frozenset())
+        await inspect(page)
         show(3)
         for one in (viewer, driver, page):
             while (await one.hear("frame"))["n"] != 3:
                 pass
-            assert [message for message in one.heard if message["t"] == "details"] == []
-        await page.say(t="inspect", open=True, player="bob")
-        await until(lambda: server.inspected == {"bob"})
+            assert [message for message in one.heard if message["t"] == "drawer"] == []
+        await inspect(page, drawer="tally", player="bob")
     await until(lambda: server.inspected == frozenset())
 
 

@@ -10,7 +10,7 @@ from typing import Final
 
 CALLS_KEPT: Final = 200
 """The number of the referee's calls that a late viewer gets."""
-PRIVATE: Final = "details/"
+PRIVATE: Final = "drawer/"
 """The beginning of the names of the parts that are not for all."""
 
 

@@ -11,7 +11,6 @@ from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages import Call, Estop, EstopRelease, Official, OfficialAction
 from vrg.bus.node import Node, Tick
 from vrg.bus.topics import Keys
-from vrg.bus.traffic import Traffic
 from vrg.hal.models import RobotModel
 from vrg.regions import Region
 from vrg.ui.builder import SceneBuilder, SceneInlets
@@ -19,10 +18,9 @@ from vrg.ui.driving import TAKEN, Driving
 from vrg.ui.pace import Pace
 from vrg.ui.scene import Scene
 from vrg.ui.web import parts
-from vrg.ui.web.details.insight import Hearing
-from vrg.ui.web.details.part import details
+from vrg.ui.web.drawers import Content
 from vrg.ui.web.gallery import PRIVATE
-from vrg.ui.web.requests import Command, Decision, PageButton, Wishes
+from vrg.ui.web.requests import Command, Decision, Inspect, PageButton, Wishes
 
 log = logging.getLogger(__name__)
 
@@ -31,10 +29,10 @@ FRAME: Final = 1 / 25
 LET_GO: Final = "You do not drive {} now: let go of the controls once, and then drive again."
 ANSWERS_AWAITED: Final = 200
 """The limit of decisions that are remembered until the referee answers them."""
-DETAILS_EVERY: Final = 15
-"""The details are drawn up with every so many frames, and at once for a player that is newly selected."""
+DRAWN_EVERY: Final = 15
+"""What drawers show is drawn up with every so many frames, and at once for a player that is newly selected."""
 LISTENING: Final = 3
-"""The frames between the first drawer that is opened and the details: until then little has been heard."""
+"""The frames between the first drawer that is opened and what it shows: until then little has been heard."""
 NO_OFFICIAL: Final = "This page has no official's seat: it may stop everything, but not decide."
 NO_PLAYER: Final = "Select a player first."
 _OFFICIAL: Final = {
@@ -56,8 +54,8 @@ class Audience(Protocol):
         """True if anybody looks."""
 
     @property
-    def inspected(self) -> frozenset[str]:
-        """The players whose details officials want, with the empty name for details of none; empty if nobody does."""
+    def inspected(self) -> frozenset[Inspect]:
+        """What the drawers show that officials have open."""
 
     def start(self) -> None:
         """Let them in."""
@@ -85,7 +83,7 @@ class WebNode(Node):
         audience: those who look at the page.
         robots: the models of the players' robots, by name.
         obstacles: the ground that the map's walls and obstacles cover, m.
-        traffic: counts what is heard, while somebody wants details. The runner of the node attaches it to the bus.
+        drawers: what officials may open beside the match, by name.
         official: whether the page has an official's seat.
     """
 
@@ -100,15 +98,14 @@ class WebNode(Node):
         *,
         robots: Mapping[str, RobotModel] = MappingProxyType({}),
         obstacles: Sequence[Region] = (),
-        traffic: Traffic | None = None,
+        drawers: Mapping[str, Content] = MappingProxyType({}),
         official: bool = True,
         period: float = FRAME,
     ) -> None:
         super().__init__(name, mailbox, period)
-        self.traffic = traffic or Traffic(keys)
         self._official = official
-        self._hearing = Hearing(keys, self.traffic, robots, official=official)
-        self._inspected: frozenset[str] = frozenset()
+        self._drawers = drawers
+        self._inspected: frozenset[Inspect] = frozenset()
         self._frames = 0
         self._keys = keys
         self._audience = audience
@@ -144,14 +141,16 @@ class WebNode(Node):
         for call in calls:
             self._answer(call)
         self._fulfil(self._audience.wishes(), live=tick.live)
-        if self._audience.inspected:
-            self._hearing.take(tick.time)
-        else:
-            self._hearing.close()
+        opened = {one.drawer for one in self._audience.inspected}
+        for name, content in self._drawers.items():
+            if name in opened:
+                content.take(tick.time)
+            else:
+                content.close()
         judged = [call for call in calls if call.rule != "refused"]
         if judged or (self._pace.due(tick, self._scene.rate) and self._audience.watched):
             self._scene = self._builder.build(tick.live)
-            shown = {**parts.parts(self._scene, self._kept), **self._details(tick.time)}
+            shown = {**parts.parts(self._scene, self._kept), **self._private(tick.time)}
             self._audience.show(shown, [parts.call(call, self._scene.game) for call in judged])
 
     def stop(self) -> None:
@@ -163,17 +162,21 @@ class WebNode(Node):
             self._audience.show(parts.parts(self._builder.build(live=self._scene.live), self._kept))
         self._audience.stop()
 
-    def _details(self, now: float) -> dict[str, str]:
-        """The details that are wanted, if it is time for them."""
+    def _private(self, now: float) -> dict[str, str]:
+        """What open drawers show, if it is time for it."""
         wanted, before = self._audience.inspected, self._inspected
         self._inspected, self._frames = wanted, self._frames + 1
         if wanted and not before:
             self._frames = -LISTENING
-        if self._frames < 0 or (wanted == before and self._frames % DETAILS_EVERY):
+        if self._frames < 0 or (wanted == before and self._frames % DRAWN_EVERY):
             return {}
+        return {f"{PRIVATE}{one.part}": self._drawn(one, now) for one in wanted if one.drawer in self._drawers}
+
+    def _drawn(self, wanted: Inspect, now: float) -> str:
         # A player may be selected that another match had.
-        insights = {n: self._hearing.insight(now, self._scene, n if self._scene.player(n) else "") for n in wanted}
-        return {f"{PRIVATE}{name}": parts.encode(details(insight)) for name, insight in insights.items()}
+        player = wanted.player if self._scene.player(wanted.player) else ""
+        data = self._drawers[wanted.drawer].part(now, self._scene, player)
+        return parts.encode({"t": "drawer", "drawer": wanted.drawer, "data": data})
 
     def _answer(self, call: Call) -> None:
         guest = self._asked.pop(call.answers, None) if call.answers is not None else None

@@ -77,10 +77,19 @@ class Pressed(_Request, frozen=True, tag="act", kw_only=True):
 
 
 class Inspect(_Request, frozen=True, tag="inspect", kw_only=True):
-    """The drawer of the details was opened or closed, or another player was selected; `player` is empty for none."""
+    """A drawer was opened, or another player was selected in it.
 
-    open: bool
+    Args:
+        drawer: its name; empty closes it. player: empty for none.
+    """
+
+    drawer: _NAME = ""
     player: _NAME = ""
+
+    @property
+    def part(self) -> str:
+        """The name of the part with what it shows, behind `vrg.ui.web.gallery.PRIVATE`."""
+        return f"{self.drawer}/{self.player}"
 
 
 Request = Hello | Ack | Drive | GiveBack | Pressed | Inspect
@@ -112,7 +121,7 @@ def refusal(role: VisitorRole, request: Request) -> str:
         case Pressed(what=what) if what is not PageButton.ESTOP and role.kind is not VisitorKind.OFFICIAL:
             return "to decide needs the official's link, with its token"
         case Inspect() if role.kind is not VisitorKind.OFFICIAL:
-            return "the details need the official's link, with its token"
+            return "a drawer needs the official's link, with its token"
         case _:
             return ""
 

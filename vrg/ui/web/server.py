@@ -9,6 +9,7 @@ import logging
 import threading
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Final
 
 from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
@@ -16,6 +17,7 @@ from aiohttp import WSCloseCode, WSMessage, WSMsgType, web
 from vrg.bus.mailbox import is_power_of_ten
 from vrg.ui.driving import DEAD_ZONE, SILENCE, SLOW
 from vrg.ui.web.admission import Admission, VisitorKind, VisitorRole
+from vrg.ui.web.drawers import Drawer
 from vrg.ui.web.gallery import PRIVATE, Delivered, Gallery
 from vrg.ui.web.lobby import Allowance, Lobby, Refused
 from vrg.ui.web.parts import colours, encode
@@ -52,7 +54,7 @@ DRIVING: Final = {"zone": DEAD_ZONE, "slow": SLOW, "deadman": 5, "turbo": 4, "si
 
 @dataclass(eq=False)
 class _Guest:
-    """One connection; `inspects` is the player that its drawer shows, empty for none, and None while that is closed."""
+    """One connection; `inspects` is what its drawer shows, and None while none is open."""
 
     number: int
     socket: web.WebSocketResponse
@@ -63,7 +65,7 @@ class _Guest:
     sent: int = 0
     shown: int = 0
     refused: int = 0
-    inspects: str | None = None
+    inspects: Inspect | None = None
     dismissed: bool = False
     ended: WSCloseCode | None = None
 
@@ -75,7 +77,7 @@ class _Guest:
 
     def unseen(self, gallery: Gallery) -> str:
         """What is new to it, from now on no more."""
-        news, self.seen = gallery.since(self.seen, None if self.inspects is None else f"{PRIVATE}{self.inspects}")
+        news, self.seen = gallery.since(self.seen, None if self.inspects is None else f"{PRIVATE}{self.inspects.part}")
         return news
 
 
@@ -84,11 +86,12 @@ class WebServer(Site):
 
     Args:
         admission: where it is served, and who may do what. match: the name of the match.
+        drawers: what officials may open beside it, by name.
     """
 
-    def __init__(self, admission: Admission, match: str) -> None:
+    def __init__(self, admission: Admission, match: str, drawers: Mapping[str, Drawer] = MappingProxyType({})) -> None:
         super().__init__(admission.host, admission.port, "index.html", admission.certificate, admission.private_key)
-        self._admission, self._match = admission, match
+        self._admission, self._match, self._drawers = admission, match, drawers
         self._lobby = Lobby(admission)
         self._gallery = Gallery()
         self._guests: dict[int, _Guest] = {}
@@ -98,11 +101,11 @@ class WebServer(Site):
         self._given_back: dict[str, None] = {}
         self._decisions: list[Decision] = []
         self._refused = 0
-        self._inspected: frozenset[str] = frozenset()
+        self._inspected: frozenset[Inspect] = frozenset()
 
     @property
-    def inspected(self) -> frozenset[str]:
-        """The players that open drawers show, with the empty name for a drawer that shows none."""
+    def inspected(self) -> frozenset[Inspect]:
+        """What open drawers show."""
         return self._inspected
 
     @property
@@ -129,7 +132,7 @@ class WebServer(Site):
 
     def _put(self, parts: Mapping[str, str], calls: Sequence[str]) -> None:
         self._gallery.put(parts, calls)
-        self._gallery.forget(self._inspected)
+        self._gallery.forget({one.part for one in self._inspected})
         for guest in self._guests.values():
             guest.news.set()
 
@@ -141,6 +144,8 @@ class WebServer(Site):
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what pages talk to."""
         router.add_get("/socket", self._talk)
+        for name, drawer in self._drawers.items():
+            self.add_files(router, drawer.folder, f"/drawers/{name}/")
 
     async def dismiss(self) -> None:
         """Send everybody the last picture, and that it is the last."""
@@ -200,6 +205,7 @@ class WebServer(Site):
         log.info("%s has joined", found.role.words)
         # Every guest in the dictionary is also in the lobby.
         self._guests[guest.number] = guest
+        drawers = self._drawers if found.role.kind is VisitorKind.OFFICIAL else {}
         guest.tell(
             {
                 "t": "welcome",
@@ -208,6 +214,7 @@ class WebServer(Site):
                 "player": found.role.player,
                 "colours": colours(),
                 "driving": DRIVING,
+                "drawers": {name: drawer.title for name, drawer in drawers.items()},
             }
         )
         return guest
@@ -305,8 +312,8 @@ class WebServer(Site):
                     self._commands[role.player] = Command(guest.number, role.player, forward, turn)
             case GiveBack():
                 self._leave_seat(role)
-            case Inspect(open=opened, player=player):
-                guest.inspects = player if opened else None
+            case Inspect(drawer=drawer):
+                guest.inspects = request if drawer else None
                 self._look_at_drawers()
                 guest.news.set()
             case Pressed(what=what, player=player):
@@ -321,7 +328,7 @@ class WebServer(Site):
 
     def _look_at_drawers(self) -> None:
         self._inspected = frozenset(g.inspects for g in self._guests.values() if g.inspects is not None)
-        self._gallery.forget(self._inspected)
+        self._gallery.forget({one.part for one in self._inspected})
 
     def _leave_seat(self, role: VisitorRole) -> None:
         if role.kind is VisitorKind.SEAT:

@@ -102,6 +102,16 @@ class Site:
     def add_routes(self, router: web.UrlDispatcher) -> None:
         """Add what there is besides files."""
 
+    def add_files(self, router: web.UrlDispatcher, folder: Traversable, below: str = "/") -> None:
+        """Add the files of a folder, by addresses that begin with `below`."""
+        for file in folder.iterdir():
+            kind = _TYPES.get(file.name.rpartition(".")[2])
+            if kind is not None:
+                path, body = f"{below}{file.name}", file.read_bytes()
+                if path == f"/{self._page}":
+                    path, body = "/", body.replace(b'src="main.js"', f'src="{self._script}"'.encode())
+                router.add_get(path, _file(body, kind))
+
     async def dismiss(self) -> None:
         """Tell the pages that this is the end."""
 
@@ -138,13 +148,8 @@ class Site:
         app = web.Application()
         app.on_response_prepare.append(_add_headers)
         self.add_routes(app.router)
-        for file in (file for folder in self._folders for file in folder.iterdir()):
-            kind = _TYPES.get(file.name.rpartition(".")[2])
-            if kind is not None:
-                path, body = f"/{file.name}", file.read_bytes()
-                if file.name == self._page:
-                    path, body = "/", body.replace(b'src="main.js"', f'src="{self._script}"'.encode())
-                app.router.add_get(path, _file(body, kind))
+        for folder in self._folders:
+            self.add_files(app.router, folder)
         runner = web.AppRunner(app, handle_signals=False, shutdown_timeout=1.0)
         await runner.setup()
         try:

@@ -1,6 +1,6 @@
 // Connects the parts of the page: the connection, what is known of the match, the field, the panel, and a driver's hands.
 import { Controls } from "./controls.js";
-import { Drawer } from "./details.js";
+import { Drawers } from "./drawers.js";
 import { Field } from "./field.js";
 import { Link } from "./link.js";
 import { Match } from "./match.js";
@@ -12,15 +12,17 @@ import { KEYS, WORDS } from "./words.js";
 const COMMAND = 50, SILENT = 3000;
 /** ms for which a notice is shown, and ms in which ending the game must be confirmed. */
 const NOTICE = 6000, CONFIRM = 4000;
+/** The types of the fields of drawers in which letters are no keys of the page. */
+const TYPED = ["search", "text", "textarea"];
 
 const byId = (id) => document.getElementById(id);
 const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
 const panel = new Panel();
 const controls = new Controls(byId("stick"), byId("knob"), () => act("estop"), () => driving && stopDriving(WORDS.padLost));
-const drawer = new Drawer((open, player) => match.role === "official" && link.send({ t: "inspect", open, player }));
-/** The link has asked for the details, which open once it is known that they may. */
-let detailed = false;
+const drawers = new Drawers((request) => match.role === "official" && link.send(request));
+/** The drawer for which the link has asked, which opens once it is known that it may. */
+let wanted = "";
 let token = takeToken();
 let takeover = false;
 const stop = new PendingStop(() => link.open && link.send({ t: "act", what: "estop" }));
@@ -33,10 +35,10 @@ function takeToken() {
   const [found, ...more] = location.hash.slice(1).split("&");
   if (found) {
     sessionStorage.setItem("token", found);
-    sessionStorage.setItem("detailed", more.includes("details") ? "yes" : "");
+    sessionStorage.setItem("drawer", more[0] ?? "");
     history.replaceState(null, "", location.pathname);
   }
-  detailed = sessionStorage.getItem("detailed") === "yes";
+  wanted = sessionStorage.getItem("drawer") ?? "";
   return sessionStorage.getItem("token") ?? "";
 }
 
@@ -62,6 +64,8 @@ function hear(message) {
       controls.rules = message.driving;
       byId("door").hidden = true;
       setRole();
+      drawers.offer(match.drawers, wanted);
+      wanted = "";
       break;
     case "refused":
       link.stop();
@@ -82,8 +86,8 @@ function hear(message) {
     case "bye":
       setRole(); // there is nothing to decide, and nobody to drive, any more
       break;
-    case "details":
-      drawer.take(message);
+    case "drawer":
+      drawers.take(message);
       break;
     case "notice":
       if (!message.released) tell(message.text);
@@ -101,9 +105,6 @@ function setRole() {
   stopDriving();
   document.body.dataset.role = match.role;
   byId("official").hidden = match.role !== "official" || match.ended;
-  byId("more").hidden = match.role !== "official";
-  drawer.set(match.role === "official" && (drawer.open || detailed));
-  detailed = false;
   byId("seat").hidden = match.role !== "seat" || match.ended;
   document.title = [match.player, match.name, "VRG"].filter(Boolean).join(" · ");
 }
@@ -169,7 +170,8 @@ function showSeat() {
   byId("stick").classList.toggle("driving", driving);
 }
 
-function act(what) {
+/** Ask for what a button says, about a player where there is one. */
+function act(what, player = "") {
   if (what === "end" && performance.now() > confirming) {
     confirming = performance.now() + CONFIRM;
     say("end", WORDS.reallyEnd);
@@ -178,7 +180,7 @@ function act(what) {
   }
   confirming = 0;
   if (what === "estop" && match.role !== "viewer") stop.press(performance.now());
-  else if (!link.send({ t: "act", what, player: drawer.selected })) tell(WORDS.notSent);
+  else if (!link.send({ t: "act", what, player })) tell(WORDS.notSent);
   showStop();
 }
 
@@ -194,7 +196,7 @@ function showStop() {
 }
 
 document.addEventListener("click", ({ target }) => {
-  if (target.dataset?.act) act(target.dataset.act);
+  if (target.dataset?.act) act(target.dataset.act, target.dataset.player);
 });
 byId("give-back").addEventListener("click", () => stopDriving());
 byId("fast").addEventListener("click", () => {
@@ -221,10 +223,9 @@ function showPlans() {
   if (!match.strokes.length) tell(match.plans ? WORDS.noPlans : WORDS.plansHidden);
 }
 byId("plans").addEventListener("click", showPlans);
-byId("more").addEventListener("click", () => drawer.set(!drawer.open));
 byId("field").addEventListener("click", ({ offsetX, offsetY }) => {
-  const name = drawer.open && field.robotAt(offsetX, offsetY);
-  if (name) drawer.select(name);
+  const name = drawers.open && field.robotAt(offsetX, offsetY);
+  if (name) drawers.open.select(name);
 });
 window.addEventListener("keydown", (event) => {
   const once = !event.repeat, asked = KEYS[event.key.toLowerCase()];
@@ -233,7 +234,7 @@ window.addEventListener("keydown", (event) => {
     // It would press the focused button, and the arrows would scroll the page.
     event.preventDefault();
   }
-  if (event.ctrlKey || event.metaKey || event.altKey || event.target === byId("filter")) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || TYPED.includes(event.target.type)) return;
   if (event.key.toLowerCase() === "l" && once) showPlans();
   controls.shift = event.shiftKey;
   if (match.role === "official" && asked && once) act(asked);
@@ -257,13 +258,13 @@ window.addEventListener("contextmenu", (event) => event.target.closest("#stick")
 
 function draw() {
   panel.show(match);
-  field.draw(match, performance.now() / 1000, match.player || (drawer.open && drawer.selected), drawer.shapes);
+  field.draw(match, performance.now() / 1000, match.player || drawers.open?.selected, drawers.open?.shapes);
   drawn += 1;
   requestAnimationFrame(draw);
 }
 let drawn = 0;
 
 // For tests, and for whoever wants to know.
-window.vrg = { match, field, drawer, link, controls, stop, drawn: () => drawn };
+window.vrg = { match, field, drawers, link, controls, stop, drawn: () => drawn };
 link.connect();
 requestAnimationFrame(draw);

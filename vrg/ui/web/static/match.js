@@ -10,6 +10,8 @@ export class Match {
     this.forget();
     this.role = "viewer";
     this.player = "";
+    /** The titles of the drawers that this page may open, by name. */
+    this.drawers = {};
     /** Whether what players sketch of their plans is shown; null leaves that to the game until somebody switches it. */
     this.plans = null;
   }
@@ -37,6 +39,7 @@ export class Match {
         this.name = message.match;
         this.role = message.role;
         this.player = message.player;
+        this.drawers = message.drawers;
         this.colours = message.colours;
         this.ended = false;
         this.motion.reset();

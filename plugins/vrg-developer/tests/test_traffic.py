@@ -5,7 +5,7 @@ import pytest
 from vrg.bus import messages as m
 from vrg.bus.codec import Received, encode
 from vrg.bus.topics import Keys
-from vrg.bus.traffic import SPAN, Traffic
+from vrg_developer.traffic import SPAN, Traffic
 
 KEYS = Keys("test")
 
@@ -88,7 +88,7 @@ def test_what_is_no_message_is_counted_and_loses_nothing(link):
 
 
 def test_after_more_than_can_wait_nothing_is_counted_as_lost(monkeypatch):
-    monkeypatch.setattr("vrg.bus.traffic.QUEUE_SIZE", 3)
+    monkeypatch.setattr("vrg_developer.traffic.QUEUE_SIZE", 3)
     waiting, closed = [], []
 
     class Bus:

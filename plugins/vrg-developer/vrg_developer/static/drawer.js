@@ -1,6 +1,38 @@
-// The drawer of the details: tables and lists about everything, for officials. It asks for them only while it is open.
-import { make, say } from "./panel.js";
-import { WORDS } from "./words.js";
+// The drawer of the details: tables and lists about everything, for officials.
+import { make, say } from "../../panel.js";
+
+const WORDS = {
+  asking: "Asking for the details …",
+  disqualify: "Disqualify",
+  reinstate: "Reinstate",
+  filter: "Type what rows must have",
+  /** What the headings of tables mean where that is not plain. Rates and ages are in real time. */
+  columns: {
+    age: "s since the newest message", Hz: "messages a second", lost: "messages that were lost since this was opened",
+    "ticks/s": "ticks a second of its own loop", missed: "ticks that were left out, as one before took too long",
+    refused: "messages refused because they came under a wrong key", ms: "how late it hears the match clock",
+    ppm: "how much faster its own clock runs", "driven by": "who drives it: its program, a person, the referee, or no one as it may not move",
+  },
+  tabs: { players: "Players", player: "Player", referee: "Referee", streams: "Streams", processes: "Processes" },
+  layers: { scans: "Scan", sensors: "Other sensors", sightings: "Sightings", measured: "Measured" },
+};
+/** The parts of the drawer, before words and rows are put into them. */
+const PARTS = `
+  <div id="tabs"></div>
+  <div id="layers"></div>
+  <p id="details-note"></p>
+  <div id="on-player"><button id="disqualify" data-act="disqualify"></button><button id="reinstate" data-act="reinstate"></button></div>
+  <input id="filter" type="search">
+  <div id="sheet">
+    <p id="sheet-note"></p>
+    <table id="table"><thead></thead><tbody></tbody></table>
+  </div>`;
+
+const style = Object.assign(make("link"), { rel: "stylesheet", href: new URL("drawer.css", import.meta.url) });
+await new Promise((done) => {
+  style.onload = style.onerror = done;
+  document.head.append(style);
+});
 
 const byId = (id) => document.getElementById(id);
 
@@ -30,17 +62,18 @@ export function arranged(table, { filter, sort }) {
 export const resorted = (sort, heading) => (sort?.[0] !== heading ? [heading, false] : sort[1] ? null : [heading, true]);
 
 export class Drawer {
-  /** `ask(open, player)` tells the server what is wanted. */
-  constructor(ask) {
+  /** Fill a section of the page; `ask(player)` tells the server whose details are wanted. */
+  constructor(section, ask) {
+    section.id = "details";
+    section.innerHTML = PARTS;
     this.ask = ask;
-    this.open = false;
     this.selected = "";
     this.tab = "players";
     /** What each tab is filtered by and sorted by. */
     this.views = Object.fromEntries(Object.keys(WORDS.tabs).map((tab) => [tab, { filter: "", sort: null }]));
     this.layers = new Set(Object.keys(WORDS.layers).filter((layer) => layer !== "sensors"));
     this.data = null;
-    for (const id of ["more", "disqualify", "reinstate"]) say(id, WORDS[id]);
+    for (const id of ["disqualify", "reinstate"]) say(id, WORDS[id]);
     byId("filter").placeholder = WORDS.filter;
     byId("filter").addEventListener("input", ({ target }) => {
       this.views[this.tab].filter = target.value;
@@ -67,14 +100,10 @@ export class Drawer {
     }));
   }
 
-  /** Open it or close it, and tell the server so. */
-  set(open) {
-    this.open = open;
+  /** It was opened, or the page has a new connection. */
+  begin() {
     this.data = null; // the link may lead to another match by now
-    byId("details").hidden = !open;
-    document.body.classList.toggle("detailed", open);
-    byId("more").setAttribute("aria-pressed", open);
-    this.ask(open, this.selected);
+    this.ask(this.selected);
     this.show();
   }
 
@@ -82,7 +111,7 @@ export class Drawer {
   select(player) {
     this.selected = player;
     this.turn("player");
-    this.ask(this.open, player);
+    this.ask(player);
   }
 
   turn(tab) {
@@ -93,7 +122,7 @@ export class Drawer {
   }
 
   take(data) {
-    this.data = this.open ? data : null;
+    this.data = data;
     this.show();
   }
 
@@ -109,6 +138,7 @@ export class Drawer {
     byId("on-player").hidden = tab !== "player";
     byId("disqualify").disabled = !known || data.out;
     byId("reinstate").disabled = !known || !data.out;
+    for (const button of byId("on-player").children) button.dataset.player = selected;
     say("details-note", data ? data.note : WORDS.asking);
     say("sheet-note", table.note);
     const [head] = fitted(byId("table").tHead, 1, "tr");

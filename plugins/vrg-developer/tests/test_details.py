@@ -1,17 +1,17 @@
 """What the drawer shows, as tables, lists and layers."""
 
 import pytest
+from heard import KEYS, ROBOT, Bench
 
-from tests.ui.web.details.making import KEYS, ROBOT, Bench
 from vrg.bus import messages as m
 from vrg.bus.messages.process import ProcessState
-from vrg.bus.traffic import Stream
 from vrg.hal.sensors.laser import LaserSpec
 from vrg.hal.sensors.touch import Touch, TouchSpec
 from vrg.types import Pose, Twist
-from vrg.ui.web.details import layers, player, referee, streams, tables
-from vrg.ui.web.details.insight import Insight
-from vrg.ui.web.details.tables import Tone
+from vrg_developer import layers, player, referee, streams, tables
+from vrg_developer.insight import Insight
+from vrg_developer.tables import Tone
+from vrg_developer.traffic import Stream
 
 
 def told(grid):

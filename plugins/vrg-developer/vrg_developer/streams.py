@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import Final
 
 from vrg.bus.topics import Keys, Qos, key_matches
-from vrg.bus.traffic import Stream
-from vrg.ui.web.details import words
-from vrg.ui.web.details.insight import Insight
-from vrg.ui.web.details.tables import Cell, Grid, GridRow, Tone
+from vrg_developer import words
+from vrg_developer.insight import Insight
+from vrg_developer.tables import Cell, Grid, GridRow, Tone
+from vrg_developer.traffic import Stream
 
 SILENCE: Final = 1.0
 """The real time in s after which a stream that was regular counts as silent."""

@@ -1,4 +1,4 @@
-"""The old names of the developers' view: they serve the page, and its official's link opens the details."""
+"""The commands that serve the page with a link of the official's that opens the details."""
 
 import io
 from contextlib import contextmanager
@@ -13,11 +13,12 @@ from vrg.commands.groups import MatchOptions, PlayOptions
 from vrg.commands.page import print_links
 from vrg.kinds import WEB
 from vrg.ui.web.admission import Admission, admission, read_admission
+from vrg_developer.command import developer
 
 
 def test_the_officials_link_alone_opens_the_details() -> None:
     out, page = io.StringIO(), admission("127.0.0.1", 8080, ["ann"])
-    print_links(page, Console(file=out, width=200), details=True)
+    print_links(page, Console(file=out, width=200), "details")
     watch, official, drive = (line.split()[-1] for line in out.getvalue().splitlines()[:3])
     assert official == f"http://127.0.0.1:8080/#{page.official}&details"
     assert (watch, drive) == ("http://127.0.0.1:8080/", f"http://127.0.0.1:8080/#{page.seats['ann']}")
@@ -45,7 +46,7 @@ def test_it_serves_the_page_of_a_running_match_also_without_the_officials_keys(
     monkeypatch.setattr(commands, "first_state", lambda *_of: state)
     monkeypatch.setattr(commands, "credentials_for", lambda *_of: None)
     monkeypatch.setattr(commands, "is_official", lambda _of: official)
-    commands.developer(MatchOptions())
+    developer(MatchOptions())
     commands.web(MatchOptions())
     [details, plain] = served
     assert (bool(details.official), [*details.seats]) == (True, driven)

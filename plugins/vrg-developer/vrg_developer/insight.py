@@ -8,7 +8,6 @@ from typing import Final, TypeVar
 from vrg.bus.codec import Received
 from vrg.bus.messages import Links, Manual, MeasuredPose, Message, RefereeState, Report, RobotState, Sighting
 from vrg.bus.topics import Keys, Topic, name_in
-from vrg.bus.traffic import Stream, Traffic
 from vrg.hal.models import RobotModel
 from vrg.hal.sensors.depiction import Cones, Depiction, Rays, Ticks
 from vrg.seats.access import lines
@@ -16,6 +15,7 @@ from vrg.seats.seat import SeatKind
 from vrg.types import Pose
 from vrg.ui.processes import Row, rows
 from vrg.ui.scene import Scene
+from vrg_developer.traffic import Stream, Traffic
 
 T = TypeVar("T", bound=Message)
 

@@ -7,10 +7,10 @@ from vrg.bus.names import chunk_of
 from vrg.types import Pose, Twist
 from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.scene import ScenePlayer, speed_text
-from vrg.ui.web.details import words
-from vrg.ui.web.details.insight import Insight
-from vrg.ui.web.details.streams import health
-from vrg.ui.web.details.tables import Grid, GridRow, Tone, driver_cell, heading, item
+from vrg_developer import words
+from vrg_developer.insight import Insight
+from vrg_developer.streams import health
+from vrg_developer.tables import Grid, GridRow, Tone, driver_cell, heading, item
 
 
 def player(insight: Insight) -> Grid:

@@ -11,7 +11,7 @@ from vrg.geometry import circumradius, compose, corners, ellipse
 from vrg.hal.sensors.depiction import Cones, Rays, Ticks
 from vrg.types import Pose, Uncertainty, Vector
 from vrg.ui import palette
-from vrg.ui.web.details.insight import SEEN, Insight, Reading, Seen
+from vrg_developer.insight import SEEN, Insight, Reading, Seen
 
 SCANS, SENSORS, SIGHTINGS, MEASURED = "scans", "sensors", "sightings", "measured"
 """The layers, by the names of their switches."""

@@ -9,14 +9,14 @@ from vrg.bus.codec import Received, encode
 from vrg.bus.mailbox import Mailbox
 from vrg.bus.messages.process import Processes, ProcessState, ProcessStatus
 from vrg.bus.topics import Keys, Topic
-from vrg.bus.traffic import Traffic
 from vrg.hal.models import MODELS, RobotModel
 from vrg.hal.sensors.laser import Laser
 from vrg.hal.sensors.sonar import Sonar
 from vrg.regions import Rectangle
 from vrg.types import Pose, Twist
 from vrg.ui.builder import SceneBuilder, SceneInlets
-from vrg.ui.web.details.insight import Hearing, Insight
+from vrg_developer.insight import Hearing, Insight
+from vrg_developer.traffic import Traffic
 
 KEYS = Keys("test")
 ROBOT = MODELS.get("P2AT")

@@ -1,10 +1,13 @@
-"""The part of the page that the drawer shows."""
+"""What the drawer shows, as plain data for the page."""
 
 from typing import Any
 
 from vrg.bus.messages import DISQUALIFIED
-from vrg.ui.web.details import layers, player, referee, streams, tables, words
-from vrg.ui.web.details.insight import Insight
+from vrg.launch.context import NodeContext
+from vrg.ui.scene import Scene
+from vrg_developer import layers, player, referee, streams, tables, words
+from vrg_developer.insight import Hearing, Insight
+from vrg_developer.traffic import Traffic
 
 
 def details(insight: Insight) -> dict[str, Any]:
@@ -16,7 +19,6 @@ def details(insight: Insight) -> dict[str, Any]:
     """
     state = None if insight.state is None else insight.state.player(insight.selected)
     return {
-        "t": "details",
         "selected": insight.selected,
         "out": state is not None and state.state == DISQUALIFIED,
         "note": "" if insight.official else words.WINDOW_SEAT,
@@ -29,3 +31,18 @@ def details(insight: Insight) -> dict[str, Any]:
         },
         "layers": layers.shapes(insight),
     }
+
+
+class Details(Hearing):
+    """What the drawer shows of a match: a `vrg.ui.web.drawers.Content`."""
+
+    def part(self, now: float, scene: Scene, player: str) -> dict[str, Any]:
+        """See `details`."""
+        return details(self.insight(now, scene, player))
+
+
+def made(on: NodeContext) -> Details:
+    """The content of the drawer, which hears what the seat of the page may hear."""
+    keys, traffic = on.setup.keys, Traffic(on.setup.keys)
+    traffic.attach(on.join())
+    return Details(keys, traffic, {player.name: player.robot for player in on.setup.players}, official=on.official)

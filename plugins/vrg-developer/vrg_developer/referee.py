@@ -5,9 +5,9 @@ import math
 from vrg.bus.messages import Auction, PlayerStatus
 from vrg.games import game_of
 from vrg.ui.scene import clock_text
-from vrg.ui.web.details import words
-from vrg.ui.web.details.insight import Insight
-from vrg.ui.web.details.tables import Grid, GridRow, Tone, heading, item
+from vrg_developer import words
+from vrg_developer.insight import Insight
+from vrg_developer.tables import Grid, GridRow, Tone, heading, item
 
 
 def referee(insight: Insight) -> Grid:

@@ -9,8 +9,8 @@ from vrg.bus.messages import ProcessState
 from vrg.ui.deeds import LOW_BATTERY
 from vrg.ui.processes import LATE, Row
 from vrg.ui.scene import ScenePlayer, speed_text
-from vrg.ui.web.details import words
-from vrg.ui.web.details.insight import Insight
+from vrg_developer import words
+from vrg_developer.insight import Insight
 
 
 class Tone(enum.StrEnum):

@@ -1,0 +1,15 @@
+"""The bench of the details, and what the tests of the drawer share with those of the page."""
+
+import pytest
+from heard import Bench
+
+from tests.ui.conftest import keys
+from tests.ui.web.conftest import browser, page_admission, port, server, visit
+
+__all__ = ["browser", "keys", "page_admission", "port", "server", "visit"]
+
+
+@pytest.fixture
+def bench() -> Bench:
+    """A match that somebody looks into."""
+    return Bench()

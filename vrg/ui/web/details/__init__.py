@@ -1,1 +1,0 @@
-"""What the page's drawer shows to officials: everything about players, referee, streams and processes."""
