@@ -242,6 +242,7 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     vrg: Vrg, monkeypatch: pytest.MonkeyPatch, typed: str, package: str
 ) -> None:
     monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
+    monkeypatch.setattr("vrg.ui.web.drawers.DRAWERS._found", {})
     for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES), ("hud", HUD_GAME)):
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
     done = vrg(*typed.split())

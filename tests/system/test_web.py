@@ -128,13 +128,6 @@ def _decide(match: Match, viewer: Visitor, visit: Callable[[str], Visitor]) -> N
         return match.observer.playing
 
     match.observer.wait_until(goes_on, "play to go on")
-    official.page.click("#more")
-    official.page.click("[data-tab=streams]")
-    for key in (f"player/{MINNOWS[0]}/report", "pulse/coordinator/referee"):
-        official.page.fill("#filter", key)
-        official.wait_text("#table td", key)
-    official.page.click("[data-tab=processes]")
-    official.wait_text("#table tr", "running")
     official.close()
 
 

@@ -3,10 +3,11 @@
 import pytest
 from heard import Bench
 
+from tests.system.conftest import arena, start
 from tests.ui.conftest import keys
 from tests.ui.web.conftest import browser, page_admission, port, server, visit
 
-__all__ = ["browser", "keys", "page_admission", "port", "server", "visit"]
+__all__ = ["arena", "browser", "keys", "page_admission", "port", "server", "start", "visit"]
 
 
 @pytest.fixture
