@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -10,7 +11,7 @@ from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.games import GAMES
 from vrg.kinds import BY_PROCESS, COMMANDER, KINDS, ROUTER, SPECTATOR, Kind
-from vrg.launch.specs import kind_of, placed, window_of
+from vrg.launch.specs import kind_of, placed, specs, window_of
 from vrg.registry import load_object
 
 
@@ -68,6 +69,7 @@ def test_a_game_names_the_window_that_is_opened(
     ("window", "said"),
     [
         ("web", "game roboflag: window: expected the kind of a window, got 'web'"),
+        ("player", "game roboflag: window: expected the kind of a window, got 'player'"),
         ("hud", "got 'hud', which the package vrg-hud adds: pip install vrg-hud"),
         ("spektator", "did you mean 'spectator'?"),
     ],
@@ -79,3 +81,14 @@ def test_what_is_no_window_is_refused(monkeypatch: pytest.MonkeyPatch, window: s
     monkeypatch.setattr("vrg.launch.specs.game_of", lambda _: replace(game, window=window))
     with pytest.raises(ConfigError, match=re.escape(said)):
         window_of(setup)
+
+
+def test_a_match_without_a_window_does_not_need_the_kind_that_its_game_opens(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    game, setup = GAMES.get("roboflag"), load_match(match_path("roboflag"))
+    monkeypatch.setattr("vrg.launch.specs.game_of", lambda _: replace(game, window="nowhere"))
+    found = specs(setup, tmp_path, "tcp/127.0.0.1:7447", window=False, record=True)
+    assert "spectator" not in {spec.name for spec in found}
+    with pytest.raises(ConfigError, match="nowhere"):
+        specs(setup, tmp_path, "tcp/127.0.0.1:7447", window=True, record=True)

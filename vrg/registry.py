@@ -121,7 +121,7 @@ class Registry(Generic[T]):
         plugin = self._plugins().get(name) if target is None else None
         failed = f"{self.what} {name}: cannot import"
         if target is not None:
-            found = imported(partial(load_object, target), f"{failed} {target}")
+            found = loaded(target, f"{self.what} {name}")
         elif plugin is not None:
             found = imported(plugin.load, f"{failed} {plugin.value} of the entry point group {self.group}")
         else:
@@ -210,6 +210,18 @@ def imported(load: Callable[[], Any], failed: str) -> Any:
         raise
     except (Exception, SystemExit) as error:
         raise ConfigError(f"{failed}: {error!r}") from error
+
+
+def loaded(target: str, what: str) -> Any:
+    """Return the object that `module:attribute` names, for which another package may stand.
+
+    Args:
+        what: the word for it, at the beginning of the message if it cannot be imported.
+
+    Raises:
+        ConfigError: it cannot be imported.
+    """
+    return imported(partial(load_object, target), f"{what}: cannot import {target}")
 
 
 def load_object(target: str) -> Any:

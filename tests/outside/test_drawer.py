@@ -10,6 +10,9 @@ import pytest
 
 from tests.chromium import Visitor
 from tests.ui import synthetic
+from vrg.bus.mailbox import Mailbox
+from vrg.bus.node import Tick
+from vrg.bus.topics import Keys
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.launch.nodes.web import web
@@ -17,7 +20,8 @@ from vrg.ui.web import parts
 from vrg.ui.web.admission import Admission
 from vrg.ui.web.drawers import DRAWERS, Drawer
 from vrg.ui.web.gallery import PRIVATE
-from vrg.ui.web.requests import Inspect
+from vrg.ui.web.node import WebNode
+from vrg.ui.web.requests import Inspect, Wishes
 from vrg.ui.web.server import WebServer
 
 SCRIPTS = "performance.getEntriesByType('resource').filter(({ name }) => name.includes('drawer.js'))"
@@ -53,13 +57,65 @@ def test_the_page_of_a_match_has_it_and_does_without_those_that_cannot_be_made(
     monkeypatch: pytest.MonkeyPatch, page_admission: Admission, caplog: pytest.LogCaptureFixture
 ) -> None:
     tally = DRAWERS.get("tally")
-    broken = {"blank": replace(tally, package="toys.race"), "mute": replace(tally, makes="toys.tally:nothing")}
+    broken = {
+        "blank": replace(tally, package="toys.race"), "lost": replace(tally, package="nowhere"),
+        "mute": replace(tally, makes="toys.tally:nothing"),
+    }  # fmt: skip
     monkeypatch.setattr(DRAWERS, "_found", {"tally": tally, **broken})
-    monkeypatch.setattr(DRAWERS, "names", lambda: ["blank", "mute", "tally"])
+    monkeypatch.setattr(DRAWERS, "names", lambda: ["blank", "lost", "mute", "tally"])
     node = web(context(page_admission)).node
     assert [*node._drawers] == ["tally"]  # type: ignore[attr-defined]
     assert "no drawer blank: expected drawer.js in the folder static of toys.race" in caplog.text
+    assert "no drawer lost: cannot find the package nowhere" in caplog.text
     assert "no drawer mute: cannot make what it shows by toys.tally:nothing: AttributeError" in caplog.text
+
+
+class Failing:
+    """A drawer that fails at one of its methods."""
+
+    def __init__(self, where: str) -> None:
+        self.where = where
+
+    def take(self, now: float) -> None:
+        if self.where == "take":
+            raise RuntimeError("broken")
+
+    def close(self) -> None:
+        if self.where == "close":
+            raise RuntimeError("broken")
+
+    def part(self, now: float, scene: Any, player: str) -> Any:
+        return {1: object()} if self.where == "data" else 1 / 0
+
+
+class Looking:
+    """An audience in which an official has a drawer open, or has none."""
+
+    watched = True
+
+    def __init__(self, *drawers: str) -> None:
+        self.inspected = frozenset(Inspect(drawer=name, player="") for name in drawers)
+        self.shown: list[Mapping[str, str]] = []
+
+    def check(self) -> None:
+        pass
+
+    def wishes(self) -> Wishes:
+        return Wishes()
+
+    def show(self, parts: Mapping[str, str], calls: Any = ()) -> None:
+        self.shown.append(parts)
+
+
+@pytest.mark.parametrize("where", ["take", "part", "data", "close"])
+def test_one_that_fails_is_dropped_and_the_page_goes_on(where: str, caplog: pytest.LogCaptureFixture) -> None:
+    audience = Looking() if where == "close" else Looking("bad")
+    node = WebNode("web", Mailbox(), Keys("race"), audience, drawers={"bad": Failing(where)})  # type: ignore[arg-type]
+    for number in range(200):
+        node.tick(Tick(time=0.1 * number, live=True))
+    assert not node._drawers
+    assert "the page goes on without the drawer bad" in caplog.text
+    assert audience.shown
 
 
 def test_a_name_that_no_package_adds_is_refused() -> None:

@@ -80,7 +80,7 @@ def test_who_looks_at_a_bus_is_told_that_its_drives_are_not_found(
     pytest.importorskip("vrg_bringup")
     lab = Simulation()
     monkeypatch.setattr(drives, "medium", lambda: lab)
-    assert unheard() == ["pulse"]
+    assert unheard()["pulse"] == "it has no listener"
     assert "pulse" not in {listener.word for listener in all_listeners(lambda _: None, lab.clock)}
     done = typer.testing.CliRunner().invoke(
         make_app(), ["can", command, "--interface", "virtual", "--channel", "pulse"]

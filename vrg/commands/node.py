@@ -25,7 +25,7 @@ from vrg.config.targets import whole_target
 from vrg.errors import ConfigError, LaunchError
 from vrg.kinds import KINDS, PLAYER, ROUTER, TRACKER, Kind, Opening
 from vrg.launch.serving import child_process, serve, serve_router
-from vrg.registry import expected_one_of, load_object
+from vrg.registry import expected_one_of, load_object, loaded
 from vrg.system import POSIX
 
 
@@ -154,7 +154,7 @@ def command_of(name: str) -> Callable[..., None]:
     def view(on: MatchOptions, listen: ListenOption = None) -> None:
         found = attached(on)
         secured = not found.endpoint.startswith("tcp/")
-        opening: Opening = load_object(kind.opens)(found.known_setup(), listen, secured=secured)
+        opening: Opening = loaded(kind.opens, kind.name)(found.known_setup(), listen, secured=secured)
         typer.echo(opening.words(found.endpoint))
         found.serve(kind, opening.name)
 

@@ -20,7 +20,7 @@ from vrg.launch.over_processes import Show
 from vrg.launch.specs import placed, window_of
 from vrg.playing.apart import DEADLINE
 from vrg.playing.match import Way, new_run, play, prepare, sealing, undriven
-from vrg.registry import load_object
+from vrg.registry import loaded
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.web.drawers import DRAWERS
 
@@ -95,7 +95,7 @@ def _shown(setup: MatchSetup, options: PlayOptions, console: Console, way: Way, 
         if kind.process in taken or kind.process in opened or not kind.process:
             other = "player" if kind.process in names else "process"
             raise ConfigError(f"--show {name}: its process has the name of the {other} {kind.process}: rename that one")
-        opened[kind.process] = load_object(kind.opens)(setup, typed, secured=way.secured)
+        opened[kind.process] = loaded(kind.opens, f"--show {name}")(setup, typed, secured=way.secured)
 
     def ready(process: str, endpoint: str) -> None:
         if process == WEB.process and page is not None:

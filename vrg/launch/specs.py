@@ -68,7 +68,7 @@ def window_of(setup: MatchSetup) -> tuple[Kind, str]:
         ConfigError: there is no such kind, or it is that of no window.
     """
     kind, first = KINDS.get(game_of(setup.game).window), setup.players[0]
-    if kind.process not in ("", SPECTATOR.process):
+    if kind.runner != SPECTATOR.runner:
         raise ConfigError(f"game {setup.game}: window: expected the kind of a window, got {kind.name!r}")
     return kind, {"player": first.name, "team": first.team}.get(kind.named, "window")
 
@@ -124,7 +124,8 @@ def specs(
         if kind is ROUTER:
             job = Job(kind=kind.name, router=endpoint, run=run, keys=given, upstream=upstream)
             return ProcessSpec(process, job.arguments, None, 0, kind.stop_order)
-        name = {SPECTATOR.process: window_of(setup)[1], WEB.process: "", **served}.get(process, process)
+        own = window_of(setup)[1] if process == SPECTATOR.process else process
+        name = {WEB.process: "", **served}.get(process, own)
         return ProcessSpec(
             process,
             Job(kind=kind.name, router=endpoint, run=run, name=name, keys=given).arguments,

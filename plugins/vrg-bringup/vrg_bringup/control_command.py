@@ -16,6 +16,7 @@ from vrg.commands.options import lasting, make_console, stoppable
 from vrg.errors import ConfigError, RobotError
 from vrg.hal.can.axis import AxisReport
 from vrg.hal.can.guard import HEARTBEAT_TIMEOUT
+from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.workshop.odrive.listener import OdriveListener, read_endpoints
 from vrg.hal.can.workshop.survey import unheard
 from vrg.hal.models import robot_model
@@ -66,8 +67,8 @@ def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat t
         bus.wait(_REPEAT)
         heard = bus.look(ask=False)
     console.print(table_of(heard))
-    for name in unheard():
-        console.print(f"Drives of the protocol {name} were not switched off: it has no listener.")
+    for name, why in unheard().items():
+        console.print(f"[red]Drives of the protocol {name} were not switched off: {escape(why)}.[/red]")
     still = [found for found in heard.nodes if found.on]
     for found in still:
         console.print(f"[red]{found.protocol} {found.node} is still on: does another program drive it?[/red]")
@@ -87,7 +88,10 @@ def stop(on: BusOptions, seconds: Annotated[float, lasting("How long to repeat t
     if still or turning or unsent or heard.troubles or not heard.nodes:
         raise typer.Exit(1)
     off = ", ".join(f"{found.protocol} {found.node}" for found in heard.nodes if found.on is False)
-    console.print(f"{link}: every motor was switched off. Off by their own reports: {off or 'none'}.")
+    words = ", ".join(name for name in PROTOCOLS.names() if name not in unheard())
+    console.print(
+        f"{link}: all motors that speak {words} were switched off. Off by their own reports: {off or 'none'}."
+    )
 
 
 def clear(on: BusOptions, ids: IdsOption = None) -> None:

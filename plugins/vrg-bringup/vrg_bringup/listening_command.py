@@ -74,8 +74,8 @@ def scan(on: BusOptions, seconds: Annotated[float, lasting("How long to listen."
     link, console = on.link(), make_console()
     with listening(link) as bus, console.status(f"listening on {link}"):
         heard = bus.look_for(seconds)
-    for name in unheard():
-        console.print(f"Drives of the protocol {name} are not found: it has no listener.")
+    for name, why in unheard().items():
+        console.print(f"Drives of the protocol {name} are not found: {escape(why)}.")
     if heard.nodes:
         console.print(table_of(heard))
         return

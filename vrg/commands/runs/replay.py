@@ -27,7 +27,7 @@ from vrg.commands.options import (
 )
 from vrg.errors import LaunchError
 from vrg.kinds import kind_shown
-from vrg.registry import load_object
+from vrg.registry import loaded
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
@@ -86,7 +86,7 @@ def replay(
 
         taken = read_for_window(folder, setup)
         typer.echo(taken.note, nl=bool(taken.note))
-        load_object(kind.replays)(taken.timeline, setup, at, listen)
+        loaded(kind.replays, f"--show {kind.shown}")(taken.timeline, setup, at, listen)
         return
     from vrg.runs.replay import replay_window
     from vrg.ui.window.replay import show

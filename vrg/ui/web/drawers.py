@@ -61,7 +61,8 @@ class Drawer:
         Raises:
             ConfigError: it cannot be made, or its package has no script for it.
         """
-        if not (self.folder / SCRIPT).is_file():
+        folder: Traversable = imported(lambda: self.folder, f"cannot find the package {self.package}")
+        if not (folder / SCRIPT).is_file():
             raise ConfigError(f"expected {SCRIPT} in the folder static of {self.package}")
         made: Content = imported(lambda: load_object(self.makes)(on), f"cannot make what it shows by {self.makes}")
         return made

@@ -1,9 +1,10 @@
 """The page as a node of the match: it shows the match to browsers, and publishes what people there want."""
 
+import contextlib
 import itertools
 import logging
 import secrets
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import ClassVar, Final, Protocol
 
@@ -104,7 +105,7 @@ class WebNode(Node):
     ) -> None:
         super().__init__(name, mailbox, period)
         self._official = official
-        self._drawers = drawers
+        self._drawers = dict(drawers)
         self._inspected: frozenset[Inspect] = frozenset()
         self._frames = 0
         self._keys = keys
@@ -142,11 +143,12 @@ class WebNode(Node):
             self._answer(call)
         self._fulfil(self._audience.wishes(), live=tick.live)
         opened = {one.drawer for one in self._audience.inspected}
-        for name, content in self._drawers.items():
-            if name in opened:
-                content.take(tick.time)
-            else:
-                content.close()
+        for name, content in list(self._drawers.items()):
+            with self._contained(name):
+                if name in opened:
+                    content.take(tick.time)
+                else:
+                    content.close()
         judged = [call for call in calls if call.rule != "refused"]
         if judged or (self._pace.due(tick, self._scene.rate) and self._audience.watched):
             self._scene = self._builder.build(tick.live)
@@ -170,7 +172,21 @@ class WebNode(Node):
             self._frames = -LISTENING
         if self._frames < 0 or (wanted == before and self._frames % DRAWN_EVERY):
             return {}
-        return {f"{PRIVATE}{one.part}": self._drawn(one, now) for one in wanted if one.drawer in self._drawers}
+        found = {}
+        for one in wanted:
+            if one.drawer in self._drawers:
+                with self._contained(one.drawer):
+                    found[f"{PRIVATE}{one.part}"] = self._drawn(one, now)
+        return found
+
+    @contextlib.contextmanager
+    def _contained(self, name: str) -> Iterator[None]:
+        """Drop a drawer that fails: the page, which has the emergency stop, is served without it."""
+        try:
+            yield
+        except Exception:  # another package may raise anything
+            log.exception("the page goes on without the drawer %s, which has failed", name)
+            del self._drawers[name]
 
     def _drawn(self, wanted: Inspect, now: float) -> str:
         # A player may be selected that another match had.

@@ -11,6 +11,7 @@ from vrg.hal.can.protocols import PROTOCOLS
 from vrg.hal.can.troubles import NoFdError
 from vrg.hal.can.workshop.listener import Claim, Listener
 from vrg.hal.clock import Clock
+from vrg.registry import OFFERED
 
 log = logging.getLogger(__name__)
 
@@ -28,9 +29,19 @@ def all_listeners(send: Send, clock: Clock) -> list[Listener[Any]]:
     return found
 
 
-def unheard() -> list[str]:
-    """The names of the protocols without a listener, whose drives cannot be found, or stopped, on a bus."""
-    return [name for name in PROTOCOLS.names() if (found := PROTOCOLS.find(name)) and found.listener is None]
+def unheard() -> dict[str, str]:
+    """The protocols whose drives cannot be found, or stopped, on a bus, by name; and why, in words."""
+    found = {}
+    for name in sorted({*PROTOCOLS.names(), *OFFERED[PROTOCOLS.group]}):
+        try:
+            protocol = PROTOCOLS.get(name)
+            if protocol.listener is None:
+                found[name] = "it has no listener"
+            else:
+                _ = protocol.listener_type
+        except ConfigError as error:
+            found[name] = str(error)
+    return found
 
 
 def who_speaks(frames: Iterable[Frame], clock: Clock) -> str:

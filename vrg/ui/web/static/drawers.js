@@ -35,8 +35,10 @@ export class Drawers {
     if (this.open) this.open.section.hidden = true;
     this.open = null;
     if (!name) return this.send({ t: "inspect" });
-    const { Drawer } = await import(`./drawers/${name}/drawer.js`);
+    const program = await import(`./drawers/${name}/drawer.js`).catch(() => null);
     if (name !== this.name) return; // another one is wanted by now
+    if (!program) return this.turn(""); // the server logs why
+    const { Drawer } = program;
     this.open = this.made[name] ??= this.make(name, Drawer);
     this.open.section.hidden = false;
     this.open.begin();
