@@ -208,6 +208,10 @@ def test_a_time_may_be_typed_in_minutes() -> None:
 
 
 ROS_MATCH = GOOD.replace('name = "player1"', 'name = "player1"\nbackend = "ros"')
+VESC_MATCH = (
+    GOOD.replace('name = "player1"', 'name = "player1"\nbackend = "can"')
+    + '\n[backends.can]\nprotocol = "vesc"\n[backends.can.robots.player1]\nleft = [0]\nright = [1]\n'
+)
 HUD_GAME = GOOD.replace('game = "sharks-and-minnows"', 'game = "hud"')
 ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros"')
 
@@ -215,10 +219,16 @@ ROS_DRIVES = GOOD.replace('name = "player1"', 'name = "player1"\nstrategy = "ros
 @pytest.mark.parametrize(
     ("typed", "package"),
     [
+        ("can scan", "vrg-bringup"),
+        ("check vesc.toml", "vrg-drives"),
         ("edit match.toml", "vrg-edit"),
         ("fuzz roboflag", "vrg-faults"),
         ("compare one.py two.py --match roboflag", "vrg-league"),
         ("league play class", "vrg-league"),
+        ("tournament class --match roboflag", "vrg-league"),
+        ("show foxglove", "vrg-foxglove"),
+        ("node foxglove match.toml", "vrg-foxglove"),
+        ("play sharks-and-minnows --foxglove", "vrg-foxglove"),
         ("show developer", "vrg-developer"),
         ("play sharks-and-minnows --developer", "vrg-developer"),
         ("show hud red1", "vrg-hud"),
@@ -243,7 +253,7 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
 ) -> None:
     monkeypatch.setattr("vrg.registry.plugins", lambda _: {})
     monkeypatch.setattr("vrg.ui.web.drawers.DRAWERS._found", {})
-    for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES), ("hud", HUD_GAME)):
+    for name, text in (("robot", ROS_MATCH), ("driven", ROS_DRIVES), ("hud", HUD_GAME), ("vesc", VESC_MATCH)):
         Path(f"{name}.toml").write_text(text, encoding="utf-8")
     done = vrg(*typed.split())
     assert done.status in (1, 2)

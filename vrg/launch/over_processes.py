@@ -50,7 +50,7 @@ class Show:
 
     Args:
         console: where texts are printed.
-        window: True opens the spectator. record: True records for Foxglove and the plot.
+        window: True opens the window that the game names. record: True records for Foxglove and the plot.
         page: where browsers see it, and who may do what there; None serves no page.
         served: where further views serve it, as `specs` has it.
         ready: called with the name of each process that is ready, and the endpoint of the match's router.

@@ -110,8 +110,8 @@ def specs(
         upstream: the endpoint of the router of the match, if the machine has a further one.
         keys: the folder of the keys of the seats on that machine; None in a match without them.
         page: where the page is served, and for whom; None without one.
-        served: where the processes of further views serve, such as `127.0.0.1:8765`, by their names; as their modules
-            in `vrg.launch.nodes` have it. Those that are missing do not run.
+        served: where the processes of further views serve, such as `127.0.0.1:8765`, by their names; as their kinds
+            open them (see `vrg.kinds.Opening`). Those that are missing do not run.
     """
     run, given = str(folder.resolve()), None if keys is None else str(keys)
     companions = {companion.name: companion for companion in setup.companions}

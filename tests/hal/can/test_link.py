@@ -99,6 +99,12 @@ def test_an_adapter_that_cannot_be_opened_is_said_in_words(link: Link, words: st
     assert words in str(error.value)
 
 
+def test_an_interface_that_lacks_its_package_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("can.interfaces.udp_multicast.utils.msgpack", None)
+    with pytest.raises(RobotError, match="it needs the package msgpack: `pip install msgpack`"):
+        open_bus(UDP)
+
+
 @pytest.mark.system
 def test_a_multicast_group_is_a_bus_of_its_own() -> None:
     require_loopback()

@@ -31,7 +31,7 @@ RECEIVE_BUFFER = 1 << 20
 """The size of the receive buffer in bytes: it holds some 4000 frames, where the default holds 278."""
 _PACKAGES = {
     "slcan": "pyserial", "serial": "pyserial", "robotell": "pyserial", "gs_usb": "gs-usb", "cantact": "cantact",
-    "canalystii": "canalystii", "seeedstudio": "pyserial", "neovi": "python-ics",
+    "canalystii": "canalystii", "seeedstudio": "pyserial", "neovi": "python-ics", "udp_multicast": "msgpack",
 }  # fmt: skip
 """The Python package that an interface of python-can needs."""
 _ALWAYS_FD = frozenset({"udp_multicast", "virtual"})

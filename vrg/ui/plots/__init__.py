@@ -1,1 +1,1 @@
-"""Pictures by matplotlib: trajectories, comparisons and proofs."""
+"""Pictures by matplotlib: trajectories and proofs."""
