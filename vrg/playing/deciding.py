@@ -26,7 +26,7 @@ from vrg.blame import failure_of, tell_of_refusals
 from vrg.config.setup import MatchSetup
 from vrg.errors import ConfigError, StrategyError, VrgError
 from vrg.launch.nodes.strategy import strategy_class, strategy_of
-from vrg.launch.sandbox.bounds import BoundedOutput, MemoryBound, printing_to
+from vrg.launch.sandbox.bounds import BoundedOutput, MemoryBound, printing_to, say_where_on_request
 from vrg.launch.sandbox.player import policy_of
 from vrg.launch.sandbox.seal import REFUSAL_ADVICE, seal
 from vrg.runs.run_folder import RunFolder
@@ -105,6 +105,7 @@ def decide(reader: int, writer: int, placed: Callable[[Job], Job] = lambda job: 
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    say_where_on_request()
     time = [0.0]
     try:
         job = placed(msgspec.json.decode(pipe.receive(), type=Job))
