@@ -41,14 +41,18 @@ EXIT_TIMEOUT = 2.0
 """The real time in s that a process may need to end when its game has ended."""
 
 
-def server_for(game: str, engine: str) -> ForkServer:
-    """A server that forks the processes of games, and has loaded what a game and an engine need. It is to be closed."""
+def server_for(game: str, engine: str, *modules: str) -> ForkServer:
+    """A server that forks the processes of games, and has loaded what a game and an engine need. It is to be closed.
+
+    Args:
+        modules: further ones that it loads.
+    """
     # With a thread for each core in each process, the linear algebra of one game would slow the others.
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
     server = ForkServer()
     rules = GAMES.get(game).rules.partition(":")[0]
-    server.start([playing.__name__, rules, ENGINES.get(engine).__module__, *_NODES])
+    server.start([playing.__name__, rules, ENGINES.get(engine).__module__, *_NODES, *modules])
     return server
 
 
