@@ -1,0 +1,292 @@
+// The page of a student: joining, and the workshop.
+import { Board } from "./class_board.js";
+import { Editor } from "./class_editor.js";
+import { forgetOwn, ownLink, ownToken, readAddress, showJoining } from "./class_join.js";
+import { Keeper } from "./class_keeper.js";
+import { Lesson } from "./class_lesson.js";
+import { byId, copy, notice, signButton, tell } from "./class_page.js";
+import { Player } from "./class_player.js";
+import { ask, Feed } from "./class_server.js";
+import { Output, Values } from "./class_told.js";
+import { outcome, Projection, Recording } from "./class_try.js";
+import { WORDS } from "./class_words.js";
+import { Field } from "./field.js";
+import { Match } from "./match.js";
+import { say } from "./panel.js";
+
+const BOARD_EVERY = 5000;
+const KEYS = [["indent", "⇥"], ["outdent", "⇤"], ["(", "("], [")", ")"], [":", ":"], [".", "."], ["_", "_"], ["=", "="], ['"', '"'], ["undo", "↶"]];
+const { body } = document;
+
+const match = new Match(), projection = new Projection(match);
+const field = new Field(byId("field"), byId("ground"));
+const player = new Player(byId("replay"), () => showEnd());
+const editor = new Editor(byId("editor"), () => me && keeper.changed(), () => tryIt());
+const output = new Output(byId("output"), goTo);
+const values = new Values(byId("view"), (text) => {
+  editor.insert(text);
+  notice(WORDS.inserted(text));
+});
+let me = null, token = "", keeper = null, lesson = null, feed = null, board = null;
+/** A try was asked for here, and has not begun; what the class has to say; the last try has been told to its end. */
+let asked = false, news = { message: "", halted: false }, told = true;
+
+// Coming and going
+
+async function enter() {
+  token = ownToken();
+  if (!token) return showJoining("", enter);
+  try {
+    me = null;
+    begin(await ask("me", token));
+  } catch (refusal) {
+    if (refusal.status === 401) {
+      forgetOwn();
+      return showJoining(WORDS.unknown, enter);
+    }
+    body.dataset.screen = "wait";
+    notice(refusal.message);
+    setTimeout(enter, 3000);
+  }
+}
+
+function begin(found) {
+  say("game", found.game);
+  say("student", found.name);
+  document.title = `${found.name} · VRG`;
+  document.querySelector("#more .who").textContent = found.who;
+  byId("own-link").value = ownLink();
+  keeper = new Keeper(token, () => editor.code, (words) => say("saved", words));
+  editor.code = keeper.newest(found.code);
+  me = found;
+  keeper.saved(found.code);
+  keeper.save();
+  const kept = `vrg-class-step-${token}`;
+  lesson = new Lesson(found.steps, (name) => localStorage.setItem(kept, name));
+  lesson.open(lesson.first(localStorage.getItem(kept) ?? (found.messages ? found.step : null)));
+  byId("board").replaceChildren();
+  board = new Board(byId("board"), found.name);
+  showVersion();
+  load(new Recording(), true);
+  hear(found);
+  body.dataset.screen = "work";
+  feed?.stop();
+  feed = new Feed(token, take, showLink);
+}
+
+function leave() {
+  keeper.save();
+  feed.stop();
+  forgetOwn();
+  [feed, me] = [null, null];
+  showJoining("", enter);
+}
+
+function showLink({ open, refused }) {
+  tell("lost", open ? "" : refused ? WORDS.crowded : WORDS.offline);
+  if (open) keeper.save();
+}
+
+/** Take in what the teacher says to all. */
+function hear({ message, halted }) {
+  news = { message, halted };
+  tell("news", [message, halted && WORDS.halted].filter(Boolean).join(" · "));
+}
+
+function showVersion() {
+  say("version", me.handed ? WORDS.handed(me.handed) : WORDS.notHanded);
+  byId("number").max = Math.max(1, me.versions);
+  byId("number").value ||= Math.max(1, me.versions - 1);
+}
+
+// Tries
+
+async function tryIt() {
+  if (!me) return;
+  const code = editor.code;
+  asked = true;
+  showTab("field", false);
+  result(WORDS.asking, "busy");
+  try {
+    const { version, place, halted } = await ask("try", token, { code, step: lesson.name, against: lesson.against });
+    me.versions = version;
+    keeper.saved(code);
+    if (place && !player.recording.begun) player.recording.place = place;
+    hear({ ...news, halted });
+    showVersion();
+  } catch (refusal) {
+    asked = false;
+    notice(refusal.message);
+    if (told) result(refusal.message, "bad");
+  }
+}
+
+async function handIn() {
+  const code = editor.code;
+  try {
+    me.handed = (await ask("hand-in", token, { code })).version;
+    me.versions = Math.max(me.versions, me.handed);
+    keeper.saved(code);
+    showVersion();
+    notice(WORDS.handedNow(me.handed));
+    showBoard();
+  } catch (refusal) {
+    notice(refusal.message);
+  }
+}
+
+/** Show another recording from its beginning; a `quiet` one stands until somebody plays it. */
+function load(recording, quiet) {
+  const { end, step } = player.recording;
+  if (!told && end) lesson.ended(step, end.goal?.reached != null);
+  player.load(recording, quiet);
+  projection.forget();
+  output.forget();
+  values.own([]);
+  editor.mark(null);
+  told = quiet;
+  if (quiet) result(recording.version ? WORDS.watch : WORDS.notStarted);
+}
+
+function take(message) {
+  const { recording } = player, own = recording.about?.own ?? [];
+  if (message.t === "news") return hear(message);
+  if (message.t === "begin") {
+    // After a reconnection the last try comes again, and goes on where it was.
+    const again = !asked && message.version === recording.version && message.step === recording.step, { time, playing } = player;
+    load(new Recording(message.step, message.version), !asked && !playing);
+    if (again) Object.assign(player, { time, playing });
+    asked = false;
+    return;
+  }
+  recording.take(message);
+  output.take(message, own);
+  if (message.t === "about") {
+    match.colours = message.colours;
+    for (const [name, colour] of Object.entries(message.colours)) document.documentElement.style.setProperty(`--${name}`, colour);
+    values.own(message.own);
+  }
+  if (message.t === "error" && recording.errors.length === 1) {
+    if (message.line) editor.mark(message);
+    if (player.playing) showTold("output");
+  }
+  // A try that shows nothing has nothing to wait for.
+  if (message.t === "end" && (!recording.begun || !player.playing)) showEnd();
+}
+
+/** Tell how the try has ended, once what is played has come to its end. */
+function showEnd() {
+  const { recording } = player, { step, end } = recording, reached = Boolean(end.goal?.reached != null);
+  if (!told || reached) lesson.ended(step, reached);
+  told = true;
+  const { words, kind, line } = outcome(recording), { name, title } = lesson.next;
+  if (line) return showFault(words, line);
+  if (!reached) return result(words, kind);
+  result(words, kind, WORDS.next(title), () => {
+    lesson.open(name);
+    showTab("step");
+    result(WORDS.notStarted);
+  });
+}
+
+const showFault = (words, line) => result(words, "bad", line ? WORDS.seeCode : "", () => goTo(null, line));
+
+function result(words, kind = "", button = "", act = null) {
+  say("result-words", words);
+  tell("result-act", button);
+  byId("result-act").onclick = act;
+  if (byId("result").dataset.kind !== kind) byId("result").dataset.kind = kind;
+}
+
+// What is shown
+
+function showTab(tab, focus = true) {
+  body.dataset.tab = tab;
+  if (tab === "more" && !["board", "more"].includes(body.dataset.told)) showTold("board");
+  if (tab === "field" && !["output", "view"].includes(body.dataset.told)) showTold("output");
+  for (const button of document.querySelectorAll("#bar [data-tab]")) button.ariaPressed = String(button.dataset.tab === tab);
+  if (tab === "code" && focus) editor.view.focus();
+}
+
+function showTold(name) {
+  body.dataset.told = name;
+  for (const tab of document.querySelectorAll("#tabs button")) {
+    tab.ariaSelected = String(tab.dataset.told === name);
+    byId(tab.dataset.told).hidden = tab.dataset.told !== name;
+  }
+  showBoard();
+}
+
+async function showBoard() {
+  if (!me || body.dataset.told !== "board" || document.hidden) return;
+  const found = await ask("board", token).catch(() => null);
+  if (found) board.show(found.rows);
+}
+
+/** Go to the time and to the line of a row. */
+function goTo(time, line) {
+  if (time !== null) player.to(time);
+  if (!line) return;
+  showTab("code");
+  editor.goTo(line);
+}
+
+function draw(now) {
+  requestAnimationFrame(draw);
+  if (!me) return;
+  const { recording } = player, time = player.tick(now);
+  if (!told && recording.version) {
+    const { errors, begun, place } = recording;
+    const waits = news.halted ? WORDS.halted : place ? WORDS.queue(place) : WORDS.asking;
+    if (errors.length) showFault(WORDS.error(errors[0]), errors[0].line);
+    else result(begun ? WORDS.playing : waits, "busy");
+  }
+  if (recording.begun) field.draw(match, projection.show(recording, time), values.player);
+  else field.draw(match, 0, "");
+  output.show(time);
+  if (body.dataset.told === "view") values.show(recording.viewAt(values.player, time));
+}
+
+// What people do
+
+byId("try").addEventListener("click", tryIt);
+byId("hand-in").addEventListener("click", handIn);
+byId("leave").addEventListener("click", leave);
+byId("copy").addEventListener("click", () => copy(byId("own-link")));
+byId("field").ariaLabel = WORDS.field;
+byId("field").addEventListener("click", ({ offsetX, offsetY }) => {
+  const name = field.robotAt(offsetX, offsetY);
+  if (!player.recording.about?.own.includes(name)) return;
+  values.choose(name);
+  showTold("view");
+});
+byId("tabs").addEventListener("click", ({ target }) => target.dataset.told && showTold(target.dataset.told));
+byId("bar").addEventListener("click", ({ target }) => target.dataset.tab && showTab(target.dataset.tab));
+byId("keys").append(...KEYS.map(([key, words]) => {
+  const button = signButton(words, key, () => editor.press(key));
+  button.addEventListener("pointerdown", (event) => event.preventDefault()); // the keyboard stays
+  return button;
+}));
+window.addEventListener("keydown", (event) => {
+  if (event.key !== "Enter" || !(event.ctrlKey || event.metaKey) || event.defaultPrevented) return;
+  event.preventDefault();
+  tryIt();
+});
+document.addEventListener("visibilitychange", () => document.hidden && keeper?.save(true));
+window.addEventListener("hashchange", () => {
+  readAddress();
+  if (ownToken() !== token) enter();
+});
+// The keyboard of a telephone covers the page, which stays above it.
+window.visualViewport?.addEventListener("resize", ({ target: { height, scale } }) => {
+  document.documentElement.style.setProperty("--high", scale > 1 ? "" : `${height}px`);
+});
+setInterval(showBoard, BOARD_EVERY);
+
+// For tests, and for whoever wants to know.
+window.vrg = { match, field, player, editor, values };
+readAddress();
+showTab("step");
+showTold("output");
+requestAnimationFrame(draw);
+enter();

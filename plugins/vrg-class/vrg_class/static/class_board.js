@@ -1,0 +1,37 @@
+// The leaderboard, for the workshop and for the projector.
+import { WORDS } from "./class_words.js";
+import { make } from "./panel.js";
+
+const HEAD = ["place", "name", "rating", "games"];
+
+export class Board {
+  /** Stand within an element; the row of `own` is marked. */
+  constructor(parent, own = "") {
+    Object.assign(this, { own, shown: "" });
+    const head = make("tr", "", "", ...HEAD.map((name) => make("th", name, WORDS.board[name])));
+    this.body = make("tbody");
+    this.table = make("table", "board", "", make("thead", "", "", head), this.body);
+    this.none = make("p", "nothing", WORDS.noBoard);
+    parent.append(this.none, this.table);
+    this.show([]);
+  }
+
+  /** Show rows, the best first. */
+  show(rows) {
+    const text = JSON.stringify(rows);
+    if (text === this.shown) return;
+    this.shown = text;
+    this.none.hidden = rows.length > 0;
+    this.table.hidden = !rows.length;
+    this.table.style.setProperty("--rows", rows.length + 1);
+    this.body.replaceChildren(...rows.map((row, index) => {
+      const climbed = make("span", row.climbed > 0 ? "up" : "down", WORDS.climbed(row.climbed ?? 0));
+      climbed.title = WORDS.climbedTitle(row.climbed ?? 0);
+      const name = make("td", "name", row.name, climbed);
+      const line = make("tr", row.name === this.own ? "own" : "", "", make("td", "place", String(index + 1)), name);
+      line.append(...["rating", "games"].map((key) => make("td", key, String(row[key]))));
+      if (row.name === this.own) line.ariaCurrent = "true";
+      return line;
+    }));
+  }
+}

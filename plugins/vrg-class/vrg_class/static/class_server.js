@@ -1,0 +1,76 @@
+// Asks the server of the class, and listens to what it tells.
+import { pause } from "./link.js";
+import { WORDS } from "./class_words.js";
+
+/** What the server refuses, with its sentence; `status` is 0 where it was not reached. */
+export class Refusal extends Error {
+  constructor(words, status) {
+    super(words);
+    this.status = status;
+  }
+}
+
+/** Ask as the one with a token; returns the answer, or throws a Refusal. */
+export async function ask(path, token, body = {}, keepalive = false) {
+  let response;
+  try {
+    const headers = { Authorization: `Bearer ${token}` };
+    response = await fetch(path, { method: "POST", headers, body: JSON.stringify(body), keepalive });
+    if (response.ok) return await response.json();
+  } catch {
+    throw new Refusal(WORDS.offline, 0);
+  }
+  const words = await response.text().catch(() => "");
+  throw new Refusal(words ? words[0].toUpperCase() + words.slice(1) : `${response.status}`, response.status);
+}
+
+/** What stands behind the # of the address, which is taken out of it. */
+export function takeHash() {
+  const found = location.hash.slice(1);
+  if (found) history.replaceState(null, "", location.pathname);
+  return found;
+}
+
+/** The token of a page: from its address, or as it was kept for a reload. */
+export function keptToken(name) {
+  const token = takeHash() || sessionStorage.getItem(name) || "";
+  if (token) sessionStorage.setItem(name, token);
+  return token;
+}
+
+/** Listens for a student. `onMessage(message)` is called with each message, `onChange(feed)` when the connection changes. */
+export class Feed {
+  constructor(token, onMessage, onChange) {
+    Object.assign(this, { token, onMessage, onChange, open: false, refused: false, attempt: 0 });
+    this.connect();
+  }
+
+  connect() {
+    const socket = new WebSocket(`${location.protocol === "https:" ? "wss:" : "ws:"}//${location.host}/feed`);
+    this.socket = socket;
+    socket.onopen = () => socket.send(this.token);
+    socket.onmessage = ({ data }) => {
+      if (socket !== this.socket) return;
+      if (!this.open) {
+        Object.assign(this, { open: true, attempt: 0 });
+        this.onChange(this);
+      }
+      for (const message of JSON.parse(data)) this.onMessage(message);
+    };
+    socket.onclose = ({ code }) => {
+      if (socket !== this.socket) return;
+      this.open = false;
+      this.refused = code === 1008;
+      this.onChange(this);
+      if (!this.refused) this.timer = setTimeout(() => this.connect(), 1000 * pause(this.attempt++, Math.random()));
+    };
+  }
+
+  /** Listen no more. */
+  stop() {
+    clearTimeout(this.timer);
+    const socket = this.socket;
+    this.socket = null;
+    socket.close();
+  }
+}

@@ -1,0 +1,34 @@
+// The page for the projector: the joining link as a picture to scan, the leaderboard, and what the teacher says.
+import { Board } from "./class_board.js";
+import { byId, tell } from "./class_page.js";
+import { ask, keptToken } from "./class_server.js";
+import { PROJECTOR } from "./class_words.js";
+import { say } from "./panel.js";
+
+const EVERY = 3000;
+const token = keptToken("vrg-class-projector"), link = `${location.origin}/#join=${token}`;
+const board = new Board(byId("standings"));
+
+async function look() {
+  try {
+    const { game, rows, games, message, halted, students, steps } = await ask("board", token);
+    say("game", game);
+    board.show(rows);
+    say("status", halted ? PROJECTOR.halted : "");
+    tell("saying", message);
+    const done = steps.reduce((all, [, count]) => all + count, 0);
+    say("students-here", PROJECTOR.students(students));
+    say("steps-done", done ? PROJECTOR.steps(done) : "");
+    say("played", games ? PROJECTOR.games(games) : "");
+  } catch (refusal) {
+    say("status", refusal.status ? refusal.message : PROJECTOR.lost);
+  }
+  setTimeout(look, EVERY);
+}
+
+if (token) {
+  byId("qr").src = `qr.svg?text=${encodeURIComponent(link)}`;
+  say("address", link);
+  byId("invitation").hidden = false;
+  look();
+} else say("status", PROJECTOR.noLink);
