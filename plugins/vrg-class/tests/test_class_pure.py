@@ -1,0 +1,128 @@
+"""The parts of a class that are functions: brackets, names, faults, progress."""
+
+from pathlib import Path
+
+import pytest
+
+from vrg.bus.messages import Body, Call, RefereeState, Stage, Zone
+from vrg.regions import Rectangle
+from vrg.types import STILL, Pose
+from vrg_class.bracket import Pair, first_round, next_round
+from vrg_class.faults import fault_of
+from vrg_class.folder import MOST_VERSIONS, About, ClassFolder, checked_name, folder_name
+from vrg_class.lesson import Goal
+from vrg_class.progress import Progress
+
+
+def test_a_bracket_lets_the_two_best_meet_in_the_last_round_only() -> None:
+    best = [chr(65 + number) for number in range(8)]
+    pairs = first_round(best)
+    assert [str(pair) for pair in pairs] == ["A against H", "D against E", "B against G", "C against F"]
+    second = next_round([pair.first for pair in pairs], best)
+    assert second == [Pair("A", "D"), Pair("B", "C")]
+    assert next_round(["D", "B"], best) == [Pair("B", "D")]
+    assert next_round(["B"], best) == []
+
+
+def test_the_best_of_a_bracket_with_too_few_go_on_unplayed() -> None:
+    assert [str(pair) for pair in first_round(list("ABCDE"))] == ["A", "D against E", "B", "C"]
+    assert first_round(["A"]) == []
+
+
+@pytest.mark.parametrize(("name", "folder"), [("Ada", "ada"), ("Zoë K.", "zoe-k"), ("李雷", "x9e02f1b6")])
+def test_names_have_folders_of_plain_letters(name: str, folder: str) -> None:
+    found = folder_name(checked_name(name))
+    assert found == folder or (found.startswith("x") and folder.startswith("x"))
+    assert found.isascii()
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "time", "shown", "hint"),
+    [
+        (
+            "NameError: name 'x' is not defined (code.py, line 7, in act) (at 3.1 s)", 7, 3.1,
+            "NameError: name 'x' is not defined", "does not know this name",
+        ),
+        (
+            "/a/b/code.py: cannot be read as Python: SyntaxError: invalid syntax (code.py, line 1)", 1, None,
+            "code.py: cannot be", "cannot read this line",
+        ),
+        (
+            "Mine.act: expected a Twist(v, w) or an Action, got 'fast' (code.py, line 5, in act)", 5, None,
+            "Mine.act: expected", "must return how to drive",
+        ),
+        ("it took too long", None, None, "it took too long", ""),
+    ],
+)  # fmt: skip
+def test_a_failure_has_its_line_and_words_for_beginners(
+    text: str, line: int | None, time: float | None, shown: str, hint: str
+) -> None:
+    found = fault_of(text, "code.py")
+    assert (found.line, found.time) == (line, time)
+    assert found.text.startswith(shown)
+    assert hint in found.hint
+    assert "/a/b" not in found.text
+
+
+def state(total: float, score: int = 0, winner: str | None = None) -> RefereeState:
+    zone = Zone(name="safe", kind="safe", region=Rectangle(-1.0, 9.0, 1.0, 11.0))
+    return RefereeState(
+        game="g", stage=Stage.PLAY_ROUND, halted=None, way_out=None, waiting=(), clock=total, total=total, round=1,
+        rounds=1, score={"red": score, "blue": 1}, players=(), zones=(zone,), winner=winner,
+    )  # fmt: skip
+
+
+def body(x: float, y: float, theta: float = 0.0, name: str = "r") -> Body:
+    return Body(name=name, pose=Pose(x, y, theta), twist=STILL, physical=False)
+
+
+def call(rule: str, *names: str) -> Call:
+    return Call(rule=rule, text=rule, players=names)
+
+
+@pytest.mark.parametrize(
+    ("goal", "steps", "reached"),
+    [
+        (Goal(zone="safe"), [(1.0, body(0, 0), ()), (2.0, body(0, 10), ())], 2.0),
+        (Goal(zone="safe"), [(1.0, body(0, 10, name="b"), ())], None),
+        (Goal(zone="safe", within=1.5), [(1.0, body(0, 0), ()), (2.0, body(0, 10), ())], None),
+        (Goal(way=3.0), [(1.0, body(0, 0), ()), (2.0, body(0, 2), ()), (3.0, body(0, 0), ())], 3.0),
+        (Goal(turned=360), [(0.1 * n, body(0, 0, 0.5 * n), ()) for n in range(20)], 1.3),
+        (Goal(call="tag"), [(1.0, body(0, 0), (call("tag", "b"),)), (2.0, body(0, 0), (call("tag", "r"),))], 2.0),
+        (Goal(against="tag"), [(1.0, body(0, 0), (call("tag", "b"),))], 1.0),
+        (Goal(zone="safe", never="tag"), [(1.0, body(0, 0), (call("tag", "r"),)), (2.0, body(0, 10), ())], None),
+        (Goal(), [(1.0, body(0, 10), ())], None),
+    ],
+)
+def test_a_goal_is_reached_when_all_of_it_holds(
+    goal: Goal, steps: list[tuple[float, Body, tuple[Call, ...]]], reached: float | None
+) -> None:
+    progress = Progress(goal, "red", ("r",), ("b",))
+    for time, where, calls in steps:
+        progress.take(state(time), [where], calls, printed=False)
+    assert progress.reached == (None if reached is None else pytest.approx(reached))
+
+
+def test_points_leads_wins_and_what_is_printed_count() -> None:
+    for goal, good in ((Goal(points=2), 2), (Goal(ahead=1), 2), (Goal(wins=True), 1), (Goal(prints=True), 1)):
+        progress = Progress(goal, "red", ("r",), ("b",))
+        progress.take(state(1.0, 0), [], [], printed=False)
+        assert progress.reached is None
+        progress.take(state(2.0, good, "red"), [], [], printed=True)
+        assert progress.reached == 2.0, goal
+
+
+def test_old_versions_go_but_not_the_one_that_was_handed_in(tmp_path: Path) -> None:
+    about = About(game="roboflag", match="roboflag", lesson="", teacher="t", joining="j")
+    folder = ClassFolder(tmp_path / "class", about)
+    student = folder.join("Ada")
+    student, first = folder.version(student, "# 1", handed=True)
+    for number in range(2, MOST_VERSIONS + 10):
+        student, _ = folder.version(student, f"# {number}")
+    assert first.is_file()
+    assert not folder.file(student, 2).exists()
+    assert folder.file(student, student.versions).read_text() == f"# {MOST_VERSIONS + 9}"
+    again, same = folder.version(student, f"# {MOST_VERSIONS + 9}")
+    assert (again.versions, same) == (student.versions, folder.file(student, student.versions))
+    assert ClassFolder(tmp_path / "class").students == folder.students
+    assert (tmp_path / "class" / "class.json").stat().st_mode & 0o77 == 0

@@ -1,0 +1,249 @@
+"""The server of a class, as pages and hostile programs use it."""
+
+import asyncio
+import json
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import aiohttp
+import pytest
+
+from conftest import GOOD, PATIENCE, Class, post, serve, wait_until
+from vrg.errors import ConfigError
+from vrg.launch.sandbox.seal import missing
+from vrg_class.command import opened
+from vrg_class.folder import CODE_SIZE, ClassFolder
+
+SEALED = pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")
+
+
+def kinds(found: list[dict[str, object]], kind: str) -> list[dict[str, object]]:
+    return [one for one in found if one["t"] == kind]
+
+
+def test_a_student_joins_tries_reaches_the_goal_and_finds_it_done(of_class: Class) -> None:
+    token = of_class.join("Ada")
+    _, me = of_class.ask("/me", token)
+    assert (me["name"], me["steps"][0]["title"], me["steps"][0]["done"]) == ("Ada", "Drive", False)
+    assert "class" in me["code"]
+    slow = of_class.tried(token, me["code"])
+    assert kinds(slow, "end")[0]["goal"] == {"reached": None, "spoiled": "15 s are over"}
+    assert {"about", "at", "view", "call"} <= {one["t"] for one in slow}
+    good = of_class.tried(token, GOOD)
+    (end,) = kinds(good, "end")
+    assert 5.0 < end["goal"]["reached"] < 15.0  # type: ignore[index]
+    _, me = of_class.ask("/me", token)
+    assert me["steps"][0]["done"]
+    assert me["code"] == GOOD
+    views = kinds(good, "view")
+    assert {"view.position", "view.me.role"} <= {expression for expression, _ in views[5]["values"]}  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize(
+    ("body", "line", "words"),
+    [
+        ("return Twist(speed, 0.0)", 6, "name 'speed' is not defined"),
+        ("return view.poses", 6, "no attribute 'poses'"),
+        ("return 'fast'", 5, "expected a Twist(v, w)"),
+        ("return Twist(float('nan'), 0.0)", None, "finite"),
+        ("x = = 3", 6, "invalid syntax"),
+        ("while True: pass", 6, "a decision may take"),
+        ("raise SystemExit", 6, "SystemExit"),
+        ("open('/etc/shadow')", 6, "PermissionError"),
+    ],
+)
+@SEALED
+def test_what_goes_wrong_is_shown_at_its_line(of_class: Class, body: str, line: int | None, words: str) -> None:
+    code = f"from vrg.agents import *\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        {body}\n"
+    (first, *_) = kinds(of_class.tried(of_class.join("Bo"), code), "error")
+    assert first["line"] == line
+    assert words in str(first["text"])
+    assert str(of_class.folder.path) not in str(first)
+
+
+def test_what_is_printed_appears_with_its_time(of_class: Class) -> None:
+    code = GOOD.replace("        return", "        print('now', round(view.time, 1))\n        return")
+    lines = kinds(of_class.tried(of_class.join("Cy"), code), "print")
+    assert len(lines) > 20
+    assert all(one["text"] == f"now {round(float(one['time']), 1)}" for one in lines)  # type: ignore[arg-type]
+
+
+def test_the_league_plays_what_was_handed_in_and_the_board_shows_it(of_class: Class) -> None:
+    tokens = [of_class.join(name) for name in ("Ada", "Bo")]
+    for token, speed in zip(tokens, ("0.7", "0.3"), strict=True):
+        status, found = of_class.ask("/hand-in", token, code=GOOD.replace("0.7", speed))
+        assert (status, found) == (200, {"version": 1})
+    wait_until(lambda: of_class.ask("/board", tokens[0])[1]["games"] > 0, "the league to play")
+    _, board = of_class.ask("/board", of_class.folder.about.joining)
+    assert {row["name"] for row in board["rows"]} == {"Ada", "Bo"}
+
+
+def test_everything_survives_a_restart(tmp_path: Path) -> None:
+    first = serve(opened(tmp_path / "class", None, None, None, None))
+    try:
+        token = first.join("Ada")
+        first.tried(token, GOOD)
+        first.ask("/save", token, code="# half a thought")
+    finally:
+        first.site.stop()
+    again = serve(opened(tmp_path / "class", None, None, None, None))
+    try:
+        _, me = again.ask("/me", token)
+        assert (me["name"], me["code"], me["steps"][0]["done"], me["versions"]) == ("Ada", "# half a thought", True, 1)
+    finally:
+        again.site.stop()
+
+
+def test_tokens_and_names(of_class: Class) -> None:
+    about = of_class.folder.about
+    assert of_class.ask("/join", "wrong", name="Ada", word="")[0] == 401
+    for name in ("", " ", "../../etc", "a" * 25, "<b>", "\u202eevil"):
+        status, words = of_class.ask("/join", about.joining, name=name, word="")
+        assert (status, "expected a name" in words) == (400, True), name
+    token = of_class.join("Zoë")
+    assert "joined already" in of_class.ask("/join", about.joining, name="zoë", word="")[1]
+    for path in ("/me", "/save", "/try", "/hand-in"):
+        assert of_class.ask(path, about.joining, code="x", step="", against=0)[0] == 401, path
+    for path in ("/teacher", "/teacher/decide", "/teacher/code"):
+        assert of_class.ask(path, token)[0] == 401, path
+    assert of_class.ask("/board", "")[0] == 401
+    assert of_class.ask("/teacher/code", about.teacher, name="Zoë", word="")[1]["code"] == ""
+
+
+def test_a_roster_lets_only_those_in_who_know_their_word(tmp_path: Path) -> None:
+    roster = tmp_path / "names.csv"
+    roster.write_text("Ada,apple\nBo, pear \n", encoding="utf-8")
+    found = serve(opened(tmp_path / "class", None, None, None, roster))
+    try:
+        token = found.join("Ada", "apple")
+        assert found.join("Ada", "apple") == token, "on another device"
+        joining = found.folder.about.joining
+        for name, word in (("Ada", "pear"), ("Cy", ""), ("Bo", "")):
+            assert found.ask("/join", joining, name=name, word=word)[0] == 400
+        for _ in range(20):
+            found.ask("/join", joining, name="Bo", word="guess")
+        assert "wait a minute" in found.ask("/join", joining, name="Bo", word="pear")[1]
+    finally:
+        found.site.stop()
+    roster.write_text("Ada\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match=r"names\.csv:1: expected NAME,WORD"):
+        opened(tmp_path / "other", None, None, None, roster)
+
+
+def test_the_teacher_halts_and_speaks_and_sees_who_is_stuck(of_class: Class) -> None:
+    token, teacher = of_class.join("Ada"), of_class.folder.about.teacher
+    of_class.tried(token, GOOD.replace("0.7, 0.0", "fast, 0.0"))
+    _, console = of_class.ask("/teacher", teacher)
+    (ada,) = console["students"]
+    assert (ada["name"], ada["tries"], ada["line"], "fast" in ada["error"]) == ("Ada", 1, 6, True)
+    assert of_class.ask("/teacher/decide", teacher, halted=True, message="Look up, please")[0] == 200
+    wait_until(lambda: of_class.ask("/try", token, code=GOOD, step="", against=0)[0] == 200, "room for a try")
+    _, me = of_class.ask("/me", token)
+    assert (me["halted"], me["message"]) == (True, "Look up, please")
+    assert of_class.ask("/teacher", teacher)[1]["busy"] == 1, "it waits"
+    of_class.ask("/teacher/decide", teacher, halted=False)
+    wait_until(lambda: of_class.ask("/teacher", teacher)[1]["busy"] == 0, "it to be played")
+
+
+def test_bounds_on_what_is_sent(of_class: Class) -> None:
+    token = of_class.join("Ada")
+    assert of_class.ask("/save", token, code="x" * (CODE_SIZE + 1))[0] == 400
+    assert of_class.ask("/save", token, code="x" * 5_000_000)[0] in (400, 413)
+    assert of_class.ask("/try", token, code=GOOD, step="99-nothing", against=0)[0] == 400
+    assert of_class.ask("/try", token, code=GOOD, step="01-drive", against=7)[0] == 400
+    for body in (b"", b"[" * 100_000, b"\xff", b'{"code": 3}', b'{"code": "", "more": 1}'):
+
+        async def sent(session: aiohttp.ClientSession, body: bytes = body) -> int:
+            headers = {"Authorization": f"Bearer {token}"}
+            async with session.post(f"{of_class.at}/save", headers=headers, data=body) as response:
+                return response.status
+
+        assert of_class.run(sent) == 400, body[:20]
+    assert of_class.ask("/me", token)[0] == 200
+
+
+@SEALED
+def test_hostile_students_harm_nobody_else(of_class: Class) -> None:
+    """They loop, flood, fork, fill memory and the disk, and look for the code of others, while one plays on."""
+    ada = of_class.join("Ada")
+    of_class.ask("/save", ada, code="# a secret of Ada's")
+    secret = of_class.folder.path / "students" / "ada" / "code.py"
+    deeds = [
+        "while True: pass", "print('x' * 10000)", "import os; os.fork()", "self.kept = bytearray(10**10)",
+        f"open({str(secret)!r}).read()", "import os; os.kill(os.getppid(), 9)",
+        "open('/tmp/vrg-class-filled', 'wb').write(bytes(10**8))",
+        "import socket; socket.create_connection(('127.0.0.1', 80))",
+    ]  # fmt: skip
+    tokens = {deed: of_class.join(f"Bad {number}") for number, deed in enumerate(deeds)}
+
+    async def all_at_once(session: aiohttp.ClientSession) -> None:
+        for deed, token in tokens.items():
+            code = f"from vrg.agents import *\n\n\nclass Mine(Strategy):\n    def act(self, view):\n        {deed}\n"
+            await post(session, f"{of_class.at}/try", token, {"code": code, "step": "01-drive", "against": 0})
+
+    of_class.run(all_at_once)
+    (end,) = kinds(of_class.tried(ada, GOOD), "end")
+    assert end["goal"]["reached"]  # type: ignore[index]
+    _, teacher = of_class.ask("/teacher", of_class.folder.about.teacher)
+    wait_until(lambda: of_class.ask("/teacher", of_class.folder.about.teacher)[1]["busy"] == 0, "all to have ended")
+    assert secret.read_text() == GOOD
+    assert not Path("/tmp/vrg-class-filled").exists() or Path("/tmp/vrg-class-filled").stat().st_size == 0
+    assert len(teacher["students"]) == 1 + len(deeds)
+
+
+def test_many_pages_of_one_student_and_pages_without_a_token(of_class: Class) -> None:
+    token = of_class.join("Ada")
+
+    async def work(session: aiohttp.ClientSession) -> list[int | None]:
+        feeds = []
+        for _ in range(6):
+            feed = await session.ws_connect(f"{of_class.at}/feed")
+            await feed.send_str(token)
+            await feed.receive()
+            feeds.append(feed)
+        stranger = await session.ws_connect(f"{of_class.at}/feed")
+        await stranger.send_str("nobody")
+        closed = [(await feed.receive()).data for feed in (*feeds[:3], stranger)]
+        assert not feeds[-1].closed
+        return closed
+
+    assert of_class.run(work) == [1008] * 4
+
+
+@pytest.mark.system
+def test_the_command_serves_a_class_and_survives_being_killed(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "vrg", "class", "start", str(tmp_path / "class"), "--listen", "127.0.0.1:0"]
+
+    def started() -> tuple["subprocess.Popen[str]", str]:
+        process = subprocess.Popen([*command[:-1], "127.0.0.1:18090"], stdout=subprocess.PIPE, text=True)
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        assert line.startswith("students"), line
+        return process, line.split()[1]
+
+    async def joined(at: str, token: str) -> str:
+        async with aiohttp.ClientSession() as session:
+            status, found = await post(session, f"{at}/join", token, {"name": "Ada", "word": ""})
+            assert status == 200, found
+            await post(session, f"{at}/hand-in", found["token"], {"code": GOOD})
+            return str(found["token"])
+
+    process, link = started()
+    try:
+        at, _, joining = link.partition("/#join=")
+        token = asyncio.run(joined(at, joining))
+        os.kill(process.pid, signal.SIGKILL)
+        process.wait(PATIENCE)
+        process, again = started()
+        assert again == link, "the links stay good"
+        students = ClassFolder(tmp_path / "class").students
+        assert (students[token].name, students[token].handed) == ("Ada", 1)
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(PATIENCE)
+    entry = tmp_path / "class" / "entries" / "ada.py"
+    assert entry.read_text() == GOOD
+    assert json.loads((tmp_path / "class" / "class.json").read_text())["game"] == "sharks-and-minnows"

@@ -1,0 +1,152 @@
+"""`vrg class start` and `export`."""
+
+import csv
+import secrets
+import shutil
+import time
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from vrg.bus.hosts import netloc
+from vrg.commands.options import ListenOption, TlsOption, make_console, port_at, stoppable, web_address
+from vrg.commands.page import CHECKED_EVERY, encrypted, reached_at
+from vrg.config.loading import match_path
+from vrg.errors import ConfigError
+from vrg.files import read_text
+from vrg.games import GAMES
+from vrg.launch.fork_server import cores
+from vrg.launch.sandbox.seal import missing
+from vrg.registry import expected_one_of
+from vrg.ui.web.admission import Admission
+from vrg_class.folder import TOKEN_BYTES, About, ClassFolder, checked_name
+from vrg_class.league import ClassLeague
+from vrg_class.lesson import lesson_of, shipped
+from vrg_class.server import ClassSite
+from vrg_class.tries import Tries, setup_of
+
+PORT: Final = 8090
+"""The port of the class, if no other program has it."""
+DEFAULT_GAME: Final = "sharks-and-minnows"
+
+FolderArgument = Annotated[Path, typer.Argument(metavar="[FOLDER]", help="The folder of the class; it is made.")]
+
+
+def start(
+    folder: FolderArgument = Path("class"),
+    game: Annotated[str | None, typer.Option(help="The game of a new class.")] = None,
+    match: Annotated[str | None, typer.Option(help="The match of its league; the game's own one if missing.")] = None,
+    lesson: Annotated[Path | None, typer.Option(help="A folder with steps of your own, such as 01-drive.md.")] = None,
+    roster: Annotated[
+        Path | None, typer.Option(help="names.csv: a name and a word in each line; others cannot join.")
+    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="Tries at a time; one for each processor if missing.")] = None,
+    listen: ListenOption = None,
+    tls: TlsOption = False,
+    sandbox: Annotated[
+        bool, typer.Option("--sandbox/--no-sandbox", help="Without it students' code can do all that you can.")
+    ] = True,
+) -> None:
+    """Serve a class: students join by a link, write code in their browsers, and see at once how it plays.
+
+    The page is for this computer alone, unless --listen serves it to others: `--listen 0.0.0.0`.
+    """
+    if sandbox and (lacking := missing()) is not None:
+        raise ConfigError(f"{lacking}: with --no-sandbox the code of all students can do all that you can")
+    place = opened(folder, game, match, lesson, roster)
+    about = place.about
+    steps = lesson_of(Path(about.lesson)) if about.lesson else []
+    host, port = web_address(listen)
+    port = port_at(host, port, PORT, "the class")
+    page = encrypted(Admission(host=host, port=port)) if tls else None
+    site = ClassSite(
+        host, port, place, steps, lambda: Tries(jobs or cores(), about.game, "planar", sealed=sandbox),
+        ClassLeague(place, about.match), *(("", "") if page is None else (page.certificate, page.private_key)),
+    )  # fmt: skip
+    console = make_console()
+    with stoppable() as stop:
+        site.start()
+        scheme = "http" if page is None else "https"
+        for address in reached_at(host):
+            at = f"{scheme}://{netloc(address, port)}"
+            for words, link in (
+                ("students", f"{at}/#join={about.joining}"), ("projector", f"{at}/projector.html#{about.joining}"),
+                ("teacher", f"{at}/teacher.html#{about.teacher}"),
+            ):  # fmt: skip
+                console.print(f"{words:<10} {link}", soft_wrap=True, markup=False)
+        if listen is None:
+            console.print("the class is for browsers on this computer; --listen 0.0.0.0 serves it to others")
+        elif not tls:
+            console.print("[yellow]names and code go over the network unencrypted; --tls encrypts them[/yellow]")
+        console.print("(Ctrl-C ends it; nothing is lost, and the same command goes on)", markup=False)
+        try:
+            while not stop.wait(CHECKED_EVERY):
+                site.check()
+        finally:
+            site.stop()
+
+
+def opened(folder: Path, game: str | None, match: str | None, lesson: Path | None, roster: Path | None) -> ClassFolder:
+    """The folder of a class: that which is there, or a new one.
+
+    Raises:
+        ConfigError: it cannot be used, or its class has another game.
+    """
+    if (folder / "class.json").exists():
+        there = ClassFolder(folder)
+        if game is not None and game != there.about.game:
+            raise ConfigError(f"{folder}: its class plays {there.about.game}, got --game {game}: choose another folder")
+        return there
+    if folder.exists() and any(folder.iterdir()):
+        raise ConfigError(f"{folder}: expected a new folder, or that of a class, found other files")
+    game = game or (setup_of(match, {}).game if match else DEFAULT_GAME)
+    if game not in GAMES:
+        raise ConfigError(f"--game: {expected_one_of(GAMES.names(), game)}")
+    own = lesson or shipped(game)
+    about = About(
+        game=game, match=str(match_path(match).resolve()) if match and Path(match).is_file() else match or game,
+        lesson="" if own is None else str(own.resolve()), teacher=secrets.token_urlsafe(TOKEN_BYTES),
+        joining=secrets.token_urlsafe(TOKEN_BYTES), roster={} if roster is None else read_roster(roster),
+    )  # fmt: skip
+    if own is not None:
+        lesson_of(own)
+    setup_of(about.match, {})
+    return ClassFolder(folder, about)
+
+
+def read_roster(path: Path) -> dict[str, str]:
+    """The word of each student by name.
+
+    Raises:
+        ConfigError: the file cannot be read, or a line of it is none of a roster.
+    """
+    try:
+        rows = [row for row in csv.reader(read_text(path).splitlines()) if any(cell.strip() for cell in row)]
+    except (OSError, ValueError, csv.Error) as error:
+        raise ConfigError(f"{path}: cannot be read: {error}") from None
+    found, problems = {}, []
+    for number, row in enumerate(rows, 1):
+        try:
+            name, word = (cell.strip() for cell in row)
+            found[checked_name(name)] = word
+            if not word:
+                raise ValueError("expected a word behind the name, got none")
+        except ValueError as error:
+            problems.append(f"{path}:{number}: expected NAME,WORD: {error}")
+    if problems or not found:
+        raise ConfigError(problems or [f"{path}: expected a name and a word in each line, found none"])
+    return found
+
+
+def export(
+    folder: FolderArgument,
+    output: Annotated[Path, typer.Argument(metavar="OUTPUT", help="A new folder.")],
+) -> None:
+    """Copy what was handed in into a folder that `vrg league play`, `vrg tournament` and `vrg play` take."""
+    place = ClassFolder(folder)
+    if output.exists():
+        raise ConfigError(f"{output}: expected a new folder, it is there already")
+    shutil.copytree(place.entries, output)
+    names = ", ".join(sorted(file.name for file in output.iterdir()))
+    typer.echo(f"{output}: {names or 'nothing was handed in yet'} ({time.strftime('%Y-%m-%d %H:%M')})")

@@ -1,0 +1,132 @@
+"""`vrg class final`: the best of a class play a bracket, as a show."""
+
+import json
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from vrg.commands.options import make_console
+from vrg.config.loading import load_match, match_path
+from vrg.errors import ConfigError, LaunchError
+from vrg.files import write_whole
+from vrg.runs.change import by_player
+from vrg.runs.run import Run
+from vrg.toml_text import with_value
+from vrg_class.bracket import first_round, next_round
+from vrg_class.command import FolderArgument
+from vrg_class.folder import ClassFolder
+from vrg_class.league import ClassLeague
+from vrg_class.tries import teams_of
+
+
+def final(
+    folder: FolderArgument = Path("class"),
+    match: Annotated[
+        str | None, typer.Option(help="A match file to play on, such as one with physical robots; else the league's.")
+    ] = None,
+    places: Annotated[int, typer.Option(min=2, max=32, help="How many of the leaderboard take part.")] = 8,
+    show: Annotated[
+        list[str] | None, typer.Option(help="As for `vrg play`, such as web or 3d; may be given several times.")
+    ] = None,
+    lockstep: Annotated[bool, typer.Option("--lockstep", help="Play without windows, as fast as possible.")] = False,
+    sandbox: Annotated[bool, typer.Option(help="Shut the players' code in.")] = True,
+) -> None:
+    """Let the best of the class play a bracket: the first against the last, and so on, until one is left.
+
+    Each match is played like `vrg play`, in a window, with the referee's calls in the terminal; where the teams have
+    other roles, each pair plays two, with sides changed. A draw is for the one with the higher place. The runs are in
+    FOLDER/final.
+    """
+    place, console = ClassFolder(folder), make_console()
+    board = ClassLeague(place, place.about.match).board()
+    best = [str(row["name"]) for row in board][:places]
+    if len(best) < 2:
+        raise ConfigError(f"{folder}: expected two in the leaderboard, found {len(best)}: let the league play first")
+    base = match or place.about.match
+    files = {name: str(_entry(place, name).resolve()) for name in best}
+    options = ["--sandbox" if sandbox else "--no-sandbox", *(word for one in show or () for word in ("--show", one))]
+    options += ["--lockstep", "--headless", "--engine", "planar"] if lockstep else []
+    number, pairs = 1, first_round(best)
+    while pairs:
+        console.print(f"[bold]Round {number}[/bold]: {', '.join(str(pair) for pair in pairs)}", soft_wrap=True)
+        winners = []
+        for index, pair in enumerate(pairs, 1):
+            winner = pair.first
+            if pair.second is not None:
+                wins: Counter[str | None] = Counter()
+                for leg, sides in enumerate(_legs(base, pair.first, pair.second), 1):
+                    path = place.path / "final" / f"round-{number}-{index}-{leg}.toml"
+                    _write(path, base, *(files[name] for name in sides))
+                    wins[_played(path, sides, options, console)] += 1
+                winner = pair.second if wins[pair.second] > wins[pair.first] else pair.first
+                console.print(f"{winner} goes on", markup=False)
+            winners.append(winner)
+        number, pairs = number + 1, next_round(winners, best)
+    console.print(f"[bold]{winners[0]} wins the class[/bold]")
+
+
+def _entry(place: ClassFolder, name: str) -> Path:
+    """The file that a student has handed in."""
+    student = place.named(name)
+    return place.entries / f"{name if student is None else student.folder}.py"
+
+
+def _legs(base: str, first: str, second: str) -> list[tuple[str, str]]:
+    """Who plays for the two teams of a match: in two matches if the teams have different roles.
+
+    Raises:
+        ConfigError: the match cannot be used, or is not one of two teams.
+    """
+    setup = load_match(match_path(base))
+    teams = teams_of(setup)
+    if len(teams) != 2:
+        raise ConfigError(f"{base}: expected a match of two teams, got {', '.join(teams)}")
+    roles = [Counter(player.role for player in setup.players if player.team == team) for team in teams]
+    return [(first, second)] if roles[0] == roles[1] else [(first, second), (second, first)]
+
+
+def _write(path: Path, base: str, first: str, second: str) -> None:
+    """Write the match of two players.
+
+    Raises:
+        ConfigError: the match or a player cannot be used.
+    """
+    setup = load_match(match_path(base))
+    teams, names = teams_of(setup), [player.name for player in setup.players]
+    text = setup.text
+    for name, strategy in by_player(setup, dict(zip(teams, (first, second), strict=True))).items():
+        text = with_value(text, ("players", names.index(name), "strategy"), strategy)
+    text = with_value(text, ("name",), path.stem)
+    path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+    write_whole(path, text.encode())
+
+
+def _played(path: Path, sides: tuple[str, str], options: Sequence[str], console: Any) -> str | None:
+    """Play a match between those who play for its two teams; the name of its winner, None for a draw.
+
+    Args:
+        options: further ones of `vrg play`.
+
+    Raises:
+        LaunchError: it did not come to its end.
+    """
+    runs = path.parent / "runs"
+    before = {run.name for run in runs.glob("*")}
+    command = [sys.executable, "-P", "-m", "vrg", "play", str(path), "--runs", str(runs), *options]
+    console.print(f"[bold]{' against '.join(sides)}[/bold]")
+    status = subprocess.run(command, check=False).returncode
+    new = sorted(run for run in runs.glob("*") if run.name not in before)
+    if not new or not (new[-1] / "result.json").is_file():
+        raise LaunchError(f"{path}: the match did not come to its end (status {status}); the same command begins anew")
+    result = json.loads((new[-1] / "result.json").read_text(encoding="utf-8"))
+    teams = teams_of(Run(new[-1]).setup)
+    name = dict(zip(teams, sides, strict=True)).get(result["winner"])
+    why = next((call["why"] for call in reversed(result["calls"]) if call.get("why")), "")
+    outcome = "a draw" if name is None else f"{name} wins"
+    console.print(f"{outcome}{f': {why}' if why else ''}", soft_wrap=True, markup=False)
+    return name

@@ -1,0 +1,122 @@
+"""The league of a class: games between what was handed in, in a process of its own that gives way to tries."""
+
+import contextlib
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, Final
+
+from vrg.system import POSIX
+from vrg_class.folder import ClassFolder
+from vrg_league.folder import read_records
+from vrg_league.games import GameRecord
+from vrg_league.league.folder import Version, playing, targets
+from vrg_league.standings import ratings
+
+GAMES: Final = 8
+"""The games of one call of the league: what is handed in meanwhile waits for its end."""
+ENOUGH: Final = 60
+"""The games after which a version needs no more."""
+_NICE: Final = 15
+"""How much later than tries the league gets a processor."""
+
+
+class ClassLeague:
+    """See the module. All methods are quick, and called by one thread.
+
+    Args:
+        folder: of the class. match: of its games.
+    """
+
+    def __init__(self, folder: ClassFolder, match: str) -> None:
+        self._folder, self._match = folder, match
+        self._process: subprocess.Popen[bytes] | None = None
+        self._wanted = any(folder.entries.iterdir())
+        self._resting = self._stopped = False
+        self._rows: list[dict[str, Any]] = []
+        self._places: dict[str, int] = {}
+        self._read = (-1, -1)
+        self.games = self._games_before = 0
+
+    def renew(self) -> None:
+        """Take in what was handed in, once there is time."""
+        self._wanted = True
+
+    def rest(self, *, rests: bool) -> None:
+        """Let the league rest, or play: to be called again and again."""
+        self._resting = rests
+        if self._process is not None and self._process.poll() is not None:
+            self._process = None
+            # A call in which nothing was played, as nobody passed the check, is not repeated.
+            unsettled = any(row["games"] < ENOUGH for row in self.board())
+            self._wanted |= unsettled and self.games > self._games_before
+        if self._process is None and self._wanted and not rests and self._able:
+            self._begin()
+        elif self._process is not None and POSIX and rests != self._stopped:
+            # What has stopped goes on where it was.
+            with contextlib.suppress(ProcessLookupError):
+                self._process.send_signal(signal.SIGSTOP if rests else signal.SIGCONT)
+                self._stopped = rests
+
+    @property
+    def _able(self) -> bool:
+        return len([file for file in self._folder.entries.iterdir() if file.suffix == ".py"]) >= 2
+
+    def _begin(self) -> None:
+        self._wanted, self._stopped = False, False
+        self._games_before = self.games
+        league = self._folder.league
+        command = [
+            *(["nice", "-n", str(_NICE)] if POSIX else []), sys.executable, "-P", "-m", "vrg", "league", "play",
+            str(self._folder.entries), "--output", str(league), "--games", str(GAMES), "--jobs", "1",
+            *([] if (league / "versions.jsonl").exists() else ["--match", self._match]),
+        ]  # fmt: skip
+        with (self._folder.path / "league.log").open("ab") as log:
+            self._process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
+            )
+
+    def board(self) -> list[dict[str, Any]]:
+        """The rows of the leaderboard, the best first: name, rating, games, version, and the places won since."""
+        league = self._folder.league
+        try:
+            sizes = (league / "games.jsonl").stat().st_size, (league / "versions.jsonl").stat().st_size
+            if sizes != self._read:
+                self._rows, self._read = self._rated(league), sizes
+        except OSError:
+            pass  # there is no league yet
+        return self._rows
+
+    def _rated(self, league: Path) -> list[dict[str, Any]]:
+        versions = read_records(league / "versions.jsonl", Version)
+        rows = read_records(league / "games.jsonl", GameRecord)
+        self.games = len(rows)
+        current = {version.label: version for version in playing(versions).values()}
+        names = {student.folder: student.name for student in self._folder.students.values()}
+        found: list[dict[str, Any]] = []
+        for rating in ratings(list(targets(league, versions)), rows):
+            version = current.get(rating.label)
+            if version is not None:
+                played = sum(rating.label in row.game.pairing.labels for row in rows)
+                found.append({
+                    "name": names.get(version.entry, version.entry), "rating": round(rating.value),
+                    "games": played, "version": version.number,
+                })  # fmt: skip
+        before = self._places
+        ranks = [row["rating"] for row in found]  # equal ratings share a place, so that nobody climbs by chance
+        self._places = {row["name"]: ranks.index(row["rating"]) for row in found}
+        return [
+            row | {"climbed": before.get(name := row["name"], self._places[name]) - self._places[name]} for row in found
+        ]
+
+    def close(self) -> None:
+        """End the games that are played. What was played is kept."""
+        if self._process is not None:
+            with contextlib.suppress(ProcessLookupError):
+                self._process.send_signal(signal.SIGCONT if POSIX else signal.SIGTERM)
+                self._process.send_signal(signal.SIGTERM)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                self._process.wait(5.0)
+            if self._process.poll() is None:
+                self._process.kill()

@@ -1,0 +1,410 @@
+"""The page of a class: a workshop for each student, the projector, and the teacher's console."""
+
+import asyncio
+import contextlib
+import hmac
+import io
+import time
+from collections import Counter, defaultdict, deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from importlib.resources import files
+from typing import Any, Final
+
+import msgspec
+import segno
+from aiohttp import WSCloseCode, WSMsgType, web
+from markdown_it import MarkdownIt
+from msgspec import structs
+
+from vrg.games import GAMES
+from vrg.launch.sandbox.seal import missing
+from vrg.ui.web.parts import encode
+from vrg.ui.web.site import Site
+from vrg_class import requests
+from vrg_class.folder import CODE, ClassFolder, Student, checked_name
+from vrg_class.league import ClassLeague
+from vrg_class.lesson import Step, first_code
+from vrg_class.tries import Tries, Try, others_of, setup_of, teams_of
+
+TABS: Final = 3
+"""The pages that a student may have open; the oldest one goes."""
+HASTE: Final = 0.5
+"""The real time in s between two requests of one student that cost something."""
+GUESSES: Final = 20
+"""The wrong words of a roster in a minute from one address."""
+TRY_SECONDS: Final = 90.0
+"""The match time in s of a try of the match of the league."""
+LINK_SIZE: Final = 300
+"""The number of letters of a link of which a QR code is made."""
+_BATCH: Final = 0.05
+"""The real time in s for which messages to a page are gathered."""
+_BACKLOG: Final = 10_000
+"""The number of messages that may wait for a page; one that takes none is closed."""
+_HELLO: Final = 10.0
+"""The real time in s in which a page must send its token."""
+
+_Answer = Callable[[web.Request], Any]
+
+
+@dataclass
+class Desk:
+    """What is known of a student while the server runs.
+
+    Args:
+        seen: when a page of the student was last heard, s of the monotonic clock. since: when the last goal was
+            reached, or the student came. error: the last one, in words. tries: how many there have been.
+        tried: the last try. step: the step that is open, by its name.
+    """
+
+    seen: float = 0.0
+    since: float = field(default_factory=time.monotonic)
+    error: str = ""
+    line: int | None = None
+    tries: int = 0
+    step: str = ""
+    tried: Try | None = None
+    pages: list["Page"] = field(default_factory=list)
+    last: float = 0.0
+
+
+class Page:
+    """A page that listens; what it is sent waits here until it takes it."""
+
+    def __init__(self, socket: web.WebSocketResponse) -> None:
+        self.socket = socket
+        self.waiting: deque[str] = deque()
+        self.news = asyncio.Event()
+
+    def send(self, text: str) -> None:
+        """Send a message, a text of JSON."""
+        self.waiting.append(text)
+        self.news.set()
+
+    async def serve(self) -> None:
+        """Send what waits, in batches, until the page is gone or takes nothing any more."""
+        while not self.socket.closed:
+            await self.news.wait()
+            self.news.clear()
+            if len(self.waiting) > _BACKLOG:
+                break
+            batch = [self.waiting.popleft() for _ in range(len(self.waiting))]
+            if batch:
+                await asyncio.wait_for(self.socket.send_str(f"[{','.join(batch)}]"), _HELLO)
+            await asyncio.sleep(_BATCH)
+
+
+class ClassSite(Site):
+    """Serves the pages of a class from `start` to `stop`.
+
+    Args:
+        host, port, certificate, private_key: as for `Site`. folder: of the class. lesson: its steps.
+        tries: makes the queue of tries, on the server's loop. league: of the class.
+    """
+
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        folder: ClassFolder,
+        lesson: Sequence[Step],
+        tries: Callable[[], Tries],
+        league: ClassLeague,
+        certificate: str = "",
+        private_key: str = "",
+    ) -> None:
+        super().__init__(host, port, "class.html", certificate, private_key, own=files("vrg_class") / "static")
+        self._folder, self._lesson, self._league = folder, {step.name: step for step in lesson}, league
+        self._make_tries = tries
+        self._desks: defaultdict[str, Desk] = defaultdict(Desk)
+        self._markdown = MarkdownIt("commonmark", {"html": False})
+        self._message, self._halted = "", False
+        self._guesses: Counter[tuple[str, int]] = Counter()
+        self._first = first_code(lesson[0].path.parent) if lesson else ""
+        setup = setup_of(folder.about.match, {})
+        self._teams = teams_of(setup)
+        self._title = GAMES.get(folder.about.game).title
+        # The whole match is played for the team that the lesson ends with.
+        self._team = (lesson[-1].head.team if lesson else "") or self._teams[0]
+
+    def add_routes(self, router: web.UrlDispatcher) -> None:
+        """Add what pages ask for."""
+        self._tries = self._make_tries()
+        router.add_post("/join", self._told(self._join))
+        for path, answer in (
+            ("/me", self._me), ("/save", self._save), ("/try", self._try), ("/hand-in", self._hand_in),
+        ):  # fmt: skip
+            router.add_post(path, self._told(self._of_student(answer)))
+        for path, act in (
+            ("/teacher", self._console),
+            ("/teacher/decide", self._decide),
+            ("/teacher/code", self._code),
+        ):
+            router.add_post(path, self._told(self._of_teacher(act)))
+        router.add_post("/board", self._told(self._board))
+        router.add_get("/feed", self._feed)
+        router.add_get("/qr.svg", self._code_of_link)
+        self._ticking = asyncio.get_running_loop().create_task(self._tick())
+
+    async def dismiss(self) -> None:
+        """Tell the pages that this is the end."""
+        self._ticking.cancel()
+        self._tries.close()
+        self._league.close()
+        for page in [page for desk in self._desks.values() for page in desk.pages]:
+            with contextlib.suppress(Exception):
+                await page.socket.close(code=WSCloseCode.GOING_AWAY)
+
+    # Who asks
+
+    def _token(self, request: web.Request) -> str:
+        return request.headers.get("Authorization", "").removeprefix("Bearer ")
+
+    def _told(self, answer: Callable[[web.Request], Any]) -> Any:
+        """What answers with JSON; a ValueError is a request that cannot be granted, with the reason."""
+
+        async def handler(request: web.Request) -> web.Response:
+            if (refused := self.turned_away(request)) is not None:
+                return refused
+            try:
+                found = await answer(request)
+            except PermissionError as error:
+                return web.Response(status=401, text=str(error))
+            except ValueError as error:
+                return web.Response(status=400, text=str(error))
+            except OSError as error:
+                return web.Response(status=507, text=f"the computer of the class cannot write this: {error.strerror}")
+            return web.Response(text=encode(found), content_type="application/json")
+
+        return handler
+
+    def _of_student(self, answer: Callable[[web.Request, Student, Desk], Any]) -> Callable[[web.Request], Any]:
+        async def handler(request: web.Request) -> Any:
+            student = self._folder.students.get(self._token(request))
+            if student is None:
+                raise PermissionError("this link is not known: join again, or ask your teacher for your link")
+            self.let_in(request)
+            desk = self._desks[student.token]
+            desk.seen = time.monotonic()
+            return await answer(request, student, desk)
+
+        return handler
+
+    def _of_teacher(self, answer: Callable[[web.Request], Any]) -> Callable[[web.Request], Any]:
+        async def handler(request: web.Request) -> Any:
+            if not _same(self._token(request), self._folder.about.teacher):
+                raise PermissionError("this needs the teacher's link")
+            self.let_in(request)
+            return await answer(request)
+
+        return handler
+
+    # Students
+
+    async def _join(self, request: web.Request) -> Any:
+        about, wanted = self._folder.about, requests.read(await request.read(), requests.Join)
+        if not _same(self._token(request), about.joining):
+            raise PermissionError("this needs the link of the class: scan it from the projector")
+        name = checked_name(wanted.name)
+        if about.roster:
+            who = request.remote or "", int(time.monotonic() // 60)
+            if self._guesses[who] >= GUESSES:
+                raise ValueError("too many wrong words from this device: wait a minute")
+            if not _same(wanted.word, about.roster.get(name, "")):
+                self._guesses[who] += 1
+                raise ValueError("this name and this word are not in the roster of the class")
+            student = self._folder.named(name) or self._folder.join(name)
+        else:
+            student = self._folder.join(name)
+        self.let_in(request)
+        return {"token": student.token, "name": student.name}
+
+    async def _me(self, _request: web.Request, student: Student, desk: Desk) -> Any:
+        code = self._folder.code(student) or self._first
+        steps = [
+            {
+                "name": step.name, "title": step.head.title, "done": step.name in student.done,
+                "text": self._markdown.render(step.text), "hint": step.head.hint, "team": step.head.team,
+            }
+            for step in self._lesson.values()
+        ]  # fmt: skip
+        return {
+            "name": student.name, "game": self._title, "code": code, "steps": steps, "step": desk.step,
+            "versions": student.versions, "handed": student.handed, "message": self._message, "halted": self._halted,
+            "sealed": self._tries.sealed, "who": self._who_sees(), "messages": desk.tried is not None,
+        }  # fmt: skip
+
+    def _who_sees(self) -> str:
+        return (
+            "Your teacher can see your code, your tries and your errors. The class sees your name and your place in "
+            "the league. All of it stays on the computer of the class."
+        )
+
+    async def _save(self, request: web.Request, student: Student, _desk: Desk) -> Any:
+        self._folder.save(student, requests.read(await request.read(), requests.Save).code)
+        return {}
+
+    async def _try(self, request: web.Request, student: Student, desk: Desk) -> Any:
+        wanted = requests.read(await request.read(), requests.Try)
+        self._hurry(desk)
+        step = self._lesson.get(wanted.step)
+        if wanted.step and step is None:
+            raise ValueError(f"expected a step of the lesson, got {wanted.step!r}")
+        student, file = self._folder.version(student, wanted.code)
+        match = self._folder.about.match if step is None else step.match
+        setup_teams = self._teams if step is None else await asyncio.to_thread(lambda: teams_of(setup_of(match, {})))
+        team = self._team if step is None else step.head.team or setup_teams[0]
+        players = {team: str(file)}
+        other = step.other if step is not None else ""
+        if wanted.against:
+            former = self._folder.file(student, wanted.against)
+            if not former.is_file():
+                raise ValueError(f"version {wanted.against} is not kept any more")
+            other = str(former)
+        if other:
+            players |= dict.fromkeys(others_of(setup_teams, team), other)
+        desk.tries, desk.step = desk.tries + 1, wanted.step
+        token = student.token
+        desk.tried = Try(
+            owner=token, match=match, players=players, team=team, code=CODE,
+            goal=None if step is None else step.head.goal.model_dump(exclude_none=True),
+            seconds=TRY_SECONDS if step is None else step.head.seconds,
+            tell=lambda text: self._hear(token, wanted.step, text),
+        )  # fmt: skip
+        self._league.rest(rests=True)
+        self._show(desk, encode({"t": "begin", "step": wanted.step, "version": student.versions}))
+        return {"version": student.versions, "place": self._tries.ask(desk.tried), "halted": self._halted}
+
+    def _hear(self, token: str, step: str, text: str) -> None:
+        """Take in a message of a try, and show it to its student."""
+        desk, student = self._desks[token], self._folder.students[token]
+        if text.startswith('{"t":"error"'):
+            fault = msgspec.json.decode(text)
+            desk.error, desk.line = str(fault.get("text", "")), fault.get("line")
+        elif text.startswith('{"t":"end"'):
+            goal = msgspec.json.decode(text).get("goal") or {}
+            if goal.get("reached") is not None:
+                desk.error, desk.since = "", time.monotonic()
+                if step not in student.done:
+                    self._folder.keep(structs.replace(student, done=(*student.done, step)))
+        self._show(desk, text)
+
+    async def _hand_in(self, request: web.Request, student: Student, desk: Desk) -> Any:
+        wanted = requests.read(await request.read(), requests.HandIn)
+        self._hurry(desk)
+        student, _ = self._folder.version(student, wanted.code, handed=True)
+        self._league.renew()
+        return {"version": student.handed}
+
+    def _hurry(self, desk: Desk) -> None:
+        now = time.monotonic()
+        if now - desk.last < HASTE:
+            raise ValueError("that was very quick: wait a moment")
+        desk.last = now
+
+    def _show(self, desk: Desk, text: str) -> None:
+        for page in desk.pages:
+            page.send(text)
+
+    async def _feed(self, request: web.Request) -> web.StreamResponse:
+        if (refused := self.turned_away(request)) is not None:
+            return refused
+        socket = web.WebSocketResponse(max_msg_size=1000, heartbeat=20.0)
+        await socket.prepare(request)
+        try:
+            hello = await asyncio.wait_for(socket.receive(), _HELLO)
+        except TimeoutError:
+            await socket.close()
+            return socket
+        student = self._folder.students.get(hello.data) if hello.type is WSMsgType.TEXT else None
+        if student is None:
+            await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"this link is not known")
+            return socket
+        self.let_in(request)
+        desk, page = self._desks[student.token], Page(socket)
+        desk.seen = time.monotonic()
+        desk.pages.append(page)
+        while len(desk.pages) > TABS:
+            await desk.pages.pop(0).socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"too many pages")
+        page.send(encode({"t": "news", "message": self._message, "halted": self._halted}))
+        if desk.tried is not None:  # what a closed page has missed
+            page.send(encode({"t": "begin", "step": desk.step, "version": student.versions}))
+            for text in desk.tried.messages:
+                page.send(text)
+        sending = asyncio.get_running_loop().create_task(page.serve())
+        try:
+            async for _ in socket:
+                desk.seen = time.monotonic()
+        finally:
+            sending.cancel()
+            with contextlib.suppress(ValueError):
+                desk.pages.remove(page)
+            await socket.close()
+        return socket
+
+    # The projector and the teacher
+
+    async def _code_of_link(self, request: web.Request) -> web.Response:
+        """A QR code of a text."""
+        text = request.query.get("text", "")[:LINK_SIZE]
+        found = io.BytesIO()
+        segno.make(text or "-", error="m").save(found, kind="svg", scale=8, border=2, dark="#000", light="#fff")
+        return web.Response(body=found.getvalue(), content_type="image/svg+xml")
+
+    async def _board(self, request: web.Request) -> Any:
+        token, about = self._token(request), self._folder.about
+        if token not in self._folder.students and not any(_same(token, one) for one in (about.joining, about.teacher)):
+            raise PermissionError("this needs the link of the class")
+        self.let_in(request)
+        return {
+            "game": self._title, "rows": self._league.board(), "games": self._league.games, "message": self._message,
+            "halted": self._halted, "students": len(self._folder.students), "busy": self._tries.busy,
+            "lesson": len(self._lesson),
+            "steps": sorted((s.name, len(s.done)) for s in self._folder.students.values()),
+        }  # fmt: skip
+
+    async def _console(self, _request: web.Request) -> Any:
+        now = time.monotonic()
+        found = []
+        for student in self._folder.students.values():
+            desk = self._desks[student.token]
+            found.append({
+                "name": student.name, "here": bool(desk.pages), "step": desk.step, "done": len(student.done),
+                "stuck": round(now - desk.since), "tries": desk.tries, "error": desk.error, "line": desk.line,
+                "handed": student.handed, "link": student.token,
+            })  # fmt: skip
+        lacking = missing()
+        return {
+            "students": found, "message": self._message, "halted": self._halted, "busy": self._tries.busy,
+            "jobs": self._tries.jobs, "sealed": self._tries.sealed, "lacking": lacking or "",
+            "joining": self._folder.about.joining, "folder": str(self._folder.path), "lesson": len(self._lesson),
+        }  # fmt: skip
+
+    async def _code(self, request: web.Request) -> Any:
+        student = self._folder.named(requests.read(await request.read(), requests.Join).name)
+        if student is None:
+            raise ValueError("there is no such student")
+        return {"name": student.name, "code": self._folder.code(student), "done": student.done}
+
+    async def _decide(self, request: web.Request) -> Any:
+        wanted = requests.read(await request.read(), requests.Decide)
+        if wanted.halted is not None:
+            self._halted = wanted.halted
+            self._tries.halt(halted=wanted.halted)
+        if wanted.message is not None:
+            self._message = wanted.message
+        news = encode({"t": "news", "message": self._message, "halted": self._halted})
+        for desk in self._desks.values():
+            self._show(desk, news)
+        return {}
+
+    async def _tick(self) -> None:
+        """Let the league play while no student waits."""
+        while True:
+            await asyncio.sleep(1.0)
+            self._guesses = Counter({who: n for who, n in self._guesses.items() if who[1] >= time.monotonic() // 60})
+            self._league.rest(rests=self._tries.busy > 0 or self._halted)
+
+
+def _same(offered: str, wanted: str) -> bool:
+    return bool(wanted) and hmac.compare_digest(offered.encode(errors="surrogateescape"), wanted.encode())

@@ -1,0 +1,226 @@
+"""The queue of tries: as many at a time as there are processors, each in processes of its own, students in turn."""
+
+import asyncio
+import contextlib
+import logging
+import shutil
+import tempfile
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+
+from vrg.config.loading import check_match, load_match, match_path
+from vrg.config.setup import CheckedMatch, MatchSetup
+from vrg.errors import VrgError
+from vrg.launch.fork_server import Child
+from vrg.runs.change import by_player
+from vrg.toml_text import with_value
+from vrg.ui.web.parts import encode
+from vrg_class import trial
+from vrg_class.faults import fault_of
+from vrg_class.trial import Job
+from vrg_league.game_process import server_for
+
+LONGEST: Final = 40.0
+"""The real time in s that a try may take."""
+REPORTED: Final = 8_000_000
+"""The number of bytes that a try may report."""
+_MESSAGE: Final = 1_000_000
+"""The number of bytes of a message of a try."""
+log = logging.getLogger(__name__)
+
+
+@dataclass(eq=False)
+class Try:
+    """A try of a student.
+
+    Args:
+        owner: who has asked for it; a further one of the same owner replaces it.
+        match: the match file, or the name of a game. players: the strategies by team or player. team: the own team.
+        goal: of the step; None without one. code: the file name of the code. seconds: the match time of the try, s.
+        tell: called on the server's loop with messages, texts of JSON.
+
+    Attributes:
+        messages: what it has reported. over: True once it has ended.
+    """
+
+    owner: str
+    match: str
+    players: dict[str, str]
+    team: str
+    goal: dict[str, Any] | None
+    code: str
+    seconds: float
+    tell: Callable[[str], None]
+    messages: list[str] = field(default_factory=list)
+    over: bool = False
+    asked: float = field(default_factory=time.monotonic)
+    _child: Child | None = None
+    _dropped: bool = False
+
+    def add(self, text: str) -> None:
+        """Take in a message of its process; on the server's loop."""
+        if not self._dropped:
+            self.messages.append(text)
+            self.tell(text)
+
+    def drop(self) -> None:
+        """End it; nothing is heard of it any more. Idempotent."""
+        self._dropped = True
+        if self._child is not None:
+            self._child.kill()
+
+
+class Tries:
+    """See the module. All methods are for the server's loop.
+
+    Args:
+        jobs: the number of tries at a time. game, engine: what most tries need, which is loaded before.
+        sealed: False lets the code do all that this process can.
+    """
+
+    def __init__(self, jobs: int, game: str, engine: str, *, sealed: bool) -> None:
+        self.jobs, self.sealed = jobs, sealed
+        self.halted = False
+        self._waiting: deque[Try] = deque()
+        self._running: set[Try] = set()
+        self._server, self._turn = server_for(game, engine, trial.__name__, "vrg.playing.deciding"), threading.Lock()
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    @property
+    def busy(self) -> int:
+        """The number of tries that run or wait."""
+        return len(self._running) + len(self._waiting)
+
+    def ask(self, wanted: Try) -> int:
+        """Put a try into the queue, in place of another one of its owner; the number of those before it."""
+        for other in [*self._waiting, *self._running]:
+            if other.owner == wanted.owner:
+                self._leave(other)
+        self._waiting.append(wanted)
+        self._go_on()
+        return self._waiting.index(wanted) + 1 if wanted in self._waiting else 0
+
+    def halt(self, *, halted: bool) -> None:
+        """Start no try any more, or start them again."""
+        self.halted = halted
+        self._go_on()
+
+    def close(self) -> None:
+        """End all tries."""
+        for one in [*self._waiting, *self._running]:
+            self._leave(one)
+        self._server.close()
+
+    def _leave(self, one: Try) -> None:
+        one.drop()
+        with contextlib.suppress(ValueError):
+            self._waiting.remove(one)
+
+    def _go_on(self) -> None:
+        while self._waiting and len(self._running) < self.jobs and not self.halted:
+            one = self._waiting.popleft()
+            self._running.add(one)
+            task = asyncio.get_running_loop().create_task(self._played(one))
+            self._tasks.add(task)
+            task.add_done_callback(self._tasks.discard)
+        for place, one in enumerate(self._waiting, 1):
+            one.tell(encode({"t": "queue", "place": place}))
+
+    async def _played(self, one: Try) -> None:
+        loop = asyncio.get_running_loop()
+        place = Path(tempfile.mkdtemp(prefix="vrg-try-"))
+
+        def add(text: str) -> None:
+            loop.call_soon_threadsafe(one.add, text)
+
+        try:
+            await asyncio.to_thread(self._play, one, place, add)
+        except VrgError as error:
+            loop.call_soon(one.add, encode({"t": "error", **msgspec.to_builtins(fault_of(str(error), one.code))}))
+            loop.call_soon(one.add, ended(""))
+        except Exception:  # one try that fails must not keep others from being played
+            log.exception("a try has failed")
+            loop.call_soon(one.add, ended("the try failed"))
+        finally:
+            shutil.rmtree(place, ignore_errors=True)
+            one.over = True
+            self._running.discard(one)
+            self._go_on()
+
+    def _play(self, one: Try, place: Path, add: Callable[[str], None]) -> None:
+        """Play a try, on a thread of its own.
+
+        Raises:
+            VrgError: it cannot be played.
+        """
+        setup = setup_of(one.match, one.players)
+        job = Job(
+            setup=setup, team=one.team or setup.players[0].team, goal=one.goal, code=one.code, seconds=one.seconds,
+            sealed=self.sealed,
+        )  # fmt: skip
+        with (place / "process.log").open("ab") as output, self._turn:
+            child = self._server.run(trial.__name__, [str(place / "run")], output)
+        one._child = child
+        if one._dropped:
+            child.kill()
+        timer = threading.Timer(LONGEST, child.kill)
+        timer.start()
+        complete = False
+        try:
+            with Connection(child.detached()) as pipe:
+                pipe.send_bytes(msgspec.json.encode(job))
+                size = 0
+                while size < REPORTED:
+                    data = pipe.recv_bytes(_MESSAGE)
+                    size += len(data)
+                    text = data.decode()
+                    complete |= text.startswith('{"t":"end"')
+                    add(text)
+        except (EOFError, OSError, UnicodeDecodeError):
+            pass  # it has ended, or what it sends is no message of a try
+        finally:
+            timer.cancel()
+            with self._turn:
+                child.kill()
+                child.wait(1.0)
+        if not complete:
+            add(ended("the try took too long"))
+
+
+def ended(words: str) -> str:
+    """The last message of a try that did not come to an end of its own."""
+    return encode({"t": "end", "ended": words, "winner": None, "score": {}, "goal": None})
+
+
+def setup_of(match: str, players: dict[str, str]) -> CheckedMatch:
+    """A match with other strategies than those of its file.
+
+    Args:
+        match: the path of a match file, or the name of a game. players: strategies by team or by player.
+
+    Raises:
+        ConfigError: the match or a strategy cannot be used.
+    """
+    setup = load_match(match_path(match))
+    text, names = setup.text, [player.name for player in setup.players]
+    for name, strategy in by_player(setup, players).items():
+        text = with_value(text, ("players", names.index(name), "strategy"), strategy)
+    return check_match(text, Path(setup.origin), Path(setup.base), engine="planar")
+
+
+def teams_of(setup: MatchSetup) -> list[str]:
+    """The teams of a match, in the order of its players."""
+    return list(dict.fromkeys(player.team for player in setup.players))
+
+
+def others_of(teams: Iterable[str], own: str) -> list[str]:
+    """The other teams than the own one."""
+    return [team for team in teams if team != own]
