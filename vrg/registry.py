@@ -24,8 +24,8 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.calibrations": {"fixes": "vrg-locate"},
     "vrg.can_protocols": {"cia402": "vrg-drives", "moteus": "vrg-drives", "vesc": "vrg-drives"},
     "vrg.commands": {
-        "can": "vrg-bringup", "compare": "vrg-league", "league": "vrg-league", "tournament": "vrg-league",
-        "edit": "vrg-edit", "show.hud": "vrg-hud", "node.hud": "vrg-hud",
+        "can": "vrg-bringup", "class": "vrg-class", "compare": "vrg-league", "league": "vrg-league",
+        "tournament": "vrg-league", "edit": "vrg-edit", "show.hud": "vrg-hud", "node.hud": "vrg-hud",
         "fuzz": "vrg-faults", "locate": "vrg-locate", "run.export": "vrg-learn", "run.report": "vrg-locate",
         "show.3d": "vrg-three", "node.three": "vrg-three", "show.ros": "vrg-ros", "node.ros": "vrg-ros",
         "show.foxglove": "vrg-foxglove", "node.foxglove": "vrg-foxglove", "show.developer": "vrg-developer",
