@@ -102,10 +102,10 @@ async def asked(http: aiohttp.ClientSession, server: Server, path: str, token: s
 
 async def tried(http: aiohttp.ClientSession, server: Server, token: str, code: str, step: str, found: Found) -> None:
     """Try code in a step of the lesson, or in the whole match, and wait for its end."""
-    async with http.ws_connect(server.base.replace("http", "ws", 1) + "/feed") as socket:
+    async with http.ws_connect(server.base.replace("http", "ws", 1) + "/feed", max_msg_size=0) as socket:
         await socket.send_str(token)
         began = time.monotonic()
-        status, _ = await asked(http, server, "/try", token, code=code, step=step, against=0)
+        status, answer = await asked(http, server, "/try", token, code=code, step=step, against=0)
         found.answers[f"try {status}"] += 1
         if status != 200:
             return
@@ -116,15 +116,15 @@ async def tried(http: aiohttp.ClientSession, server: Server, token: str, code: s
             if message.type is not aiohttp.WSMsgType.TEXT:
                 raise aiohttp.ClientError("the feed has ended")
             for one in json.loads(message.data):
-                new |= one["t"] == "begin" and one["version"] > 0
+                # The one before is shown again to a page that comes.
+                new |= one["t"] == "begin" and one["version"] == answer["version"]
                 if new and one["t"] == "at" and first is None:
                     first = time.monotonic() - began
-                if new and one["t"] == "end" and first is not None:
-                    found.first.append(first)
-                    found.whole.append(time.monotonic() - began)
+                if new and one["t"] == "end":
+                    if first is not None:
+                        found.first.append(first)
+                        found.whole.append(time.monotonic() - began)
                     return
-                if new and one["t"] == "end" and time.monotonic() - began > 0.2:
-                    return  # it has ended without a picture
 
 
 async def student(

@@ -39,10 +39,12 @@ LINK_SIZE: Final = 300
 """The number of letters of a link of which a QR code is made."""
 _BATCH: Final = 0.05
 """The real time in s for which messages to a page are gathered."""
+_BATCH_SIZE: Final = 500
+"""The number of messages that go to a page in one of the network's."""
 _BACKLOG: Final = 10_000
 """The number of messages that may wait for a page; one that takes none is closed."""
 _HELLO: Final = 10.0
-"""The real time in s in which a page must send its token."""
+"""The real time in s in which a page must send its token, and take a batch."""
 
 _Answer = Callable[[web.Request], Any]
 
@@ -83,15 +85,15 @@ class Page:
 
     async def serve(self) -> None:
         """Send what waits, in batches, until the page is gone or takes nothing any more."""
-        while not self.socket.closed:
-            await self.news.wait()
-            self.news.clear()
-            if len(self.waiting) > _BACKLOG:
-                break
-            batch = [self.waiting.popleft() for _ in range(len(self.waiting))]
-            if batch:
-                await asyncio.wait_for(self.socket.send_str(f"[{','.join(batch)}]"), _HELLO)
-            await asyncio.sleep(_BATCH)
+        with contextlib.suppress(TimeoutError):
+            while not self.socket.closed and len(self.waiting) <= _BACKLOG:
+                await self.news.wait()
+                self.news.clear()
+                while self.waiting:
+                    batch = [self.waiting.popleft() for _ in range(min(len(self.waiting), _BATCH_SIZE))]
+                    await asyncio.wait_for(self.socket.send_str(f"[{','.join(batch)}]"), _HELLO)
+                await asyncio.sleep(_BATCH)
+        await self.socket.close()
 
 
 class ClassSite(Site):
