@@ -6,18 +6,27 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import aiohttp
 import pytest
+from served_class import GOOD, PATIENCE, Class, post, serve, wait_until
 
-from conftest import GOOD, PATIENCE, Class, post, serve, wait_until
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
 from vrg_class.command import opened
 from vrg_class.folder import CODE_SIZE, ClassFolder
 
 SEALED = pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")
+
+
+@pytest.fixture
+def of_class(tmp_path: Path) -> Iterator[Class]:
+    """A class of Sharks and Minnows."""
+    found = serve(opened(tmp_path / "class", "sharks-and-minnows", None, None, None))
+    yield found
+    found.site.stop()
 
 
 def kinds(found: list[dict[str, object]], kind: str) -> list[dict[str, object]]:
@@ -139,6 +148,7 @@ def test_the_teacher_halts_and_speaks_and_sees_who_is_stuck(of_class: Class) -> 
     _, console = of_class.ask("/teacher", teacher)
     (ada,) = console["students"]
     assert (ada["name"], ada["tries"], ada["line"], "fast" in ada["error"]) == ("Ada", 1, 6, True)
+    wait_until(lambda: of_class.ask("/teacher", teacher)[1]["busy"] == 0, "its process to end")
     assert of_class.ask("/teacher/decide", teacher, halted=True, message="Look up, please")[0] == 200
     wait_until(lambda: of_class.ask("/try", token, code=GOOD, step="", against=0)[0] == 200, "room for a try")
     _, me = of_class.ask("/me", token)

@@ -5,16 +5,14 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 import aiohttp
-import pytest
 
 from vrg.launch.sandbox.seal import missing
-from vrg_class.command import opened
 from vrg_class.folder import ClassFolder
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import lesson_of
@@ -110,14 +108,6 @@ def serve(folder: ClassFolder) -> Class:
     )  # fmt: skip
     site.start()
     return Class(folder, port, site)
-
-
-@pytest.fixture
-def of_class(tmp_path: Path) -> Iterator[Class]:
-    """A class of Sharks and Minnows."""
-    found = serve(opened(tmp_path / "class", "sharks-and-minnows", None, None, None))
-    yield found
-    found.site.stop()
 
 
 def wait_until(condition: Callable[[], bool], what: str) -> None:
