@@ -258,7 +258,7 @@ def test_each_door_to_a_plugin_that_is_not_installed_names_its_package(
     done = vrg(*typed.split())
     assert done.status in (1, 2)
     said = " ".join(done.err.replace("│", "").split())
-    assert f"the package {package} adds: pip install {package}" in said
+    assert f"the package {package} adds: in a clone `make setup`, elsewhere" in said
     assert not Path("runs").exists()
 
 

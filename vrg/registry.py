@@ -143,7 +143,7 @@ def installed_by(group: str, name: str) -> str | None:
     entries = (entry for offering in OFFERED for entry in plugins(offering).values())
     if any(entry.dist is not None and entry.dist.name == package for entry in entries):
         return f"the package {package} adds: it is installed, but cannot be imported; `vrg doctor` may tell why"
-    return f"the package {package} adds: pip install {package} (in a clone, make setup)"
+    return f"the package {package} adds: in a clone `make setup`, elsewhere see docs/install.md"
 
 
 def subclass_of(base: type) -> Callable[[object], str | None]:

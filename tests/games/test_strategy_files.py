@@ -13,7 +13,7 @@ from vrg.games import STRATEGY_FILES, file_of, has_name, is_strategy_file, unrea
 from vrg.launch.nodes.strategy import strategy_class
 
 WHY = r"x\.npz: expected a file that an installed package reads, got one of a kind that the package vrg-learn adds: "
-WHY += r"pip install vrg-learn \(in a clone, make setup\)"
+WHY += r"in a clone `make setup`, elsewhere see docs/install\.md"
 
 
 def plug(monkeypatch: pytest.MonkeyPatch, **entries: str) -> None:
