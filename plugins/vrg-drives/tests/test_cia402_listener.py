@@ -25,7 +25,7 @@ def test_a_drive_is_known_by_its_answers() -> None:
     wire = Wire().running(10.0)
     wire.advance(0.12)
     found = asked(wire)
-    assert (found.protocol, found.node, found.serials) == ("canopen", NODE, {f"{SERIAL_NUMBER:X}"})
+    assert (found.protocol, found.node, found.serials) == ("cia402", NODE, {f"{SERIAL_NUMBER:X}"})
     assert found.words == "operational, operation enabled"
     assert found.errors == ""
     assert found.firmware == "1.0.0"
@@ -81,5 +81,5 @@ def test_it_is_not_taken_for_an_odrive(late: bool) -> None:
     for frame in frames:
         survey.hear(frame)
         seen |= {found.protocol for found in survey.nodes}
-    assert [(found.protocol, found.node) for found in survey.nodes] == [("canopen", 1)]
+    assert [(found.protocol, found.node) for found in survey.nodes] == [("cia402", 1)]
     assert ("odrive" in seen) == late

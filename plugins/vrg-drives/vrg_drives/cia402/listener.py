@@ -144,7 +144,7 @@ class CanopenNode(AxisReport):
 class CanopenListener(Listener[CanopenNode]):
     """See `Listener`. A node is recognised by its heartbeat, which hardly any frame of another protocol looks like."""
 
-    word = "canopen"
+    word = "cia402"
     title = "CANopen"
     node_type = CanopenNode
 
