@@ -1,5 +1,6 @@
 """How a bus is reached: what people type, what python-can is told, and that a serial port belongs to one process."""
 
+import errno
 import fcntl
 import os
 import termios
@@ -19,7 +20,7 @@ from vrg.errors import RobotError
 from vrg.hal.can import opening
 from vrg.hal.can.frame import fd_size
 from vrg.hal.can.link import Link, read_adapter
-from vrg.hal.can.opening import _arguments, open_bus
+from vrg.hal.can.opening import _arguments, _explain, open_bus
 from vrg.hal.can.settings import CanSettings
 
 names = st.from_regex(r"[a-z_]{1,8}", fullmatch=True)
@@ -97,6 +98,11 @@ def test_an_adapter_that_cannot_be_opened_is_said_in_words(link: Link, words: st
     with pytest.raises(RobotError) as error:
         open_bus(link)
     assert words in str(error.value)
+
+
+def test_a_kernel_without_can_is_said_with_what_to_do() -> None:
+    said = _explain(Link(), OSError(errno.EAFNOSUPPORT, "Address family not supported by protocol"))
+    assert "this computer's kernel has no CAN: scripts/with-vcan makes a virtual bus" in said
 
 
 def test_an_interface_that_lacks_its_package_names_it(monkeypatch: pytest.MonkeyPatch) -> None:

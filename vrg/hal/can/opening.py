@@ -191,8 +191,8 @@ def _explain(link: Link, error: Exception) -> str:
         hint = f"; a virtual one comes by {make}" if link.channel.startswith("vcan") else "; `ip link` lists them"
         return f"no such CAN interface on this machine{hint}"
     if link.interface == "socketcan" and number == errno.EAFNOSUPPORT:
-        others = ": scripts/with-vcan makes a virtual bus; --in-process and udp_multicast need none (docs/hardware.md)"
-        return f"this computer's kernel has no CAN{others if link.channel.startswith('vcan') else ''}"
+        others = "scripts/with-vcan makes a virtual bus; --in-process and udp_multicast need none (docs/hardware.md)"
+        return f"this computer's kernel has no CAN: {others}"
     if link.interface == "socketcan" and sys.platform != "linux":
         return "socketcan is only on Linux: name the interface of your adapter, such as slcan, pcan or gs_usb"
     if number in (errno.EACCES, errno.EPERM):
