@@ -161,7 +161,7 @@ class Launch:
                 done.set()
                 table.join()
                 over(launched.state)
-                show.announce("close the window (Q) to end the match")
+                show.announce("close the window (Q) to end the match; Ctrl-C ends it, too")
 
             # A plot takes a second, in which the processes must be looked at.
             concluding = threading.Thread(target=conclude)
