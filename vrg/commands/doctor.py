@@ -127,7 +127,8 @@ def _added() -> Iterator[Finding]:
 
 
 def _plugins() -> Finding:
-    wrong = "; ".join(f"{name}: {why}" for name, why in broken())
+    if wrong := "; ".join(f"{name}: {why}" for name, why in broken()):
+        wrong += "; what is missing comes in a clone by `make setup`, elsewhere as docs/install.md says"
     return Finding("plug-ins", None if wrong else True, wrong or "all that are installed can be used")
 
 
