@@ -56,6 +56,15 @@ class Class:
 
         return self.run(asked)
 
+    def get(self, path: str) -> tuple[int, str]:
+        """Get a page: its status, and its text."""
+
+        async def got(session: aiohttp.ClientSession) -> tuple[int, str]:
+            async with session.get(self.at + path) as response:
+                return response.status, await response.text()
+
+        return self.run(got)
+
     def join(self, name: str, word: str = "") -> str:
         """Let a student join; the token."""
         status, found = self.ask("/join", self.folder.about.joining, name=name, word=word)

@@ -81,13 +81,22 @@ def test_what_is_printed_appears_with_its_time(of_class: Class) -> None:
 
 
 def test_the_league_plays_what_was_handed_in_and_the_board_shows_it(of_class: Class) -> None:
+    wrong = of_class.join("Cy")
+    assert of_class.ask("/hand-in", wrong, code="def")[0] == 200
     tokens = [of_class.join(name) for name in ("Ada", "Bo")]
     for token, speed in zip(tokens, ("0.7", "0.3"), strict=True):
         status, found = of_class.ask("/hand-in", token, code=GOOD.replace("0.7", speed))
         assert (status, found) == (200, {"version": 1})
     wait_until(lambda: of_class.ask("/board", tokens[0])[1]["games"] > 0, "the league to play")
     _, board = of_class.ask("/board", of_class.folder.about.joining)
-    assert {row["name"] for row in board["rows"]} == {"Ada", "Bo"}
+    assert {row["name"] for row in board["rows"][:2]} == {"Ada", "Bo"}
+    assert (board["rows"][2]["name"], board["rows"][2]["rating"]) == ("Cy", None), "not rated yet"
+    assert "cannot be read" in of_class.ask("/board", wrong)[1]["problem"]
+    assert of_class.ask("/board", tokens[0])[1]["problem"] == ""
+    status, page = of_class.get(f"/{board['pages']}")
+    assert (status, "Ada" in page or "ada" in page) == (200, True)
+    assert of_class.get(f"/{board['pages']}".replace(of_class.folder.about.joining, tokens[0]))[0] == 404
+    assert of_class.get(f"/league/{of_class.folder.about.joining}/..%2Fexperiment.html")[0] == 404
 
 
 def test_everything_survives_a_restart(tmp_path: Path) -> None:
@@ -95,13 +104,16 @@ def test_everything_survives_a_restart(tmp_path: Path) -> None:
     try:
         token = first.join("Ada")
         first.tried(token, GOOD)
+        first.tried(token, GOOD.replace("0.7", "fast"))
         first.ask("/save", token, code="# half a thought")
     finally:
         first.site.stop()
     again = serve(opened(tmp_path / "class", None, None, None, None))
     try:
         _, me = again.ask("/me", token)
-        assert (me["name"], me["code"], me["steps"][0]["done"], me["versions"]) == ("Ada", "# half a thought", True, 1)
+        assert (me["name"], me["code"], me["steps"][0]["done"], me["versions"]) == ("Ada", "# half a thought", True, 2)
+        (ada,) = again.ask("/teacher", again.folder.about.teacher)[1]["students"]
+        assert (ada["tries"], ada["line"], "fast" in ada["error"], ada["stuck"] < 1000) == (2, 6, True, True)
     finally:
         again.site.stop()
 

@@ -29,6 +29,8 @@ from vrg_class.tries import Tries, setup_of
 PORT: Final = 8090
 """The port of the class, if no other program has it."""
 DEFAULT_GAME: Final = "sharks-and-minnows"
+LEAGUE: Final = "league.toml"
+"""The match of the league, beside the steps of a lesson."""
 
 FolderArgument = Annotated[Path, typer.Argument(metavar="[FOLDER]", help="The folder of the class; it is made.")]
 
@@ -104,8 +106,9 @@ def opened(folder: Path, game: str | None, match: str | None, lesson: Path | Non
     if game not in GAMES:
         raise ConfigError(f"--game: {expected_one_of(GAMES.names(), game)}")
     own = lesson or shipped(game)
+    usual = game if own is None or not (own / LEAGUE).is_file() else str(own / LEAGUE)
     about = About(
-        game=game, match=str(match_path(match).resolve()) if match and Path(match).is_file() else match or game,
+        game=game, match=str(match_path(match or usual).resolve()),
         lesson="" if own is None else str(own.resolve()), teacher=secrets.token_urlsafe(TOKEN_BYTES),
         joining=secrets.token_urlsafe(TOKEN_BYTES), roster={} if roster is None else read_roster(roster),
     )  # fmt: skip

@@ -43,8 +43,8 @@ def final(
     FOLDER/final.
     """
     place, console = ClassFolder(folder), make_console()
-    board = ClassLeague(place, place.about.match).board()
-    best = [str(row["name"]) for row in board][:places]
+    board = ClassLeague(place, place.about.match).board
+    best = [str(row["name"]) for row in board if row["games"]][:places]
     if len(best) < 2:
         raise ConfigError(f"{folder}: expected two in the leaderboard, found {len(best)}: let the league play first")
     base = match or place.about.match

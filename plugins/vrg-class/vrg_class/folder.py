@@ -13,6 +13,7 @@ Only its owner may look into it, as it has the code and the words of all.
 import hashlib
 import re
 import secrets
+import time
 import unicodedata
 from collections.abc import Iterator
 from pathlib import Path
@@ -62,6 +63,8 @@ class Student(Struct, frozen=True, kw_only=True):
         name: as it was typed. token: of the student's link. folder: the name of the folder.
         done: the names of the steps whose goal was reached.
         handed: the number of the version that was handed in last; 0 for none. versions: how many there have been.
+        tries: how many there have been. since: when the last goal was reached, or the student came, s of wall time.
+        error, line: what went wrong last, in words, and where in the code; empty once a goal was reached.
     """
 
     name: str
@@ -70,6 +73,10 @@ class Student(Struct, frozen=True, kw_only=True):
     done: tuple[str, ...] = ()
     handed: int = 0
     versions: int = 0
+    tries: int = 0
+    since: float = 0.0
+    error: str = ""
+    line: int | None = None
 
 
 def checked_name(typed: str) -> str:
@@ -144,7 +151,7 @@ class ClassFolder:
             raise ValueError(f"{name} has joined already: choose another name, or open your own link")
         if len(self.students) >= MOST_STUDENTS:
             raise ValueError(f"the class has {MOST_STUDENTS} students, and room for no more")
-        student = Student(name=name, token=secrets.token_urlsafe(TOKEN_BYTES), folder=folder)
+        student = Student(name=name, token=secrets.token_urlsafe(TOKEN_BYTES), folder=folder, since=time.time())
         place = self.of(student)
         (place / "versions").mkdir(mode=0o700, parents=True, exist_ok=True)
         self.keep(student)

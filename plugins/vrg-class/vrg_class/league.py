@@ -5,16 +5,21 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
+import msgspec
+from msgspec import Struct
+
+from vrg.errors import FileError
+from vrg.files import RECORDS_LIMIT, read_bytes, records_of
 from vrg.system import POSIX
-from vrg_class.folder import ClassFolder
-from vrg_league.folder import read_records
+from vrg_class.folder import ClassFolder, Student
 from vrg_league.games import GameRecord
 from vrg_league.league.folder import Version, playing, targets
 from vrg_league.standings import ratings
 
-GAMES: Final = 8
+R = TypeVar("R", bound=Struct)
+GAMES: Final = 4
 """The games of one call of the league: what is handed in meanwhile waits for its end."""
 ENOUGH: Final = 60
 """The games after which a version needs no more."""
@@ -23,7 +28,7 @@ _NICE: Final = 15
 
 
 class ClassLeague:
-    """See the module. All methods are quick, and called by one thread.
+    """See the module. `rest` and `close` are for one thread, the others for any.
 
     Args:
         folder: of the class. match: of its games.
@@ -33,23 +38,25 @@ class ClassLeague:
         self._folder, self._match = folder, match
         self._process: subprocess.Popen[bytes] | None = None
         self._wanted = any(folder.entries.iterdir())
-        self._resting = self._stopped = False
+        self._stopped = False
         self._rows: list[dict[str, Any]] = []
         self._places: dict[str, int] = {}
+        self._problems: dict[str, str] = {}
         self._read = (-1, -1)
         self.games = self._games_before = 0
+        self._look()
 
     def renew(self) -> None:
         """Take in what was handed in, once there is time."""
         self._wanted = True
 
     def rest(self, *, rests: bool) -> None:
-        """Let the league rest, or play: to be called again and again."""
-        self._resting = rests
+        """Let the league rest, or play, and look at its games: to be called again and again."""
+        self._look()
         if self._process is not None and self._process.poll() is not None:
             self._process = None
             # A call in which nothing was played, as nobody passed the check, is not repeated.
-            unsettled = any(row["games"] < ENOUGH for row in self.board())
+            unsettled = any(row["games"] < ENOUGH for row in self._rows)
             self._wanted |= unsettled and self.games > self._games_before
         if self._process is None and self._wanted and not rests and self._able:
             self._begin()
@@ -77,22 +84,33 @@ class ClassLeague:
                 command, stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
             )
 
+    @property
     def board(self) -> list[dict[str, Any]]:
-        """The rows of the leaderboard, the best first: name, rating, games, version, and the places won since."""
+        """The rows of the leaderboard, the best first: name, rating, games, and the places climbed.
+
+        At the end are those who have handed in and have no rating yet.
+        """
+        rated = {row["name"] for row in self._rows}
+        waiting = [s.name for s in self._folder.students.values() if s.handed and s.name not in rated]
+        return [*self._rows, *({"name": name, "rating": None, "games": 0, "climbed": 0} for name in waiting)]
+
+    def problem(self, student: Student) -> str:
+        """Why what a student has handed in last does not play, in words; empty if it does."""
+        return self._problems.get(student.folder, "")
+
+    def _look(self) -> None:
         league = self._folder.league
-        try:
+        with contextlib.suppress(OSError, FileError):  # there is no league yet
             sizes = (league / "games.jsonl").stat().st_size, (league / "versions.jsonl").stat().st_size
             if sizes != self._read:
                 self._rows, self._read = self._rated(league), sizes
-        except OSError:
-            pass  # there is no league yet
-        return self._rows
 
     def _rated(self, league: Path) -> list[dict[str, Any]]:
-        versions = read_records(league / "versions.jsonl", Version)
-        rows = read_records(league / "games.jsonl", GameRecord)
+        versions = _records(league / "versions.jsonl", Version)
+        rows = _records(league / "games.jsonl", GameRecord)
         self.games = len(rows)
         current = {version.label: version for version in playing(versions).values()}
+        self._problems = {version.entry: version.problem for version in versions}
         names = {student.folder: student.name for student in self._folder.students.values()}
         found: list[dict[str, Any]] = []
         for rating in ratings(list(targets(league, versions)), rows):
@@ -101,7 +119,7 @@ class ClassLeague:
                 played = sum(rating.label in row.game.pairing.labels for row in rows)
                 found.append({
                     "name": names.get(version.entry, version.entry), "rating": round(rating.value),
-                    "games": played, "version": version.number,
+                    "games": played,
                 })  # fmt: skip
         before = self._places
         ranks = [row["rating"] for row in found]  # equal ratings share a place, so that nobody climbs by chance
@@ -120,3 +138,8 @@ class ClassLeague:
                 self._process.wait(5.0)
             if self._process.poll() is None:
                 self._process.kill()
+
+
+def _records(path: Path, kind: type[R]) -> list[R]:
+    """What the league's process has written so far: a line that it is writing now is left to the next time."""
+    return list(records_of(read_bytes(path, RECORDS_LIMIT), msgspec.json.Decoder(kind)))

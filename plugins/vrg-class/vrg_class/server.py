@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import hmac
 import io
+import itertools
 import time
 from collections import Counter, defaultdict, deque
 from collections.abc import Callable, Sequence
@@ -35,8 +36,13 @@ GUESSES: Final = 20
 """The wrong words of a roster in a minute from one address."""
 TRY_SECONDS: Final = 90.0
 """The match time in s of a try of the match of the league."""
+LEAGUE_EVERY: Final = 20
+LEAGUE_SECONDS: Final = 4
+"""The real time in s of every `LEAGUE_EVERY` s in which the league may begin games although somebody waits."""
 LINK_SIZE: Final = 300
 """The number of letters of a link of which a QR code is made."""
+_LEAGUE_HEADERS: Final = {"Content-Security-Policy": "sandbox; default-src 'none'; style-src 'unsafe-inline'"}
+"""Of the pages of the league, which are shut off from those of the class."""
 _BATCH: Final = 0.05
 """The real time in s for which messages to a page are gathered."""
 _BATCH_SIZE: Final = 500
@@ -54,16 +60,10 @@ class Desk:
     """What is known of a student while the server runs.
 
     Args:
-        seen: when a page of the student was last heard, s of the monotonic clock. since: when the last goal was
-            reached, or the student came. error: the last one, in words. tries: how many there have been.
-        tried: the last try. step: the step that is open, by its name.
+        step: the step of the last try, by its name. tried: the last try. pages: those that listen.
+        last: when the last request came that costs something, s of the monotonic clock.
     """
 
-    seen: float = 0.0
-    since: float = field(default_factory=time.monotonic)
-    error: str = ""
-    line: int | None = None
-    tries: int = 0
     step: str = ""
     tried: Try | None = None
     pages: list["Page"] = field(default_factory=list)
@@ -146,6 +146,7 @@ class ClassSite(Site):
         router.add_post("/board", self._told(self._board))
         router.add_get("/feed", self._feed)
         router.add_get("/qr.svg", self._code_of_link)
+        router.add_get(r"/league/{token}/{file:[a-z]+(?:-\d+)?\.html}", self._league_page)
         self._ticking = asyncio.get_running_loop().create_task(self._tick())
 
     async def dismiss(self) -> None:
@@ -186,9 +187,7 @@ class ClassSite(Site):
             if student is None:
                 raise PermissionError("this link is not known: join again, or ask your teacher for your link")
             self.let_in(request)
-            desk = self._desks[student.token]
-            desk.seen = time.monotonic()
-            return await answer(request, student, desk)
+            return await answer(request, student, self._desks[student.token])
 
         return handler
 
@@ -252,6 +251,7 @@ class ClassSite(Site):
         step = self._lesson.get(wanted.step)
         if wanted.step and step is None:
             raise ValueError(f"expected a step of the lesson, got {wanted.step!r}")
+        student = structs.replace(student, tries=student.tries + 1)
         student, file = self._folder.version(student, wanted.code)
         match = self._folder.about.match if step is None else step.match
         setup_teams = self._teams if step is None else await asyncio.to_thread(lambda: teams_of(setup_of(match, {})))
@@ -265,15 +265,13 @@ class ClassSite(Site):
             other = str(former)
         if other:
             players |= dict.fromkeys(others_of(setup_teams, team), other)
-        desk.tries, desk.step = desk.tries + 1, wanted.step
-        token = student.token
+        desk.step, token = wanted.step, student.token
         desk.tried = Try(
             owner=token, match=match, players=players, team=team, code=CODE,
             goal=None if step is None else step.head.goal.model_dump(exclude_none=True),
             seconds=TRY_SECONDS if step is None else step.head.seconds,
             tell=lambda text: self._hear(token, wanted.step, text),
         )  # fmt: skip
-        self._league.rest(rests=True)
         self._show(desk, encode({"t": "begin", "step": wanted.step, "version": student.versions}))
         return {"version": student.versions, "place": self._tries.ask(desk.tried), "halted": self._halted}
 
@@ -282,13 +280,12 @@ class ClassSite(Site):
         desk, student = self._desks[token], self._folder.students[token]
         if text.startswith('{"t":"error"'):
             fault = msgspec.json.decode(text)
-            desk.error, desk.line = str(fault.get("text", "")), fault.get("line")
+            self._folder.keep(structs.replace(student, error=str(fault.get("text", "")), line=fault.get("line")))
         elif text.startswith('{"t":"end"'):
             goal = msgspec.json.decode(text).get("goal") or {}
             if goal.get("reached") is not None:
-                desk.error, desk.since = "", time.monotonic()
-                if step not in student.done:
-                    self._folder.keep(structs.replace(student, done=(*student.done, step)))
+                done = (*student.done, *([] if step in student.done else [step]))
+                self._folder.keep(structs.replace(student, done=done, error="", line=None, since=time.time()))
         self._show(desk, text)
 
     async def _hand_in(self, request: web.Request, student: Student, desk: Desk) -> Any:
@@ -324,7 +321,6 @@ class ClassSite(Site):
             return socket
         self.let_in(request)
         desk, page = self._desks[student.token], Page(socket)
-        desk.seen = time.monotonic()
         desk.pages.append(page)
         while len(desk.pages) > TABS:
             await desk.pages.pop(0).socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"too many pages")
@@ -336,7 +332,7 @@ class ClassSite(Site):
         sending = asyncio.get_running_loop().create_task(page.serve())
         try:
             async for _ in socket:
-                desk.seen = time.monotonic()
+                pass  # a page has nothing to tell
         finally:
             sending.cancel()
             with contextlib.suppress(ValueError):
@@ -354,27 +350,39 @@ class ClassSite(Site):
         return web.Response(body=found.getvalue(), content_type="image/svg+xml")
 
     async def _board(self, request: web.Request) -> Any:
-        token, about = self._token(request), self._folder.about
-        if token not in self._folder.students and not any(_same(token, one) for one in (about.joining, about.teacher)):
+        token, about, students = self._token(request), self._folder.about, self._folder.students
+        student = students.get(token)
+        if student is None and not _same(token, about.joining):
             raise PermissionError("this needs the link of the class")
         self.let_in(request)
         return {
-            "game": self._title, "rows": self._league.board(), "games": self._league.games, "message": self._message,
-            "halted": self._halted, "students": len(self._folder.students), "busy": self._tries.busy,
-            "lesson": len(self._lesson),
-            "steps": sorted((s.name, len(s.done)) for s in self._folder.students.values()),
+            "game": self._title, "rows": self._league.board, "games": self._league.games, "message": self._message,
+            "halted": self._halted, "students": len(students), "done": sum(len(one.done) for one in students.values()),
+            "pages": f"league/{about.joining}/index.html" if self._league.games else "",
+            "problem": self._league.problem(student) if student is not None else "",
         }  # fmt: skip
 
+    async def _league_page(self, request: web.Request) -> web.Response:
+        """A page of the league. The token is in its address, so that its links lead to others."""
+        if not _same(request.match_info["token"], self._folder.about.joining):
+            raise web.HTTPNotFound
+        self.let_in(request)
+        try:
+            body = await asyncio.to_thread((self._folder.league / "pages" / request.match_info["file"]).read_bytes)
+        except OSError:
+            raise web.HTTPNotFound from None
+        return web.Response(body=body, content_type="text/html", charset="utf-8", headers=_LEAGUE_HEADERS)
+
     async def _console(self, _request: web.Request) -> Any:
-        now = time.monotonic()
-        found = []
-        for student in self._folder.students.values():
-            desk = self._desks[student.token]
-            found.append({
-                "name": student.name, "here": bool(desk.pages), "step": desk.step, "done": len(student.done),
-                "stuck": round(now - desk.since), "tries": desk.tries, "error": desk.error, "line": desk.line,
-                "handed": student.handed, "link": student.token,
-            })  # fmt: skip
+        found = [
+            {
+                "name": student.name, "here": bool(self._desks[student.token].pages), "done": len(student.done),
+                "step": self._desks[student.token].step, "stuck": round(time.time() - student.since),
+                "tries": student.tries, "error": student.error, "line": student.line, "handed": student.handed,
+                "link": student.token,
+            }
+            for student in self._folder.students.values()
+        ]  # fmt: skip
         lacking = missing()
         return {
             "students": found, "message": self._message, "halted": self._halted, "busy": self._tries.busy,
@@ -401,11 +409,12 @@ class ClassSite(Site):
         return {}
 
     async def _tick(self) -> None:
-        """Let the league play while no student waits."""
-        while True:
+        """Let the league play while no student waits, and now and then although one does."""
+        for second in itertools.count():
             await asyncio.sleep(1.0)
             self._guesses = Counter({who: n for who, n in self._guesses.items() if who[1] >= time.monotonic() // 60})
-            self._league.rest(rests=self._tries.busy > 0 or self._halted)
+            busy = self._tries.busy > 0 and second % LEAGUE_EVERY >= LEAGUE_SECONDS
+            await asyncio.to_thread(self._league.rest, rests=busy or self._halted)
 
 
 def _same(offered: str, wanted: str) -> bool:

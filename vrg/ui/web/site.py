@@ -238,4 +238,5 @@ def _file(body: bytes, kind: str) -> Callable[[web.Request], Awaitable[web.Respo
 
 
 async def _add_headers(_request: web.Request, response: web.StreamResponse) -> None:
-    response.headers.update(PAGE_HEADERS)
+    for name, value in PAGE_HEADERS.items():
+        response.headers.setdefault(name, value)

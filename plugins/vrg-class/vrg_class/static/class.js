@@ -220,7 +220,7 @@ function showTold(name) {
 async function showBoard() {
   if (!me || body.dataset.told !== "board" || document.hidden) return;
   const found = await ask("board", token).catch(() => null);
-  if (found) board.show(found.rows);
+  if (found) board.show(found.rows, found.pages, found.problem);
 }
 
 /** Go to the time and to the line of a row. */

@@ -12,12 +12,18 @@ export class Board {
     this.body = make("tbody");
     this.table = make("table", "board", "", make("thead", "", "", head), this.body);
     this.none = make("p", "nothing", WORDS.noBoard);
-    parent.append(this.none, this.table);
-    this.show([]);
+    this.problem = make("p", "problem");
+    this.link = Object.assign(make("a", "games", WORDS.watchGames), { target: "_blank", rel: "noopener" });
+    parent.append(this.problem, this.none, this.table, this.link);
+    this.show([], "", "");
   }
 
-  /** Show rows, the best first. */
-  show(rows) {
+  /** Show rows, the best first; the address of the games, and why the own code does not play, where there is one. */
+  show(rows, pages, problem = "") {
+    this.link.href = pages;
+    this.link.hidden = !pages;
+    this.problem.textContent = problem && WORDS.playsNot(problem);
+    this.problem.hidden = !problem;
     const text = JSON.stringify(rows);
     if (text === this.shown) return;
     this.shown = text;
@@ -28,8 +34,8 @@ export class Board {
       const climbed = make("span", row.climbed > 0 ? "up" : "down", WORDS.climbed(row.climbed ?? 0));
       climbed.title = WORDS.climbedTitle(row.climbed ?? 0);
       const name = make("td", "name", row.name, climbed);
-      const line = make("tr", row.name === this.own ? "own" : "", "", make("td", "place", String(index + 1)), name);
-      line.append(...["rating", "games"].map((key) => make("td", key, String(row[key]))));
+      const line = make("tr", row.name === this.own ? "own" : "", "", make("td", "place", row.rating === null ? "" : String(index + 1)), name);
+      line.append(...["rating", "games"].map((key) => make("td", key, row[key] === null ? WORDS.waits : String(row[key]))));
       if (row.name === this.own) line.ariaCurrent = "true";
       return line;
     }));

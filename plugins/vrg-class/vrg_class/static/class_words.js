@@ -31,6 +31,7 @@ export const WORDS = {
   viewHelp: "Press a name to put it into your code.", robot: "Robot",
   inserted: (text) => `Put into your code: ${text}`,
   noBoard: "No games yet. Once two students have handed in, their robots play each other all the time.",
+  watchGames: "Look at the games", waits: "waits", playsNot: (why) => `What you have handed in does not play: ${why}`,
   board: { place: "", name: "Name", rating: "Rating", games: "Games" },
   climbed: (places) => (places > 0 ? `▲ ${places}` : places < 0 ? `▼ ${-places}` : ""),
   climbedTitle: (places) => (places > 0 ? `climbed ${places}` : places < 0 ? `fell ${-places}` : ""),

@@ -11,12 +11,11 @@ const board = new Board(byId("standings"));
 
 async function look() {
   try {
-    const { game, rows, games, message, halted, students, steps } = await ask("board", token);
+    const { game, rows, games, pages, message, halted, students, done } = await ask("board", token);
     say("game", game);
-    board.show(rows);
+    board.show(rows, pages);
     say("status", halted ? PROJECTOR.halted : "");
     tell("saying", message);
-    const done = steps.reduce((all, [, count]) => all + count, 0);
     say("students-here", PROJECTOR.students(students));
     say("steps-done", done ? PROJECTOR.steps(done) : "");
     say("played", games ? PROJECTOR.games(games) : "");
