@@ -19,7 +19,7 @@ from vrg.runs.run import Run
 from vrg.toml_text import with_value
 from vrg_class.bracket import first_round, next_round
 from vrg_class.command import FolderArgument
-from vrg_class.folder import ClassFolder
+from vrg_class.folder import ClassFolder, folder_name
 from vrg_class.league import ClassLeague
 from vrg_class.tries import teams_of
 
@@ -61,7 +61,7 @@ def final(
                 wins: Counter[str | None] = Counter()
                 for leg, sides in enumerate(_legs(base, pair.first, pair.second), 1):
                     path = place.path / "final" / f"round-{number}-{index}-{leg}.toml"
-                    _write(path, base, *(files[name] for name in sides))
+                    _write(path, base, "-against-".join(map(folder_name, sides)), *(files[name] for name in sides))
                     wins[_played(path, sides, options, console)] += 1
                 winner = pair.second if wins[pair.second] > wins[pair.first] else pair.first
                 console.print(f"{winner} goes on", markup=False)
@@ -90,8 +90,8 @@ def _legs(base: str, first: str, second: str) -> list[tuple[str, str]]:
     return [(first, second)] if roles[0] == roles[1] else [(first, second), (second, first)]
 
 
-def _write(path: Path, base: str, first: str, second: str) -> None:
-    """Write the match of two players.
+def _write(path: Path, base: str, name: str, first: str, second: str) -> None:
+    """Write the match of two players; its name tells who they are.
 
     Raises:
         ConfigError: the match or a player cannot be used.
@@ -99,15 +99,17 @@ def _write(path: Path, base: str, first: str, second: str) -> None:
     setup = load_match(match_path(base))
     teams, names = teams_of(setup), [player.name for player in setup.players]
     text = setup.text
-    for name, strategy in by_player(setup, dict(zip(teams, (first, second), strict=True))).items():
-        text = with_value(text, ("players", names.index(name), "strategy"), strategy)
-    text = with_value(text, ("name",), path.stem)
+    for player, strategy in by_player(setup, dict(zip(teams, (first, second), strict=True))).items():
+        text = with_value(text, ("players", names.index(player), "strategy"), strategy)
+    text = with_value(text, ("name",), name)
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     write_whole(path, text.encode())
 
 
 def _played(path: Path, sides: tuple[str, str], options: Sequence[str], console: Any) -> str | None:
     """Play a match between those who play for its two teams; the name of its winner, None for a draw.
+
+    One that was broken off is played again if the teacher wants it, and is a draw otherwise.
 
     Args:
         options: further ones of `vrg play`.
@@ -124,6 +126,8 @@ def _played(path: Path, sides: tuple[str, str], options: Sequence[str], console:
     if not new or not (new[-1] / "result.json").is_file():
         raise LaunchError(f"{path}: the match did not come to its end (status {status}); the same command begins anew")
     result = json.loads((new[-1] / "result.json").read_text(encoding="utf-8"))
+    if result["winner"] is None and typer.confirm(f"The match was broken off ({result['ended']}). Play it again?"):
+        return _played(path, sides, options, console)
     teams = teams_of(Run(new[-1]).setup)
     name = dict(zip(teams, sides, strict=True)).get(result["winner"])
     why = next((call["why"] for call in reversed(result["calls"]) if call.get("why")), "")
