@@ -80,6 +80,7 @@ RUN: Table = {
         "result": ("vrg.commands.runs.run:result", "Make result.json, and print how the match ended"),
         "plot": ("vrg.commands.runs.run:plot", "Draw the trajectories"),
         "replay": ("vrg.commands.runs.replay:replay", "Watch it, and play on with another strategy"),
+        "share": ("vrg.commands.runs.share:share", "Write it as one file of HTML that any browser shows"),
         "why": ("vrg.commands.runs.why:why", "Why the referee made a call"),
         "judge": ("vrg.commands.runs.run:judge", "Let the rule book judge it again"),
         "diff": (

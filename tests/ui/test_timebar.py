@@ -5,6 +5,7 @@ import itertools
 import pygame
 import pytest
 
+from vrg.bus.messages import Call
 from vrg.ui import palette
 from vrg.ui.playback import Playback
 from vrg.ui.timeline import CallMark
@@ -88,7 +89,10 @@ def test_the_knob_is_where_its_time_is():
 
 
 def test_calls_are_marked_where_they_were_made():
-    calls = [CallMark(35.0, "a is tagged", True), CallMark(80.0, "pass 1 is over", False)]
+    calls = [
+        CallMark(35.0, Call(rule="tag", text="a is tagged"), True),
+        CallMark(80.0, Call(rule="pass", text="pass 1 is over"), False),
+    ]
     surface, bar = drawn(calls=calls)
     y = bar.track.centery - 7
     assert tuple(surface.get_at((bar.x_of(35.0), y)))[:3] == palette.CAUTION
@@ -103,7 +107,7 @@ def below(surface, bar):
 
 
 def test_a_note_is_seen_and_the_mouse_on_the_track_replaces_it():
-    calls = [CallMark(35.0, "a is tagged", True)]
+    calls = [CallMark(35.0, Call(rule="tag", text="a is tagged"), True)]
     plain, bar = drawn(calls=calls)
     noted, _ = drawn(calls=calls, note="The recording ends early.")
     assert below(plain, bar) != below(noted, bar)

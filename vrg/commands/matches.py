@@ -259,6 +259,16 @@ def need_recording(folder: "RunFolder") -> None:
         raise LaunchError(f"{folder.path}: expected a recording (recording.mcap), found none: was --no-record given?")
 
 
+def need_shown(folder: "RunFolder") -> None:
+    """Make sure that a run has something by which it can be shown: a recording, or the evidence.
+
+    Raises:
+        LaunchError: it has neither.
+    """
+    if not folder.evidence.is_file():
+        need_recording(folder)
+
+
 def run_folders(runs: Path) -> list[Path]:
     """The folders in a folder that hold a match file or a set-up, the newest first."""
     found = []

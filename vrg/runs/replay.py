@@ -10,6 +10,7 @@ from vrg.games import UNKNOWN_GAME, game_of
 from vrg.recording.recorded import RecordedMatch, read_recorded
 from vrg.runs.brancher import ProcessBrancher, compared
 from vrg.runs.change import branch_of
+from vrg.runs.evidenced import read_evidenced
 from vrg.runs.explaining import explain
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.branching import Taken
@@ -49,13 +50,13 @@ def replay_window(
 
 
 def read_for_window(folder: RunFolder, setup: MatchSetup) -> Taken:
-    """Read the recording of a run for the window.
+    """Read the recording of a run for the window; the evidence where nothing was recorded.
 
     Raises:
-        LaunchError: the recording cannot be shown.
+        LaunchError: neither can be shown. JournalError: the journal or the evidence cannot be read.
     """
     try:
-        match = read_recorded(folder.recordings())
+        match = read_recorded(folder.recordings()) if folder.recordings() else read_evidenced(folder, setup)
         sizes, strange = _sizes(setup)
         timeline = Timeline(match, sizes=sizes, obstacles=setup.obstacles)
     except OSError as error:
@@ -84,6 +85,8 @@ def _sizes(setup: MatchSetup) -> tuple[dict[str, tuple[float, float]], list[str]
 
 def _missing(folder: RunFolder, match: RecordedMatch, end: float) -> list[str]:
     """The gaps of the recording, in sentences."""
+    if not folder.recordings():
+        return ["Nothing was recorded: the match is shown as the referee saw it, by its evidence."]
     last = folder.recordings()[-1]
     return [
         f"{part.name} ends in the middle: the match is shown as far as it goes, to {clock_text(end)}."

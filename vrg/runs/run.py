@@ -4,6 +4,7 @@ import base64
 import html
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +14,7 @@ from vrg.bus.messages import Call
 from vrg.bus.stopping import stop_on_signals
 from vrg.config.setup import MatchSetup, read_setup
 from vrg.coordinator.journal import read_journal
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError, LaunchError, VrgError
 from vrg.recording.reader import RobotPoses, read_tracks
 from vrg.runs.change import changes_at
 from vrg.runs.result import conclusion, plot, read_result, summary
@@ -201,6 +202,16 @@ class Run:
 
         return Why(explain(self.path, call))
 
+    def html(self) -> str:
+        """The match as one file of HTML that any browser shows, as `vrg run share` writes it.
+
+        Raises:
+            LaunchError: there is nothing to show. JournalError: the journal or the evidence cannot be read.
+        """
+        from vrg.runs.sharing import shared_run  # noqa: PLC0415 - it loads what draws
+
+        return shared_run(self._folder, self.setup)
+
     def plot(self) -> Picture:
         """Draw the trajectories.
 
@@ -261,4 +272,7 @@ class Run:
         rows = [("match", self.setup.name), ("game", f"{self.setup.game}, seed {self.setup.seed}, {self.setup.engine}")]
         rows += [("end", self.conclusion), ("calls", str(len(self.calls))), ("folder", str(self.path))]
         lines = "".join(f"<tr><th>{html.escape(what)}</th><td>{html.escape(text)}</td></tr>" for what, text in rows)
-        return f"<table>{lines}</table>{Picture(self._folder.plot).html('trajectories')}"
+        frame, style = "", "width: 100%; height: 36rem; border: 0"
+        with suppress(VrgError):  # there may be nothing to show
+            frame = f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{html.escape(self.html())}"></iframe>'
+        return f"<table>{lines}</table>{frame}"

@@ -34,12 +34,17 @@ class CallMark:
     """A call on the line of time.
 
     Args:
-        time: match time, s. text: the call in words. marked: the game wants it marked where it happened.
+        time: match time, s. call: the call. marked: the game wants it marked where it happened.
     """
 
     time: float
-    text: str
+    call: m.Call
     marked: bool
+
+    @property
+    def text(self) -> str:
+        """The call in words."""
+        return self.call.text
 
 
 class Timeline:
@@ -79,7 +84,7 @@ class Timeline:
         self.begin = self.instants[0]
         self.end = max(series.times[-1] for series in (self._poses, self._states, self._calls) if series.times)
         game = game_of(match.states[-1][1].game if match.states else "")
-        self.calls = [CallMark(time, call.text, call.rule in game.marked) for time, call in self._calls.entries()]
+        self.calls = [CallMark(time, call, call.rule in game.marked) for time, call in self._calls.entries()]
 
     def at(self, time: float, rate: float = 1.0) -> Scene:
         """The scene at a match time, s, which is shown at `rate` match seconds per real second.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
-from vrg.commands.matches import ended_run, need_recording
+from vrg.commands.matches import ended_run, need_shown
 from vrg.commands.options import (
     AtOption,
     JsonOption,
@@ -77,7 +77,7 @@ def replay(
         folder = _take_up(folder, at, play or [], settings or [], runs, sandbox=sandbox, as_json=as_json)
         if as_json or (kind is None and not has_display()):
             return
-    need_recording(folder)
+    need_shown(folder)
     if as_json:
         typer.echo(json.dumps(_told(folder, setup)))
         return

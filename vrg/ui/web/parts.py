@@ -3,7 +3,7 @@
 Lengths are in m and angles in rad, as everywhere. Numbers are rounded to what can be seen, to keep a frame small.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Final
 
@@ -37,6 +37,20 @@ def encode(part: Any) -> str:
 def colours() -> dict[str, str]:
     """The palette, by names such as `wall-edge`."""
     return {name.lower().replace("_", "-"): hexadecimal(getattr(palette, name)) for name in _COLOURS}
+
+
+def welcome(
+    match: str, role: str = "viewer", player: str = "", drawers: Mapping[str, str] | None = None
+) -> dict[str, Any]:
+    """What a page needs once.
+
+    Args:
+        match: its name. role: of the visitor. player: that the visitor may drive. drawers: their titles by name.
+    """
+    return {
+        "t": "welcome", "match": match, "role": role, "player": player, "drawers": dict(drawers or {}),
+        "colours": colours(),
+    }  # fmt: skip
 
 
 def ground(scene: Scene) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import Final
 from aiohttp import web
 
 from vrg.ui.timeline import Timeline
-from vrg.ui.web.parts import call, colours, encode, parts
+from vrg.ui.web.parts import call, encode, parts, welcome
 from vrg.ui.web.site import Site
 
 FASTEST: Final = 16.0
@@ -36,9 +36,8 @@ class ReplaySite(Site):
         if (refused := self.turned_away(request)) is not None:
             return refused
         line = self._timeline
-        marks = [{"time": mark.time, "text": mark.text} for mark in line.calls]
-        about = {"t": "welcome", "match": self._match, "role": "viewer", "player": "", "colours": colours()}
-        return _json(encode(about | {"begin": line.begin, "end": line.end, "marks": marks}))
+        marks = [{"time": mark.time, "text": mark.text, "number": mark.call.number} for mark in line.calls]
+        return _json(encode(welcome(self._match) | {"begin": line.begin, "end": line.end, "marks": marks}))
 
     async def _at(self, request: web.Request) -> web.Response:
         """The parts of the scene at a match time `t`, s, but for those in `have`, by the marks of their texts."""

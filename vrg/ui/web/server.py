@@ -20,7 +20,7 @@ from vrg.ui.web.admission import Admission, VisitorKind, VisitorRole
 from vrg.ui.web.drawers import Drawer
 from vrg.ui.web.gallery import PRIVATE, Delivered, Gallery
 from vrg.ui.web.lobby import Allowance, Lobby, Refused
-from vrg.ui.web.parts import colours, encode
+from vrg.ui.web.parts import encode, welcome
 from vrg.ui.web.requests import (
     REQUEST_LIMIT,
     Ack,
@@ -207,15 +207,8 @@ class WebServer(Site):
         self._guests[guest.number] = guest
         drawers = self._drawers if found.role.kind is VisitorKind.OFFICIAL else {}
         guest.tell(
-            {
-                "t": "welcome",
-                "match": self._match,
-                "role": found.role.kind,
-                "player": found.role.player,
-                "colours": colours(),
-                "driving": DRIVING,
-                "drawers": {name: drawer.title for name, drawer in drawers.items()},
-            }
+            welcome(self._match, found.role.kind, found.role.player, {name: one.title for name, one in drawers.items()})
+            | {"driving": DRIVING}
         )
         return guest
 

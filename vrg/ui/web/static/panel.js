@@ -139,9 +139,13 @@ function row(player, match) {
   return [line, make("tr", "", "", fault)];
 }
 
-function call({ clock, text, rule, words, source }) {
+function call({ number, clock, text, rule, words, source, why = [] }) {
   const law = make("span", "law", rule);
   const more = [words, source && `(${source})`].filter(Boolean).join(" ");
   if (more) law.title = more;
-  return make("li", "", "", make("time", "", clock), make("div", "", "", make("span", "text", text), law));
+  const told = [make("span", "text", text), law], lines = [more, ...why].map((words) => make("p", "", words));
+  const body = why.length ? make("details", "", "", make("summary", "", "", ...told), ...lines) : make("div", "", "", ...told);
+  const line = make("li", "", "", make("time", "", clock), body);
+  line.dataset.number = number;
+  return line;
 }

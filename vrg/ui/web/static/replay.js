@@ -1,7 +1,8 @@
-// Shows a recorded match, with a bar of time. It asks the server for one instant after the other.
+// Shows a recorded match, with a bar of time. It asks the server for one instant after the other, or has it all itself.
 import { Field } from "./field.js";
 import { Match } from "./match.js";
 import { Panel, say } from "./panel.js";
+import { packed, Recording } from "./recording.js";
 import { REPLAY } from "./words.js";
 
 const SPEEDS = [0.25, 0.5, 1, 2, 4, 8, 16];
@@ -13,7 +14,7 @@ const match = new Match();
 const field = new Field(byId("field"), byId("stage"));
 const panel = new Panel();
 const replay = { time: 0, begin: 0, end: 0, speed: 1, playing: false, marks: [] };
-let have = [], asked = null, heard = 0, lost = false, named = 0;
+let have = [], asked = null, heard = 0, lost = false, named = 0, whole = null;
 
 const make = (tag, props) => Object.assign(document.createElement(tag), props);
 const button = (words, about, act) => {
@@ -33,6 +34,10 @@ line.append(slider, ticks);
 bar.append(button("|◀", REPLAY.before, () => call(-1)), toggle, button("▶|", REPLAY.next, () => call(1)), line, speed);
 byId("stage").append(bar);
 
+byId("calls").addEventListener("click", ({ target }) => {
+  const mark = target.tagName === "TIME" && replay.marks.find((one) => one.number === Number(target.closest("li").dataset.number));
+  if (mark) to(mark.time);
+});
 slider.addEventListener("input", () => to(Number(slider.value)));
 speed.addEventListener("change", () => (replay.speed = Number(speed.value)));
 
@@ -109,8 +114,9 @@ async function follow() {
     before = now;
     const rate = replay.playing ? replay.speed : 1, question = `at?t=${replay.time.toFixed(2)}&rate=${rate}`;
     let pause = FRAME;
+    if (whole) hear(whole.at(replay.time, rate));
     // Of an instant that stands it is asked again now and then, to find out whether the page is still served.
-    if (question !== asked || now - heard > AGAIN) {
+    else if (question !== asked || now - heard > AGAIN) {
       const messages = await got(`${question}&have=${have.join(",")}`);
       if (messages) {
         hear(messages);
@@ -139,7 +145,8 @@ function draw() {
   say("link-words", lost ? REPLAY.lost : REPLAY.recorded(match.name));
   byId("lamp").className = lost ? "lost" : "good";
   const now = performance.now(), hash = `#t=${replay.time.toFixed(1)}`;
-  if (now - named > NAMED && location.hash !== hash && replay.end) {
+  // A page within another one, such as a notebook, has no address of its own.
+  if (now - named > NAMED && location.hash !== hash && replay.end && location.protocol !== "about:") {
     named = now;
     history.replaceState(null, "", hash);
   }
@@ -147,8 +154,10 @@ function draw() {
 }
 
 async function begin() {
-  let about = null;
-  while (!(about = await got("match"))) await sleep(AGAIN);
+  const own = await packed(byId("recorded"));
+  whole = own && new Recording(own);
+  let about = whole?.about;
+  while (!(about ??= await got("match"))) await sleep(AGAIN);
   match.take(about, 0);
   Object.assign(replay, { begin: about.begin, end: about.end, marks: about.marks, playing: wanted() === null });
   [slider.min, slider.max] = [about.begin, about.end];

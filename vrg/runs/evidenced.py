@@ -1,0 +1,50 @@
+"""A match as its evidence has it, in place of a recording: where the referee saw everybody, and what was decided."""
+
+import math
+
+from vrg.bus import messages as m
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.evidence import read_evidence, replayed
+from vrg.coordinator.journal import read_journal
+from vrg.coordinator.rulebook import Observation
+from vrg.recording.recorded import RecordedMatch
+from vrg.runs.change import books_of
+from vrg.runs.run_folder import RunFolder
+from vrg.types import Twist
+
+
+def read_evidenced(folder: RunFolder, setup: MatchSetup) -> RecordedMatch:
+    """The poses, the states and the calls of a match, as far as the evidence reaches.
+
+    A speed is the mean one between two looks.
+
+    Raises:
+        JournalError: the journal or the evidence cannot be read.
+    """
+    book, later = books_of(setup, folder)
+    found, before = RecordedMatch(), Observation({})
+    for exhibit, _, match, _, _ in replayed(book, read_evidence(folder.evidence), later):
+        tick = exhibit.tick
+        if found.poses and tick.time <= found.poses[-1][0]:
+            continue  # a world that was started again steps back
+        found.poses.append((tick.time, m.Poses(bodies=_bodies(before, tick.field))))
+        found.states.append((tick.time, match.state(tick.field, estop=False)))
+        before = tick.field
+    found.calls.extend((record.time, call) for record in read_journal(folder.journal)[1] for call in record.calls)
+    return found
+
+
+def _bodies(before: Observation, now: Observation) -> tuple[m.Body, ...]:
+    seconds = now.time - before.time
+    return tuple(
+        m.Body(
+            name=name, pose=pose, twist=Twist(_way(before, now, name) / seconds if seconds > 0.0 else 0.0, 0.0),
+            physical=name in now.physical, uncertainty=now.uncertainty.get(name),
+        )
+        for name, pose in now.poses.items()
+    )  # fmt: skip
+
+
+def _way(before: Observation, now: Observation, name: str) -> float:
+    old, new = before.poses.get(name), now.poses[name]
+    return 0.0 if old is None else math.dist((old.x, old.y), (new.x, new.y))
