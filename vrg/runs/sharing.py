@@ -7,7 +7,7 @@ from vrg.runs.explaining import reasons
 from vrg.runs.replay import read_for_window
 from vrg.runs.result import headline, read_result
 from vrg.runs.run_folder import RunFolder
-from vrg.ui.web.share import shared
+from vrg.ui.web.share import recorded, shared
 
 
 def shared_run(folder: RunFolder, setup: MatchSetup) -> str:
@@ -22,4 +22,4 @@ def shared_run(folder: RunFolder, setup: MatchSetup) -> str:
     title = setup.name
     with suppress(OSError, ValueError, LookupError, TypeError, AttributeError):
         title = f"{setup.name}: {headline(read_result(folder))}"
-    return shared(read_for_window(folder, setup).timeline, setup.name, title, why)
+    return shared(recorded(read_for_window(folder, setup).timeline, setup.name, why), title)

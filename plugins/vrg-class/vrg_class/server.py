@@ -41,8 +41,11 @@ LEAGUE_SECONDS: Final = 4
 """The real time in s of every `LEAGUE_EVERY` s in which the league may begin games although somebody waits."""
 LINK_SIZE: Final = 300
 """The number of letters of a link of which a QR code is made."""
-_LEAGUE_HEADERS: Final = {"Content-Security-Policy": "sandbox; default-src 'none'; style-src 'unsafe-inline'"}
-"""Of the pages of the league, which are shut off from those of the class."""
+_LEAGUE_HEADERS: Final = {
+    "Content-Security-Policy": "sandbox allow-scripts; default-src 'none'; style-src 'unsafe-inline'; "
+    "script-src 'unsafe-inline'; frame-src 'self'"
+}
+"""Of the pages of the league, which are shut off from those of the class and from what browsers keep of them."""
 _BATCH: Final = 0.05
 """The real time in s for which messages to a page are gathered."""
 _BATCH_SIZE: Final = 500

@@ -38,6 +38,7 @@ class ExperimentFolder:
         definition: the experiment. If the folder has games already, they must be of the same one.
 
     Attributes:
+        shows: True if each game is to write what shows it to people.
         rows: all games that are in the record.
         playing: the folder for what games that are being played write.
         failures: the folder for the logs of games in which something has failed.
@@ -46,6 +47,8 @@ class ExperimentFolder:
         ConfigError: the folder is that of another experiment, or has other files.
         LaunchError: it cannot be used, or another process uses it.
     """
+
+    shows = False
 
     def __init__(self, path: Path, definition: Definition) -> None:
         self.path = path

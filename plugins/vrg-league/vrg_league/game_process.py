@@ -63,6 +63,7 @@ class GameProcess:
         server: what forks its processes. setup: its match. seed: the seed in place of that of the match.
         folder: for its journal and its logs. limit: the match time in s after which it is broken off.
         branch: the recorded match that is taken up, and how it goes on; None plays the match from its beginning.
+        shows: True writes what shows it to people.
 
     Attributes:
         folder: as given. answer: it can be read when one of the processes has ended.
@@ -79,8 +80,10 @@ class GameProcess:
         folder: Path,
         limit: float,
         branch: Branch | None = None,
+        *,
+        shows: bool = False,
     ) -> None:
-        self.folder, self._branch = folder, branch
+        self.folder, self._branch, self._shows = folder, branch, shows
         self._server, self._limit = server, limit
         self._setup = structs.replace(setup, seed=seed) if branch is None else setup
         self._told: Played | None = None
@@ -88,7 +91,12 @@ class GameProcess:
         self._begin(sealed=(seals(setup) or seals(goes_on)) and missing() is None)
 
     def _begin(self, *, sealed: bool) -> None:
-        arguments = [str(self.folder.absolute()), str(self._limit), *(["sealed"] if sealed else [])]
+        arguments = [
+            str(self.folder.absolute()),
+            str(self._limit),
+            *(["sealed"] if sealed else []),
+            *(["shown"] if self._shows else []),
+        ]
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
             if self._branch is not None:

@@ -2,6 +2,7 @@
 
 import contextlib
 import faulthandler
+import gzip
 import logging
 import os
 import select
@@ -12,17 +13,19 @@ import time
 from collections.abc import Iterable, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Final
 
 import msgspec
 from msgspec import structs
 
-from vrg.bus.messages import DISQUALIFIED, EMERGENCY_STOP, RefereeState, Stage
+from vrg.bus.messages import DISQUALIFIED, EMERGENCY_STOP, Call, RefereeState, Stage
 from vrg.config.rules import rulebook_of
 from vrg.config.setup import CheckedMatch
 from vrg.coordinator.evidence import Decided, Entry, Halted, read_evidence
 from vrg.coordinator.journal import read_journal
 from vrg.coordinator.match import state_after
 from vrg.errors import VrgError
+from vrg.files import write_whole
 from vrg.games import has_name
 from vrg.launch.fork_server import ForkServer
 from vrg.launch.nodes.referee import open_journal
@@ -32,9 +35,17 @@ from vrg.playing import in_process
 from vrg.playing.apart import Strategies
 from vrg.runs.branch import play_on
 from vrg.runs.change import branch_of
+from vrg.runs.evidenced import read_evidenced
 from vrg.runs.judged import judge_run
 from vrg.runs.run_folder import RunFolder
+from vrg.ui.timeline import Timeline
+from vrg.ui.web.share import recorded
 from vrg_league.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
+
+SHOWN: Final = "shown.json.gz"
+"""The file with what shows a game to people."""
+SHOWN_EVERY: Final = 0.5
+"""The match time in s between two instants of it."""
 
 
 def played(setup: CheckedMatch, folder: RunFolder, limit: float, server: ForkServer | None = None) -> Played:
@@ -107,6 +118,25 @@ def judged(setup: CheckedMatch, folder: RunFolder, reported: Played) -> Played:
     )
 
 
+def shown(setup: CheckedMatch, run: RunFolder) -> str:
+    """What shows a match to people who may not know what players' code has raised; see `vrg.ui.web.share.recorded`.
+
+    Raises:
+        VrgError: its journal or its evidence cannot be read.
+    """
+    match = read_evidenced(run, setup)
+    match.calls[:] = [(time, _public(call)) for time, call in match.calls]
+    sizes = {player.name: player.robot.size for player in setup.players}
+    return recorded(Timeline(match, sizes=sizes, obstacles=setup.obstacles), setup.name, {}, SHOWN_EVERY)
+
+
+def _public(call: Call) -> Call:
+    """A call without the error of a player's code, which is for its author."""
+    if call.rule != DISQUALIFIED:
+        return call
+    return structs.replace(call, text=f"{', '.join(call.players)} is disqualified", why="")
+
+
 def _without_officials(entry: Entry, failing: Sequence[str]) -> str | None:
     """The act of a person in an entry of the evidence, which no comparison has; None if there is none.
 
@@ -150,7 +180,7 @@ def main(arguments: Sequence[str]) -> int:
 
     Args:
         arguments: the folder for the journal and the logs; the match time in s after which the game is broken off; and
-            `sealed` to seal the strategies that are to be.
+            `sealed` to seal the strategies that are to be; `shown` to write what shows it to people.
     """
     folder, limit, sealed = Path(arguments[0]), float(arguments[1]), "sealed" in arguments[2:]
     pipe = Connection(os.dup(0))
@@ -167,6 +197,9 @@ def main(arguments: Sequence[str]) -> int:
         threading.Thread(target=_end_with, args=(os.dup(pipe.fileno()),), daemon=True).start()
         run = RunFolder(folder)
         result = judged(setup, run, reported) if reported else played(setup, run, limit, server if sealed else None)
+        if reported and "shown" in arguments[2:]:
+            with contextlib.suppress(VrgError, OSError):  # a game that cannot be shown counts all the same
+                write_whole(folder / SHOWN, gzip.compress(shown(setup, run).encode(), mtime=0))
     finally:
         server.close()
     with contextlib.suppress(OSError):

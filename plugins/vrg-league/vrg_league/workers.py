@@ -74,7 +74,9 @@ class Workers:
         """
         folder = self._folder.playing / self._folder.name_of(game)
         branch = self._folder.branch(game)
-        self._running[GameProcess(self._server, setup, game.seed, folder, limit, branch)] = game
+        self._running[GameProcess(self._server, setup, game.seed, folder, limit, branch, shows=self._folder.shows)] = (
+            game
+        )
 
     def finished(self, timeout: float) -> Iterator[tuple[ScheduledGame, Played]]:
         """Wait at most `timeout` seconds for a game to end, and take away all games that have ended.

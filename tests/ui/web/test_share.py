@@ -13,7 +13,7 @@ from vrg.runs.evidenced import read_evidenced
 from vrg.runs.run import Run
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.timeline import Timeline
-from vrg.ui.web.share import shared
+from vrg.ui.web.share import recorded, shared
 
 
 @pytest.fixture(scope="module")
@@ -48,9 +48,9 @@ def test_a_run_without_a_recording_is_shared_too(run: Run, tmp_path: Path) -> No
 
 def test_what_stands_in_names_and_titles_is_text(run: Run) -> None:
     timeline = Timeline(read_evidenced(RunFolder(run.path), run.setup))
-    page = shared(timeline, "</script><b>", "</title><b>", {})
+    page = shared(recorded(timeline, "</script><b>", {}), "</title><b>")
     assert "<b>" not in page
-    assert page == shared(timeline, "</script><b>", "</title><b>", {}), "the same match gives the same file"
+    assert page == shared(recorded(timeline, "</script><b>", {}), "</title><b>"), "the same match gives the same file"
 
 
 @pytest.mark.parametrize("size", [SIZES[1], SIZES[-1]])

@@ -23,15 +23,15 @@ _IMPORT: Final = re.compile(r'^import \{ ([^}]+) \} from "\./([\w.]+)";\n', re.M
 _EXPORT: Final = re.compile(r"^export ((?:async )?(?:function|class|const) (\w+))", re.MULTILINE)
 
 
-def shared(timeline: Timeline, name: str, title: str, reasons: Mapping[int, Sequence[str]]) -> str:
+def shared(recording: str, title: str) -> str:
     """The file of a match.
 
     Args:
-        name: of the match. title: of the page. reasons: the numbers that decided the calls, by the number of the call.
+        recording: see `recorded`. title: of the page.
     """
     static = files("vrg.ui.web") / "static"
     policy = f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">'
-    data = base64.b64encode(gzip.compress(recorded(timeline, name, reasons).encode(), mtime=0)).decode()
+    data = base64.b64encode(gzip.compress(recording.encode(), mtime=0)).decode()
     taken = {
         "<title>VRG</title>": f"<title>{html.escape(title)}</title>{policy}",
         '<link rel="icon" href="icon.svg" type="image/svg+xml">\n': "",
@@ -46,14 +46,15 @@ def shared(timeline: Timeline, name: str, title: str, reasons: Mapping[int, Sequ
     return page
 
 
-def recorded(timeline: Timeline, name: str, reasons: Mapping[int, Sequence[str]]) -> str:
+def recorded(timeline: Timeline, name: str, reasons: Mapping[int, Sequence[str]], step: float = STEP) -> str:
     """What the page shows, as a text of JSON: what it needs once, and each part of the scene whenever it has changed.
 
     Args:
-        name, reasons: see `shared`.
+        name: of the match. reasons: the numbers that decided the calls, by the number of the call.
+        step: the match time in s between two instants, or more.
     """
     begin, end = timeline.begin, timeline.end
-    count = min(MOST, int((end - begin) / STEP) + 1)
+    count = min(MOST, int((end - begin) / step) + 1)
     kept: dict[str, tuple[object, str]] = {}
     shown: dict[str, str] = {}
     found = []

@@ -1,5 +1,6 @@
 """The folder of a league: its settings, the versions of its entries, the record of its games, and what is kept."""
 
+import gzip
 import os
 import shlex
 import shutil
@@ -7,15 +8,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import IO
 
-import msgspec
 from msgspec import Struct, structs
 
-from vrg.bus.messages import DISQUALIFIED, Call
 from vrg.config.setup import CheckedMatch
-from vrg.coordinator.evidence import read_evidence
-from vrg.coordinator.journal import read_journal
-from vrg.errors import ConfigError, FileError, LaunchError, VrgError
-from vrg.files import decoded, read_bytes, write_whole
+from vrg.errors import ConfigError, FileError, LaunchError
+from vrg.files import read_bytes, write_whole
 from vrg.runs.keeping import keep
 from vrg.runs.run_folder import RunFolder, delete
 from vrg_league.contenders import Contender
@@ -23,10 +20,7 @@ from vrg_league.experiment import Definition
 from vrg_league.folder import ExperimentFolder, read_records, write_record, writing
 from vrg_league.games import ScheduledGame
 from vrg_league.league.entries import Source
-
-SAMPLED_EVERY = 0.5
-"""The match time in s between two poses of a player that are kept of a game."""
-
+from vrg_league.playing import SHOWN
 
 VERSIONS = "versions"
 """The name of the folder with the files of each version."""
@@ -73,27 +67,6 @@ def targets(folder: Path, versions: Iterable[Version]) -> dict[str, str]:
     return {version.label: str(store / version.target) for version in versions if not version.problem}
 
 
-class PublicCall(Struct, frozen=True):
-    """A call of the referee as the pages have it: the time of play in s, the rule, and the text."""
-
-    clock: float
-    rule: str
-    text: str
-
-
-class Trace(Struct, frozen=True, kw_only=True):
-    """The course of a game, for people who have not seen it.
-
-    Args:
-        calls: what the referee called. times: the match times of the poses, s.
-        tracks: x and y of each player at these times, m; None where the referee did not know.
-    """
-
-    calls: list[PublicCall] = []
-    times: list[float] = []
-    tracks: dict[str, list[tuple[float, float] | None]] = {}
-
-
 class LeagueFolder(ExperimentFolder):
     """The folder of a league; see ExperimentFolder. Only its owner may look into it, as it has the code of all.
 
@@ -104,6 +77,8 @@ class LeagueFolder(ExperimentFolder):
     Attributes:
         versions: the record of versions. errors: the folder with a file of errors for each author.
     """
+
+    shows = True
 
     def __init__(
         self, path: Path, definition: Definition, setup: CheckedMatch | None = None, *, another: bool = False
@@ -166,24 +141,24 @@ class LeagueFolder(ExperimentFolder):
         return os.path.relpath(target, self._store.resolve())
 
     def keep(self, game: ScheduledGame, written: Path) -> None:
-        """Keep the journal of a game, and its trace."""
+        """Keep the journal of a game, and what shows it to people."""
         source, target = RunFolder(written), self.kept(game)
         with writing(f"{target}:"):
             target.mkdir(parents=True, exist_ok=True)
-            if source.journal.exists():
-                shutil.copy2(source.journal, target)
-            write_whole(target / "trace.json", msgspec.json.encode(_trace(source)))
+            for file in (source.journal, written / SHOWN):
+                if file.exists():
+                    shutil.copy2(file, target)
 
     def kept(self, game: ScheduledGame) -> Path:
         """The folder of what is kept of a game."""
         return self._games / self.name_of(game)
 
-    def trace(self, game: ScheduledGame) -> Trace:
-        """The trace of a game; an empty one if there is none."""
+    def shown(self, game: ScheduledGame) -> str:
+        """What shows a game to people; empty if that is not known."""
         try:
-            return decoded(msgspec.json.Decoder(Trace), read_bytes(self.kept(game) / "trace.json"))
-        except (OSError, FileError):
-            return Trace()
+            return gzip.decompress(read_bytes(self.kept(game) / SHOWN)).decode()
+        except (OSError, EOFError, FileError, ValueError):
+            return ""
 
     def again(self, game: ScheduledGame) -> str:
         """The command that plays a game again, in the folder of the league: pages leave out where that is."""
@@ -220,28 +195,3 @@ class LeagueFolder(ExperimentFolder):
         known = targets(self.path, self.versions)
         contenders = [Contender(label=label, target=target) for label, target in known.items()]
         self.definition = structs.replace(self.definition, contenders=contenders)
-
-
-def _trace(run: RunFolder) -> Trace:
-    """The trace of a game by its journal and its evidence, as far as they can be read."""
-    try:
-        calls = [
-            PublicCall(call.clock, call.rule, _public(call))
-            for record in read_journal(run.journal)[1]
-            for call in record.calls
-        ]
-        times, seen = list[float](), list[dict[str, tuple[float, float]]]()
-        for exhibit in read_evidence(run.evidence):
-            if not times or exhibit.tick.time >= times[-1] + SAMPLED_EVERY:
-                times.append(round(exhibit.tick.time, 2))
-                poses = exhibit.tick.field.poses
-                seen.append({name: (round(pose.x, 2), round(pose.y, 2)) for name, pose in poses.items()})
-    except VrgError:
-        return Trace()
-    names = sorted({name for poses in seen for name in poses})
-    return Trace(calls=calls, times=times, tracks={name: [poses.get(name) for poses in seen] for name in names})
-
-
-def _public(call: Call) -> str:
-    """The text of a call without the error of a player's code, which is for its author."""
-    return f"{', '.join(call.players)} is disqualified" if call.rule == DISQUALIFIED else call.text

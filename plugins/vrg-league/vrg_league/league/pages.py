@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from vrg.errors import LaunchError
+from vrg.ui.web.share import shared
 from vrg_league import standings
 from vrg_league.folder import write_text
 from vrg_league.games import OUTCOMES, GameRecord, Pairing
 from vrg_league.league.league import League
-from vrg_league.ui.animation import animated
 from vrg_league.ui.leaderboard import Block, Cell, Link, page
 
 INDEX, CROSS = "index.html", "cross.html"
@@ -58,7 +58,10 @@ class LeaguePages:
             self._write(name, self._entry(entry))
         for number, row in enumerate(league.rows, 1):
             if not self._is_there(number, row):
-                self._write(_game(number), self._of_game(number, row))
+                recording = self._league.folder.shown(row.game)
+                if recording:
+                    self._write(_watched(number), shared(recording, f"{self._title}, game {number}"))
+                self._write(_game(number), self._of_game(number, row, shown=bool(recording)))
 
     def _is_there(self, number: int, row: GameRecord) -> bool:
         """True if the page of a game is there, and is not that of an older league in the same folder."""
@@ -141,23 +144,19 @@ class LeaguePages:
         numbers = [str(own.number), side, row.score(sides), str(row.game.seed)]
         return [Link(str(number), _game(number)), against, OUTCOMES[points], *numbers]
 
-    def _of_game(self, number: int, row: GameRecord) -> str:
+    def _of_game(self, number: int, row: GameRecord, *, shown: bool) -> str:
         league, game = self._league, row.game
         by_team = dict(zip((game.first_team, game.second_team), game.pairing.labels, strict=True))
         winner = "drawn" if row.winner is None else f"won by {self._versions[row.winner].entry}"
-        trace, teams = league.folder.trace(game), league.folder.definition.teams
-        first = [name for name, team in row.teams.items() if team == teams[0]]
+        teams = league.folder.definition.teams
         sides: list[list[Cell]] = [["side", "strategy", "score"]]
         for team in teams:
             sides.append([team, self._link(by_team[team]), str(row.played.score.get(team, "-"))])
         time = row.played.match_time
         how = f"game {number}: {row.played.ended}; {winner}; seed {game.seed}"
         notes = [how if time is None else f"{how}; {time:.0f} s"]
-        calls: list[list[Cell]] = [["time", "rule", "the referee's call"]]
-        calls += [[f"{call.clock:.1f} s", call.rule, call.text] for call in trace.calls]
         blocks = [
-            Block(sides, "sides", picture=animated(trace.times, trace.tracks, first)),
-            Block(calls, "words", "Calls"),
+            Block(sides, "sides", match=_watched(number) if shown else ""),
             Block(heading="The same game again, in the folder of the league", command=league.folder.again(game)),
         ]
         title = " against ".join(self._versions[by_team[team]].entry for team in teams)
@@ -167,6 +166,10 @@ class LeaguePages:
         version = self._versions[label]
         text = version.entry if short else f"{version.entry}, version {version.number}"
         return Link(text, self._pages[version.entry])
+
+
+def _watched(number: int) -> str:
+    return f"watch-{number}.html"
 
 
 def _game(number: int) -> str:

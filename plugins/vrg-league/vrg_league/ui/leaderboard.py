@@ -47,17 +47,17 @@ class Block:
 
     Args:
         table: the head and the rows; without rows nothing is shown.
-        kind: `board` for a leaderboard (rank, name, numbers), `list` (number, name, more), `numbers`, `cross`, `sides`
-            if the rows are the two teams, or `words` if the last column is a text. On a telephone the first three
-            have fewer columns.
-        heading: empty for none. command: a command to copy, in place of a table. picture: SVG after the table.
+        kind: `board` for a leaderboard (rank, name, numbers), `list` (number, name, more), `numbers`, `cross`, or
+            `sides` if the rows are the two teams. On a telephone the first three have fewer columns.
+        heading: empty for none. command: a command to copy, in place of a table.
+        match: the name of the file that shows a match after the table; see `vrg.ui.web.share`.
     """
 
     table: Sequence[Sequence[Cell]] = ()
     kind: str = "list"
     heading: str = ""
     command: str = ""
-    picture: str = ""
+    match: str = ""
 
     @property
     def minor(self) -> Sequence[bool]:
