@@ -8,12 +8,12 @@ from vrg.config.setup import MatchSetup, read_setup
 from vrg.coordinator.evidence import book_at, read_evidence
 from vrg.coordinator.journal import Record, read_journal
 from vrg.coordinator.judging import cases_of, seconds_before
-from vrg.coordinator.proof import Case, Measure, with_deviation
+from vrg.coordinator.proof import Case
 from vrg.coordinator.rulebook import Observation, RuleBook
 from vrg.errors import LaunchError
 from vrg.games import game_of
-from vrg.geometry import circumradius
 from vrg.runs.change import books_of
+from vrg.runs.reasons import measures_of
 from vrg.runs.run_folder import RunFolder
 from vrg.types import Pose
 from vrg.ui.plots.proof import SECONDS, STRIP, Proof, box_around
@@ -67,7 +67,7 @@ def _proof(
     if case is None:
         return Proof(heading, (*lines, f"There is no more to show: {folder.evidence.name} does not reach this call."))
     book = book_at(case.now.time, book, later)
-    measures = _measures(setup, book, case)
+    measures = measures_of(setup, book, case)
     lines = [*lines, *(f"{measure}." for measure in measures)]
     if not call.poses:
         return Proof(heading, tuple(lines))
@@ -83,31 +83,6 @@ def _proof(
         measures=measures,
         earlier=tuple((before, _earlier(setup, book, case, looks, before)) for before in STRIP),
     )
-
-
-def _measures(setup: MatchSetup, book: RuleBook[Any], case: Case) -> tuple[Measure, ...]:
-    """The numbers that decided a call."""
-    call, prover = case.call, game_of(setup.game).load_prover()
-    bodies = [
-        (pose, circumradius(setup.player(name).robot.size), call.uncertainty[name])
-        for name, pose in zip(call.players, call.poses, strict=False)
-        if name in call.uncertainty
-    ]
-    return () if prover is None else tuple(with_deviation(measure, bodies) for measure in prover(book, case))
-
-
-def reasons(folder: RunFolder, setup: MatchSetup) -> dict[int, list[str]]:
-    """The numbers that decided the calls of a run, in sentences, by the number of the call.
-
-    Raises:
-        JournalError: the journal or the evidence cannot be read.
-    """
-    (book, later), (_, records) = books_of(setup, folder), read_journal(folder.journal)
-    cases = cases_of(book, read_evidence(folder.evidence), records, later)
-    return {
-        case.call.number: [f"{measure}." for measure in _measures(setup, book_at(case.now.time, book, later), case)]
-        for case in cases
-    }
 
 
 def _earlier(

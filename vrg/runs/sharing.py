@@ -3,7 +3,7 @@
 from contextlib import suppress
 
 from vrg.config.setup import MatchSetup
-from vrg.runs.explaining import reasons
+from vrg.runs.reasons import reasons
 from vrg.runs.replay import read_for_window
 from vrg.runs.result import headline, read_result
 from vrg.runs.run_folder import RunFolder

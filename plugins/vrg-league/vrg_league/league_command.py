@@ -18,6 +18,7 @@ from vrg.commands.options import (
     exit_if_interrupted,
     lasting,
     make_console,
+    stoppable,
 )
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import cores
@@ -127,6 +128,40 @@ def play(
             words = f"{len(league.rows) - before} games played, {len(league.rows)} in all"
             console.print(f"{words}; the table: {where / 'index.html'}", soft_wrap=True, markup=False)
         exit_if_interrupted(stop)
+
+
+@app.command()
+def improve(
+    folder: FolderArgument,
+    authors: Annotated[Path, typer.Argument(metavar="AUTHORS", help="The file of the authors, such as authors.toml.")],
+    output: LeagueOption = None,
+) -> None:
+    """Let authors that are programs write the next versions of their entries, by a report of their games.
+
+    Each runs in a folder of its own in the league's, shut off from other files and from the network, and is noted in
+    `authors/turns.jsonl` there. `vrg league play` then takes in what they have changed.
+    """
+    from vrg.launch.sandbox.seal import missing
+    from vrg_league.league.authors import note, read_authors, report, table_of, write_version
+    from vrg_league.league.league import League
+    from vrg_league.league.settings import match_of, open_league
+
+    console, out, wanted = make_console(), output or folder / "league", read_authors(authors)
+    if not folder.is_dir():
+        raise ConfigError([f"{folder}: expected a folder of strategies, found none"])
+    if (lacking := missing()) is not None:
+        raise ConfigError([f"a league seals its authors, which this machine cannot do: {lacking}"])
+    turns, place = [], out / "authors"
+    with open_league(out) as league_folder, stoppable() as stop:
+        league = League(league_folder, match_of(out), wanted.authors.keys(), lambda _: False)
+        for name, author in wanted.authors.items():
+            if stop.is_set():
+                break
+            console.print(f"{name} writes ...", markup=False)
+            about = report(league, name, publish=wanted.publish)
+            turns.append(write_version(name, author, authors.parent, folder, place, about, stop.wait))
+            note(place, turns[-1])
+    show(console, table_of(turns))
 
 
 @app.command()

@@ -37,6 +37,7 @@ from vrg.runs.branch import play_on
 from vrg.runs.change import branch_of
 from vrg.runs.evidenced import read_evidenced
 from vrg.runs.judged import judge_run
+from vrg.runs.reasons import reasons
 from vrg.runs.run_folder import RunFolder
 from vrg.ui.timeline import Timeline
 from vrg.ui.web.share import recorded
@@ -127,7 +128,8 @@ def shown(setup: CheckedMatch, run: RunFolder) -> str:
     match = read_evidenced(run, setup)
     match.calls[:] = [(time, _public(call)) for time, call in match.calls]
     sizes = {player.name: player.robot.size for player in setup.players}
-    return recorded(Timeline(match, sizes=sizes, obstacles=setup.obstacles), setup.name, {}, SHOWN_EVERY)
+    why = reasons(run, setup)
+    return recorded(Timeline(match, sizes=sizes, obstacles=setup.obstacles), setup.name, why, SHOWN_EVERY)
 
 
 def _public(call: Call) -> Call:

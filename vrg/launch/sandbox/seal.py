@@ -78,7 +78,7 @@ def seal(policy: Policy) -> None:
         _forget_environment()
         _use_folder(policy.folder)
         _bound(policy)
-        _drop_capabilities()
+        drop_capabilities()
         landlock.restrict(policy.files, policy.ports)
         architecture = ARCHITECTURES[platform.machine()]
         _filter(architecture, program(architecture, rules(os.getpid(), udp=policy.udp, can=policy.can)))
@@ -144,7 +144,7 @@ def _step_back() -> None:
         return  # this kernel has no such groups
 
 
-def _drop_capabilities() -> None:
+def drop_capabilities() -> None:
     """Give up every capability, so that root's process is like anybody's; and that of getting any."""
     library = ctypes.CDLL(None, use_errno=True)
     unsigned = ctypes.c_ulong

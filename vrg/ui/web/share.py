@@ -67,7 +67,7 @@ def recorded(timeline: Timeline, name: str, reasons: Mapping[int, Sequence[str]]
     game = timeline.at(end).game
     marks: list[dict[str, Any]] = [
         {
-            "time": mark.time, "text": mark.text, "number": mark.call.number,
+            "time": mark.time, "text": mark.text, "number": mark.call.number, "rule": mark.call.rule,
             "call": msgspec.json.decode(call(mark.call, game)) | {"why": reasons.get(mark.call.number, [])},
         }
         for mark in timeline.calls
