@@ -45,7 +45,12 @@ def test_names_have_folders_of_plain_letters(name: str, folder: str) -> None:
         ),
         (
             "/a/b/code.py: cannot be read as Python: SyntaxError: invalid syntax (code.py, line 1)", 1, None,
-            "code.py: cannot be", "cannot read this line",
+            "SyntaxError: invalid syntax", "cannot read this line",
+        ),
+        (
+            "code.py: cannot be imported: ModuleNotFoundError: No module named 'x' (<frozen importlib._bootstrap>, "
+            "line 1140, in _find_and_load_unlocked)", None, None, "ModuleNotFoundError: No module named 'x'",
+            "not installed",
         ),
         (
             "Mine.act: expected a Twist(v, w) or an Action, got 'fast' (code.py, line 5, in act)", 5, None,

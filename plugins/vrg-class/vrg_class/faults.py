@@ -22,7 +22,7 @@ _HINTS: Final = {
     "ModuleNotFoundError": "This module is not installed here.",
     "PermissionError": "The code may not do this: it can only play.",
     "MemoryError": "The code needs too much memory. Does a list grow without end?",
-    "DecisionTimeoutError": "The code does not come to an end here. Does a loop ever stop?",
+    "it does not come to an end": "The code was here for two seconds. Does a loop ever stop?",
     "OutputFloodError": "The code prints too much.",
 }
 """What may help, by the kind of the error."""
@@ -60,9 +60,10 @@ def fault_of(text: str, code: str, line: int | None = None) -> Fault:
         found = re.search(rf"{re.escape(code)}(?:, line |:)(\d+)", text)
         line = None if found is None else int(found[1])
     text = re.sub(rf" \([^()]*{re.escape(code)}, line \d+[^()]*\)$", "", text)
-    text = re.sub(r"\S*/(?=" + re.escape(code) + ")", "", text)  # the folder is nobody's business
-    kinds = re.findall(r"\b([A-Z]\w*(?:Error|Exception))\b", text)
-    hint = next((_HINTS[kind] for kind in kinds if kind in _HINTS), "")
+    # The folder is nobody's business, nor is what Python has of its own in between.
+    text = re.sub(rf"\S*{re.escape(code)}: cannot be (?:read as Python|imported): ", "", text)
+    text = re.sub(rf"\S*/(?={re.escape(code)})| \(<frozen [^)]*\)", "", text)
+    hint = next((words for kind, words in _HINTS.items() if re.search(rf"\b{kind}\b", text)), "")
     if not hint and ".act: " in text:
         hint = _ANSWER
     return Fault(text=text[:500], line=line, time=None if at is None else float(at[1]), hint=hint)

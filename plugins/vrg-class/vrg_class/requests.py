@@ -38,6 +38,12 @@ class Try(Struct, frozen=True, forbid_unknown_fields=True):
     against: Annotated[int, Meta(ge=0, le=1_000_000)] = 0
 
 
+class Start(Struct, frozen=True, forbid_unknown_fields=True):
+    """How a step begins is to be shown; the empty name is the match of the league."""
+
+    step: Name = ""
+
+
 class HandIn(Struct, frozen=True, forbid_unknown_fields=True):
     """The code takes part in the league from now on."""
 

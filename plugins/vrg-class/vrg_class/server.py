@@ -26,6 +26,7 @@ from vrg_class import requests
 from vrg_class.folder import CODE, ClassFolder, Student, checked_name
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step, first_code
+from vrg_class.trial import FRAME
 from vrg_class.tries import Tries, Try, others_of, setup_of, teams_of
 
 TABS: Final = 3
@@ -124,6 +125,7 @@ class ClassSite(Site):
         self._desks: defaultdict[str, Desk] = defaultdict(Desk)
         self._markdown = MarkdownIt("commonmark", {"html": False})
         self._message, self._halted = "", False
+        self._starts: dict[str, asyncio.Future[list[str]]] = {}
         self._guesses: Counter[tuple[str, int]] = Counter()
         self._first = first_code(lesson[0].path.parent) if lesson else ""
         setup = setup_of(folder.about.match, {})
@@ -138,6 +140,7 @@ class ClassSite(Site):
         router.add_post("/join", self._told(self._join))
         for path, answer in (
             ("/me", self._me), ("/save", self._save), ("/try", self._try), ("/hand-in", self._hand_in),
+            ("/start", self._start),
         ):  # fmt: skip
             router.add_post(path, self._told(self._of_student(answer)))
         for path, act in (
@@ -251,9 +254,7 @@ class ClassSite(Site):
     async def _try(self, request: web.Request, student: Student, desk: Desk) -> Any:
         wanted = requests.read(await request.read(), requests.Try)
         self._hurry(desk)
-        step = self._lesson.get(wanted.step)
-        if wanted.step and step is None:
-            raise ValueError(f"expected a step of the lesson, got {wanted.step!r}")
+        step = self._step(wanted.step)
         student = structs.replace(student, tries=student.tries + 1)
         student, file = self._folder.version(student, wanted.code)
         match = self._folder.about.match if step is None else step.match
@@ -278,6 +279,12 @@ class ClassSite(Site):
         self._show(desk, encode({"t": "begin", "step": wanted.step, "version": student.versions}))
         return {"version": student.versions, "place": self._tries.ask(desk.tried), "halted": self._halted}
 
+    def _step(self, name: str) -> Step | None:
+        """The step of a name; None for the empty one, which is the match of the league."""
+        if name and name not in self._lesson:
+            raise ValueError(f"expected a step of the lesson, got {name!r}")
+        return self._lesson.get(name)
+
     def _hear(self, token: str, step: str, text: str) -> None:
         """Take in a message of a try, and show it to its student."""
         desk, student = self._desks[token], self._folder.students[token]
@@ -290,6 +297,22 @@ class ClassSite(Site):
                 done = (*student.done, *([] if step in student.done else [step]))
                 self._folder.keep(structs.replace(student, done=done, error="", line=None, since=time.time()))
         self._show(desk, text)
+
+    async def _start(self, request: web.Request, _student: Student, _desk: Desk) -> Any:
+        """The messages of the first instant of a step, which is played once for all students."""
+        name = requests.read(await request.read(), requests.Start).step
+        step = self._step(name)
+        if name not in self._starts:
+            match = self._folder.about.match if step is None else step.match
+            found: asyncio.Future[list[str]] = asyncio.get_running_loop().create_future()
+            one = Try(
+                owner=f"start {name}", match=match, players={}, team=self._team if step is None else step.head.team,
+                goal=None, code=CODE, seconds=2 * FRAME,
+                tell=lambda text: found.set_result(one.messages) if text.startswith('{"t":"end"') else None,
+            )  # fmt: skip
+            self._starts[name] = found
+            self._tries.ask(one)
+        return [msgspec.Raw(text.encode()) for text in await asyncio.shield(self._starts[name])]
 
     async def _hand_in(self, request: web.Request, student: Student, desk: Desk) -> Any:
         wanted = requests.read(await request.read(), requests.HandIn)

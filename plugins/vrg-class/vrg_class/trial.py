@@ -19,7 +19,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
@@ -29,7 +29,9 @@ from msgspec import Struct
 
 from vrg.agents.strategy import Strategy, View
 from vrg.bus.mailbox import Mailbox
+from vrg.bus.messages import DISQUALIFIED
 from vrg.bus.node import Node, Tick
+from vrg.bus.pacing import FULL_SPEED_RATE
 from vrg.bus.topics import Keys
 from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import VrgError
@@ -145,6 +147,9 @@ class Reporter(Node):
         """Report what is new."""
         calls = [call for call in self._inlets.feed(self._builder) if call.rule != "refused"]
         scene = self._builder.build(live=True)
+        # A try is played as fast as possible, and watched at the rate of a clock. A failure is told by its words.
+        passed = [(flash, flash.share * FULL_SPEED_RATE) for flash in scene.flashes if flash.word != DISQUALIFIED]
+        scene = replace(scene, flashes=tuple(replace(flash, share=share) for flash, share in passed if share < 1.0))
         texts = parts.parts(scene, self._kept)
         changed = [text for name, text in texts.items() if self._shown.get(name) != text]
         self._shown = texts
@@ -266,7 +271,7 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
         faults += [fault_of(failure.text, job.code) for failure in ending.failures if failure.player in reporter.own]
         winner, score, ended = ending.state.winner, dict(ending.state.score), ending.state.ended or ""
     if dog.hung.is_set():
-        faults = [fault_of(f"DecisionTimeoutError: a decision may take {PATIENCE:g} s", job.code, dog.line)]
+        faults = [fault_of("it does not come to an end", job.code, dog.line)]
     for fault in faults[:5]:
         send(parts.encode({"t": "error", **msgspec.to_builtins(fault)}))
     progress = reporter.progress

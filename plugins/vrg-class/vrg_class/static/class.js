@@ -62,12 +62,14 @@ function begin(found) {
   keeper.saved(found.code);
   keeper.save();
   const kept = `vrg-class-step-${token}`;
-  lesson = new Lesson(found.steps, (name) => localStorage.setItem(kept, name));
+  lesson = new Lesson(found.steps, (name) => {
+    localStorage.setItem(kept, name);
+    showStart(name);
+  });
   lesson.open(lesson.first(localStorage.getItem(kept) ?? (found.messages ? found.step : null)));
   byId("board").replaceChildren();
   board = new Board(byId("board"), found.name);
   showVersion();
-  load(new Recording(), true);
   hear(found);
   body.dataset.screen = "work";
   feed?.stop();
@@ -148,6 +150,15 @@ function load(recording, quiet) {
   if (quiet) result(recording.version ? WORDS.watch : WORDS.notStarted);
 }
 
+/** Show the field and the robots as a step begins, until it is tried. */
+async function showStart(name) {
+  if (!told) return; // what is played goes on
+  load(new Recording(name), true);
+  const { recording } = player, found = await ask("start", token, { step: name }).catch(() => []);
+  if (player.recording !== recording || recording.begun) return;
+  for (const message of found) if (["about", "at", "view"].includes(message.t)) take(message);
+}
+
 function take(message) {
   const { recording } = player, own = recording.about?.own ?? [];
   if (message.t === "news") return hear(message);
@@ -185,7 +196,6 @@ function showEnd() {
   result(words, kind, WORDS.next(title), () => {
     lesson.open(name);
     showTab("step");
-    result(WORDS.notStarted);
   });
 }
 

@@ -57,6 +57,7 @@ export class Lesson {
     byId("hint").hidden = !hint || !on;
     byId("show-hint").hidden = !hint || on;
     byId("hint").replaceChildren(make("strong", "", WORDS.hintHeading), hint ?? "");
+    if (on) byId("hint").scrollIntoView({ block: "nearest" });
   }
 
   list() {

@@ -1,5 +1,5 @@
 // What is told beside the field: what the code prints, errors and calls of the referee; and what a robot knows.
-import { newest } from "./class_try.js";
+import { newest } from "./recording.js";
 import { seconds, WORDS } from "./class_words.js";
 import { make } from "./panel.js";
 

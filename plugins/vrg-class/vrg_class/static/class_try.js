@@ -1,19 +1,9 @@
 // What a try has reported so far, by kind and time, and how it is shown at an instant. Pure: it draws nothing.
 import { WORDS } from "./class_words.js";
 import { DELAY, TRAIL_SECONDS } from "./motion.js";
+import { newest } from "./recording.js";
 
 const KINDS = ["ground", "looks", "state", "strokes"];
-
-/** The index of the newest of a list at or before a time; -1 if there is none. */
-export function newest(list, time) {
-  let low = 0, high = list.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (list[middle].time <= time + 1e-6) low = middle + 1;
-    else high = middle;
-  }
-  return low - 1;
-}
 
 export class Recording {
   /** A try of a step, by its name, with a version of the code. */
