@@ -66,6 +66,20 @@ class TestPureParts:
         )
         assert found == [True, 10, [50, 100], [50, 200], False, [200, 0], True]
 
+    def test_a_page_can_be_asked_to_turn_the_field_by_quarters(self, visit):
+        found = self.run(
+            visit,
+            "view.js",
+            """const box = [0, 0, 20, 10], area = { left: 0, top: 0, width: 200, height: 200 };
+            return [0, 90, 180, -90].map((turn) => {
+                const view = m.fit(box, area, area, m.asked(`?turn=${turn}`)), [x, y] = m.point(view, 20, 10);
+                const ahead = m.point(view, 11, 5), to = Math.atan2(view.top - ahead[1], ahead[0] - view.left);
+                return [x, y, ...m.place(view, x, y), Math.cos(m.angle(view, 0) - to)].map((one) => Math.round(one));
+            }).concat([["", "?turn=45", "?turn=x"].map(m.asked)]);""",
+        )
+        corners = [[200, 50], [150, 200], [0, 150], [50, 0]]
+        assert found == [*([*corner, 20, 10, 1] for corner in corners), [None, None, None]]
+
     def test_between_two_frames_robots_are_on_the_way_and_after_the_last_they_wait(self, visit):
         found = self.run(
             visit,

@@ -1,7 +1,7 @@
 // Draws the field. What stands still is drawn once and kept; what moves is drawn upon it in each frame.
 import { css, drawFigure, drawShape, drawSign, frameOf, setFont } from "./figures.js";
 import { Placer } from "./labels.js";
-import { angle, fit } from "./view.js";
+import { angle, asked, fit } from "./view.js";
 import { WORDS } from "./words.js";
 
 /** Pixels from the middle of a robot within which a click means it. */
@@ -16,6 +16,7 @@ export class Field {
     this.still = document.createElement("canvas");
     this.stillOf = "";
     this.placer = new Placer();
+    this.quarters = asked(location.search);
     /** The names of robots as they are placed, and the robots. */
     this.plates = [];
     this.robots = [];
@@ -47,7 +48,7 @@ export class Field {
     if (!match.ground) return;
     const area = { left: 0, top: 0, width, height: Math.max(1, height - strip) };
     const whole = { left: 0, top: 0, width: this.whole.clientWidth, height: Math.max(1, this.whole.clientHeight - strip) };
-    const view = fit(match.ground.box, area, whole);
+    const view = fit(match.ground.box, area, whole, this.quarters);
     this.drawStill(match, view, width, height, strip, ratio, ui);
     context.drawImage(this.still, 0, 0, width, height);
     context.save();
@@ -182,7 +183,7 @@ function drawScale(c, view, width, height, colours, ui, axes) {
   c.fillText(WORDS.metres(metres), left + length / 2, bottom - 4 * ui);
   if (!axes) return scaleWidth(view, ui);
   c.textBaseline = "middle";
-  const origin = [left + length + 40 * ui, bottom - (view.turned ? 22 * ui : 0)];
+  const { quarters } = view, origin = [left + length + (quarters > 1 ? 62 : 40) * ui, bottom - ([1, 2].includes(quarters) ? 22 * ui : 0)];
   for (const [theta, letter] of [[0, "x"], [Math.PI / 2, "y"]]) {
     const a = angle(view, theta), along = (ahead, aside = 0) => [
       origin[0] + (ahead * Math.cos(a) - aside * Math.sin(a)) * ui, origin[1] - (ahead * Math.sin(a) + aside * Math.cos(a)) * ui,

@@ -88,7 +88,7 @@ function paint(c, view, { lines, middle, drop = 0, ink, size, along }, ui) {
 
 /** Draw shapes of a square of side 1 about the origin, `side` pixels large. */
 export function drawSign(c, sign, x, y, side, ui = 1) {
-  const frame = frameOf({ x: 0, y: 0, left: x, top: y, scale: side }, {}, 1, { x: 0, y: 0, theta: 0 });
+  const frame = frameOf({ x: 0, y: 0, left: x, top: y, scale: side, quarters: 0 }, {}, 1, { x: 0, y: 0, theta: 0 });
   for (const shape of sign) drawShape(c, frame, shape, ui);
 }
 

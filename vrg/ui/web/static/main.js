@@ -36,7 +36,7 @@ function takeToken() {
   if (found) {
     sessionStorage.setItem("token", found);
     sessionStorage.setItem("drawer", more[0] ?? "");
-    history.replaceState(null, "", location.pathname);
+    history.replaceState(null, "", location.pathname + location.search);
   }
   wanted = sessionStorage.getItem("drawer") ?? "";
   return sessionStorage.getItem("token") ?? "";

@@ -22,6 +22,7 @@ export function say(id, text) {
 export class Panel {
   constructor() {
     this.shown = {};
+    document.body.dataset.view = new URLSearchParams(location.search).get("view") ?? "";
     for (const id of ["halt", "resume", "recover", "end", "release", "fast", "plans"]) say(id, WORDS[id]);
     say("give-back", WORDS.giveBack);
     for (const button of document.querySelectorAll(".estop")) button.textContent = WORDS.estop;
