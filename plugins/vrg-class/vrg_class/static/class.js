@@ -157,6 +157,7 @@ async function showStart(name) {
   const { recording } = player, found = await ask("start", token, { step: name }).catch(() => []);
   if (player.recording !== recording || recording.begun) return;
   for (const message of found) if (["about", "at", "view"].includes(message.t)) take(message);
+  player.to(recording.last); // the field is not known before
 }
 
 function take(message) {

@@ -56,7 +56,8 @@ export class Lesson {
     const hint = this.step?.hint;
     byId("hint").hidden = !hint || !on;
     byId("show-hint").hidden = !hint || on;
-    byId("hint").replaceChildren(make("strong", "", WORDS.hintHeading), hint ?? "");
+    byId("hint").innerHTML = hint ?? ""; // as the text
+    byId("hint").prepend(make("strong", "", WORDS.hintHeading));
     if (on) byId("hint").scrollIntoView({ block: "nearest" });
   }
 
