@@ -238,14 +238,8 @@ class ClassSite(Site):
         return {
             "name": student.name, "game": self._title, "code": code, "steps": steps, "step": desk.step,
             "versions": student.versions, "handed": student.handed, "message": self._message, "halted": self._halted,
-            "sealed": self._tries.sealed, "who": self._who_sees(), "messages": desk.tried is not None,
+            "messages": desk.tried is not None,
         }  # fmt: skip
-
-    def _who_sees(self) -> str:
-        return (
-            "Your teacher can see your code, your tries and your errors. The class sees your name and your place in "
-            "the league. All of it stays on the computer of the class."
-        )
 
     async def _save(self, request: web.Request, student: Student, _desk: Desk) -> Any:
         self._folder.save(student, requests.read(await request.read(), requests.Save).code)
@@ -409,18 +403,17 @@ class ClassSite(Site):
             }
             for student in self._folder.students.values()
         ]  # fmt: skip
-        lacking = missing()
         return {
             "students": found, "message": self._message, "halted": self._halted, "busy": self._tries.busy,
-            "jobs": self._tries.jobs, "sealed": self._tries.sealed, "lacking": lacking or "",
-            "joining": self._folder.about.joining, "folder": str(self._folder.path), "lesson": len(self._lesson),
+            "jobs": self._tries.jobs, "sealed": self._tries.sealed, "lacking": missing() or "",
+            "lesson": len(self._lesson),
         }  # fmt: skip
 
     async def _code(self, request: web.Request) -> Any:
         student = self._folder.named(requests.read(await request.read(), requests.Join).name)
         if student is None:
             raise ValueError("there is no such student")
-        return {"name": student.name, "code": self._folder.code(student), "done": student.done}
+        return {"code": self._folder.code(student)}
 
     async def _decide(self, request: web.Request) -> Any:
         wanted = requests.read(await request.read(), requests.Decide)

@@ -8,7 +8,7 @@ import { byId, copy, notice, signButton, tell } from "./class_page.js";
 import { Player } from "./class_player.js";
 import { ask, Feed } from "./class_server.js";
 import { Output, Values } from "./class_told.js";
-import { outcome, Projection, Recording } from "./class_try.js";
+import { outcome, Recording } from "./class_try.js";
 import { WORDS } from "./class_words.js";
 import { Field } from "./field.js";
 import { Match } from "./match.js";
@@ -18,7 +18,7 @@ const BOARD_EVERY = 5000;
 const KEYS = [["indent", "⇥"], ["outdent", "⇤"], ["(", "("], [")", ")"], [":", ":"], [".", "."], ["_", "_"], ["=", "="], ['"', '"'], ["undo", "↶"]];
 const { body } = document;
 
-const match = new Match(), projection = new Projection(match);
+const match = new Match();
 const field = new Field(byId("field"), byId("ground"));
 const player = new Player(byId("replay"), () => showEnd());
 const editor = new Editor(byId("editor"), () => me && keeper.changed(), () => tryIt());
@@ -54,7 +54,6 @@ function begin(found) {
   say("game", found.game);
   say("student", found.name);
   document.title = `${found.name} · VRG`;
-  document.querySelector("#more .who").textContent = found.who;
   byId("own-link").value = ownLink();
   keeper = new Keeper(token, () => editor.code, (words) => say("saved", words));
   editor.code = keeper.newest(found.code);
@@ -142,7 +141,7 @@ function load(recording, quiet) {
   const { end, step } = player.recording;
   if (!told && end) lesson.ended(step, end.goal?.reached != null);
   player.load(recording, quiet);
-  projection.forget();
+  match.forget();
   output.forget();
   values.own([]);
   editor.mark(null);
@@ -252,8 +251,8 @@ function draw(now) {
     if (errors.length) showFault(WORDS.error(errors[0]), errors[0].line);
     else result(begun ? WORDS.playing : waits, "busy");
   }
-  if (recording.begun) field.draw(match, projection.show(recording, time), values.player);
-  else field.draw(match, 0, "");
+  if (recording.begun) for (const message of recording.at(time, 1)) match.take(message, now / 1000);
+  field.draw(match, now / 1000, values.player);
   output.show(time);
   if (body.dataset.told === "view") values.show(recording.viewAt(values.player, time));
 }
@@ -265,6 +264,7 @@ byId("hand-in").addEventListener("click", handIn);
 byId("leave").addEventListener("click", leave);
 byId("copy").addEventListener("click", () => copy(byId("own-link")));
 byId("field").ariaLabel = WORDS.field;
+for (const place of document.querySelectorAll(".who")) place.textContent = WORDS.who;
 byId("field").addEventListener("click", ({ offsetX, offsetY }) => {
   const name = field.robotAt(offsetX, offsetY);
   if (!player.recording.about?.own.includes(name)) return;

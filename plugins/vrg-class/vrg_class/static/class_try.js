@@ -1,15 +1,12 @@
-// What a try has reported so far, by kind and time, and how it is shown at an instant. Pure: it draws nothing.
+// What a try has reported so far, by kind and time. Pure: it draws nothing.
 import { WORDS } from "./class_words.js";
-import { DELAY, TRAIL_SECONDS } from "./motion.js";
-import { newest } from "./recording.js";
+import { newest, Recording as Shown } from "./recording.js";
 
-const KINDS = ["ground", "looks", "state", "strokes"];
-
-export class Recording {
+export class Recording extends Shown {
   /** A try of a step, by its name, with a version of the code. */
   constructor(step = "", version = 0) {
-    Object.assign(this, { step, version, about: null, place: 0, last: 0, end: null, errors: [], marks: [] });
-    this.lists = { frame: [], ground: [], looks: [], state: [], strokes: [] };
+    super();
+    Object.assign(this, { step, version, place: 0, last: 0, end: null, errors: [], marks: [] });
     this.views = new Map();
   }
 
@@ -68,38 +65,4 @@ export function outcome({ end, errors, about }) {
   const team = about?.team, points = Object.keys(score).sort((a, b) => (b === team) - (a === team)).map((name) => score[name]).join(" : ");
   const words = winner === team ? WORDS.won : winner === "draw" ? WORDS.draw : winner ? WORDS.lost : WORDS.open;
   return { words: words(points), kind: winner === team ? "good" : "" };
-}
-
-/** Shows a recording at one instant after the other by feeding a `Match`, which knows no way back by itself. */
-export class Projection {
-  constructor(match) {
-    this.match = match;
-    this.forget();
-  }
-
-  forget() {
-    this.match.forget();
-    this.shown = {};
-    this.frame = -1;
-  }
-
-  /** Show a time of the recording, s. Returns the instant with which `Field.draw` is to be called. */
-  show(recording, time) {
-    const { match } = this, frames = recording.lists.frame;
-    for (const kind of KINDS) {
-      const found = recording.lists[kind][newest(recording.lists[kind], time)]?.part;
-      if (found && this.shown[kind] !== found) match.take((this.shown[kind] = found), time);
-    }
-    // Up to the frame behind the instant, so that there is one on either side.
-    const wanted = Math.min(newest(frames, time) + 1, frames.length - 1);
-    if (wanted < this.frame || wanted > this.frame + 20) {
-      match.motion.reset();
-      this.frame = Math.max(-1, newest(frames, time - TRAIL_SECONDS) - 1);
-    }
-    while (this.frame < wanted) {
-      const { part } = frames[++this.frame];
-      match.take({ ...part, rate: 1 }, part.time);
-    }
-    return time + DELAY;
-  }
 }

@@ -16,9 +16,10 @@ export function newest(list, time) {
 
 /** Answers as the server of a recorded match does. */
 export class Recording {
-  /** `about` is the answer to /match; `parts` are {time, part}, the `marks` in it have calls, in the order of time. */
-  constructor({ about, parts }) {
+  /** `about` is the answer to /match, whose marks have their calls; `parts` are {time, part}, in the order of time. */
+  constructor({ about = null, parts = [] } = {}) {
     this.about = about;
+    this.called = about?.marks ?? [];
     this.lists = { frame: [], ground: [], looks: [], state: [], strokes: [] };
     this.given = {};
     for (const entry of parts) this.lists[entry.part.t].push(entry);
@@ -26,7 +27,7 @@ export class Recording {
 
   /** The parts of the scene at a match time, s, that have changed since it was asked last. */
   at(time, rate) {
-    const found = [], { marks } = this.about, { frame } = this.lists, count = newest(marks, time) + 1;
+    const found = [], { frame } = this.lists, count = newest(this.called, time) + 1;
     const add = (name, key, part) => {
       if (part && this.given[name] !== key) found.push(part);
       this.given[name] = key;
@@ -35,7 +36,7 @@ export class Recording {
       const part = this.lists[kind][Math.max(0, newest(this.lists[kind], time))]?.part;
       add(kind, part, part);
     }
-    add("calls", count, { t: "calls", calls: marks.slice(0, count).map((mark) => mark.call) });
+    add("calls", count, { t: "calls", calls: this.called.slice(0, count).map((mark) => mark.call) });
     const index = Math.max(0, newest(frame, time)), before = frame[index], after = frame[index + 1] ?? before;
     const share = after === before ? 0 : Math.max(0, time - before.time) / (after.time - before.time);
     const bodies = before.part.bodies.map((start, number) => between(start, after.part.bodies[number] ?? start, share));
