@@ -1,8 +1,8 @@
 """The command `vrg run export`, which writes what players of recorded runs saw and did as a table to learn from."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sized
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
@@ -11,7 +11,11 @@ from vrg.errors import ConfigError, LaunchError, MessageError
 
 if TYPE_CHECKING:
     from vrg.config.setup import MatchSetup
+    from vrg.recording.recorded import RecordedMatch
     from vrg.runs.run_folder import RunFolder
+    from vrg_learn.lerobot import Episode
+
+T = TypeVar("T", bound=Sized)
 
 
 def export(
@@ -19,15 +23,23 @@ def export(
         list[Path] | None,
         typer.Argument(metavar="[RUN ...]", help="Run folders, or names in the folder runs. Without any, the newest."),
     ] = None,
-    output: Annotated[Path, typer.Option("--output", "-o", help="The Parquet file to write.")] = Path("pairs.parquet"),
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The file to write, or the folder; pairs.parquet, or lerobot.")
+    ] = None,
+    lerobot: Annotated[
+        bool, typer.Option("--lerobot", help="Write a data set of LeRobot: an episode for each player and round.")
+    ] = False,
     replace: Annotated[bool, typer.Option("--replace", help="Write over the file if it is there already.")] = False,
 ) -> None:
     """Write what each player saw and did at each decision of these runs, for programs that learn.
 
-    A row is one decision: the run, the time, the player with its role and strategy, the observation and the action.
+    A row is one decision: the run, the time, the player with its role and strategy, the observation and the action; in
+    a data set of LeRobot also the reward.
     """
+    from vrg_learn.lerobot import write as write_lerobot
     from vrg_learn.table import Heading, write
 
+    output = output or Path("lerobot" if lerobot else "pairs.parquet")
     if output.is_file() and not replace:
         raise ConfigError(f"{output}: already there: name another file by --output, or write over it by --replace")
     found = [_of(run) for run in runs] if runs else [_of(None)]
@@ -44,6 +56,10 @@ def export(
                 f"{folder.path}: expected a run like {first.path}, {_kind(headings[0])}, got {_kind(heading)}: "
                 "export them apart"
             )
+    if lerobot:
+        episodes, count = write_lerobot(output, headings[0], found[0][1].players[0].model, _episodes(found))
+        typer.echo(f"Written to {output}: {episodes} episodes with {count} decisions.")
+        return
     count = write(output, headings[0], _tables(found, headings[0]))
     typer.echo(f"Written to {output}: {count} decisions of {len(found)} {'run' if len(found) == 1 else 'runs'}.")
 
@@ -83,7 +99,26 @@ def _kind(heading: Any) -> str:
 
 
 def _tables(found: "list[tuple[RunFolder, MatchSetup]]", heading: Any) -> Iterator[Any]:
-    """The rows of each run, with a bar on a terminal and a line for each run.
+    """The rows of each run; see `_read`."""
+    from vrg_learn.table import rows
+
+    return _read(found, lambda setup, name, recorded: rows(heading, setup, name, recorded), "decisions")
+
+
+def _episodes(found: "list[tuple[RunFolder, MatchSetup]]") -> "Iterator[list[Episode]]":
+    """The episodes of each run; see `_read`."""
+    from vrg_learn.lerobot import episodes
+
+    return _read(found, lambda setup, _, recorded: list(episodes(setup, recorded)), "episodes")
+
+
+def _read(
+    found: "list[tuple[RunFolder, MatchSetup]]", make: "Callable[[MatchSetup, str, RecordedMatch], T]", what: str
+) -> "Iterator[T]":
+    """What is made of each recording, with a bar on a terminal and a line for each run.
+
+    Args:
+        what: the word for the things that are made.
 
     Raises:
         LaunchError: a recording cannot be read, or lacks what is needed.
@@ -92,7 +127,6 @@ def _tables(found: "list[tuple[RunFolder, MatchSetup]]", heading: Any) -> Iterat
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from vrg.recording.recorded import read_recorded
-    from vrg_learn.table import rows
 
     console = Console(stderr=True, highlight=False, emoji=False)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
@@ -107,8 +141,8 @@ def _tables(found: "list[tuple[RunFolder, MatchSetup]]", heading: Any) -> Iterat
                 raise LaunchError(f"{folder.path}: its recording cannot be read: {error}") from None
             if not recorded.commands:
                 raise LaunchError(f"{folder.path}: expected a recording with the commands of players, found none in it")
-            table = rows(heading, setup, name, recorded)
+            made = make(setup, name, recorded)
             torn = "".join(f"; {part.name} ends in the middle" for part in recorded.torn)
-            console.print(f"{name}: {len(table)} decisions{torn}", soft_wrap=True)
+            console.print(f"{name}: {len(made)} {what}{torn}", soft_wrap=True)
             bar.advance(task)
-            yield table
+            yield made

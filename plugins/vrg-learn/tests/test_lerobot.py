@@ -1,0 +1,87 @@
+"""Recorded matches as a data set of LeRobot: by what it says of itself, and by LeRobot where that is installed."""
+
+import importlib.util
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pyarrow import parquet
+
+import vrg
+from tests.command_line import invoke
+from tests.tiny import TINY
+from vrg_learn.learning import learning_of
+from vrg_learn.rewards import for_calls, for_winning
+from vrg_learn.table import Heading
+
+RUNS = 2
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[vrg.Run]]:
+    """A data set of two matches."""
+    home = tmp_path_factory.mktemp("lerobot")
+    (home / "tiny.toml").write_text(TINY)
+    runs = [vrg.play(home / "tiny.toml", runs=home / f"runs{seed}", seed=seed) for seed in range(RUNS)]
+    done = invoke("run", "export", *(str(run.path) for run in runs), "--lerobot", "--output", str(home / "set"))
+    assert done.exit_code == 0, done.output
+    assert "6 episodes" in done.output
+    return home / "set", runs
+
+
+def test_a_data_set_is_what_it_says_of_itself(made: tuple[Path, list[vrg.Run]]) -> None:
+    place, runs = made
+    about = json.loads((place / "meta" / "info.json").read_text())
+    table = parquet.read_table(place / about["data_path"].format(chunk_index=0, file_index=0))
+    assert (about["codebase_version"], about["total_episodes"], about["fps"]) == ("v3.0", 3 * RUNS, 10)
+    assert (len(table), set(table.column_names)) == (about["total_frames"], set(about["features"]))
+    heading = Heading.of(runs[0].setup)
+    assert tuple(about["features"]["observation.state"]["names"]) == heading.observation
+    assert table["index"].to_pylist() == list(range(len(table)))
+    episodes = parquet.read_table(place / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    tasks = parquet.read_table(place / "meta" / "tasks.parquet").to_pylist()
+    assert {task["task"] for task in tasks} == {f"play sharks-and-minnows as {role}" for role in ("shark", "minnow")}
+    for row in episodes:
+        part = table.slice(row["dataset_from_index"], row["length"])
+        assert row["dataset_to_index"] - row["dataset_from_index"] == row["length"]
+        assert part["next.done"].to_pylist() == [False] * (row["length"] - 1) + [True]
+        assert np.allclose(part["timestamp"].to_numpy(), np.arange(row["length"]) / 10, atol=1e-5)
+        assert {tasks[number]["task"] for number in part["task_index"].to_pylist()} == set(row["tasks"])
+    stats = json.loads((place / "meta" / "stats.json").read_text())
+    action = np.stack(table["action"].to_pylist())
+    assert np.allclose(stats["action"]["mean"], action.mean(0), atol=1e-6)
+    assert np.allclose(stats["action"]["std"], action.std(0), atol=1e-4)
+
+
+def test_rewards_are_those_of_calls_and_of_winning(made: tuple[Path, list[vrg.Run]]) -> None:
+    place, runs = made
+    table = parquet.read_table(place / "data/chunk-000/file-000.parquet")
+    paid = sum(table["next.reward"].to_pylist())
+    expected = 0.0
+    for run in runs:
+        teams = {player.name: player.team for player in run.setup.players}
+        expected += sum(for_calls(run.calls, learning_of(run.setup.game).rewards, teams).values())
+        expected += sum(for_winning(run.winner, teams).values())
+    assert any(call.rule == "tag" for run in runs for call in run.calls)
+    assert paid == pytest.approx(expected, abs=1e-5), "none is lost between frames"
+    successes = table["next.success"].to_pylist().count(True)
+    assert successes == sum(2 if run.winner == "minnows" else 1 for run in runs)
+
+
+def test_what_is_there_is_not_written_over(made: tuple[Path, list[vrg.Run]]) -> None:
+    place, runs = made
+    done = invoke("run", "export", str(runs[0].path), "--lerobot", "--output", str(place))
+    assert "already there" in str(done.exception)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("lerobot") is None, reason="LeRobot is not installed")
+def test_lerobot_reads_it(made: tuple[Path, list[vrg.Run]]) -> None:
+    from lerobot.datasets.lerobot_dataset import LeRobotDataset  # noqa: PLC0415 - it is large
+
+    place, _ = made
+    found = LeRobotDataset("vrg/tiny", root=place)
+    assert (found.num_episodes, found.fps) == (3 * RUNS, 10)
+    first = found[0]
+    assert first["task"].startswith("play sharks-and-minnows as")
+    assert first["action"].shape == (2,)

@@ -1,0 +1,237 @@
+"""Recorded matches as a data set of LeRobot, version 3.0 (its `LeRobotDataset`): Parquet files, and JSON about them.
+
+An episode is one player in one round of one run; the task is to play the game in a role. Frames are the decisions of
+the player at an even rate, as a data set has one: `timestamp` counts them, and `match_time` is the match time.
+"""
+
+import json
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+import pyarrow as pa
+from pyarrow import parquet
+
+from vrg.config.setup import MatchSetup
+from vrg.coordinator.rulebook import DRAW, NOBODY
+from vrg.errors import ConfigError
+from vrg.recording.recorded import RecordedMatch
+from vrg_learn.learning import learning_of
+from vrg_learn.recorded import Decision, decisions
+from vrg_learn.rewards import for_calls, for_winning
+from vrg_learn.table import Heading
+
+VERSION: Final = "v3.0"
+FILE_SIZE: Final = 100
+"""The size of a data file in MB, beyond which another one begins."""
+CHUNK: Final = 1000
+"""The files of a folder."""
+_DATA: Final = "data/chunk-{chunk_index:03d}/file-{file_index:03d}.parquet"
+_EPISODES: Final = "meta/episodes/chunk-000/file-000.parquet"
+_COUNTED: Final = ("timestamp", "frame_index", "episode_index", "index", "task_index")
+"""The columns that every data set has."""
+
+
+@dataclass
+class Episode:
+    """One player in one round.
+
+    Args:
+        task: in words. frames: its decisions. rewards: what followed from each. won: its team has won the game.
+    """
+
+    task: str
+    frames: list[Decision] = field(default_factory=list)
+    rewards: list[float] = field(default_factory=list)
+    won: bool = False
+
+
+def episodes(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Episode]:
+    """The episodes of a run, by player and round. The reward of a frame is that of the calls up to the next one.
+
+    Args:
+        setup: of the match; see `decisions`.
+
+    Raises:
+        ConfigError: as `decisions`.
+    """
+    found: dict[tuple[str, int], Episode] = {}
+    for decision in decisions(setup, recorded):
+        task = f"play {setup.game} as {decision.me.role}"
+        found.setdefault((decision.me.name, decision.round), Episode(task)).frames.append(decision)
+    teams = {player.name: player.team for player in setup.players}
+    table = learning_of(setup.game).rewards
+    calls = [(time, for_calls([call], table, teams)) for time, call in recorded.calls]
+    winner = recorded.states[-1][1].winner if recorded.states else None
+    last = max((round_ for _, round_ in found), default=0)
+    for (name, round_), episode in found.items():
+        times = [frame.time for frame in episode.frames]
+        # What happens after the last decision of a round belongs to it, too.
+        later = [other.frames[0].time for (who, number), other in found.items() if who == name and number > round_]
+        ends = [*times[1:], min(later, default=math.inf)]
+        marks = [bisect_right(calls, end, key=lambda entry: entry[0]) for end in (times[0], *ends)]
+        episode.rewards = [sum(paid[name] for _, paid in calls[a:b]) for a, b in pairwise(marks)]
+        episode.won = winner not in (None, DRAW, NOBODY) and teams[name] == winner
+        if round_ == last:
+            episode.rewards[-1] += for_winning(winner, teams)[name]
+        yield episode
+
+
+def write(folder: Path, heading: Heading, robot: str, runs: Iterable[Iterable[Episode]]) -> tuple[int, int]:
+    """Write a data set into a new folder; the number of its episodes, and of its frames.
+
+    Args:
+        heading: what observations and actions mean. robot: the model of the robots. runs: the episodes of each run.
+
+    Raises:
+        ConfigError: it cannot be written, or there is nothing to write. Exception: what `runs` raises.
+    """
+    if folder.exists():
+        raise ConfigError(f"{folder}: already there: name another folder by --output")
+    book = _Book(folder, heading)
+    try:
+        for run in runs:
+            for episode in run:
+                book.add(episode)
+        if not book.rows:
+            raise ConfigError("expected decisions in play, found none: export other runs")
+        book.close(robot)
+    except OSError as error:
+        raise ConfigError(f"{folder}: cannot be written: {error.strerror or error}: choose another place") from None
+    return len(book.rows), book.index
+
+
+class _Book:
+    """Writes a data set, one episode after the other."""
+
+    def __init__(self, folder: Path, heading: Heading) -> None:
+        self._folder, self._heading = folder, heading
+        self.rows: list[dict[str, Any]] = []
+        self.index = 0
+        self._tables: list[pa.Table] = []
+        self._tasks: dict[str, int] = {}
+        self._stats: dict[str, _Stats] = {}
+        self._file = 0
+        self._fps = 0
+
+    def add(self, episode: Episode) -> None:
+        """Add an episode. The first one that has two frames decides the rate."""
+        frames, count = episode.frames, len(episode.frames)
+        steps = np.diff([frame.time for frame in frames])
+        self._fps = self._fps or (round(1.0 / float(np.median(steps))) if count > 1 else 0)
+        task = self._tasks.setdefault(episode.task, len(self._tasks))
+        number = np.arange(count)
+        columns: dict[str, np.ndarray[Any, Any]] = {
+            "observation.state": np.array([frame.observation for frame in frames], np.float32),
+            "action": np.array([frame.action for frame in frames], np.float32),
+            "match_time": np.array([frame.time for frame in frames], np.float32),
+            "able": np.array([frame.able for frame in frames], np.bool_),
+            "next.reward": np.array(episode.rewards, np.float32),
+            "next.done": number == count - 1,
+            "next.success": (number == count - 1) & episode.won,
+            "timestamp": (number / (self._fps or 10)).astype(np.float32),
+            "frame_index": number,
+            "episode_index": np.full(count, len(self.rows)),
+            "index": self.index + number,
+            "task_index": np.full(count, task),
+        }
+        for name, values in columns.items():
+            self._stats.setdefault(name, _Stats()).add(values.reshape(count, -1).astype(np.float64))
+        arrays = {
+            name: pa.array(values) if values.ndim == 1
+            else pa.FixedSizeListArray.from_arrays(pa.array(values.ravel()), values.shape[1])
+            for name, values in columns.items()
+        }  # fmt: skip
+        self._tables.append(pa.table(arrays))
+        self.rows.append({
+            "episode_index": len(self.rows), "tasks": [episode.task], "length": count,
+            "data/chunk_index": self._file // CHUNK, "data/file_index": self._file % CHUNK,
+            "dataset_from_index": self.index, "dataset_to_index": self.index + count,
+            "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0,
+        })  # fmt: skip
+        self.index += count
+        if sum(table.nbytes for table in self._tables) > FILE_SIZE * 1_000_000:
+            self._flush()
+
+    def _flush(self) -> None:
+        path = _DATA.format(chunk_index=self._file // CHUNK, file_index=self._file % CHUNK)
+        self._write(path, pa.concat_tables(self._tables))
+        self._tables, self._file = [], self._file + 1
+
+    def close(self, robot: str) -> None:
+        """Write what is about the whole."""
+        if self._tables:
+            self._flush()
+        self._write(_EPISODES, pa.Table.from_pylist(self.rows))
+        tasks = pa.table({"task_index": list(self._tasks.values()), "task": list(self._tasks)})
+        self._write("meta/tasks.parquet", tasks.replace_schema_metadata({"pandas": json.dumps(_PANDAS)}))
+        self._json("stats.json", {name: stats.found() for name, stats in self._stats.items()})
+        self._json("info.json", {
+            "codebase_version": VERSION, "robot_type": robot, "total_episodes": len(self.rows),
+            "total_frames": self.index, "total_tasks": len(self._tasks), "chunks_size": CHUNK,
+            "data_files_size_in_mb": FILE_SIZE, "video_files_size_in_mb": 200, "fps": self._fps or 10,
+            "splits": {"train": f"0:{len(self.rows)}"}, "data_path": _DATA, "video_path": None,
+            "features": features(self._heading),
+        })  # fmt: skip
+
+    def _write(self, path: str, table: pa.Table) -> None:
+        (self._folder / path).parent.mkdir(parents=True, exist_ok=True)
+        parquet.write_table(table, self._folder / path)
+
+    def _json(self, name: str, content: Mapping[str, Any]) -> None:
+        (self._folder / "meta" / name).write_text(json.dumps(content, indent=4), encoding="utf-8")
+
+
+def features(heading: Heading) -> dict[str, Any]:
+    """The columns of a data set: the kind, the shape and the names of the values of each."""
+
+    def of(dtype: str, names: Sequence[str] | None = None) -> dict[str, Any]:
+        return {"dtype": dtype, "shape": [len(names or [0])], "names": names}
+
+    return {
+        "observation.state": of("float32", heading.observation), "action": of("float32", heading.action),
+        "match_time": of("float32"), "able": of("bool"), "next.reward": of("float32"), "next.done": of("bool"),
+        "next.success": of("bool"), "timestamp": of("float32"),
+        **{name: of("int64") for name in _COUNTED[1:]},
+    }  # fmt: skip
+
+
+class _Stats:
+    """The least, the greatest, the mean and the standard deviation of the values of a column, added up."""
+
+    def __init__(self) -> None:
+        self._parts: list[np.ndarray[Any, Any]] = []
+        self._count = 0
+
+    def add(self, values: np.ndarray[Any, Any]) -> None:
+        """Add rows of values."""
+        self._count += len(values)
+        self._parts.append(np.stack([values.min(0), values.max(0), values.sum(0), (values**2).sum(0)]))
+
+    def found(self) -> dict[str, list[float]]:
+        """By the names that LeRobot has for them."""
+        parts = np.stack(self._parts)
+        mean, squares = parts[:, 2].sum(0) / self._count, parts[:, 3].sum(0) / self._count
+        deviation = np.sqrt(np.maximum(0.0, squares - mean**2))
+        return {
+            "min": parts[:, 0].min(0).tolist(), "max": parts[:, 1].max(0).tolist(), "mean": mean.tolist(),
+            "std": deviation.tolist(), "count": [self._count],
+        }  # fmt: skip
+
+
+_PANDAS: Final = {
+    "index_columns": ["task"],
+    "column_indexes": [],
+    "columns": [
+        {"name": name, "field_name": name, "pandas_type": kind, "numpy_type": in_numpy, "metadata": None}
+        for name, kind, in_numpy in (("task_index", "int64", "int64"), ("task", "unicode", "object"))
+    ],
+    "creator": {"library": "pyarrow", "version": pa.__version__},
+    "pandas_version": "2.0.0",
+}
+"""What lets pandas, by which LeRobot reads the tasks, take their words as the index."""
