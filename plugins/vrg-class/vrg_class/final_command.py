@@ -1,8 +1,5 @@
 """`vrg class final`: the best of a class play a bracket, as a show."""
 
-import json
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,10 +9,10 @@ import typer
 
 from vrg.commands.options import make_console
 from vrg.config.loading import load_match, match_path
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError
 from vrg.files import write_whole
+from vrg.playing.by_command import play_file
 from vrg.runs.change import by_player
-from vrg.runs.run import Run
 from vrg.toml_text import with_value
 from vrg_class.bracket import first_round, next_round
 from vrg_class.command import FolderArgument
@@ -117,18 +114,12 @@ def _played(path: Path, sides: tuple[str, str], options: Sequence[str], console:
     Raises:
         LaunchError: it did not come to its end.
     """
-    runs = path.parent / "runs"
-    before = {run.name for run in runs.glob("*")}
-    command = [sys.executable, "-P", "-m", "vrg", "play", str(path), "--runs", str(runs), *options]
     console.print(f"[bold]{' against '.join(sides)}[/bold]")
-    status = subprocess.run(command, check=False).returncode
-    new = sorted(run for run in runs.glob("*") if run.name not in before)
-    if not new or not (new[-1] / "result.json").is_file():
-        raise LaunchError(f"{path}: the match did not come to its end (status {status}); the same command begins anew")
-    result = json.loads((new[-1] / "result.json").read_text(encoding="utf-8"))
+    run = play_file(path, path.parent / "runs", options)
+    result = run.result
     if result["winner"] is None and typer.confirm(f"The match was broken off ({result['ended']}). Play it again?"):
         return _played(path, sides, options, console)
-    teams = teams_of(Run(new[-1]).setup)
+    teams = teams_of(run.setup)
     name = dict(zip(teams, sides, strict=True)).get(result["winner"])
     why = next((call["why"] for call in reversed(result["calls"]) if call.get("why")), "")
     outcome = "a draw" if name is None else f"{name} wins"

@@ -12,6 +12,8 @@ import { KEYS, WORDS } from "./words.js";
 const COMMAND = 50, SILENT = 3000;
 /** ms for which a notice is shown, and ms in which ending the game must be confirmed. */
 const NOTICE = 6000, CONFIRM = 4000;
+/** The port of the page that follows when the match is over, such as that of an event, and after how many ms. */
+const next = Number(new URLSearchParams(location.search).get("next")), LEFT = 10000;
 /** The types of the fields of drawers in which letters are no keys of the page. */
 const TYPED = ["search", "text", "textarea"];
 
@@ -85,6 +87,7 @@ function hear(message) {
       break;
     case "bye":
       setRole(); // there is nothing to decide, and nobody to drive, any more
+      if (next) setTimeout(() => location.assign(`${location.protocol}//${location.hostname}:${next}/${location.search}`), LEFT);
       break;
     case "drawer":
       drawers.take(message);

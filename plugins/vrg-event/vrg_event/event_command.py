@@ -1,0 +1,96 @@
+"""`vrg event`: a timetable of matches on one field, one after the other."""
+
+import secrets
+import time
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from vrg.bus.hosts import netloc
+from vrg.bus.stopping import Stop
+from vrg.commands.options import ListenOption, make_console, port_at, stoppable, web_address
+from vrg.commands.page import reached_at
+from vrg.errors import ConfigError, VrgError
+from vrg.playing.by_command import play_file
+from vrg.runs.keeping import keep
+from vrg.runs.run_folder import RunFolder
+from vrg.ui.web.admission import DEFAULT_PORT
+from vrg_event.site import EventSite
+from vrg_event.timetable import Event, Outcome, read_timetable
+
+PORT: Final = 8070
+"""The port of the event's page, if no other program has it."""
+_LOOKED: Final = 0.2
+"""The real time in s between two looks at the clock and at what officials want."""
+
+
+def event(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The timetable, such as open-day.toml.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Folder for what it writes; that of FILE's name if missing.")
+    ] = None,
+    listen: ListenOption = None,
+    windows: Annotated[
+        bool, typer.Option("--windows", help="Show each match in a window on this computer too.")
+    ] = False,
+) -> None:
+    """Run a timetable of matches on one field, virtual, physical or mixed: line-up, play, result, pause, the next one.
+
+    It serves a page for the stage with the timetable and a countdown, which leads to the page of the match while one is
+    played, and comes back. The same command goes on where it was.
+    """
+    found = Event(read_timetable(file), file.parent, output or file.with_suffix(""))
+    for number in range(len(found.table.matches)):
+        found.setup(number)  # a mistake is found before the guests come
+    host, port = web_address(listen)
+    port = port_at(host, port, PORT, "the event")
+    token, console = secrets.token_urlsafe(12), make_console()
+    site = EventSite(host, port, found, DEFAULT_PORT, token)
+    with stoppable() as stop:
+        site.start()
+        try:
+            for address in reached_at(host):
+                at = f"http://{netloc(address, port)}/"
+                console.print(f"stage      {at}\nofficials  {at}#{token}", soft_wrap=True, markup=False)
+            _run(found, site, stop, ["--listen", netloc(host, DEFAULT_PORT), *([] if windows else ["--headless"])])
+        finally:
+            site.stop()
+
+
+def _run(event: Event, site: EventSite, stop: Stop, options: list[str]) -> None:
+    """Play the matches, until all have an outcome or it is to stop."""
+    console, ended = make_console(), time.time()
+    while not stop.is_set():
+        if (number := event.next) is None:
+            if not stop.wait(_LOOKED):  # somebody may want the last one again
+                continue
+            break
+        event.begins = event.due(number, ended, time.time())
+        site.check()
+        if event.held or not (event.begun or time.time() >= event.begins):
+            stop.wait(_LOOKED)
+            continue
+        event.begun, event.playing = False, number
+        console.print(f"[bold]{event.titles()[number]}[/bold]", soft_wrap=True)
+        outcome = _played(event, number, options, stop)
+        event.playing = None
+        if stop.is_set():
+            break  # it is played anew when the event goes on
+        event.keep(number, outcome)
+        console.print(event.outcomes[number].words, soft_wrap=True, markup=False)
+        ended = time.time() + event.table.pause
+
+
+def _played(event: Event, number: int, options: list[str], stop: Stop) -> Outcome:
+    """Play a match; one that cannot be played is an outcome, too, so that the event goes on."""
+    try:
+        folder = RunFolder(event.folder / f"match-{number + 1}")
+        folder.path.mkdir(parents=True, exist_ok=True)
+        keep(event.setup(number), folder)
+        run = play_file(folder.match_file, event.folder / "runs", [*options, *event.table.options], stop)
+        return Outcome(words=run.conclusion, score=dict(run.score), run=str(run.path))
+    except OSError as error:
+        raise ConfigError(f"{event.folder}: cannot be written: {error.strerror}") from None
+    except VrgError as error:
+        return Outcome(words=f"Not played: {error}")

@@ -1,0 +1,188 @@
+"""The timetable of an event: matches on one field, one after the other, and what has come out of them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Final
+
+import msgspec
+from msgspec import Struct
+from pydantic import Field, ValidationError
+
+from vrg.config.loading import check_match, load_match, match_path
+from vrg.config.setup import CheckedMatch
+from vrg.errors import ConfigError, LaunchError
+from vrg.files import read_bytes, read_text, toml_of, write_whole
+from vrg.runs.change import by_player
+from vrg.tables import Table, problems_of
+from vrg.toml_text import with_value
+
+MOST: Final = 500
+"""The matches of a timetable."""
+
+
+class Slot(Table):
+    """A match of a timetable.
+
+    Args:
+        match: the name of a game, or a match file beside the timetable. title: who plays; that of the match if empty.
+        at: the time of the day before which it does not begin, such as `14:30`; empty for as soon as it can.
+        strategies: in place of those of the match, by player or team; files beside the timetable, or names.
+        seed: in place of that of the match; None leaves it.
+    """
+
+    match: str
+    title: str = Field("", max_length=100)
+    at: str = Field("", pattern=r"^(|([01]?\d|2[0-3]):[0-5]\d)$")
+    strategies: dict[str, str] = Field(default_factory=dict)
+    seed: int | None = None
+
+
+class Timetable(Table):
+    """An event.
+
+    Args:
+        title: of the event. pause: the time between two matches, s. options: further ones of `vrg play`.
+    """
+
+    title: str = Field(min_length=1, max_length=100)
+    pause: float = Field(120.0, ge=0.0)
+    options: tuple[str, ...] = ()
+    matches: tuple[Slot, ...] = Field(min_length=1, max_length=MOST)
+
+
+class Outcome(Struct, frozen=True, kw_only=True):
+    """What has come out of a match: in words, the score by team, and its run folder."""
+
+    words: str
+    score: dict[str, int] = {}
+    run: str = ""
+
+
+@dataclass
+class Event:
+    """An event as it goes on; what has come out of its matches survives a restart.
+
+    Args:
+        table: its timetable. base: the folder of the timetable's file. folder: for what it writes.
+
+    Attributes:
+        outcomes: by the number of the match, from 0. playing: the number of the one that is played; None for none.
+        begins: when the next one begins, s of wall time. held: True keeps it from beginning.
+        begun: an official has it begin now.
+
+    Raises:
+        ConfigError: what the folder has kept is that of another timetable.
+    """
+
+    table: Timetable
+    base: Path
+    folder: Path
+    outcomes: dict[int, Outcome] = field(default_factory=dict)
+    playing: int | None = None
+    begins: float = 0.0
+    held: bool = False
+    begun: bool = False
+
+    def __post_init__(self) -> None:
+        try:
+            self.outcomes = msgspec.json.decode(read_bytes(self._kept), type=dict[int, Outcome])
+        except FileNotFoundError:
+            return
+        except (OSError, ValueError) as error:
+            raise ConfigError(f"{self._kept}: expected the outcomes of an event: {error}") from None
+        if any(number >= len(self.table.matches) for number in self.outcomes):
+            raise ConfigError(f"{self.folder}: expected the outcomes of this timetable, found those of a longer one")
+
+    @property
+    def _kept(self) -> Path:
+        return self.folder / "outcomes.json"
+
+    @property
+    def next(self) -> int | None:
+        """The number of the first match that has no outcome; None if all have one."""
+        return next((number for number in range(len(self.table.matches)) if number not in self.outcomes), None)
+
+    def due(self, number: int, ended: float, now: float) -> float:
+        """When a match begins, s of wall time.
+
+        Args:
+            ended: when the one before it has ended. now: both s of wall time.
+        """
+        if not (at := self.table.matches[number].at):
+            return ended
+        hour, minute = map(int, at.split(":"))
+        wanted = datetime.fromtimestamp(now).replace(hour=hour, minute=minute, second=0, microsecond=0).timestamp()
+        return max(ended, wanted)
+
+    def keep(self, number: int, outcome: Outcome | None) -> None:
+        """Note the outcome of a match; None lets it be played again.
+
+        Raises:
+            LaunchError: it cannot be written.
+        """
+        self.outcomes = {n: one for n, one in self.outcomes.items() if n != number}
+        if outcome is not None:
+            self.outcomes[number] = outcome
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+            write_whole(self._kept, msgspec.json.encode(self.outcomes))
+        except OSError as error:
+            raise LaunchError(f"{self._kept}: cannot be written: {error.strerror}") from None
+
+    def setup(self, number: int) -> CheckedMatch:
+        """The match of a number, as it is to be played.
+
+        Raises:
+            ConfigError: it cannot be played.
+        """
+        slot = self.table.matches[number]
+        beside = self.base / slot.match
+        setup = load_match(beside if beside.is_file() else match_path(slot.match))
+        text, names = setup.text, [player.name for player in setup.players]
+        targets = {name: self._target(strategy) for name, strategy in slot.strategies.items()}
+        for player, strategy in by_player(setup, targets).items():
+            text = with_value(text, ("players", names.index(player), "strategy"), strategy)
+        if slot.seed is not None:
+            text = with_value(text, ("seed",), slot.seed)
+        return check_match(text, Path(setup.origin), Path(setup.base))
+
+    def _target(self, strategy: str) -> str:
+        """A strategy as a match file anywhere may have it."""
+        name, colon, what = strategy.partition(":")
+        file = self.base / name
+        return f"{file.resolve()}{colon}{what}" if file.is_file() else strategy
+
+    def titles(self) -> Sequence[str]:
+        """What people read of each match."""
+        return [slot.title or Path(slot.match).stem for slot in self.table.matches]
+
+    def state(self) -> dict[str, Any]:
+        """What the page shows, as plain data."""
+        rows = [
+            {
+                "title": title, "at": slot.at, "words": outcome.words if outcome else "", "on": number == self.playing,
+                "score": list(outcome.score.items()) if outcome else [],
+            }
+            for number, (slot, title) in enumerate(zip(self.table.matches, self.titles(), strict=True))
+            for outcome in [self.outcomes.get(number)]
+        ]  # fmt: skip
+        return {
+            "title": self.table.title, "matches": rows, "playing": self.playing, "next": self.next,
+            "begins": self.begins, "held": self.held,
+        }  # fmt: skip
+
+
+def read_timetable(path: Path) -> Timetable:
+    """The timetable in a file of TOML.
+
+    Raises:
+        ConfigError: it cannot be used.
+    """
+    try:
+        return Timetable.model_validate(toml_of(read_text(path)))
+    except ValidationError as error:
+        raise ConfigError([f"{path}: {problem}" for problem in problems_of(error)]) from None
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path}: cannot be read: {error}") from None
