@@ -60,6 +60,8 @@ PRINTED: Final = 20_000
 """The number of letters that a try may print; more is left out."""
 _LINE: Final = 500
 """The number of letters of a line that is printed."""
+_TRACES: Final = ("Traceback (most recent", "Current thread", "Thread 0x", "Fatal Python")
+"""How lines begin that Python writes about a failure."""
 
 
 class Job(Struct, frozen=True, kw_only=True):
@@ -192,9 +194,7 @@ class Reporter(Node):
 
 def _is_trace(lines: Sequence[str]) -> bool:
     """True if these lines tell of a failure, which is reported as such."""
-    return any(
-        line.startswith(("Traceback (most recent", "Current thread", "Thread 0x", "Fatal Python")) for line in lines
-    )
+    return any(line.startswith(_TRACES) for line in lines)
 
 
 @dataclass
