@@ -54,7 +54,6 @@ function begin(found) {
   say("game", found.game);
   say("student", found.name);
   document.title = `${found.name} · VRG`;
-  document.querySelector("#more .who").textContent = found.who;
   byId("own-link").value = ownLink();
   keeper = new Keeper(token, () => editor.code, (words) => say("saved", words));
   editor.code = keeper.newest(found.code);
@@ -62,12 +61,14 @@ function begin(found) {
   keeper.saved(found.code);
   keeper.save();
   const kept = `vrg-class-step-${token}`;
-  lesson = new Lesson(found.steps, (name) => localStorage.setItem(kept, name));
+  lesson = new Lesson(found.steps, (name) => {
+    localStorage.setItem(kept, name);
+    load(new Recording(), true);
+  });
   lesson.open(lesson.first(localStorage.getItem(kept) ?? (found.messages ? found.step : null)));
   byId("board").replaceChildren();
   board = new Board(byId("board"), found.name);
   showVersion();
-  load(new Recording(), true);
   hear(found);
   body.dataset.screen = "work";
   feed?.stop();
@@ -152,13 +153,15 @@ function take(message) {
   const { recording } = player, own = recording.about?.own ?? [];
   if (message.t === "news") return hear(message);
   if (message.t === "begin") {
+    const { step, version } = message, { time, playing } = player, shown = step === lesson.name;
     // After a reconnection the last try comes again, and goes on where it was.
-    const again = !asked && message.version === recording.version && message.step === recording.step, { time, playing } = player;
-    load(new Recording(message.step, message.version), !asked && !playing);
+    const again = !asked && version === recording.version && step === recording.step;
+    load(shown ? new Recording(step, version) : new Recording(), !shown || (!asked && !playing));
     if (again) Object.assign(player, { time, playing });
     asked = false;
     return;
   }
+  if (!recording.version) return; // it is of another step than the one that is open
   recording.take(message);
   output.take(message, own);
   if (message.t === "about") {
@@ -185,7 +188,6 @@ function showEnd() {
   result(words, kind, WORDS.next(title), () => {
     lesson.open(name);
     showTab("step");
-    result(WORDS.notStarted);
   });
 }
 
@@ -243,6 +245,7 @@ function draw(now) {
   }
   if (recording.begun) field.draw(match, projection.show(recording, time), values.player);
   else field.draw(match, 0, "");
+  tell("idle", recording.begun || !told ? "" : WORDS.idle);
   output.show(time);
   if (body.dataset.told === "view") values.show(recording.viewAt(values.player, time));
 }

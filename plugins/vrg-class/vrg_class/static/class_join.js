@@ -20,7 +20,6 @@ export const ownLink = () => `${location.origin}/#${ownToken()}`;
 export function showJoining(problem, onJoined) {
   const joining = localStorage.getItem(JOINING), form = document.querySelector("#join form");
   document.body.dataset.screen = "join";
-  document.querySelector("#join .who").textContent = WORDS.who;
   form.querySelectorAll("input, button").forEach((element) => (element.disabled = !joining));
   tell("join-problem", problem || (joining ? "" : WORDS.noLink));
   byId("name").focus();
