@@ -132,11 +132,13 @@ def test_a_student_mends_an_error_reaches_the_goal_and_hands_in(visit: Callable[
     join(page, "Ada")
     page.wait_text("#text strong", "safe")
     page.page.locator(".cm-content").click()
+    page.wait_text("#idle", "Press Try")
     page.page.keyboard.press("Control+Enter")
     page.wait_text(".cm-fault", "name 'spede' is not defined")
     page.wait_text("#output .error", "line 6")
     page.wait_text("#result", "Error in line 6")
-    page.wait("vrg.player.recording.end")
+    page.wait("vrg.player.recording.end && !vrg.match.motion.latest.flashes.length")
+    assert page.page.is_hidden("#idle")
     page.page.click("#result-act")
     page.wait("vrg.editor.view.hasFocus && vrg.editor.line === 6")
 
@@ -148,12 +150,15 @@ def test_a_student_mends_an_error_reaches_the_goal_and_hands_in(visit: Callable[
     page.page.click("#tabs [data-told=view]")
     page.page.evaluate("vrg.player.to(1.0)")
     page.wait_text("#view tr", "view.position")
-    page.wait("document.querySelector('#view tr td').textContent === '0.90'")
+    page.wait("[...document.querySelectorAll('#view tr')].some((row) => row.innerText.match(/^view.time\\s+0.90$/))")
     page.page.click("[title='To the end']")
     page.wait_text("#result", "Reached after")
     assert page.page.inner_text("#steps .done") == "1 ✓"
     page.page.click("#result-act")
     page.wait_text("#step-title", "Print")
+    # Nothing of the former step is left.
+    page.wait_text("#idle", "Press Try")
+    page.wait("!vrg.player.recording.version && !document.querySelector('#output .call')")
 
     page.page.click("#hand-in")
     page.wait_text("#version", "Version 2 plays in the league.")

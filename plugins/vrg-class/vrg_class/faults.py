@@ -6,6 +6,9 @@ from typing import Final
 from msgspec import Struct
 
 _AT: Final = re.compile(r" \(at (\d+(?:\.\d+)?) s\)$")
+_KIND: Final = re.compile(r"\b[A-Z]\w*(?:Error|Exception)\b")
+_FOR_OTHERS: Final = re.compile(r"(?:; the sandbox refused it[^()]*| \((?:[^()]*, line \d+[^()]*|/[^()]*)\))+$")
+"""What ends a sentence of VRG's and is not for beginners: places in code, and advice for those who run VRG."""
 _HINTS: Final = {
     "NameError": "Python does not know this name. Is it spelled as where it was made? Is something missing above?",
     "AttributeError": "This thing has nothing of this name after the dot. The list of what a view has shows the names.",
@@ -16,14 +19,13 @@ _HINTS: Final = {
     "ZeroDivisionError": "Something is divided by 0 here.",
     "IndexError": "The list has fewer things than that.",
     "KeyError": "The table has no entry of this name.",
-    "ValueError": "The value has the right kind, but cannot be used here.",
     "RecursionError": "A function calls itself without end.",
-    "ImportError": "This cannot be imported here.",
-    "ModuleNotFoundError": "This module is not installed here.",
+    "ImportError": "The module has nothing of this name. Is it spelled right?",
+    "ModuleNotFoundError": "There is no module of this name here. Is it spelled right?",
     "PermissionError": "The code may not do this: it can only play.",
     "MemoryError": "The code needs too much memory. Does a list grow without end?",
-    "it does not come to an end": "The code was here for two seconds. Does a loop ever stop?",
     "OutputFloodError": "The code prints too much.",
+    "EOFError": "Nobody can type anything while the robots play: a robot decides by what it sees in view.",
 }
 """What may help, by the kind of the error."""
 _NO_MOTION: Final = re.compile(r"the process of the strategy is gone: .*\$\.twist")
@@ -45,25 +47,24 @@ class Fault(Struct, frozen=True, kw_only=True):
     hint: str = ""
 
 
-def fault_of(text: str, code: str, line: int | None = None) -> Fault:
+def fault_of(text: str, code: str) -> Fault:
     """The failure that a sentence of VRG's tells.
 
     Args:
         text: such as `NameError: name 'x' is not defined (code.py, line 7, in act) (at 3.1 s)`.
-        code: the file name of the student's code. line: if it is known already.
+        code: the file name of the student's code.
     """
-    at = _AT.search(text)
+    at, file = _AT.search(text), re.escape(code)
     text = _AT.sub("", text)
     if _NO_MOTION.search(text):
         text = "act returned a motion that no robot can drive: its numbers must be finite, and not too large"
-    if line is None:
-        found = re.search(rf"{re.escape(code)}(?:, line |:)(\d+)", text)
-        line = None if found is None else int(found[1])
-    text = re.sub(rf" \([^()]*{re.escape(code)}, line \d+[^()]*\)$", "", text)
-    # The folder is nobody's business, nor is what Python has of its own in between.
-    text = re.sub(rf"\S*{re.escape(code)}: cannot be (?:read as Python|imported): ", "", text)
-    text = re.sub(rf"\S*/(?={re.escape(code)})| \(<frozen [^)]*\)", "", text)
-    hint = next((words for kind, words in _HINTS.items() if re.search(rf"\b{kind}\b", text)), "")
-    if not hint and ".act: " in text:
-        hint = _ANSWER
+    found = re.search(rf"{file}(?:, line |:)(\d+)", text)
+    text = _FOR_OTHERS.sub("", text)
+    kind = _KIND.search(text)
+    if kind is not None:  # what VRG wanted to do when it met the error says nothing to a beginner
+        text = text[kind.start() :]
+    # The folder is nobody's business.
+    text = re.sub(rf"^\S*{file}(?::\w+)?: |: type \S*{file}:CLASS$|\S*/(?={file})", "", text)
+    hint = _HINTS.get(kind[0], "") if kind is not None else _ANSWER if ".act: " in text else ""
+    line = None if found is None else int(found[1])
     return Fault(text=text[:500], line=line, time=None if at is None else float(at[1]), hint=hint)

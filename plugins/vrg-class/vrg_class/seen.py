@@ -12,26 +12,20 @@ MOST_OTHERS = 8
 
 
 def seen(view: View) -> list[tuple[str, str]]:
-    """Expressions of a view, and their values in words."""
+    """Expressions of a view, and their values in words, the most useful ones first."""
     return [(expression, _words(value)) for expression, value in _values(view)]
 
 
 def _values(view: View) -> Iterator[tuple[str, Any]]:
     me, state = view.me, view.referee
-    yield "view.time", view.time
     yield "view.position", view.position
     yield "view.pose.theta", view.pose.theta
-    if view.speed is not None:
-        yield "view.speed", view.speed
-    yield "view.me.role", me.role
-    yield "view.me.state", me.state
-    yield "view.me.may_move", me.may_move
-    if me.mark is not None:
-        yield "view.me.mark", (me.mark.x, me.mark.y)
+    yield "view.speed", view.speed
     for number, thing in enumerate(state.objects):
         yield f"view.referee.objects[{number}].name", thing.name
         yield f"view.referee.objects[{number}].carrier", thing.carrier
-        yield f"(view.referee.objects[{number}].x, view.referee.objects[{number}].y)", (thing.x, thing.y)
+        yield f"view.referee.objects[{number}].x", thing.x
+        yield f"view.referee.objects[{number}].y", thing.y
     others = sorted(view.others(), key=lambda one: math.dist((one.pose.x, one.pose.y), view.position))  # type: ignore[union-attr]
     for number, one in enumerate(view.others()):
         if one in others[:MOST_OTHERS] and one.pose is not None:
@@ -43,6 +37,12 @@ def _values(view: View) -> Iterator[tuple[str, Any]]:
         if region is not None:
             yield f"view.zone({kind!r}).contains(*view.position)", region.contains(*view.position)
             yield f"view.zone({kind!r}).nearest(*view.position)", region.nearest(*view.position)
+    yield "view.time", view.time
+    yield "view.me.role", me.role
+    yield "view.me.state", me.state
+    yield "view.me.may_move", me.may_move
+    if me.mark is not None:
+        yield "view.me.mark", (me.mark.x, me.mark.y)
     yield "view.referee.clock", state.clock
     yield "view.referee.score", dict(state.score)
     for number, message in enumerate(view.heard):

@@ -231,7 +231,7 @@ class ClassSite(Site):
         steps = [
             {
                 "name": step.name, "title": step.head.title, "done": step.name in student.done,
-                "text": self._markdown.render(step.text), "hint": self._markdown.renderInline(step.head.hint),
+                "text": self._markdown.render(step.text), "hint": step.head.hint,
             }
             for step in self._lesson.values()
         ]  # fmt: skip

@@ -1,6 +1,8 @@
 """A try: a match of one process in a process of its own, whose players' code is sealed in further ones.
 
-It reports over its standard input what there is to see, as fast as the match is played, in messages of JSON:
+It ends once the goal is reached, or at the first error of the code: an announcement that a robot is disqualified for
+an error looks as if it had broken a rule. It reports over its standard input what there is to see, as fast as the
+match is played, in messages of JSON:
 
     about   the match, the own team and its players, and the colours of the page
     at      a match time, and those parts of the picture that have changed since the last one; see vrg.ui.web.parts
@@ -19,7 +21,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Final
@@ -29,10 +31,7 @@ from msgspec import Struct
 
 from vrg.agents.strategy import Strategy, View
 from vrg.bus.mailbox import Mailbox
-from vrg.bus.messages import DISQUALIFIED
 from vrg.bus.node import Node, Tick
-from vrg.bus.pacing import FULL_SPEED_RATE
-from vrg.bus.topics import Keys
 from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import VrgError
 from vrg.launch.fork_server import ForkServer
@@ -55,10 +54,14 @@ PATIENCE: Final = 2.0
 """The real time in s that a decision may take."""
 _DUMP: Final = 0.3
 """The real time in s in which a process writes where it hangs."""
+FAILED: Final = "Stop/failed"
+"""What a player reports as its mode when its code has failed."""
 PRINTED: Final = 20_000
 """The number of letters that a try may print; more is left out."""
 _LINE: Final = 500
 """The number of letters of a line that is printed."""
+_TRACES: Final = ("Traceback (most recent", "Current thread", "Thread 0x", "Fatal Python")
+"""How lines begin that Python writes about a failure."""
 
 
 class Job(Struct, frozen=True, kw_only=True):
@@ -117,6 +120,9 @@ class Reporter(Node):
     Args:
         setup: of the match. team: the own team. goal: None without one. logs: the folder with what players print.
         send: sends a message, a text of JSON.
+
+    Attributes:
+        over: the goal is reached, or the code has failed.
     """
 
     kind = "spectator"
@@ -127,19 +133,19 @@ class Reporter(Node):
         mailbox = Mailbox()
         super().__init__("class", mailbox, FRAME)
         self.own = frozenset(player.name for player in setup.players if player.team == team)
-        others = [player.name for player in setup.players if player.name not in self.own]
-        keys: Keys = setup.keys
+        keys = setup.keys
         self._inlets = SceneInlets(mailbox, keys)
         self._state, self._poses = mailbox.subscribe(keys.referee_state), mailbox.subscribe(keys.poses)
         sizes = {player.name: player.robot.size for player in setup.players}
         self._builder = SceneBuilder(sizes=sizes, obstacles=setup.obstacles)
-        self.progress = None if goal is None else Progress(goal, team, self.own, others)
+        self.progress = None if goal is None else Progress(goal, team, self.own, sizes.keys() - self.own)
         self._send, self._logs = send, logs
         self._kept: dict[str, tuple[object, str]] = {}
         self._shown: dict[str, str] = {}
         self._read: dict[str, int] = {}
         self._left = PRINTED
         self._looked: dict[str, float] = {}
+        self.over = False
         about = {"t": "about", "match": setup.name, "team": team, "own": sorted(self.own), "colours": parts.colours()}
         send(parts.encode(about))
 
@@ -147,9 +153,6 @@ class Reporter(Node):
         """Report what is new."""
         calls = [call for call in self._inlets.feed(self._builder) if call.rule != "refused"]
         scene = self._builder.build(live=True)
-        # A try is played as fast as possible, and watched at the rate of a clock. A failure is told by its words.
-        passed = [(flash, flash.share * FULL_SPEED_RATE) for flash in scene.flashes if flash.word != DISQUALIFIED]
-        scene = replace(scene, flashes=tuple(replace(flash, share=share) for flash, share in passed if share < 1.0))
         texts = parts.parts(scene, self._kept)
         changed = [text for name, text in texts.items() if self._shown.get(name) != text]
         self._shown = texts
@@ -161,11 +164,8 @@ class Reporter(Node):
         if self.progress is not None and states:
             bodies = poses[-1].body.bodies if poses else ()
             self.progress.take(states[-1].body, bodies, calls, printed=printed)
-
-    @property
-    def reached(self) -> bool:
-        """True if the goal is reached."""
-        return self.progress is not None and self.progress.reached is not None
+        failed = any(player.name in self.own and player.mode == FAILED for player in scene.players)
+        self.over = failed or (self.progress is not None and self.progress.reached is not None)
 
     def looked(self, player: str, view: View) -> None:
         """Report now and then what a player sees."""
@@ -194,9 +194,7 @@ class Reporter(Node):
 
 def _is_trace(lines: Sequence[str]) -> bool:
     """True if these lines tell of a failure, which is reported as such."""
-    return any(
-        line.startswith(("Traceback (most recent", "Current thread", "Thread 0x", "Fatal Python")) for line in lines
-    )
+    return any(line.startswith(_TRACES) for line in lines)
 
 
 @dataclass
@@ -262,8 +260,8 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
     try:
         with open_journal(job.setup, folder) as journal:
             ending = in_process.play(
-                job.setup.at_rate(0.0), journal, watchers=[reporter], limit=job.seconds, logs=folder.logs,
-                apart=strategies, pace=lambda _: not dog.hung.is_set() and not reporter.reached,
+                job.setup.at_rate(1.0), journal, watchers=[reporter], limit=job.seconds, logs=folder.logs,
+                apart=strategies, pace=lambda _: not dog.hung.is_set() and not reporter.over,
             )  # fmt: skip
     except VrgError as error:
         faults.append(fault_of(str(error), job.code))
@@ -271,7 +269,8 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
         faults += [fault_of(failure.text, job.code) for failure in ending.failures if failure.player in reporter.own]
         winner, score, ended = ending.state.winner, dict(ending.state.score), ending.state.ended or ""
     if dog.hung.is_set():
-        faults = [fault_of("it does not come to an end", job.code, dog.line)]
+        words = f"this does not come to an end: act may take {PATIENCE:g} seconds"
+        faults = [Fault(text=words, line=dog.line, hint="Does a loop ever stop?")]
     for fault in faults[:5]:
         send(parts.encode({"t": "error", **msgspec.to_builtins(fault)}))
     progress = reporter.progress

@@ -151,25 +151,32 @@ function load(recording, quiet) {
 
 /** Show the field and the robots as a step begins, until it is tried. */
 async function showStart(name) {
-  if (!told) return; // what is played goes on
-  load(new Recording(name), true);
-  const { recording } = player, found = await ask("start", token, { step: name }).catch(() => []);
-  if (player.recording !== recording || recording.begun) return;
-  for (const message of found) if (["about", "at", "view"].includes(message.t)) take(message);
+  const recording = new Recording();
+  load(recording, true);
+  const found = await ask("start", token, { step: name }).catch(() => []);
+  if (player.recording !== recording) return;
+  for (const message of found) if (["about", "at", "view"].includes(message.t)) accept(message);
   player.to(recording.last); // the field is not known before
 }
 
 function take(message) {
-  const { recording } = player, own = recording.about?.own ?? [];
+  const { recording } = player;
   if (message.t === "news") return hear(message);
   if (message.t === "begin") {
+    const { step, version } = message, { time, playing } = player, shown = step === lesson.name;
     // After a reconnection the last try comes again, and goes on where it was.
-    const again = !asked && message.version === recording.version && message.step === recording.step, { time, playing } = player;
-    load(new Recording(message.step, message.version), !asked && !playing);
+    const again = !asked && version === recording.version && step === recording.step;
+    load(shown ? new Recording(step, version) : new Recording(), !shown || (!asked && !playing));
     if (again) Object.assign(player, { time, playing });
     asked = false;
     return;
   }
+  if (recording.version) accept(message); // or else it is of another step than the one that is open
+}
+
+/** Take in a message of what is shown. */
+function accept(message) {
+  const { recording } = player, own = recording.about?.own ?? [];
   recording.take(message);
   output.take(message, own);
   if (message.t === "about") {
@@ -253,6 +260,7 @@ function draw(now) {
   }
   if (recording.begun) for (const message of recording.at(time, 1)) match.take(message, now / 1000);
   field.draw(match, now / 1000, values.player);
+  tell("idle", recording.begun || !told ? "" : WORDS.idle);
   output.show(time);
   if (body.dataset.told === "view") values.show(recording.viewAt(values.player, time));
 }
@@ -264,7 +272,6 @@ byId("hand-in").addEventListener("click", handIn);
 byId("leave").addEventListener("click", leave);
 byId("copy").addEventListener("click", () => copy(byId("own-link")));
 byId("field").ariaLabel = WORDS.field;
-for (const place of document.querySelectorAll(".who")) place.textContent = WORDS.who;
 byId("field").addEventListener("click", ({ offsetX, offsetY }) => {
   const name = field.robotAt(offsetX, offsetY);
   if (!player.recording.about?.own.includes(name)) return;

@@ -13,7 +13,6 @@ export class Lesson {
     say("show-hint", WORDS.hint);
     byId("show-hint").onclick = () => this.showHint(true);
     byId("opponent").onchange = () => (byId("former").hidden = byId("opponent").value === "0");
-    byId("against").onsubmit = (event) => event.preventDefault();
     byId("steps").onclick = ({ target }) => target.dataset.name !== undefined && this.open(target.dataset.name);
   }
 
@@ -46,19 +45,18 @@ export class Lesson {
     byId("text").innerHTML = step ? step.text : "";
     if (!step) byId("text").append(make("p", "", WORDS.freeText));
     byId("against").hidden = Boolean(step);
-    byId("step").scrollTop = 0;
     this.showHint((this.failures[name] ?? 0) >= FAILED);
+    byId("step").scrollTop = 0;
     this.list();
     this.onOpen(name);
   }
 
   showHint(on) {
-    const hint = this.step?.hint;
-    byId("hint").hidden = !hint || !on;
+    const hint = this.step?.hint ?? "", element = byId("hint");
+    element.hidden = !hint || !on;
     byId("show-hint").hidden = !hint || on;
-    byId("hint").innerHTML = hint ?? ""; // as the text
-    byId("hint").prepend(make("strong", "", WORDS.hintHeading));
-    if (on) byId("hint").scrollIntoView({ block: "nearest" });
+    element.replaceChildren(make("strong", "", WORDS.hintHeading), ...hint.split("`").map((part, index) => (index % 2 ? make("code", "", part) : part)));
+    element.scrollIntoView({ block: "nearest" });
   }
 
   list() {

@@ -15,7 +15,7 @@ export class Player {
   /** Put the bar into an element; `onEnd()` is called when what is played has come to its end. */
   constructor(bar, onEnd) {
     Object.assign(this, { recording: new Recording(), time: 0, speed: 1, playing: false, onEnd, before: 0, drawn: "" });
-    this.toggle = signButton("▶", WORDS.play, () => (this.playing ? this.pause() : this.play()));
+    this.toggle = signButton("▶", WORDS.play, () => (this.playing ? this.to(this.time) : this.play()));
     this.slider = Object.assign(document.createElement("input"), { type: "range", min: 0, max: 0, step: STEP / 2, ariaLabel: WORDS.time });
     this.slider.addEventListener("input", () => this.to(Number(this.slider.value)));
     this.ticks = make("canvas", "ticks");
@@ -37,10 +37,6 @@ export class Player {
   play() {
     if (this.over) this.time = 0;
     this.playing = true;
-  }
-
-  pause() {
-    this.playing = false;
   }
 
   /** Stand at a time, s. */

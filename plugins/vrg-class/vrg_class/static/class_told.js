@@ -18,23 +18,12 @@ export class Output {
     this.list.replaceChildren(make("li", "nothing", WORDS.noOutput));
   }
 
-  /** Take in a message of a try. */
-  take(message, own) {
-    const add = { print: this.addPrint, error: this.addError, call: this.addCall }[message.t];
-    if (!add || this.rows.length >= MOST_ROWS) return;
-    add.call(this, message, own);
-  }
-
-  addPrint({ time, player, text }, own) {
-    this.add("print", time, null, text, own.length > 1 ? player : "");
-  }
-
-  addError({ time, line, text, hint }) {
-    this.add("error", time, line, text, line ? WORDS.lineAt(line) : "", hint);
-  }
-
-  addCall({ time, call }) {
-    this.add("call", time, null, call.text, WORDS.referee, call.words);
+  /** Take in a message of a try whose own players are `own`. */
+  take({ t, time, player, line, text, hint, call }, own) {
+    if (this.rows.length >= MOST_ROWS) return;
+    if (t === "print") this.add(t, time, null, text, own.length > 1 ? player : "");
+    if (t === "error") this.add(t, time, line, text, line ? WORDS.lineAt(line) : "", hint);
+    if (t === "call") this.add(t, time, null, call.text, WORDS.referee, call.words);
   }
 
   add(kind, time, line, text, about, more = "") {

@@ -12,35 +12,20 @@ export class Recording extends Shown {
 
   /** Take in a message of the server. */
   take(message) {
-    const mark = (kind) => message.time != null && this.marks.push({ time: message.time, kind });
-    switch (message.t) {
-      case "queue":
-        this.place = message.place;
-        break;
-      case "about":
-        this.about = message;
-        this.place = 0;
-        for (const name of message.own) this.views.set(name, []);
-        break;
-      case "at":
-        this.last = message.time;
-        for (const part of message.parts) this.lists[part.t]?.push({ time: message.time, part });
-        break;
-      case "view":
-        this.views.get(message.player)?.push(message);
-        break;
-      case "error":
-        this.errors.push(message);
-        mark("error");
-        break;
-      case "call":
-      case "print":
-        mark(message.t);
-        break;
-      case "end":
-        this.end = message;
-        break;
+    const { t, time } = message;
+    if (t === "queue") this.place = message.place;
+    if (t === "about") {
+      Object.assign(this, { about: message, place: 0 });
+      for (const name of message.own) this.views.set(name, []);
     }
+    if (t === "at") {
+      this.last = time;
+      for (const part of message.parts) this.lists[part.t]?.push({ time, part });
+    }
+    if (t === "view") this.views.get(message.player)?.push(message);
+    if (t === "error") this.errors.push(message);
+    if (["error", "call", "print"].includes(t) && time != null) this.marks.push({ time, kind: t });
+    if (t === "end") this.end = message;
   }
 
   /** There is something to see. */

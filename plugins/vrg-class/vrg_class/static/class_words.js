@@ -3,12 +3,11 @@
 export const seconds = (time) => `${time.toFixed(1)} s`;
 
 export const WORDS = {
-  who: "Your teacher can see your code, your tries and your errors. The class sees your name and your place in the league. All of it stays on the computer of the class.",
   noLink: "Scan the code on the big screen, or open the link that your teacher gives you.",
   offline: "There is no connection. Your code is kept on this device, and this page goes on by itself.",
   crowded: "Your code is open in too many windows. Close some, then reload this page.",
   unknown: "This link is not known here. Join again, or ask your teacher for your own link.",
-  saved: "saved", saving: "saving …", kept: "kept on this device", notStarted: "Press Try, and your robot plays here.", asking: "Getting ready …",
+  saved: "saved", saving: "saving …", kept: "kept on this device", notStarted: "Not tried yet.", idle: "Press Try, and your robot plays here.", asking: "Getting ready …",
   queue: (place) => (place === 1 ? "You are next." : `You are number ${place} in the queue.`),
   halted: "Your teacher has paused all tries. Yours starts as soon as it goes on.",
   playing: "It plays …", watch: "Your last try. Press play to see it again.",
