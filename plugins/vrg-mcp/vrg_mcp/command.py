@@ -28,8 +28,8 @@ def mcp(
     """
     from vrg_mcp.knowledge import matches
     from vrg_mcp.players import PlayerFolder
-    from vrg_mcp.server import serve
+    from vrg_mcp.server import server_of
 
     if (lacking := missing()) is not None:
         raise ConfigError(f"{lacking}: what an agent writes is played only where it can be sealed")
-    serve(PlayerFolder(folder), matches(match or []), official=official)
+    server_of(PlayerFolder(folder), matches(match or []), official=official).run("stdio")

@@ -13,10 +13,8 @@ import anyio
 import anyio.to_thread
 
 from vrg.errors import ConfigError
-from vrg.launch.fork_server import Child, ForkServer
 from vrg_league.game_process import server_for
 from vrg_mcp import work
-from vrg_mcp.answers import as_table
 
 LONGEST: Final = 50.0
 """The real time in s after which a call is ended; many clients wait 60 s for an answer."""
@@ -26,6 +24,8 @@ WAITING: Final = 4
 """The number of calls that run or wait; further ones are refused."""
 _SIZE: Final = 4_000_000
 """The number of bytes of an answer."""
+_LOG: Final = 20_000
+"""The bytes of what a process has printed that are logged if it does not answer."""
 
 
 log = logging.getLogger(__name__)
@@ -40,7 +40,7 @@ class Jobs:
 
     def __init__(self, longest: float = LONGEST) -> None:
         self._longest = longest
-        self._server: ForkServer = server_for("sharks-and-minnows", "planar", work.__name__, "vrg.playing.deciding")
+        self._server = server_for("sharks-and-minnows", "planar", work.__name__, "vrg.playing.deciding")
         self._turn = anyio.Lock()
         self._asked = 0
 
@@ -62,49 +62,36 @@ class Jobs:
         self._asked += 1
         try:
             async with self._turn:
-                found = await self._answer(json.dumps({"kind": kind, **arguments}).encode(), self._longest)
+                found = await self._answer(json.dumps({"kind": kind, **arguments}).encode())
         finally:
             self._asked -= 1
         if "problem" in found:
             raise work.WorkError(str(found["problem"]))
         return found
 
-    async def _answer(self, task: bytes, longest: float) -> dict[str, Any]:
+    async def _answer(self, task: bytes) -> dict[str, Any]:
         with tempfile.TemporaryFile() as output:
             with anyio.CancelScope(shield=True):
                 child = await anyio.to_thread.run_sync(self._server.run, work.__name__, (), output)
-            writer: asyncio.StreamWriter | None = None
             try:
-                ours = socket.socket(fileno=child.detached())
-                reader, writer = await asyncio.open_connection(sock=ours, limit=_SIZE)
+                reader, writer = await asyncio.open_connection(sock=socket.socket(fileno=child.detached()), limit=_SIZE)
                 writer.write(task + b"\n")
-                line = b""
-                with anyio.move_on_after(longest) as patience:
-                    line = await reader.readline()
-                if patience.cancelled_caught:
-                    child.send_signal(signal.SIGTERM)
-                    with anyio.move_on_after(GRACE):
-                        line = await reader.readline()
-                if not line:
-                    output.seek(0)
-                    log.error("%s", output.read(20_000).decode("utf-8", "replace"))
-                    why = (
-                        f"took more than {longest:g} s" if patience.cancelled_caught else "has ended without an answer"
-                    )
-                    raise ConfigError(f"the process {why}: ask for less, such as fewer seconds or games")
-                return as_table(json.loads(line))
-            except OSError as error:
-                output.seek(0)
-                log.error("%s", output.read(20_000).decode("utf-8", "replace"))
-                raise ConfigError(f"the process has ended without an answer: {error.strerror}") from None
+                line, late = b"", False
+                with suppress(OSError, ValueError):  # it has ended
+                    for patience in (self._longest, GRACE):
+                        with anyio.move_on_after(patience):
+                            line = await reader.readline()
+                            break
+                        late = True
+                        child.send_signal(signal.SIGTERM)
+                writer.close()
             finally:
-                if writer is not None:
-                    writer.close()
+                child.kill()
                 with anyio.CancelScope(shield=True):
-                    await anyio.to_thread.run_sync(_end, child)
-
-
-def _end(child: Child) -> None:
-    with suppress(ProcessLookupError):
-        child.kill()
-        child.wait(2.0)
+                    await anyio.to_thread.run_sync(child.wait, 2.0)
+            if not line:
+                output.seek(0)
+                log.error("%s", output.read(_LOG).decode("utf-8", "replace"))
+                why = f"took more than {self._longest:g} s" if late else "has ended without an answer"
+                raise ConfigError(f"the process {why}: ask for less, such as fewer seconds or games")
+            return json.loads(line)  # type: ignore[no-any-return]

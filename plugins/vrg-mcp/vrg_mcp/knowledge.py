@@ -4,21 +4,20 @@ import importlib
 import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
 from vrg.agents.strategy import Action, Strategy, View
 from vrg.bus.messages import FieldObject, PlayerStatus, RefereeState, Zone
-from vrg.config.files import MatchFile
 from vrg.config.loading import read_match
 from vrg.errors import ConfigError
-from vrg.files import read_text
 from vrg.games import GAMES, game_of, strategies_of
 from vrg.regions import Rectangle
 from vrg.registry import load_object
 from vrg.templates import filled
 from vrg.types import Pose, Twist
-from vrg_mcp.answers import known
 
 _SHOWN: Final[tuple[type, ...]] = (Strategy, View, PlayerStatus, RefereeState, Zone, FieldObject, Pose, Twist, Action)
 _HELPERS: Final = (
@@ -26,31 +25,6 @@ _HELPERS: Final = (
     "vrg.navigation.avoidance:steer", "vrg.navigation.avoidance:Obstacle", "vrg.agents.interception:intercept",
     "vrg.geometry:wrap",
 )  # fmt: skip
-FIRST: Final = '''\
-import math
-
-from vrg.agents import STILL, Strategy, Twist, View
-from vrg.geometry import wrap
-
-
-class Mine(Strategy):
-    """Lines up, and then drives to the middle of the field."""
-
-    def act(self, view: View) -> Twist:
-        if not view.me.may_move:
-            return STILL
-        if view.me.mark is not None:  # the round has not begun: drive to the own mark
-            return self.to(view, view.me.mark.x, view.me.mark.y)
-        field = view.zone("field")
-        return STILL if field is None else self.to(view, *field.middle)
-
-    def to(self, view: View, x: float, y: float) -> Twist:
-        if math.dist(view.position, (x, y)) < 0.2:
-            return STILL
-        error = wrap(math.atan2(y - view.pose.y, x - view.pose.x) - view.pose.theta)
-        return Twist(self.robot.v_max if abs(error) < 1.0 else 0.1, 2.5 * error)
-'''
-"""A small player that works in every game with a field."""
 
 
 @dataclass(frozen=True)
@@ -64,14 +38,6 @@ class Match:
     path: Path
     game: str
     named: bool = False
-
-    def file(self) -> MatchFile:
-        """Its tables.
-
-        Raises:
-            ConfigError: it cannot be read.
-        """
-        return read_match(self.path)
 
 
 def matches(named: Sequence[Path]) -> dict[str, Match]:
@@ -120,30 +86,24 @@ def rules(match: Match) -> dict[str, Any]:
     Raises:
         ConfigError: the match cannot be read.
     """
-    game, file = game_of(match.game), match.file()
+    game, file = game_of(match.game), read_match(match.path)
+    built_in = {role.name: game.strategy_of(role.name) for role in game.roles}
     players = [[p.name, p.role, p.x, p.y, p.heading] for p in file.players]
     return {
-        "about": game.about, "rules": {name: text.words for name, text in game.rule_texts.items()},
+        "about": game.about, "rules": {name: rule.words for name, rule in game.rule_texts.items()},
         "settings": _doc(load_object(game.settings)), "values_in_this_match": dict(file.rules), "map": file.map,
-        "players_name_role_x_y_heading_degrees": players, "notes": _head(match.path),
+        "players_name_role_x_y_heading_degrees": players, "to_build_upon": built_in,
     }  # fmt: skip
 
 
 def view() -> str:
     """The classes that a player sees and returns, with the properties and methods that it needs."""
-    parts = ["from vrg.agents import STILL, Action, Pose, Sighting, Strategy, Stroke, Twist, View", UNITS]
+    parts = ["from vrg.agents import STILL, Action, Pose, Sighting, Strategy, Stroke, Twist, View", text("units")]
     parts += [f"class {kind.__name__}\n{_doc(kind)}" for kind in _SHOWN]
     parts += [f"View.{name}: {_first(getattr(View, name))}" for name in ("position", "speed", "others", "zone")]
     names = ("contains", "nearest", "shrunk", "middle", "bounds", "distance")
     parts += [f"region.{name}: {_first(getattr(Rectangle, name))}" for name in names]
     return "\n\n".join(parts)
-
-
-UNITS: Final = (
-    "Units: m, s, rad, m/s, rad/s. Headings are counter-clockwise from +x. act is called ten times a second of match "
-    "time, and must not sleep, read clocks or files, or print much. It has one second of real time. A file holds one "
-    "class with a method act; its attributes remember. Twist(v, w): v ahead, w to the left."
-)
 
 
 def helpers() -> str:
@@ -156,18 +116,15 @@ def example() -> str:
     return filled("player.py.template", class_name="Mine")
 
 
+def text(name: str) -> str:
+    """A text of this package."""
+    return files(__package__).joinpath(f"{name}.txt").read_text(encoding="utf-8")
+
+
 TOPICS: Final[Mapping[str, Callable[[], str]]] = {
-    "view": view, "first": lambda: FIRST, "example": example, "helpers": helpers,
+    "view": view, "first": partial(text, "first.py"), "example": example, "helpers": helpers
 }  # fmt: skip
-
-
-def topic(name: str) -> str:
-    """What is known of a topic.
-
-    Raises:
-        ConfigError: there is no such topic.
-    """
-    return TOPICS[known("topic", name, TOPICS)]()
+"""What can be read, by topic."""
 
 
 def _helper(target: str) -> str:
@@ -182,10 +139,3 @@ def _doc(found: object) -> str:
 
 def _first(found: object) -> str:
     return _doc(found).partition("\n")[0]
-
-
-def _head(path: Path) -> str:
-    """The comment at the top of a match file."""
-    lines = read_text(path).splitlines()
-    head = next((i for i, line in enumerate(lines) if line and not line.startswith("#")), 0)
-    return "\n".join(line.lstrip("# ") for line in lines[:head])

@@ -9,7 +9,7 @@ from typing import Final
 
 from vrg.errors import ConfigError
 from vrg.files import read_text, write_whole
-from vrg_mcp.answers import CODE, known
+from vrg_mcp.answers import CODE, known, shown
 
 NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,39}\.py", re.ASCII)
 MOST: Final = 100
@@ -71,10 +71,7 @@ class PlayerFolder:
             ConfigError: the name or the code cannot be used, or the file cannot be written.
         """
         path, there = self.path / _checked(name), self.names()
-        try:
-            data = code.encode()
-        except UnicodeEncodeError as error:
-            raise ConfigError(f"code: expected text in UTF-8: {error.reason} at sign {error.start}") from None
+        data = code.encode(errors="backslashreplace")
         if len(data) > CODE or b"\0" in data:
             raise ConfigError(f"code: expected up to {CODE} bytes of Python without NUL, got {len(data)} bytes")
         if name not in there and len(there) >= MOST:
@@ -94,12 +91,9 @@ def _checked(name: str) -> str:
     Raises:
         ConfigError: it is none, or the file could hide a module.
     """
-    short = name if len(name) <= 60 else f"{name[:60]}..."
     if not NAME.fullmatch(name):
-        raise ConfigError(
-            f"file: expected the name of a file without a folder, up to 40 letters, digits and _, such as ann.py, got "
-            f"{short!r}"
-        )
+        wanted = "the name of a file without a folder, up to 40 letters, digits and _, such as ann.py"
+        raise ConfigError(f"file: expected {wanted}, got {shown(name)!r}")
     stem = name.removesuffix(".py")
     if _DEVICES.fullmatch(stem) or importlib.util.find_spec(stem) is not None:
         raise ConfigError(f"file: {name} could hide the module or the device {stem}: choose another name")

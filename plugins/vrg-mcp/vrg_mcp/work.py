@@ -15,7 +15,7 @@ import socket
 import sys
 import threading
 import time
-import traceback
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -32,13 +32,13 @@ from vrg.config.loading import check_match, load_match
 from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.config.targets import whole_target
 from vrg.coordinator.evidence import read_evidence
-from vrg.errors import ConfigError, JournalError, LaunchError, VrgError
-from vrg.launch.fork_server import ForkServer, cores
+from vrg.errors import ConfigError, VrgError
+from vrg.launch.fork_server import ForkServer
 from vrg.launch.over_processes import Show
 from vrg.playing.match import Way, new_run, prepare
 from vrg.playing.match import play as play_match
 from vrg.runs.run import Run
-from vrg.runs.run_folder import RunFolder, delete, scratch_folder
+from vrg.runs.run_folder import RunFolder, delete
 from vrg.runs.step_log import Missed, Unmade, read_steps
 from vrg_league.conduct import enter, opened, workers_of
 from vrg_mcp.answers import fault, quoted
@@ -49,8 +49,6 @@ KEPT: Final = 60
 """The number of folders of runs and comparisons that are kept; older ones are deleted."""
 CALLS: Final = 40
 """The number of calls of a run that are listed."""
-CONFIDENCE: Final = 0.95
-"""Of the interval of a comparison."""
 _LOG: Final = 100_000
 """The bytes of what a player has printed that are kept."""
 _SIZE: Final = (900, 760)
@@ -64,27 +62,27 @@ class WorkError(VrgError):
 
 
 def play(
-    server: ForkServer, match: str, players: Mapping[str, str], seed: int, seconds: float, named: bool, runs: str = ""
+    server: ForkServer, match: str, players: Mapping[str, str], seed: int, seconds: float, named: bool, runs: str
 ) -> dict[str, Any]:
     """Play a match; see `vrg_mcp.server`.
 
     Args:
         match: the match file. players: strategies, by team; a file by its path. seconds: the longest match time, s.
         named: True if a person has named the match file: then its robots are simulated, whatever they are.
-        runs: the folder for the run; empty if it is not kept.
+        runs: the folder for the run.
 
     Raises:
         VrgError: it cannot be played.
     """
     setup = virtual(Path(match), named, seed=seed)
-    return _played(server, played_by(setup, players), seconds, [*players.values()], runs)
+    return _played(server, played_by(setup, players), seconds, runs)
 
 
 def practice(server: ForkServer, player: str, map_: str, seconds: float, runs: str) -> dict[str, Any]:
     """Let one robot drive alone on a map; see `play`."""
     text = match_text(map_, 1, "P2AT", whole_target(player), seconds, None)
     setup = check_match(text, Path("practice.toml"), Path(runs), engine="planar", memory=MEMORY)
-    return _played(server, setup, seconds + 5.0, [player], runs)
+    return _played(server, setup, seconds + 5.0, runs)
 
 
 def virtual(path: Path, named: bool, *, seed: int | None = None, sandbox: bool | None = None) -> CheckedMatch:
@@ -99,102 +97,76 @@ def virtual(path: Path, named: bool, *, seed: int | None = None, sandbox: bool |
     return setup.all_here()
 
 
-def _played(server: ForkServer, setup: CheckedMatch, seconds: float, files: Sequence[str], runs: str) -> dict[str, Any]:
+def _played(server: ForkServer, setup: CheckedMatch, seconds: float, runs: str) -> dict[str, Any]:
     way = Way(lockstep=True, strangers=True, limit=seconds)
-    setup = prepare(setup, way)
-    with scratch_folder() as scratch:
-        # Without a recording the evidence shows the match, and nothing that code has sketched.
-        folder = new_run(setup, Path(runs or scratch), show := Show(Console(quiet=True), window=False, record=False))
-        try:
-            played = play_match(setup, folder, show, server, way)
-        except LaunchError as error:
-            return {"run": folder.path.name, "ended": "it was given up", "faults": [fault(str(error))]}
-        mine = [p for p in setup.players if any(p.strategy.startswith((file, Path(file).name)) for file in files)]
-        mine = [p for p in mine if setup.strategy_file(p.name) is not None]
-        found = {
-            **told_of(Run(folder.path)), "run": folder.path.name, "over": played.over,
-            "interrupted": played.interrupted, "players": _motions(folder, setup),
-            **_failures(folder, [p.name for p in mine]),
-        }  # fmt: skip
+    setup = prepare(setup.all_here(), way)
+    # Without a recording the evidence shows the match, and nothing that code has sketched.
+    show = Show(Console(quiet=True), window=False, record=False)
+    folder = new_run(setup, Path(runs), show)
+    try:
+        over = play_match(setup, folder, show, server, way).over
+    finally:
         _tidy(folder)
-        if runs:
-            _forget(Path(runs))
-        return found
+    return told_of(folder) | {"run": folder.path.name, "over": over, "players": _motions(folder, setup)}
 
 
-def told_of(run: Run) -> dict[str, Any]:
-    """The result and the calls of a run. Words of code are not among them."""
-    calls = [
+def told_of(folder: RunFolder) -> dict[str, Any]:
+    """The result and the calls of a run, and, each under a name of its own, what failed and was printed by code."""
+    run = Run(folder.path)
+    calls: list[dict[str, Any]] = [
         {"call": c.number, "rule": c.rule, "clock": round(c.clock, 1)}
-        | ({"text": c.text} if not c.why or c.rule == "game_over" else {"players": list(c.players)})
+        | ({"players": list(c.players)} if c.rule == DISQUALIFIED else {"text": c.text})
         for c in run.calls
     ]
     most = calls if len(calls) <= CALLS else [*calls[: CALLS // 2], *calls[-CALLS // 2 :]]
-    result = run.result
+    given_up = run.result["ended"].startswith("given up")
     return {
-        "result": run.conclusion, "winner": run.winner, "score": dict(run.score), "play_time": result["play_time"],
-        "calls_in_all": len(calls), "calls": most,
+        "result": "it was given up" if given_up else run.conclusion, "winner": run.winner, "score": dict(run.score),
+        "play_time": run.result["play_time"], "calls_in_all": len(calls), "calls": most, **_by_code(folder, run.setup),
     }  # fmt: skip
 
 
 def _motions(folder: RunFolder, setup: MatchSetup) -> list[dict[str, Any]]:
     """How far each player drove, m, and where it was at some instants: match time (s), x and y (m), heading (rad)."""
-    looks = [exhibit.tick for exhibit in read_evidence(folder.evidence)]
-    found = []
+    looks, found = [exhibit.tick for exhibit in read_evidence(folder.evidence)], []
     for player in setup.players:
         poses = [(look.time, p) for look in looks if (p := look.field.poses.get(player.name)) is not None]
         way = sum(math.dist((a.x, a.y), (b.x, b.y)) for (_, a), (_, b) in pairwise(poses))
-        some = poses[:: max(1, len(poses) // _SAMPLES)]
+        some = poses[:: max(1, len(poses) // _SAMPLES)] if len(setup.players) == 1 else poses[-1:]
         places = [[round(t, 1), round(p.x, 2), round(p.y, 2), round(p.theta, 2)] for t, p in some]
-        strategy = Path(player.strategy).name.partition(":")[0] if ":" in player.strategy else player.strategy
-        found.append({
-            "name": player.name, "team": player.team, "plays_by": quoted(strategy, 80), "drove_m": round(way, 1),
-            "places_t_x_y_heading": places if len(setup.players) == 1 else places[-1:],
-        })  # fmt: skip
+        found.append({"name": player.name, "team": player.team, "drove_m": round(way, 1), "t_x_y_heading": places})
     return found
 
 
-def _failures(folder: RunFolder, names: Sequence[str]) -> dict[str, Any]:
-    """What failed in code, where it did not answer, and what it printed."""
-    faults, late = list[dict[str, object]](), dict[str, int]()
+def _by_code(folder: RunFolder, setup: MatchSetup) -> dict[str, Any]:
+    """What failed in code, where it did not answer, and what it printed; that of files alone."""
+    faults, late, prints = list[dict[str, object]](), Counter[str](), dict[str, str]()
     for line in read_steps(folder.steps):
         if isinstance(line, Missed) and not line.failure:
-            late[line.player] = late.get(line.player, 0) + 1
+            late[line.player] += 1
         elif isinstance(line, Missed | Unmade):
             text = line.failure if isinstance(line, Missed) else line.why
             faults.append(fault(text, player=line.player, time=round(line.time, 1)))
-    prints = dict[str, str]()
-    for name in names[:3]:
+    files = {p.name: own.name for p in setup.players if (own := setup.strategy_file(p.name)) is not None}
+    for name, code in [*files.items()][:3]:
         with contextlib.suppress(OSError), (folder.logs / f"{name}.log").open("rb") as file:
             text = file.read(_LOG).decode("utf-8", "replace")
             prints |= {name: quoted(text)} if text else {}
             if name in late:
-                # A process that is late has written where it is.
-                stack = text.rpartition("most recent call first")[2]
-                faults.append(fault(_own(stack), player=name, steps_without_answer=late[name]))
+                # Its process has written where it was.
+                at = [line for line in text.rpartition("most recent call first")[2].splitlines() if f'{code}"' in line]
+                why = f"no answer within a second: {at[0].strip() if at else 'where is not known'}"
+                faults.append(fault(why, player=name, steps_without_answer=late[name]))
     return {"faults": faults[:6], "faults_in_all": len(faults), "prints": prints}
 
 
-def _own(stack: str) -> str:
-    """The innermost line of a stack that is no part of VRG or of Python, in words."""
-    lines = [line.strip() for line in stack.splitlines() if line.strip().startswith("File ")]
-    own = [line for line in lines if "/vrg/" not in line and "python3" not in line]
-    return f"no answer within a second; it was at {own[0] if own else 'an unknown line'}"
-
-
 def _tidy(folder: RunFolder) -> None:
-    """Leave nothing large of what code has written."""
+    """Keep little of what code has written, and of runs."""
     delete(folder.path / "players")
-    for log in folder.logs.glob("*.log"):
-        with contextlib.suppress(OSError):
-            if log.stat().st_size > _LOG:
-                os.truncate(log, _LOG)
-
-
-def _forget(runs: Path) -> None:
-    """Delete the oldest folders of runs."""
     with contextlib.suppress(OSError):
-        there = [(entry.stat(follow_symlinks=False).st_mtime, entry.path) for entry in os.scandir(runs)]
+        for log in folder.logs.glob("*.log"):
+            os.truncate(log, min(_LOG, log.stat().st_size))
+        there = [(entry.stat(follow_symlinks=False).st_mtime, entry.path) for entry in os.scandir(folder.path.parent)]
         for _, path in sorted(there, reverse=True)[KEPT:]:
             delete(Path(path))
 
@@ -213,34 +185,24 @@ def compare(
     os.chdir(Path(runs).parent)  # the games are in its folder runs
     with stop_on_signals() as stop:
         entrants = enter([first, second], setup, jobs=None, warn=lambda _: None)
-        pairings = entrants.pairings()
-        with opened(setup, entrants, pairings, "compare", games=games, seed=seed) as experiment:
+        with opened(setup, entrants, entrants.pairings(), "compare", games=games, seed=seed) as experiment:
             if not experiment.over:
-                experiment.run(workers_of(experiment, cores()), stop)
-            found = Comparison(experiment, CONFIDENCE)
-    _forget(Path(runs))
+                experiment.run(workers_of(experiment, None), stop)
+            found = Comparison(experiment, 0.95)
     low, high = found.interval
     return {
         "result": found.result, "share": found.rate, "interval": [round(low, 3), round(high, 3)],
-        "games": len(found.rows), "confidence": CONFIDENCE, "sides": found.tables[0],
-        "sentence": quoted(found.sentence, 400), "interrupted": stop.is_set(),
-        "remarks": [quoted(remark, 300) for remark in found.remarks[:5]],
+        "games": len(found.rows), "confidence": 0.95, "sides": found.tables[0],
+        "interrupted": stop.is_set(), "sentence": quoted("\n".join((found.sentence, *found.remarks)), 900),
     }  # fmt: skip
 
 
-def look(_server: ForkServer, run: str) -> dict[str, Any]:
-    """The result of a run, its calls, and what failed.
-
-    Raises:
-        VrgError: its files cannot be read.
-    """
-    of = Run(run)
-    folder = RunFolder(of.path)
-    files = [p.name for p in of.setup.players if of.setup.strategy_file(p.name) is not None]
-    return {**told_of(of), **_failures(folder, files)}
+def look(_server: ForkServer, run: str, runs: str) -> dict[str, Any]:
+    """The result of a run, its calls, and what failed."""
+    return told_of(RunFolder(Path(run)))
 
 
-def why(_server: ForkServer, run: str, call: int) -> dict[str, Any]:
+def why(_server: ForkServer, run: str, call: int, runs: str) -> dict[str, Any]:
     """Why the referee made a call, with a picture where there is something to see.
 
     Raises:
@@ -248,11 +210,11 @@ def why(_server: ForkServer, run: str, call: int) -> dict[str, Any]:
     """
     of = Run(run)
     found = of.why(call)
-    by_code = next((c.rule == DISQUALIFIED for c in of.calls if c.number == call), True)
-    return {"by_code": by_code, "why": quoted(found, 3000), **_drawn(found.png())}
+    code = any(c.rule == DISQUALIFIED for c in of.calls if c.number == call)
+    return {"by_code" if code else "why": quoted(found, 3000), **_drawn(found.png())}
 
 
-def picture(_server: ForkServer, run: str, seconds: float) -> dict[str, Any]:
+def picture(_server: ForkServer, run: str, seconds: float, runs: str) -> dict[str, Any]:
     """The field at a match time, s, of a run, as a replay shows it.
 
     Raises:
@@ -261,35 +223,31 @@ def picture(_server: ForkServer, run: str, seconds: float) -> dict[str, Any]:
     import pygame  # noqa: PLC0415 - only what draws needs it
 
     from vrg.runs.replay import read_for_window  # noqa: PLC0415 - as above
-    from vrg.ui.window.field import FieldPainter  # noqa: PLC0415 - as above
-    from vrg.ui.window.text import Fonts  # noqa: PLC0415 - as above
-    from vrg.ui.window.window import png  # noqa: PLC0415 - as above
+    from vrg.ui.window import field, text, window  # noqa: PLC0415 - as above
 
     of = Run(run)
     timeline = read_for_window(RunFolder(of.path), of.setup).timeline
     at = min(max(seconds, timeline.begin), timeline.end)
     surface, scene = pygame.Surface(_SIZE), timeline.at(at)
-    FieldPainter(Fonts()).draw(surface, surface.get_rect(), scene, 1.2, None)
+    field.FieldPainter(text.Fonts()).draw(surface, surface.get_rect(), scene, 1.2, None)
     robots = [[b.name, b.role, b.state, round(b.pose.x, 2), round(b.pose.y, 2)] for b in scene.bodies]
-    return {"time": round(at, 2), "end": round(timeline.end, 2), "robots": robots, **_drawn(png(surface))}
+    return {"time": round(at, 2), "end": round(timeline.end, 2), "robots": robots, **_drawn(window.png(surface))}
 
 
-def official(_server: ForkServer, action: str, reason: str) -> dict[str, Any]:
+def decide(_server: ForkServer, action: str, reason: str, runs: str) -> dict[str, Any]:
     """Halt, resume or end the match that runs on this machine, as `vrg official` does.
 
     Raises:
         VrgError: there is none, it is not clear which is meant, or the referee refuses it.
     """
-    from vrg.commands import official as command  # noqa: PLC0415 - most agents are no officials
-    from vrg.commands.groups import DecisionOptions  # noqa: PLC0415 - as above
-    from vrg.commands.matches import attached  # noqa: PLC0415 - as above
+    from vrg.commands import groups, matches, official  # noqa: PLC0415 - most agents are no officials
 
-    on = DecisionOptions(reason=reason)
-    if action == "resume" and attached(on).known_setup().physical:
+    on = groups.DecisionOptions(reason=reason)
+    if action == "resume" and matches.attached(on).known_setup().physical:
         raise ConfigError("the match has physical robots: a person lets them drive, by `vrg official resume`")
     with contextlib.redirect_stdout(io.StringIO()) as words:
         try:
-            {"halt": command.halt, "resume": command.resume, "end": command.end}[action](on)
+            {"halt": official.halt, "resume": official.resume, "end": official.end}[action](on)
         except typer.Exit:
             raise WorkError(words.getvalue()) from None
     return {"words": quoted(words.getvalue())}
@@ -299,46 +257,33 @@ def _drawn(data: bytes | None) -> dict[str, str]:
     return {} if data is None else {"png": base64.b64encode(data).decode()}
 
 
-WORK: Final[Mapping[str, Callable[..., dict[str, Any]]]] = {
-    "play": play, "practice": practice, "compare": compare, "look": look, "why": why, "picture": picture,
-    "official": official,
-}  # fmt: skip
+_ALL: Final[Sequence[Callable[..., dict[str, Any]]]] = (play, practice, compare, look, why, picture, decide)
+WORK: Final = {work.__name__: work for work in _ALL}
+"""What can be asked for, by name."""
 
 
 def main(_arguments: Sequence[str] = ()) -> int:
     """Do one task, as the main function of a process."""
-    channel = socket.socket(fileno=os.dup(0))
-    with open(os.devnull, "rb") as nothing:
-        os.dup2(nothing.fileno(), 0)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    server = ForkServer()
+    channel, server = socket.socket(fileno=os.dup(0)), ForkServer()
     with channel.makefile("rwb") as stream:
         task = json.loads(stream.readline())
-        kind = task.pop("kind")
-        if kind in ("play", "practice"):
-            server.start_as_fork()  # before there is a second thread
+        work = WORK[task.pop("kind")]
+        server.start_as_fork()  # before there is a second thread
         threading.Thread(target=_ends_with, args=(channel,), daemon=True).start()
         try:
-            answer = WORK[kind](server, **task)
-        except (VrgError, JournalError) as error:
+            answer = work(server, **task)
+        except VrgError as error:
             answer = {"problem": str(error)}
-        except Exception as error:
-            traceback.print_exc()
-            answer = {"problem": f"{type(error).__name__}: {error}"}
         finally:
             server.close()
-        with contextlib.suppress(OSError):
-            stream.write(json.dumps(answer, default=str).encode() + b"\n")
-            stream.flush()
-    sys.stdout.flush()
+        stream.write(json.dumps(answer, default=str).encode() + b"\n")
     return 0
 
 
 def _ends_with(channel: socket.socket) -> None:
     """End this process soon after nobody waits for its answer any more."""
     with contextlib.suppress(OSError):
-        while channel.recv(1):
-            pass
+        channel.recv(1)  # nothing comes but the end
     os.kill(os.getpid(), signal.SIGTERM)
     time.sleep(5.0)
     os._exit(1)
