@@ -111,18 +111,14 @@ def helpers() -> str:
     return "\n\n".join(_helper(target) for target in _HELPERS)
 
 
-def example() -> str:
-    """A whole player of Sharks and Minnows, as `vrg new player` writes it."""
-    return filled("player.py.template", class_name="Mine")
-
-
 def text(name: str) -> str:
     """A text of this package."""
     return files(__package__).joinpath(f"{name}.txt").read_text(encoding="utf-8")
 
 
 TOPICS: Final[Mapping[str, Callable[[], str]]] = {
-    "view": view, "first": partial(text, "first.py"), "example": example, "helpers": helpers
+    "view": view, "first": partial(text, "first.py"), "helpers": helpers,
+    "example": partial(filled, "player.py.template", class_name="Mine"),
 }  # fmt: skip
 """What can be read, by topic."""
 

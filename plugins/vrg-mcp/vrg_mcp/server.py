@@ -60,8 +60,7 @@ class Tools:
 
     async def list_games(self) -> CallToolResult:
         """List the games with their teams, built-in strategies and matches, and the maps. Begin here."""
-        found = knowledge.games(self._matches)
-        return told("The games:", "read_rules of a match, then read_api", games=found, maps=MAPS.names())
+        return told("The games:", "read_rules of a match", games=knowledge.games(self._matches), maps=MAPS.names())
 
     async def read_rules(self, match: MatchName) -> CallToolResult:
         """Read the rules of a match: what is called, who wins, sizes in m, times in s, and where players begin."""
@@ -88,11 +87,9 @@ class Tools:
     async def check_player(self, file: PlayerName, match: MatchName) -> CallToolResult:
         """Import a player sealed, and let it play 20 s for all teams; faults come with file and line."""
         players = dict.fromkeys(knowledge.teams_of(self._match(match)), str(self._folder.path_of(file)))
-        found = await self._play(match, players=players, seed=0, seconds=CHECK)
+        found = await self._run("play", **self._of(match), players=players, seed=0, seconds=CHECK)
         drove, faults = {p["name"]: p["drove_m"] for p in found["players"]}, found["faults_in_all"]
-        after = (
-            "write_player with the faults of `quoted` mended" if faults else "play_match against a built-in strategy"
-        )
+        after = "mend the faults in `quoted`" if faults else "play_match against a built-in strategy"
         return told(f"It played with {faults} faults.", after, _quotes(found), wrong=faults > 0, drove_m=drove)
 
     async def practice(self, file: PlayerName, seconds: Seconds = 20.0, map: MapName = "open") -> CallToolResult:
@@ -107,7 +104,8 @@ class Tools:
         """Play one game; teams that are not named play by their built-in strategy. It leaves a run."""
         teams, time = knowledge.teams_of(self._match(match)), number("seconds", seconds, 1.0, SECONDS)
         players = {known("team", team, teams): self._strategy(name, match) for team, name in strategies.items()}
-        found = await self._play(match, players=players, seed=int(number("seed", seed, 0, 1_000_000)), seconds=time)
+        seed = int(number("seed", seed, 0, 1_000_000))
+        found = await self._run("play", **self._of(match), players=players, seed=seed, seconds=time)
         after = "why or picture of this run; compare, as one game proves nothing"
         return told("It was played." if found.get("over") else "It was broken off.", after, _quotes(found), **found)
 
@@ -148,9 +146,6 @@ class Tools:
     async def _run(self, kind: str, **arguments: object) -> dict[str, Any]:
         assert self._jobs is not None, "the server has not begun"
         return await self._jobs.run(kind, runs=str(self._folder.runs), **arguments)
-
-    async def _play(self, match: str, **arguments: object) -> dict[str, Any]:
-        return await self._run("play", **self._of(match), **arguments)
 
     def _match(self, name: str) -> Match:
         return self._matches[known("match", name, [*self._matches])]
