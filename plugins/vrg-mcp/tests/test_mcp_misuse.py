@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -13,9 +12,12 @@ from typing import Any
 
 import psutil
 import pytest
-from mcp_client import SMALL, Agent, agent
+from mcp_client import Agent, agent
 
+from vrg.config.loading import load_match
+from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
+from vrg_mcp.work import virtual
 
 pytestmark = [pytest.mark.system, pytest.mark.skipif(missing() is not None, reason="this machine cannot seal")]
 
@@ -162,22 +164,13 @@ def test_twenty_calls_at_once_are_played_one_at_a_time_or_refused(tmp_path: Path
     assert all("one game is played at a time" in words for words in refused)
 
 
-def test_a_match_with_physical_robots_is_played_by_simulated_ones(tmp_path: Path) -> None:
-    """The person has named the file; its motors are not reached: the backend is left out."""
-
-    async def work(me: Agent) -> dict[str, Any]:
-        return await me.ask("play_match", match="real", strategies={}, seconds=2.0)
-
-    real = tmp_path / "real.toml"
-    text = SMALL.replace('role = "minnow"', 'role = "minnow"\nbackend = "can"').replace(
-        "motion = { v_max = 0.6 }\n", ""
-    )
-    channel = (
-        '\n[backends.can]\ninterface = "socketcan"\nchannel = "can0"\n\n[backends.can.robots.minnow]\nnodes = [1, 2]\n'
-    )
-    real.write_text(text + channel, encoding="utf-8")
-    found = session(tmp_path, work, "--match", str(real))
-    assert found["play_time"] is not None, found
+def test_a_match_with_physical_robots_is_refused_and_that_of_a_person_is_simulated() -> None:
+    mixed = Path(__file__).parents[3] / "examples" / "mixed.toml"
+    assert load_match(mixed).physical
+    with pytest.raises(ConfigError, match="expected virtual robots alone, got the backend can"):
+        virtual(mixed, named=False)
+    assert {player.backend for player in virtual(mixed, named=True).players} == {"sim"}
+    assert not virtual(mixed, named=True).physical
 
 
 @pytest.mark.parametrize("way", ["closes", "kills"])
@@ -185,10 +178,7 @@ def test_a_client_that_goes_away_in_the_middle_of_a_game_leaves_no_process(tmp_p
     (tmp_path / "players").mkdir()
     (tmp_path / "players" / "slow.py").write_text(GOOD.format("import time; time.sleep(0.3); return Twist()"))
     command = [sys.executable, "-P", "-m", "vrg", "mcp", str(tmp_path / "players")]
-    mark = {"VRG_TEST_MARK": str(tmp_path)}
-    server = subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env={**os.environ, **mark}
-    )
+    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL)
     assert server.stdin is not None
     assert server.stdout is not None
     who = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "test", "version": "1"}}
@@ -207,7 +197,7 @@ def test_a_client_that_goes_away_in_the_middle_of_a_game_leaves_no_process(tmp_p
     if way == "closes":
         server.stdin.close()
         assert server.wait(10.0) == 0
-        assert server.stdout.read() == b""
+        assert all(json.loads(line)["jsonrpc"] == "2.0" for line in server.stdout)
     else:
         server.send_signal(signal.SIGKILL)
         server.wait(10.0)
