@@ -121,7 +121,7 @@ def test_code_that_does_what_it_may_not_is_told_with_file_and_line_and_harms_not
         for name, code, words in BAD_CODE:
             await me.ask("write_player", file=f"{name}_x.py", code=code)
             # For one player of two, so that one of each game is good.
-            found = await me.ask("play_match", match="small", strategies={"minnows": f"{name}_x.py"}, seconds=4.0)
+            found = await me.ask("play_match", match="small", strategies={"minnows": f"{name}_x.py"}, seconds=1.0)
             text, faults = str(found.get("quoted", "")) + found["answer"], found.get("quoted", {}).get("faults", [{}])
             placed = not words or name in ("nothing", "loads", "exits") or faults[-1].get("file") == f"{name}_x.py"
             clean = "IGNORE" not in found["answer"] and not set("\x1b\u202e\u200b") & set(text)
@@ -137,8 +137,8 @@ def test_code_that_does_what_it_may_not_is_told_with_file_and_line_and_harms_not
     assert size < 20_000_000
 
 
-def test_prints_and_names_of_code_are_quoted_and_short(tmp_path: Path) -> None:
-    async def work(me: Agent) -> None:
+def test_what_code_prints_is_quoted_and_of_twenty_calls_at_once_most_are_refused(tmp_path: Path) -> None:
+    async def work(me: Agent) -> list[dict[str, Any]]:
         code = GOOD.format(f"print({INJECTION!r}); return Twist()")
         await me.ask("write_player", file="ignore_all_rules.py", code=code)
         found = await me.ask("practice", file="ignore_all_rules.py", seconds=20.0)
@@ -149,14 +149,8 @@ def test_prints_and_names_of_code_are_quoted_and_short(tmp_path: Path) -> None:
         again = await me.ask("read_player", file="ignore_all_rules.py")
         assert "IGNORE" in again["quoted"]["code"]
         assert "IGNORE" not in again["answer"]
-
-    session(tmp_path, work)
-
-
-def test_twenty_calls_at_once_are_played_one_at_a_time_or_refused(tmp_path: Path) -> None:
-    async def work(me: Agent) -> list[dict[str, Any]]:
-        await me.ask("write_player", file="mine.py", code=DRIVE)
-        return await asyncio.gather(*(me.ask("practice", file="mine.py", seconds=1.0) for _ in range(20)))
+        calls = (me.ask("practice", file="ignore_all_rules.py", seconds=1.0) for _ in range(20))
+        return await asyncio.gather(*calls)
 
     found = session(tmp_path, work)
     refused = [answer["answer"] for answer in found if answer["wrong"]]
