@@ -274,11 +274,11 @@ BUDGETS = {
     "coordinator": 2_030,
     "runs": 1_650,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
-    "shared values": 1_680,  # the figures of a picture; what plug-ins add and show
+    "shared values": 1_690,  # the figures of a picture; what plug-ins add and show
     "testing": 780,  # with what the tests and the faults of a robot on a simulated CAN bus share
     "agents": 1_390,
     "recording": 1_140,
-    "playing": 1_020,
+    "playing": 1_030,  # with the bound of match time, the seal of files alone, and where code hangs
     "config": 860,  # what processes get is a thing of its own; the match file of a figure that is driven on motors
     "launch/sandbox": 830,  # with the bounds of students' code in a process that it shares, and where plug-ins lie
     "navigation": 400,

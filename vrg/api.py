@@ -7,6 +7,7 @@ from typing import Final, Literal, get_args
 from rich.console import Console
 
 from vrg.config.loading import check_match, check_strategies, load_match, match_path
+from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError
 from vrg.launch.fork_server import fork_server
 from vrg.launch.over_processes import Show
@@ -61,12 +62,7 @@ def play(
         raise ConfigError(["rate: expected a number, as processes are paced by the match clock, got 'max'"])
     number = None if rate == "max" else rate
     setup = load_match(match_path(str(match)), engine=engine, seed=seed, rate=number, sandbox=sandbox)
-    if players:
-        # In the text, so that the run folder has the match as it was played.
-        text, names = setup.text, [player.name for player in setup.players]
-        for name, strategy in by_player(setup, players).items():
-            text = with_value(text, ("players", names.index(name), "strategy"), strategy)
-        setup = check_match(text, Path(setup.origin), Path(setup.base))
+    setup = played_by(setup, players or {})
     way = Way(
         in_process=how == "in process", lockstep=how == "lockstep", paced=number is not None,
         secured=how == "processes" and setup.has_seats,
@@ -84,6 +80,20 @@ def play(
     if played.interrupted and not played.over:
         raise KeyboardInterrupt(f"the run is kept in {folder.path}")
     return Run(folder.path)
+
+
+def played_by(setup: CheckedMatch, players: Mapping[str, str]) -> CheckedMatch:
+    """The same match with other strategies, by team or by player, as `play` takes them.
+
+    They are in its text, so that the run folder has the match as it was played.
+
+    Raises:
+        ConfigError: there is no such player or team, or a strategy cannot be used.
+    """
+    text, names = setup.text, [player.name for player in setup.players]
+    for name, strategy in by_player(setup, players).items():
+        text = with_value(text, ("players", names.index(name), "strategy"), strategy)
+    return check_match(text, Path(setup.origin), Path(setup.base)) if players else setup
 
 
 def judge(run: Run | str | Path) -> Judged:

@@ -25,7 +25,7 @@ OFFERED: Mapping[str, Mapping[str, str]] = {
     "vrg.can_protocols": {"cia402": "vrg-drives", "moteus": "vrg-drives", "vesc": "vrg-drives"},
     "vrg.commands": {
         "can": "vrg-bringup", "class": "vrg-class", "compare": "vrg-league", "league": "vrg-league",
-        "tournament": "vrg-league", "edit": "vrg-edit", "show.hud": "vrg-hud", "node.hud": "vrg-hud",
+        "tournament": "vrg-league", "edit": "vrg-edit", "mcp": "vrg-mcp", "show.hud": "vrg-hud", "node.hud": "vrg-hud",
         "fuzz": "vrg-faults", "locate": "vrg-locate", "run.export": "vrg-learn", "run.report": "vrg-locate",
         "show.3d": "vrg-three", "node.three": "vrg-three", "show.ros": "vrg-ros", "node.ros": "vrg-ros",
         "show.foxglove": "vrg-foxglove", "node.foxglove": "vrg-foxglove", "show.developer": "vrg-developer",

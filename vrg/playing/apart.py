@@ -11,6 +11,7 @@ own, it is missed again.
 
 import contextlib
 import pickle
+import signal
 import threading
 import time
 from abc import abstractmethod
@@ -39,6 +40,7 @@ from vrg.playing.deciding import Answer, Decided, Failed, Job
 from vrg.playing.elsewhere import job_elsewhere
 from vrg.runs.run_folder import RunFolder, scratch_folder
 from vrg.runs.step_log import Line, Missed, Unmade
+from vrg.system import POSIX
 
 DEADLINE: Final = 1.0
 """The real time in s after which a player that does not answer forfeits a step."""
@@ -167,7 +169,8 @@ class SubprocessStrategy(SteppedStrategy):
         log = run.logs / f"{name}.log"
         # A union is no class.
         frames: Frames[Answer] = Frames(Answer, BANNER if machine in setup.hosts else b"")  # type: ignore[arg-type]
-        if machine in setup.hosts:
+        self._elsewhere = machine in setup.hosts
+        if self._elsewhere:
             job = job_elsewhere(setup, name, sealed=sealed)
             self._reach(Connection(machine, setup.hosts[machine], log, "node strategy", frames), machine)
         else:
@@ -267,6 +270,8 @@ class SubprocessStrategy(SteppedStrategy):
             self.close()
             why = str(self.complaint(f"a decision may take {BUDGET:g} s"))
             raise self._noted(view, failure=why, hung=True).error
+        if not self._late and POSIX and not self._elsewhere:
+            self._process.send_signal(signal.SIGUSR1)  # its log then has the line where it is
         self._late = True
         self._noted(view)
         raise ForfeitError

@@ -47,6 +47,8 @@ class Way:
     Args:
         in_process: in this process, in lockstep. lockstep: so, but each strategy decides in a process of its own.
             Without both it is played as processes.
+        strangers: in lockstep: the strategies of files alone decide in processes of their own, always sealed.
+        limit: the match time after which a match in steps is broken off, s.
         paced: in lockstep: at the rate of the set-up, and not as fast as possible. deadline: the real time after which
             a strategy of its own process forfeits a step, s.
         secured: True lets only processes with keys in.
@@ -55,6 +57,8 @@ class Way:
 
     in_process: bool = False
     lockstep: bool = False
+    strangers: bool = False
+    limit: float = 3600.0
     paced: bool = False
     deadline: float = DEADLINE
     secured: bool = False
@@ -143,8 +147,8 @@ def play(setup: CheckedMatch, folder: RunFolder, show: Show, server: ForkServer,
         server.stop = stop
         if way.steps:
             setup = setup if way.paced else setup.at_rate(0.0)
-            apart = Strategies(server, every=True, deadline=way.deadline) if way.lockstep else None
-            state, failure = _play_in_steps(setup, folder, show, stop, apart, paced=way.paced)
+            apart = Strategies(server, not way.strangers, way.strangers, way.deadline) if way.lockstep else None
+            state, failure = _play_in_steps(setup, folder, show, stop, apart, way)
         else:
             state, failure = Launch(setup, folder, show, server, way.secured, way.keys).play(stop, over)
         # After a window, once more with what the processes have counted and the end of the recording, without a word.
@@ -235,14 +239,14 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _play_in_steps(
-    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Strategies | None, *, paced: bool
+    setup: CheckedMatch, folder: RunFolder, show: Show, stop: Stop, apart: Strategies | None, way: Way
 ) -> tuple[RefereeState | None, LaunchError | None]:
     """Play the match in lockstep. Return the last state of the referee, and the error if the match was given up.
 
     Args:
         apart: which strategies decide in processes of their own.
     """
-    resumable = show.window and paced
+    resumable = show.window and way.paced
     means = Help.KEYS if resumable else Help.NONE  # no command reaches a match in one process
     watchers: list[Node] = [TerminalTable("terminal", Mailbox(), setup.keys, console=show.console, means=means)]
     if show.record:
@@ -262,6 +266,7 @@ def _play_in_steps(
                 setup,
                 journal,
                 watchers=watchers,
+                limit=way.limit,
                 pace=pace,
                 resumable=resumable,
                 stop=stop,

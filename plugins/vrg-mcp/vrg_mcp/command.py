@@ -1,0 +1,35 @@
+"""`vrg mcp`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vrg.errors import ConfigError
+from vrg.launch.sandbox.seal import missing
+
+
+def mcp(
+    folder: Annotated[
+        Path, typer.Argument(metavar="[FOLDER]", help="The folder of the players, and of the runs; it is made.")
+    ] = Path("players"),
+    match: Annotated[
+        list[Path] | None,
+        typer.Option(help="A match file that may be played besides those of the games; its robots are simulated."),
+    ] = None,
+    official: Annotated[
+        bool, typer.Option("--official", help="Add tools that halt, resume and end the match that runs here.")
+    ] = False,
+) -> None:
+    """Serve VRG to a coding agent on the standard input and output, by the Model Context Protocol.
+
+    The agent writes players into FOLDER, lets them play, always sealed and in simulation, and looks at the runs. It
+    names games, strategies and files of FOLDER, and never a path.
+    """
+    from vrg_mcp.knowledge import matches
+    from vrg_mcp.players import PlayerFolder
+    from vrg_mcp.server import server_of
+
+    if (lacking := missing()) is not None:
+        raise ConfigError(f"{lacking}: what an agent writes is played only where it can be sealed")
+    server_of(PlayerFolder(folder), matches(match or []), official=official).run("stdio")
