@@ -38,7 +38,7 @@ def clip(
         known = ", ".join(str(mark.call.number) for mark in timeline.calls)
         raise LaunchError(f"--call: expected the number of a call, one of {known or 'none'}, got {call}")
     begin, end = max(timeline.begin, mark.time - before), min(timeline.end, mark.time + after)
-    times = [begin + number * STEP * speed for number in range(int((end - begin) / (STEP * speed)) + 1)]
+    times = [begin + number * STEP * speed for number in range(int((end - begin) / (STEP * speed) + 1e-6) + 1)]
     file = output or folder.path / f"call-{call}.gif"
     try:
         _draw([timeline.at(time) for time in times], width, file)

@@ -1,0 +1,155 @@
+"""Timetables: what is refused, when matches begin, what survives a restart, and who may decide."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from datetime import datetime
+from pathlib import Path
+
+import pytest
+
+from tests.tiny import TINY
+from vrg.errors import ConfigError
+from vrg.launch.endpoints import free_port
+from vrg_event.site import EventSite
+from vrg_event.timetable import Event, Outcome, read_timetable
+
+TABLE = """title = "Open day"
+pause = 60.0
+[[matches]]
+match = "tiny.toml"
+title = "Ann against Bob"
+strategies = { minnows = "mine.py:Mine" }
+seed = 7
+[[matches]]
+match = "roboflag"
+at = "23:59"
+"""
+MINE = """from vrg.agents import STILL, Strategy
+
+
+class Mine(Strategy):
+    def act(self, view):
+        return STILL
+"""
+PATIENCE = 120.0
+
+
+@pytest.fixture
+def event(tmp_path: Path) -> Event:
+    (tmp_path / "tiny.toml").write_text(TINY)
+    (tmp_path / "mine.py").write_text(MINE)
+    (tmp_path / "day.toml").write_text(TABLE)
+    return Event(read_timetable(tmp_path / "day.toml"), tmp_path, tmp_path / "day")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "title"),
+        ('title = "x"', "matches"),
+        ('title = "x"\nmatches = []', "matches"),
+        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "25:00"', "at"),
+        ('title = "x"\npause = -1\n[[matches]]\nmatch = "tiny.toml"', "pause"),
+        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\ntittle = "y"', "tittle"),
+        ("[", "cannot be read"),
+    ],
+)
+def test_a_timetable_is_checked(text: str, words: str, tmp_path: Path) -> None:
+    (tmp_path / "day.toml").write_text(text)
+    with pytest.raises(ConfigError, match=words):
+        read_timetable(tmp_path / "day.toml")
+
+
+def test_a_match_has_the_strategies_and_the_seed_of_its_slot(event: Event) -> None:
+    setup = event.setup(0)
+    assert setup.seed == 7
+    assert {player.strategy for player in setup.players if player.team == "minnows"} == {
+        f"{event.base / 'mine.py'}:Mine"
+    }
+    assert event.setup(1).game == "roboflag"
+    assert event.titles() == ["Ann against Bob", "roboflag"]
+
+
+def test_a_match_begins_after_the_pause_and_not_before_its_time(event: Event) -> None:
+    noon = datetime(2026, 11, 28, 12, 0).timestamp()
+    assert event.due(0, noon + 60.0, noon) == noon + 60.0
+    assert event.due(1, noon + 60.0, noon) == datetime(2026, 11, 28, 23, 59).timestamp()
+    late = datetime(2026, 11, 28, 23, 59, 30).timestamp()
+    assert event.due(1, late + 60.0, late) == late + 60.0
+
+
+def test_outcomes_survive_a_restart_and_can_be_taken_back(event: Event) -> None:
+    event.keep(0, Outcome(words="Minnows win", score={"sharks": 1, "minnows": 2}, run="r"))
+    again = Event(event.table, event.base, event.folder)
+    assert (again.next, again.outcomes) == (1, event.outcomes)
+    assert again.state()["matches"][0]["score"] == [("sharks", 1), ("minnows", 2)]
+    again.keep(0, None)
+    assert Event(event.table, event.base, event.folder).next == 0
+    (event.folder / "outcomes.json").write_text('{"5": {"words": ""}}')
+    with pytest.raises(ConfigError, match="longer one"):
+        Event(event.table, event.base, event.folder)
+
+
+def test_only_officials_decide(event: Event) -> None:
+    event.keep(0, Outcome(words="Minnows win"))
+    port = free_port("127.0.0.1", 18170, tries=100)
+    site = EventSite("127.0.0.1", port, event, 8080, "the-token")
+    site.start()
+
+    def act(what: bytes, token: str = "the-token") -> int:
+        address, headers = f"http://127.0.0.1:{port}/act", {"Authorization": f"Bearer {token}"}
+        try:
+            with urllib.request.urlopen(urllib.request.Request(address, what, headers), timeout=20) as answer:
+                return int(answer.status)
+        except urllib.error.HTTPError as error:
+            return error.code
+
+    try:
+        assert act(b'{"act": "hold"}', "another") == 401
+        assert not event.held
+        for wrong in (b"", b'{"act": "sleep"}', b'{"act": "hold", "more": 1}', b"[" * 10_000):
+            assert act(wrong) == 400
+        assert (act(b'{"act": "hold"}'), event.held) == (200, True)
+        assert (act(b'{"act": "go on"}'), event.held) == (200, False)
+        assert (act(b'{"act": "begin"}'), event.begun) == (200, True)
+        assert (act(b'{"act": "again"}'), event.outcomes) == (200, {})
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/state", timeout=20) as answer:
+            state = json.load(answer)
+        assert (state["title"], state["next"], state["page"]) == ("Open day", 0, 8080)
+        assert "the-token" not in json.dumps(state)
+    finally:
+        site.stop()
+
+
+@pytest.mark.system
+def test_an_event_plays_its_matches_and_goes_on_after_it_was_ended(event: Event, tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-m",
+        "vrg",
+        "event",
+        "day.toml",
+        "--listen",
+        f"127.0.0.1:{free_port('127.0.0.1', 18270)}",
+    ]
+    with (tmp_path / "out.txt").open("wb") as out:
+        process = subprocess.Popen(command, cwd=tmp_path, stdout=out, stderr=subprocess.STDOUT)
+    try:
+        until = time.monotonic() + PATIENCE
+        while not (event.folder / "outcomes.json").exists():
+            waits = process.poll() is None and time.monotonic() < until
+            assert waits, (tmp_path / "out.txt").read_text()
+            threading.Event().wait(0.1)
+        again = Event(event.table, event.base, event.folder)
+        assert again.next == 1
+        assert (tmp_path / again.outcomes[0].run / "result.json").is_file()
+    finally:
+        os.kill(process.pid, signal.SIGINT)
+        process.wait(PATIENCE)
