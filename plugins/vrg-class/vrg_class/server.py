@@ -6,7 +6,7 @@ import hmac
 import io
 import itertools
 import time
-from collections import Counter, defaultdict, deque
+from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
@@ -26,6 +26,7 @@ from vrg_class import requests
 from vrg_class.folder import CODE, ClassFolder, Student, checked_name
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step, first_code
+from vrg_class.page import HELLO, Page
 from vrg_class.trial import FRAME
 from vrg_class.tries import Tries, Try, others_of, setup_of, teams_of
 
@@ -47,14 +48,6 @@ _LEAGUE_HEADERS: Final = {
     "script-src 'unsafe-inline'; frame-src 'self'"
 }
 """Of the pages of the league, which are shut off from those of the class and from what browsers keep of them."""
-_BATCH: Final = 0.05
-"""The real time in s for which messages to a page are gathered."""
-_BATCH_SIZE: Final = 500
-"""The number of messages that go to a page in one of the network's."""
-_BACKLOG: Final = 10_000
-"""The number of messages that may wait for a page; one that takes none is closed."""
-_HELLO: Final = 10.0
-"""The real time in s in which a page must send its token, and take a batch."""
 
 _Answer = Callable[[web.Request], Any]
 
@@ -70,34 +63,8 @@ class Desk:
 
     step: str = ""
     tried: Try | None = None
-    pages: list["Page"] = field(default_factory=list)
+    pages: list[Page] = field(default_factory=list)
     last: float = 0.0
-
-
-class Page:
-    """A page that listens; what it is sent waits here until it takes it."""
-
-    def __init__(self, socket: web.WebSocketResponse) -> None:
-        self.socket = socket
-        self.waiting: deque[str] = deque()
-        self.news = asyncio.Event()
-
-    def send(self, text: str) -> None:
-        """Send a message, a text of JSON."""
-        self.waiting.append(text)
-        self.news.set()
-
-    async def serve(self) -> None:
-        """Send what waits, in batches, until the page is gone or takes nothing any more."""
-        with contextlib.suppress(TimeoutError):
-            while not self.socket.closed and len(self.waiting) <= _BACKLOG:
-                await self.news.wait()
-                self.news.clear()
-                while self.waiting:
-                    batch = [self.waiting.popleft() for _ in range(min(len(self.waiting), _BATCH_SIZE))]
-                    await asyncio.wait_for(self.socket.send_str(f"[{','.join(batch)}]"), _HELLO)
-                await asyncio.sleep(_BATCH)
-        await self.socket.close()
 
 
 class ClassSite(Site):
@@ -331,7 +298,7 @@ class ClassSite(Site):
         socket = web.WebSocketResponse(max_msg_size=1000, heartbeat=20.0)
         await socket.prepare(request)
         try:
-            hello = await asyncio.wait_for(socket.receive(), _HELLO)
+            hello = await asyncio.wait_for(socket.receive(), HELLO)
         except TimeoutError:
             await socket.close()
             return socket
