@@ -15,7 +15,7 @@ from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
 from vrg_league.league.authors import read_authors
 
-ARENA = Path(__file__).parents[3] / "examples" / "arena"
+ARENA = Path(__file__).parents[4] / "examples" / "arena"
 STILL = (
     "from vrg.agents import STILL, Strategy\n\n\nclass Own(Strategy):\n    def act(self, view):\n        return STILL\n"
 )
