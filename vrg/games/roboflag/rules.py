@@ -169,7 +169,9 @@ class RoboFlag(RuleBook[State]):
         if state.round >= SUDDEN_DEATH:
             # By a capture, or by the score that an official has set.
             return f"the lead in sudden death, {state.points[winner]} to {min(state.points.values())}"
-        return f"{state.points[winner]} flags are captured" if self._decided(state) else "the time is up"
+        points = state.points[winner]
+        won = "1 flag is captured" if points == 1 else f"{points} flags are captured"
+        return won if self._decided(state) else "the time is up"
 
     def time_limit(self, state: State) -> float:
         """The time of play in s at which this round ends at the latest."""
