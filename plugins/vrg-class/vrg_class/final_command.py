@@ -7,12 +7,12 @@ from typing import Annotated, Any
 
 import typer
 
+from vrg.api import played_by
 from vrg.commands.options import make_console
 from vrg.config.loading import load_match, match_path
 from vrg.errors import ConfigError
 from vrg.files import write_whole
 from vrg.playing.by_command import play_file
-from vrg.runs.change import by_player
 from vrg.toml_text import with_value
 from vrg_class.bracket import first_round, next_round
 from vrg_class.command import FolderArgument
@@ -94,11 +94,8 @@ def _write(path: Path, base: str, name: str, first: str, second: str) -> None:
         ConfigError: the match or a player cannot be used.
     """
     setup = load_match(match_path(base))
-    teams, names = teams_of(setup), [player.name for player in setup.players]
-    text = setup.text
-    for player, strategy in by_player(setup, dict(zip(teams, (first, second), strict=True))).items():
-        text = with_value(text, ("players", names.index(player), "strategy"), strategy)
-    text = with_value(text, ("name",), name)
+    played = played_by(setup, dict(zip(teams_of(setup), (first, second), strict=True)))
+    text = with_value(played.text, ("name",), name)
     path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
     write_whole(path, text.encode())
 

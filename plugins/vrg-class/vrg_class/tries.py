@@ -16,12 +16,11 @@ from typing import Any, Final
 
 import msgspec
 
-from vrg.config.loading import check_match, load_match, match_path
+from vrg.api import played_by
+from vrg.config.loading import load_match, match_path
 from vrg.config.setup import CheckedMatch, MatchSetup
 from vrg.errors import VrgError
 from vrg.launch.fork_server import Child
-from vrg.runs.change import by_player
-from vrg.toml_text import with_value
 from vrg.ui.web.parts import encode
 from vrg_class import trial
 from vrg_class.faults import fault_of
@@ -209,11 +208,7 @@ def setup_of(match: str, players: dict[str, str]) -> CheckedMatch:
     Raises:
         ConfigError: the match or a strategy cannot be used.
     """
-    setup = load_match(match_path(match))
-    text, names = setup.text, [player.name for player in setup.players]
-    for name, strategy in by_player(setup, players).items():
-        text = with_value(text, ("players", names.index(name), "strategy"), strategy)
-    return check_match(text, Path(setup.origin), Path(setup.base), engine="planar")
+    return played_by(load_match(match_path(match), engine="planar"), players)
 
 
 def teams_of(setup: MatchSetup) -> list[str]:

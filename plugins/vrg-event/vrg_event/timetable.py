@@ -10,13 +10,12 @@ import msgspec
 from msgspec import Struct
 from pydantic import Field, ValidationError
 
-from vrg.config.loading import check_match, load_match, match_path
+from vrg.api import played_by
+from vrg.config.loading import load_match, match_path
 from vrg.config.setup import CheckedMatch
 from vrg.errors import ConfigError, LaunchError
 from vrg.files import read_bytes, read_text, toml_of, write_whole
-from vrg.runs.change import by_player
 from vrg.tables import Table, problems_of
-from vrg.toml_text import with_value
 
 MOST: Final = 500
 """The matches of a timetable."""
@@ -139,14 +138,8 @@ class Event:
         """
         slot = self.table.matches[number]
         beside = self.base / slot.match
-        setup = load_match(beside if beside.is_file() else match_path(slot.match))
-        text, names = setup.text, [player.name for player in setup.players]
-        targets = {name: self._target(strategy) for name, strategy in slot.strategies.items()}
-        for player, strategy in by_player(setup, targets).items():
-            text = with_value(text, ("players", names.index(player), "strategy"), strategy)
-        if slot.seed is not None:
-            text = with_value(text, ("seed",), slot.seed)
-        return check_match(text, Path(setup.origin), Path(setup.base))
+        setup = load_match(beside if beside.is_file() else match_path(slot.match), seed=slot.seed)
+        return played_by(setup, {name: self._target(strategy) for name, strategy in slot.strategies.items()})
 
     def _target(self, strategy: str) -> str:
         """A strategy as a match file anywhere may have it."""
