@@ -1,7 +1,9 @@
 """The command line, run in the process of a test."""
 
+import os
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -41,3 +43,8 @@ def command_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[
 def invoke(*arguments: str) -> Result:
     """What a command has come to, its exception included."""
     return CliRunner().invoke(make_app(), arguments, env={"COLUMNS": "250"})
+
+
+def with_vrg() -> dict[str, str]:
+    """The environment variables of a shell in which `vrg` is the command of this Python."""
+    return os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', os.defpath)}"}

@@ -1,6 +1,5 @@
 """A league in a git repository: what the services run, run in clones of a bare one."""
 
-import os
 import shutil
 import subprocess
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import pytest
 from experiments import OWN
 
+from tests.command_line import with_vrg
 from tests.requirements import missing as lacking
 from tests.tiny import TINY
 from vrg.launch.sandbox.seal import missing
@@ -18,7 +18,7 @@ DEPLOY = Path(__file__).parents[1] / "deploy" / "repository"
 def ran(folder: Path, *command: str) -> "subprocess.CompletedProcess[str]":
     """A command in a clone."""
     names = ("GIT_AUTHOR_NAME", "GIT_COMMITTER_NAME", "GIT_AUTHOR_EMAIL", "GIT_COMMITTER_EMAIL")
-    variables = os.environ | dict.fromkeys(names, "t") | {"VRG_MATCH": "tiny.toml", "VRG_GAMES": "2"}
+    variables = with_vrg() | dict.fromkeys(names, "t") | {"VRG_MATCH": "tiny.toml", "VRG_GAMES": "2"}
     return subprocess.run(command, cwd=folder, env=variables, check=False, capture_output=True, text=True)
 
 

@@ -39,8 +39,6 @@ from vrg.runs.evidenced import read_evidenced
 from vrg.runs.judged import judge_run
 from vrg.runs.reasons import reasons
 from vrg.runs.run_folder import RunFolder
-from vrg.ui.timeline import Timeline
-from vrg.ui.web.share import recorded
 from vrg_league.games import BROKEN_OFF, FAILED, INVALID, OVER, Played
 
 SHOWN: Final = "shown.json.gz"
@@ -125,6 +123,9 @@ def shown(setup: CheckedMatch, run: RunFolder) -> str:
     Raises:
         VrgError: its journal or its evidence cannot be read.
     """
+    from vrg.ui.timeline import Timeline  # noqa: PLC0415 - a game of an experiment draws nothing
+    from vrg.ui.web.share import recorded  # noqa: PLC0415 - as above
+
     match = read_evidenced(run, setup)
     match.calls[:] = [(time, _public(call)) for time, call in match.calls]
     sizes = {player.name: player.robot.size for player in setup.players}

@@ -22,8 +22,10 @@ RUNS = 2
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[vrg.Run]]:
     """A data set of two matches."""
     home = tmp_path_factory.mktemp("lerobot")
-    (home / "tiny.toml").write_text(TINY)
-    runs = [vrg.play(home / "tiny.toml", runs=home / f"runs{seed}", seed=seed) for seed in range(RUNS)]
+    runs = []
+    for seed in range(RUNS):
+        (home / f"{seed}.toml").write_text(TINY.replace('name = "tiny"', f'name = "tiny{seed}"'))
+        runs.append(vrg.play(home / f"{seed}.toml", runs=home / "runs", seed=seed))
     done = invoke("run", "export", *(str(run.path) for run in runs), "--lerobot", "--output", str(home / "set"))
     assert done.exit_code == 0, done.output
     assert "6 episodes" in done.output

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.command_line import Vrg
+from tests.command_line import Vrg, with_vrg
 from tests.requirements import missing as lacking
 from vrg.errors import ConfigError
 from vrg.launch.sandbox.seal import missing
@@ -120,7 +120,7 @@ def test_a_file_of_authors_is_checked(text: str, words: str, tmp_path: Path) -> 
 def test_the_authors_of_the_example_improve_by_their_games(tmp_path: Path) -> None:
     shutil.copytree(ARENA, tmp_path / "arena")
     run = subprocess.run(
-        [tmp_path / "arena" / "run.sh", "4"], env=os.environ | {"VRG_ARENA": str(tmp_path / "league")}, check=False,
+        [tmp_path / "arena" / "run.sh", "4"], env=with_vrg() | {"VRG_ARENA": str(tmp_path / "league")}, check=False,
         capture_output=True, text=True, cwd=tmp_path,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout + run.stderr

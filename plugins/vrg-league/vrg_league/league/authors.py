@@ -223,10 +223,10 @@ def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bo
         ports=author.ports, folder=folder, memory=author.memory, core=None,
     )  # fmt: skip
     names = ["PATH", "LANG", *author.variables]
-    own = {name: os.environ[name] for name in names if name in os.environ} | {
-        "HOME": str(folder),
-        "TMPDIR": str(folder),
-    }
+    own = {name: os.environ[name] for name in names if name in os.environ}
+    # Its `python3` is the one that runs this, with VRG.
+    own["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), own.get("PATH", os.defpath)])
+    own |= {"HOME": str(folder), "TMPDIR": str(folder)}
     with (folder / "said.txt").open("wb") as said:
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", author_process.__name__, author_process.packed(policy), *command],
