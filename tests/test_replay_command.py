@@ -107,10 +107,15 @@ def of_another_version(run: Path) -> None:
     file.finish()
 
 
+def without_anything_to_show(run: Path) -> None:
+    (run / "recording.mcap").unlink()
+    (run / "evidence.bin").unlink()
+
+
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        (lambda run: (run / "recording.mcap").unlink(),
+        (without_anything_to_show,
          "expected a recording (recording.mcap), found none: was --no-record given?"),
         (lambda run: (run / "setup.json").unlink(), "expected a run folder with a setup.json"),
         (lambda run: (run / "recording.mcap").write_bytes(b""), "of where the robots were, found none in it"),
@@ -132,6 +137,11 @@ def test_what_cannot_be_shown_is_said(
     done = invoke("run", "replay", str(run))
     assert isinstance(done.exception, LaunchError), done.output
     assert said in str(done.exception)
+
+
+def test_a_run_without_a_recording_is_shown_by_its_evidence(run: Path) -> None:
+    (run / "recording.mcap").unlink()
+    assert window_in(run).note == "Nothing was recorded: the match is shown as the referee saw it, by its evidence."
 
 
 def test_a_game_that_is_not_installed_is_shown_and_told(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
