@@ -39,7 +39,7 @@ def tried(step: Step, code: str, place: Path, server: ForkServer) -> list[dict[s
     found: list[str] = []
     job = Job(
         setup=setup_of(step.match, players), team=own, goal=step.head.goal.model_dump(exclude_none=True),
-        code="code.py", seconds=step.head.seconds, sealed=missing() is None,
+        seconds=step.head.seconds, sealed=missing() is None,
     )  # fmt: skip
     play(job, RunFolder(place / "run"), found.append, server)
     return [json.loads(text) for text in found]

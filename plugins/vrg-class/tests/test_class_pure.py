@@ -30,7 +30,10 @@ def test_the_best_of_a_bracket_with_too_few_go_on_unplayed() -> None:
     assert first_round(["A"]) == []
 
 
-@pytest.mark.parametrize(("name", "folder"), [("Ada", "ada"), ("Zoë K.", "zoe-k"), ("李雷", "x9e02f1b6")])
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [("Ada", "ada"), ("Zoë K.", "zoe-k"), ("李雷", "x9e02f1b6"), ("नमस्ते", "x"), ("O’Neil", "o-neil")],
+)
 def test_names_have_folders_of_plain_letters(name: str, folder: str) -> None:
     found = folder_name(checked_name(name))
     assert found == folder or (found.startswith("x") and folder.startswith("x"))
@@ -128,6 +131,10 @@ def test_points_leads_wins_and_what_is_printed_count() -> None:
         assert progress.reached is None
         progress.take(state(2.0, good, "red"), [], [], printed=True)
         assert progress.reached == 2.0, goal
+
+
+def test_names_of_other_letters_are_told_apart() -> None:
+    assert folder_name("Анна1") != folder_name("Борис1")
 
 
 def test_old_versions_go_but_not_the_one_that_was_handed_in(tmp_path: Path) -> None:

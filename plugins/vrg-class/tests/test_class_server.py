@@ -6,7 +6,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Iterator
 from pathlib import Path
 
 import aiohttp
@@ -83,6 +83,52 @@ def test_what_is_printed_appears_with_its_time(of_class: Class) -> None:
     assert all(one["text"] == f"now {round(float(one['time']), 1)}" for one in lines)  # type: ignore[arg-type]
 
 
+def test_what_is_printed_before_an_error_is_shown_and_much_printing_is_bounded(of_class: Class) -> None:
+    token = of_class.join("Cy")
+    code = GOOD.replace("        return", "        print('before')\n        y = speed\n        return")
+    assert {line["text"] for line in kinds(of_class.tried(token, code), "print")} == {"before"}
+    code = GOOD.replace("        return", "        for _ in range(200): print()\n        return")
+    assert len(kinds(of_class.tried(token, code), "print")) <= 2000
+
+
+def test_no_failure_of_the_disk_or_of_the_league_ends_what_serves_all(
+    of_class: Class, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    token = of_class.join("Ada")
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patched:
+        patched.setattr("vrg_class.tries.tempfile.TemporaryDirectory", full)
+        patched.setattr("vrg_class.league.ClassLeague.rest", full)
+        for _ in range(3):  # more than there are at a time
+            assert kinds(of_class.tried(token, GOOD), "end")[0]["ended"] == "the try failed"
+        wait_until(lambda: of_class.ask("/board", token)[0] == 200, "an answer")
+    again = of_class.tried(token, f"{GOOD}\n# again\n")
+    assert kinds(again, "end")[0]["goal"]["reached"]  # type: ignore[index]
+    assert not of_class.site._ticking.done()
+
+
+def test_what_was_handed_in_while_a_request_was_still_coming_stays(of_class: Class) -> None:
+    token = of_class.join("Ada")
+
+    async def slowly(session: aiohttp.ClientSession) -> int:
+        async def body() -> AsyncIterator[bytes]:
+            yield b'{"code": "# later", '
+            assert (await post(session, f"{of_class.at}/hand-in", token, {"code": GOOD}))[0] == 200
+            yield b'"step": "", "against": 0}'
+
+        headers = {"Authorization": f"Bearer {token}"}
+        await asyncio.sleep(0.6)
+        async with session.post(f"{of_class.at}/try", headers=headers, data=body()) as answer:
+            return answer.status
+
+    assert of_class.run(slowly) in (200, 400), "400 if it was too quick"
+    assert of_class.folder.students[token].handed == 1
+    assert (of_class.folder.entries / "ada.py").read_text() == GOOD
+
+
 def test_the_league_plays_what_was_handed_in_and_the_board_shows_it(of_class: Class) -> None:
     wrong = of_class.join("Cy")
     assert of_class.ask("/hand-in", wrong, code="def")[0] == 200
@@ -152,6 +198,12 @@ def test_a_roster_lets_only_those_in_who_know_their_word(tmp_path: Path) -> None
         assert "wait a minute" in found.ask("/join", joining, name="Bo", word="pear")[1]
     finally:
         found.site.stop()
+    roster.write_text("Ada,apple\nAda.,pear\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="much like Ada"):
+        opened(tmp_path / "other", None, None, None, roster)
+    roster.write_text("Ada,apple\n", encoding="utf-8")
+    with pytest.raises(ConfigError, match="--roster"):
+        opened(tmp_path / "class", None, None, None, roster)
     roster.write_text("Ada\n", encoding="utf-8")
     with pytest.raises(ConfigError, match=r"names\.csv:1: expected NAME,WORD"):
         opened(tmp_path / "other", None, None, None, roster)
@@ -236,7 +288,7 @@ def test_many_pages_of_one_student_and_pages_without_a_token(of_class: Class) ->
         assert not feeds[-1].closed
         return closed
 
-    assert of_class.run(work) == [1008] * 4
+    assert of_class.run(work) == [1008, 1008, 1008, 4001]
 
 
 @pytest.mark.system

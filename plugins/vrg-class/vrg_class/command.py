@@ -20,7 +20,7 @@ from vrg.launch.fork_server import cores
 from vrg.launch.sandbox.seal import missing
 from vrg.registry import expected_one_of
 from vrg.ui.web.admission import Admission
-from vrg_class.folder import TOKEN_BYTES, About, ClassFolder, checked_name
+from vrg_class.folder import TOKEN_BYTES, About, ClassFolder, checked_name, folder_name
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import lesson_of, shipped
 from vrg_class.server import ClassSite
@@ -97,8 +97,16 @@ def opened(folder: Path, game: str | None, match: str | None, lesson: Path | Non
     """
     if (folder / "class.json").exists():
         there = ClassFolder(folder)
-        if game is not None and game != there.about.game:
-            raise ConfigError(f"{folder}: its class plays {there.about.game}, got --game {game}: choose another folder")
+        about = there.about
+        wanted = {
+            "--game": game in (None, about.game),
+            "--match": match is None or str(match_path(match).resolve()) == about.match,
+            "--lesson": lesson is None or str(lesson.resolve()) == about.lesson,
+            "--roster": roster is None or read_roster(roster) == about.roster,
+        }
+        if other := [option for option, same in wanted.items() if not same]:
+            what = f"{', '.join(other)}: its class was made with another value, which stays"
+            raise ConfigError(f"{folder}: {what}: leave it out, or choose another folder")
         return there
     if folder.exists() and any(folder.iterdir()):
         raise ConfigError(f"{folder}: expected a new folder, or that of a class, found other files")
@@ -128,10 +136,13 @@ def read_roster(path: Path) -> dict[str, str]:
         rows = [row for row in csv.reader(read_text(path).splitlines()) if any(cell.strip() for cell in row)]
     except (OSError, ValueError, csv.Error) as error:
         raise ConfigError(f"{path}: cannot be read: {error}") from None
-    found, problems = {}, []
+    found: dict[str, str] = {}
+    problems = []
     for number, row in enumerate(rows, 1):
         try:
             name, word = (cell.strip() for cell in row)
+            if folder_name(checked_name(name)) in map(folder_name, found):
+                raise ValueError(f"there is a name much like {name} already: add a letter")
             found[checked_name(name)] = word
             if not word:
                 raise ValueError("expected a word behind the name, got none")

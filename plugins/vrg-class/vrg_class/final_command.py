@@ -40,12 +40,13 @@ def final(
     FOLDER/final.
     """
     place, console = ClassFolder(folder), make_console()
-    board = ClassLeague(place, place.about.match).board
-    best = [str(row["name"]) for row in board if row["games"]][:places]
+    league = ClassLeague(place, place.about.match)
+    best = [str(row["name"]) for row in league.board if row["games"]][:places]
     if len(best) < 2:
         raise ConfigError(f"{folder}: expected two in the leaderboard, found {len(best)}: let the league play first")
     base = match or place.about.match
-    files = {name: str(_entry(place, name).resolve()) for name in best}
+    # By the versions that have earned their places.
+    files = {name: str(league.files[name]) for name in best}
     options = ["--sandbox" if sandbox else "--no-sandbox", *(word for one in show or () for word in ("--show", one))]
     options += ["--lockstep", "--headless", "--engine", "planar"] if lockstep else []
     number, pairs = 1, first_round(best)
@@ -65,12 +66,6 @@ def final(
             winners.append(winner)
         number, pairs = number + 1, next_round(winners, best)
     console.print(f"[bold]{winners[0]} wins the class[/bold]")
-
-
-def _entry(place: ClassFolder, name: str) -> Path:
-    """The file that a student has handed in."""
-    student = place.named(name)
-    return place.entries / f"{name if student is None else student.folder}.py"
 
 
 def _legs(base: str, first: str, second: str) -> list[tuple[str, str]]:

@@ -26,7 +26,7 @@ from vrg.errors import ConfigError
 from vrg.files import read_bytes, write_whole
 
 CODE_SIZE: Final = 100_000
-"""The number of bytes that a student's code may have."""
+"""The number of letters that a student's code may have."""
 MOST_VERSIONS: Final = 200
 """The versions of a student that are kept; the oldest ones that were not handed in go first."""
 MOST_STUDENTS: Final = 64
@@ -35,7 +35,6 @@ NAME_SIZE: Final = 24
 TOKEN_BYTES: Final = 16
 CODE: Final = "code.py"
 """The name of the file with a student's code."""
-_NAME: Final = re.compile(r"\w[\w .'-]*")
 
 
 class About(Struct, frozen=True, kw_only=True):
@@ -86,7 +85,8 @@ def checked_name(typed: str) -> str:
         ValueError: it cannot be the name of a student.
     """
     name = " ".join(unicodedata.normalize("NFC", typed).split())
-    if not _NAME.fullmatch(name) or len(name) > NAME_SIZE or not folder_name(name):
+    good = name[:1].isalnum() and all(unicodedata.category(c)[0] in "LMN" or c in " .'’-_" for c in name)
+    if not good or len(name) > NAME_SIZE or not folder_name(name):
         raise ValueError(f"expected a name of 1 to {NAME_SIZE} letters and digits, got {typed[:40]!r}")
     return name
 
@@ -94,9 +94,10 @@ def checked_name(typed: str) -> str:
 def folder_name(name: str) -> str:
     """The name of the folder of a student: lower-case letters, digits and hyphens."""
     plain = unicodedata.normalize("NFKD", name.casefold())
-    return re.sub(r"-+", "-", "".join(c if c.isalnum() and c.isascii() else "-" for c in plain)).strip("-") or (
-        "x" + hashlib.sha256(name.encode()).hexdigest()[:8] if name else ""
-    )
+    found = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")
+    if any(c.isalpha() and not c.isascii() for c in plain):  # other letters than these tell names apart, too
+        found += "x" + hashlib.sha256(name.encode()).hexdigest()[:8]
+    return found
 
 
 class ClassFolder:
@@ -119,9 +120,9 @@ class ClassFolder:
             if about is not None:
                 path.mkdir(mode=0o700, parents=True, exist_ok=True)
                 self._write(self._file, about)
+            self.about = msgspec.json.decode(read_bytes(self._file), type=About)
             (path / "students").mkdir(mode=0o700, exist_ok=True)
             self.entries.mkdir(mode=0o700, exist_ok=True)
-            self.about = msgspec.json.decode(read_bytes(self._file), type=About)
             self.students = {student.token: student for student in self._found()}
         except (OSError, ValueError) as error:
             raise ConfigError(f"{path}: expected the folder of a class: {error}") from None

@@ -1,9 +1,9 @@
 """The league of a class: games between what was handed in, in a process of its own that gives way to tries."""
 
 import contextlib
-import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any, Final, TypeVar
 
@@ -23,6 +23,8 @@ GAMES: Final = 4
 """The games of one call of the league: what is handed in meanwhile waits for its end."""
 ENOUGH: Final = 60
 """The games after which a version needs no more."""
+_PAUSE: Final = 10.0
+"""The real time in s after a call that has failed, as while games that a killed server began are still played."""
 _NICE: Final = 15
 """How much later than tries the league gets a processor."""
 
@@ -32,17 +34,21 @@ class ClassLeague:
 
     Args:
         folder: of the class. match: of its games.
+
+    Attributes:
+        games: how many were played. files: by which each student plays, by name.
     """
 
     def __init__(self, folder: ClassFolder, match: str) -> None:
         self._folder, self._match = folder, match
         self._process: subprocess.Popen[bytes] | None = None
         self._wanted = any(folder.entries.iterdir())
-        self._stopped = False
+        self._closed, self._since = False, 0.0
         self._rows: list[dict[str, Any]] = []
         self._places: dict[str, int] = {}
         self._problems: dict[str, str] = {}
         self._read = (-1, -1)
+        self.files: dict[str, Path] = {}
         self.games = self._games_before = 0
         self._look()
 
@@ -51,32 +57,30 @@ class ClassLeague:
         self._wanted = True
 
     def rest(self, *, rests: bool) -> None:
-        """Let the league rest, or play, and look at its games: to be called again and again."""
+        """Let no games begin, or let them, and look at those that were played: to be called again and again."""
         self._look()
+        now = time.monotonic()
         if self._process is not None and self._process.poll() is not None:
-            self._process = None
+            failed = self._process.returncode != 0
+            self._process, self._since = None, now + (_PAUSE if failed else 0.0)
             # A call in which nothing was played, as nobody passed the check, is not repeated.
             unsettled = any(row["games"] < ENOUGH for row in self._rows)
-            self._wanted |= unsettled and self.games > self._games_before
-        if self._process is None and self._wanted and not rests and self._able:
+            self._wanted |= failed or (unsettled and self.games > self._games_before)
+        if self._process is None and self._wanted and not (rests or self._closed) and now >= self._since and self._able:
             self._begin()
-        elif self._process is not None and POSIX and rests != self._stopped:
-            # What has stopped goes on where it was.
-            with contextlib.suppress(ProcessLookupError):
-                self._process.send_signal(signal.SIGSTOP if rests else signal.SIGCONT)
-                self._stopped = rests
 
     @property
     def _able(self) -> bool:
         return len([file for file in self._folder.entries.iterdir() if file.suffix == ".py"]) >= 2
 
     def _begin(self) -> None:
-        self._wanted, self._stopped = False, False
+        self._wanted = False
         self._games_before = self.games
         league = self._folder.league
         command = [
             *(["nice", "-n", str(_NICE)] if POSIX else []), sys.executable, "-P", "-m", "vrg", "league", "play",
             str(self._folder.entries), "--output", str(league), "--games", str(GAMES), "--jobs", "1",
+            "--new-release",
             *([] if (league / "versions.jsonl").exists() else ["--match", self._match]),
         ]  # fmt: skip
         with (self._folder.path / "league.log").open("ab") as log:
@@ -106,14 +110,16 @@ class ClassLeague:
                 self._rows, self._read = self._rated(league), sizes
 
     def _rated(self, league: Path) -> list[dict[str, Any]]:
-        versions = _records(league / "versions.jsonl", Version)
         rows = _records(league / "games.jsonl", GameRecord)
+        versions = _records(league / "versions.jsonl", Version)  # later, so that those of all games are there
         self.games = len(rows)
         current = {version.label: version for version in playing(versions).values()}
         self._problems = {version.entry: version.problem for version in versions}
-        names = {student.folder: student.name for student in self._folder.students.values()}
+        names = {student.folder: student.name for student in list(self._folder.students.values())}
         found: list[dict[str, Any]] = []
-        for rating in ratings(list(targets(league, versions)), rows):
+        files = targets(league, versions)
+        self.files = {names.get(one.entry, one.entry): Path(files[one.label]) for one in current.values()}
+        for rating in ratings(list(files), rows):
             version = current.get(rating.label)
             if version is not None:
                 played = sum(rating.label in row.game.pairing.labels for row in rows)
@@ -130,14 +136,12 @@ class ClassLeague:
 
     def close(self) -> None:
         """End the games that are played. What was played is kept."""
+        self._closed = True
         if self._process is not None:
-            with contextlib.suppress(ProcessLookupError):
-                self._process.send_signal(signal.SIGCONT if POSIX else signal.SIGTERM)
-                self._process.send_signal(signal.SIGTERM)
+            self._process.terminate()
             with contextlib.suppress(subprocess.TimeoutExpired):
                 self._process.wait(5.0)
-            if self._process.poll() is None:
-                self._process.kill()
+            self._process.kill()
 
 
 def _records(path: Path, kind: type[R]) -> list[R]:

@@ -13,8 +13,6 @@ _BATCH: Final = 0.05
 """The real time in s for which messages to a page are gathered."""
 _BATCH_SIZE: Final = 500
 """The number of messages that go to a page in one of the network's."""
-_BACKLOG: Final = 10_000
-"""The number of messages that may wait for a page; one that takes none is closed."""
 
 
 class Page:
@@ -32,8 +30,8 @@ class Page:
 
     async def serve(self) -> None:
         """Send what waits, in batches, until the page is gone or takes nothing any more."""
-        with contextlib.suppress(TimeoutError):
-            while not self.socket.closed and len(self.waiting) <= _BACKLOG:
+        with contextlib.suppress(TimeoutError, ConnectionError):
+            while not self.socket.closed:
                 await self.news.wait()
                 self.news.clear()
                 while self.waiting:

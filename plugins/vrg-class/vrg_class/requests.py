@@ -19,8 +19,12 @@ class Join(Struct, frozen=True, forbid_unknown_fields=True):
     word: Name = ""
 
 
+class Nothing(Struct, frozen=True):
+    """A request for which it is enough who asks."""
+
+
 class Save(Struct, frozen=True, forbid_unknown_fields=True):
-    """The code as it is now."""
+    """The code as it is now, which is saved, or handed in: then it takes part in the league from now on."""
 
     code: Code
 
@@ -42,12 +46,6 @@ class Start(Struct, frozen=True, forbid_unknown_fields=True):
     """How a step begins is to be shown; the empty name is the match of the league."""
 
     step: Name = ""
-
-
-class HandIn(Struct, frozen=True, forbid_unknown_fields=True):
-    """The code takes part in the league from now on."""
-
-    code: Code
 
 
 class Decide(Struct, frozen=True, forbid_unknown_fields=True):

@@ -2,9 +2,11 @@
 
 import asyncio
 import contextlib
+import functools
 import hmac
 import io
 import itertools
+import logging
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
@@ -16,14 +18,14 @@ import msgspec
 import segno
 from aiohttp import WSCloseCode, WSMsgType, web
 from markdown_it import MarkdownIt
-from msgspec import structs
+from msgspec import Struct, structs
 
 from vrg.games import GAMES
 from vrg.launch.sandbox.seal import missing
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
 from vrg_class import requests
-from vrg_class.folder import CODE, ClassFolder, Student, checked_name
+from vrg_class.folder import ClassFolder, Student, checked_name
 from vrg_class.league import ClassLeague
 from vrg_class.lesson import Step, first_code
 from vrg_class.page import HELLO, Page
@@ -41,6 +43,8 @@ TRY_SECONDS: Final = 90.0
 LEAGUE_EVERY: Final = 20
 LEAGUE_SECONDS: Final = 4
 """The real time in s of every `LEAGUE_EVERY` s in which the league may begin games although somebody waits."""
+UNKNOWN: Final = 4001
+"""The code with which a connection is closed whose token is not known."""
 LINK_SIZE: Final = 300
 """The number of letters of a link of which a QR code is made."""
 _LEAGUE_HEADERS: Final = {
@@ -49,7 +53,7 @@ _LEAGUE_HEADERS: Final = {
 }
 """Of the pages of the league, which are shut off from those of the class and from what browsers keep of them."""
 
-_Answer = Callable[[web.Request], Any]
+log = logging.getLogger(__name__)
 
 
 @dataclass
@@ -105,11 +109,12 @@ class ClassSite(Site):
         """Add what pages ask for."""
         self._tries = self._make_tries()
         router.add_post("/join", self._told(self._join))
-        for path, answer in (
-            ("/me", self._me), ("/save", self._save), ("/try", self._try), ("/hand-in", self._hand_in),
-            ("/start", self._start),
+        for path, kind, answer in (
+            ("/me", requests.Nothing, self._me), ("/save", requests.Save, self._save),
+            ("/try", requests.Try, self._try), ("/hand-in", requests.Save, self._hand_in),
+            ("/start", requests.Start, self._start),
         ):  # fmt: skip
-            router.add_post(path, self._told(self._of_student(answer)))
+            router.add_post(path, self._told(self._of_student(kind, answer)))
         for path, act in (
             ("/teacher", self._console),
             ("/teacher/decide", self._decide),
@@ -126,7 +131,7 @@ class ClassSite(Site):
         """Tell the pages that this is the end."""
         self._ticking.cancel()
         self._tries.close()
-        self._league.close()
+        await asyncio.to_thread(self._league.close)
         for page in [page for desk in self._desks.values() for page in desk.pages]:
             with contextlib.suppress(Exception):
                 await page.socket.close(code=WSCloseCode.GOING_AWAY)
@@ -154,13 +159,17 @@ class ClassSite(Site):
 
         return handler
 
-    def _of_student(self, answer: Callable[[web.Request, Student, Desk], Any]) -> Callable[[web.Request], Any]:
+    def _of_student(
+        self, kind: type[Struct], answer: Callable[[Any, Student, Desk], Any]
+    ) -> Callable[[web.Request], Any]:
         async def handler(request: web.Request) -> Any:
-            student = self._folder.students.get(self._token(request))
-            if student is None:
+            token, students = self._token(request), self._folder.students
+            if token not in students:
                 raise PermissionError("this link is not known: join again, or ask your teacher for your link")
+            wanted = requests.read(await request.read(), kind)
+            student = students[token]  # only now: what is known of a student may change until all has come
             self.let_in(request)
-            return await answer(request, student, self._desks[student.token])
+            return await answer(wanted, student, self._desks[student.token])
 
         return handler
 
@@ -193,7 +202,7 @@ class ClassSite(Site):
         self.let_in(request)
         return {"token": student.token, "name": student.name}
 
-    async def _me(self, _request: web.Request, student: Student, desk: Desk) -> Any:
+    async def _me(self, _: requests.Nothing, student: Student, desk: Desk) -> Any:
         code = self._folder.code(student) or self._first
         steps = [
             {
@@ -208,15 +217,14 @@ class ClassSite(Site):
             "messages": desk.tried is not None,
         }  # fmt: skip
 
-    async def _save(self, request: web.Request, student: Student, _desk: Desk) -> Any:
-        self._folder.save(student, requests.read(await request.read(), requests.Save).code)
+    async def _save(self, wanted: requests.Save, student: Student, _desk: Desk) -> Any:
+        self._folder.save(student, wanted.code)
         return {}
 
-    async def _try(self, request: web.Request, student: Student, desk: Desk) -> Any:
-        wanted = requests.read(await request.read(), requests.Try)
+    async def _try(self, wanted: requests.Try, student: Student, desk: Desk) -> Any:
         self._hurry(desk)
         step = self._step(wanted.step)
-        student = structs.replace(student, tries=student.tries + 1)
+        student = structs.replace(student, tries=student.tries + 1, error="", line=None)
         student, file = self._folder.version(student, wanted.code)
         match = self._folder.about.match if step is None else step.match
         setup_teams = self._teams if step is None else await asyncio.to_thread(lambda: teams_of(setup_of(match, {})))
@@ -232,7 +240,7 @@ class ClassSite(Site):
             players |= dict.fromkeys(others_of(setup_teams, team), other)
         desk.step, token = wanted.step, student.token
         desk.tried = Try(
-            owner=token, match=match, players=players, team=team, code=CODE,
+            owner=token, match=match, players=players, team=team,
             goal=None if step is None else step.head.goal.model_dump(exclude_none=True),
             seconds=TRY_SECONDS if step is None else step.head.seconds,
             tell=lambda text: self._hear(token, wanted.step, text),
@@ -248,7 +256,8 @@ class ClassSite(Site):
 
     def _hear(self, token: str, step: str, text: str) -> None:
         """Take in a message of a try, and show it to its student."""
-        desk, student = self._desks[token], self._folder.students[token]
+        student = self._folder.students[token]
+        self._show(self._desks[token], text)
         if text.startswith('{"t":"error"'):
             fault = msgspec.json.decode(text)
             self._folder.keep(structs.replace(student, error=str(fault.get("text", "")), line=fault.get("line")))
@@ -256,27 +265,28 @@ class ClassSite(Site):
             goal = msgspec.json.decode(text).get("goal") or {}
             if goal.get("reached") is not None:
                 done = (*student.done, *([] if step in student.done else [step]))
-                self._folder.keep(structs.replace(student, done=done, error="", line=None, since=time.time()))
-        self._show(desk, text)
+                self._folder.keep(structs.replace(student, done=done, since=time.time()))
 
-    async def _start(self, request: web.Request, _student: Student, _desk: Desk) -> Any:
+    async def _start(self, wanted: requests.Start, _student: Student, _desk: Desk) -> Any:
         """The messages of the first instant of a step, which is played once for all students."""
-        name = requests.read(await request.read(), requests.Start).step
+        name = wanted.step
         step = self._step(name)
+        if name not in self._starts and self._halted:
+            return []
         if name not in self._starts:
             match = self._folder.about.match if step is None else step.match
             found: asyncio.Future[list[str]] = asyncio.get_running_loop().create_future()
             one = Try(
                 owner=f"start {name}", match=match, players={}, team=self._team if step is None else step.head.team,
-                goal=None, code=CODE, seconds=2 * FRAME,
+                goal=None, seconds=2 * FRAME,
                 tell=lambda text: found.set_result(one.messages) if text.startswith('{"t":"end"') else None,
             )  # fmt: skip
+            found.add_done_callback(lambda _: one.messages[0].startswith('{"t":"about"') or self._starts.pop(name))
             self._starts[name] = found
             self._tries.ask(one)
         return [msgspec.Raw(text.encode()) for text in await asyncio.shield(self._starts[name])]
 
-    async def _hand_in(self, request: web.Request, student: Student, desk: Desk) -> Any:
-        wanted = requests.read(await request.read(), requests.HandIn)
+    async def _hand_in(self, wanted: requests.Save, student: Student, desk: Desk) -> Any:
         self._hurry(desk)
         student, _ = self._folder.version(student, wanted.code, handed=True)
         self._league.renew()
@@ -304,7 +314,7 @@ class ClassSite(Site):
             return socket
         student = self._folder.students.get(hello.data) if hello.type is WSMsgType.TEXT else None
         if student is None:
-            await socket.close(code=WSCloseCode.POLICY_VIOLATION, message=b"this link is not known")
+            await socket.close(code=UNKNOWN, message=b"this link is not known")
             return socket
         self.let_in(request)
         desk, page = self._desks[student.token], Page(socket)
@@ -331,10 +341,10 @@ class ClassSite(Site):
 
     async def _code_of_link(self, request: web.Request) -> web.Response:
         """A QR code of a text."""
-        text = request.query.get("text", "")[:LINK_SIZE]
-        found = io.BytesIO()
-        segno.make(text or "-", error="m").save(found, kind="svg", scale=8, border=2, dark="#000", light="#fff")
-        return web.Response(body=found.getvalue(), content_type="image/svg+xml")
+        if (refused := self.turned_away(request)) is not None:
+            return refused
+        code = await asyncio.to_thread(_qr, request.query.get("text", "")[:LINK_SIZE])
+        return web.Response(body=code, content_type="image/svg+xml")
 
     async def _board(self, request: web.Request) -> Any:
         token, about, students = self._token(request), self._folder.about, self._folder.students
@@ -400,7 +410,18 @@ class ClassSite(Site):
             await asyncio.sleep(1.0)
             self._guesses = Counter({who: n for who, n in self._guesses.items() if who[1] >= time.monotonic() // 60})
             busy = self._tries.busy > 0 and second % LEAGUE_EVERY >= LEAGUE_SECONDS
-            await asyncio.to_thread(self._league.rest, rests=busy or self._halted)
+            try:
+                await asyncio.to_thread(self._league.rest, rests=busy or self._halted)
+            except Exception:  # the class goes on without its league
+                log.exception("the league cannot go on")
+
+
+@functools.lru_cache(maxsize=256)
+def _qr(text: str) -> bytes:
+    """The picture of a text that telephones read, as SVG."""
+    found = io.BytesIO()
+    segno.make(text or "-", error="m").save(found, kind="svg", scale=8, border=2, dark="#000", light="#fff")
+    return found.getvalue()
 
 
 def _same(offered: str, wanted: str) -> bool:

@@ -14,6 +14,7 @@ match is played, in messages of JSON:
 """
 
 import contextlib
+import itertools
 import os
 import re
 import signal
@@ -42,6 +43,7 @@ from vrg.runs.run_folder import RunFolder
 from vrg.ui.builder import SceneBuilder, SceneInlets
 from vrg.ui.web import parts
 from vrg_class.faults import Fault, fault_of
+from vrg_class.folder import CODE
 from vrg_class.lesson import Goal
 from vrg_class.progress import Progress
 from vrg_class.seen import seen
@@ -58,6 +60,8 @@ FAILED: Final = "Stop/failed"
 """What a player reports as its mode when its code has failed."""
 PRINTED: Final = 20_000
 """The number of letters that a try may print; more is left out."""
+PRINTS: Final = 2_000
+"""The number of lines that a try may print."""
 _LINE: Final = 500
 """The number of letters of a line that is printed."""
 _TRACES: Final = ("Traceback (most recent", "Current thread", "Thread 0x", "Fatal Python")
@@ -69,14 +73,13 @@ class Job(Struct, frozen=True, kw_only=True):
 
     Args:
         setup: of the match. team: the own team. goal: of the step, as a table; None without one.
-        code: the file name of the student's code, as its errors name it. seconds: the match time after which it ends.
+        seconds: the match time after which it ends.
         sealed: False lets the code do all that the server can.
     """
 
     setup: CheckedMatch
     team: str
     goal: dict[str, Any] | None = None
-    code: str
     seconds: float
     sealed: bool = True
 
@@ -143,7 +146,7 @@ class Reporter(Node):
         self._kept: dict[str, tuple[object, str]] = {}
         self._shown: dict[str, str] = {}
         self._read: dict[str, int] = {}
-        self._left = PRINTED
+        self._left, self._rows = PRINTED, PRINTS
         self._looked: dict[str, float] = {}
         self.over = False
         about = {"t": "about", "match": setup.name, "team": team, "own": sorted(self.own), "colours": parts.colours()}
@@ -184,17 +187,15 @@ class Reporter(Node):
                 text = file.read(PRINTED + 1)
                 self._read[name] = before + len(text)
                 lines = text.decode("utf-8", "replace").splitlines()
-                for line in lines if self._left > 0 and not _is_trace(lines) else ():
+                # What follows the first line about a failure is reported as such.
+                for line in itertools.takewhile(lambda line: not line.startswith(_TRACES), lines):
+                    if self._left <= 0 or self._rows <= 0:
+                        break
                     found = True
-                    self._left -= len(line)
+                    self._left, self._rows = self._left - len(line), self._rows - 1
                     words = {"t": "print", "time": round(time, 3), "player": name, "text": line[:_LINE]}
                     self._send(parts.encode(words))
         return found
-
-
-def _is_trace(lines: Sequence[str]) -> bool:
-    """True if these lines tell of a failure, which is reported as such."""
-    return any(line.startswith(_TRACES) for line in lines)
 
 
 @dataclass
@@ -202,14 +203,13 @@ class Watchdog:
     """Ends a decision that lasts too long, and finds where it hangs.
 
     Args:
-        logs: the folder with what players print. code: the file name of the student's code.
+        logs: the folder with what players print.
 
     Attributes:
         hung: set once a decision has lasted too long. line: where it hung; None if that is not known.
     """
 
     logs: Path
-    code: str
     hung: threading.Event = field(default_factory=threading.Event)
     line: int | None = None
     _since: tuple[int, float] = (0, 0.0)
@@ -234,7 +234,7 @@ class Watchdog:
 
     def _place(self) -> int | None:
         """The line of the student's code in the last stack that was written; None if there is none."""
-        wanted = re.compile(rf'File "[^"]*{re.escape(self.code)}", line (\d+)')
+        wanted = re.compile(rf'File "[^"]*{re.escape(CODE)}", line (\d+)')
         for log in self.logs.glob("*.log"):
             with contextlib.suppress(OSError):
                 found = wanted.search(log.read_text(errors="replace").rpartition("Current thread")[2])
@@ -252,7 +252,7 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
     folder.prepare()
     goal = None if job.goal is None else Goal.model_validate(job.goal)
     reporter = Reporter(job.setup, job.team, goal, folder.logs, send)
-    dog = Watchdog(folder.logs, job.code)
+    dog = Watchdog(folder.logs)
     strategies = Watched(server, strangers=job.sealed, own=reporter.own, looked=reporter.looked, begun=dog.begun)
     threading.Thread(target=dog.watch, daemon=True).start()
     faults: list[Fault] = []
@@ -264,9 +264,9 @@ def play(job: Job, folder: RunFolder, send: Callable[[str], None], server: ForkS
                 apart=strategies, pace=lambda _: not dog.hung.is_set() and not reporter.over,
             )  # fmt: skip
     except VrgError as error:
-        faults.append(fault_of(str(error), job.code))
+        faults.append(fault_of(str(error), CODE))
     else:
-        faults += [fault_of(failure.text, job.code) for failure in ending.failures if failure.player in reporter.own]
+        faults += [fault_of(failure.text, CODE) for failure in ending.failures if failure.player in reporter.own]
         winner, score, ended = ending.state.winner, dict(ending.state.score), ending.state.ended or ""
     if dog.hung.is_set():
         words = f"this does not come to an end: act may take {PATIENCE:g} seconds"

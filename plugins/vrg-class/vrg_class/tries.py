@@ -3,12 +3,11 @@
 import asyncio
 import contextlib
 import logging
-import shutil
 import tempfile
 import threading
-import time
 from collections import deque
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -24,6 +23,7 @@ from vrg.launch.fork_server import Child
 from vrg.ui.web.parts import encode
 from vrg_class import trial
 from vrg_class.faults import fault_of
+from vrg_class.folder import CODE
 from vrg_class.trial import Job
 from vrg_league.game_process import server_for
 
@@ -43,11 +43,11 @@ class Try:
     Args:
         owner: who has asked for it; a further one of the same owner replaces it.
         match: the match file, or the name of a game. players: the strategies by team or player. team: the own team.
-        goal: of the step; None without one. code: the file name of the code. seconds: the match time of the try, s.
+        goal: of the step; None without one. seconds: the match time of the try, s.
         tell: called on the server's loop with messages, texts of JSON.
 
     Attributes:
-        messages: what it has reported. over: True once it has ended.
+        messages: what it has reported.
     """
 
     owner: str
@@ -55,12 +55,9 @@ class Try:
     players: dict[str, str]
     team: str
     goal: dict[str, Any] | None
-    code: str
     seconds: float
     tell: Callable[[str], None]
     messages: list[str] = field(default_factory=list)
-    over: bool = False
-    asked: float = field(default_factory=time.monotonic)
     _child: Child | None = None
     _dropped: bool = False
 
@@ -92,6 +89,7 @@ class Tries:
         self._running: set[Try] = set()
         self._server, self._turn = server_for(game, engine, trial.__name__, "vrg.playing.deciding"), threading.Lock()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._threads = ThreadPoolExecutor(jobs)
 
     @property
     def busy(self) -> int:
@@ -135,34 +133,35 @@ class Tries:
 
     async def _played(self, one: Try) -> None:
         loop = asyncio.get_running_loop()
-        place = Path(tempfile.mkdtemp(prefix="vrg-try-"))
 
         def add(text: str) -> None:
             loop.call_soon_threadsafe(one.add, text)
 
         try:
-            await asyncio.to_thread(self._play, one, place, add)
+            await loop.run_in_executor(self._threads, self._play, one, add)
         except VrgError as error:
-            loop.call_soon(one.add, encode({"t": "error", **msgspec.to_builtins(fault_of(str(error), one.code))}))
+            loop.call_soon(one.add, encode({"t": "error", **msgspec.to_builtins(fault_of(str(error), CODE))}))
             loop.call_soon(one.add, ended(""))
         except Exception:  # one try that fails must not keep others from being played
             log.exception("a try has failed")
             loop.call_soon(one.add, ended("the try failed"))
         finally:
-            shutil.rmtree(place, ignore_errors=True)
-            one.over = True
             self._running.discard(one)
             self._go_on()
 
-    def _play(self, one: Try, place: Path, add: Callable[[str], None]) -> None:
+    def _play(self, one: Try, add: Callable[[str], None]) -> None:
         """Play a try, on a thread of its own.
 
         Raises:
             VrgError: it cannot be played.
         """
+        with tempfile.TemporaryDirectory(prefix="vrg-try-", ignore_cleanup_errors=True) as place:
+            self._play_in(Path(place), one, add)
+
+    def _play_in(self, place: Path, one: Try, add: Callable[[str], None]) -> None:
         setup = setup_of(one.match, one.players)
         job = Job(
-            setup=setup, team=one.team or setup.players[0].team, goal=one.goal, code=one.code, seconds=one.seconds,
+            setup=setup, team=one.team or setup.players[0].team, goal=one.goal, seconds=one.seconds,
             sealed=self.sealed,
         )  # fmt: skip
         with (place / "process.log").open("ab") as output, self._turn:

@@ -15,6 +15,8 @@ import { Match } from "./match.js";
 import { say } from "./panel.js";
 
 const BOARD_EVERY = 5000;
+/** With this code the server closes a connection whose token it does not know. */
+const UNKNOWN = 4001;
 const KEYS = [["indent", "⇥"], ["outdent", "⇤"], ["(", "("], [")", ")"], [":", ":"], [".", "."], ["_", "_"], ["=", "="], ['"', '"'], ["undo", "↶"]];
 const { body } = document;
 
@@ -40,10 +42,7 @@ async function enter() {
     me = null;
     begin(await ask("me", token));
   } catch (refusal) {
-    if (refusal.status === 401) {
-      forgetOwn();
-      return showJoining(WORDS.unknown, enter);
-    }
+    if (refusal.status === 401) return showJoining(WORDS.unknown, enter);
     body.dataset.screen = "wait";
     notice(refusal.message);
     setTimeout(enter, 3000);
@@ -55,6 +54,7 @@ function begin(found) {
   say("student", found.name);
   document.title = `${found.name} · VRG`;
   byId("own-link").value = ownLink();
+  keeper?.stop();
   keeper = new Keeper(token, () => editor.code, (words) => say("saved", words));
   editor.code = keeper.newest(found.code);
   me = found;
@@ -84,7 +84,7 @@ function leave() {
 }
 
 function showLink({ open, refused }) {
-  tell("lost", open ? "" : refused ? WORDS.crowded : WORDS.offline);
+  tell("lost", open ? "" : refused === UNKNOWN ? WORDS.unknown : refused ? WORDS.crowded : WORDS.offline);
   if (open) keeper.save();
 }
 

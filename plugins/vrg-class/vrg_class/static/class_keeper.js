@@ -29,16 +29,23 @@ export class Keeper {
 
   /** Take in that the class has this code. */
   saved(code) {
-    if (code !== this.code()) return;
+    const kept = localStorage.getItem(this.place);
+    if (kept !== null && kept !== code) return;
     clearTimeout(this.timer);
     localStorage.removeItem(this.place);
     this.tell(WORDS.saved);
   }
 
+  /** Save nothing more by itself. */
+  stop() {
+    clearTimeout(this.timer);
+  }
+
   /** Save what is not saved, now; `leaving` lets it go on when the page is gone. */
   async save(leaving = false) {
-    if (localStorage.getItem(this.place) === null) return;
-    const code = this.code();
+    // What this student has typed, whatever stands in the editor by now.
+    const code = localStorage.getItem(this.place);
+    if (code === null) return;
     try {
       await ask("save", this.token, { code }, leaving);
       this.saved(code);

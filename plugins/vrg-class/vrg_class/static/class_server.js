@@ -60,7 +60,7 @@ export class Feed {
     socket.onclose = ({ code }) => {
       if (socket !== this.socket) return;
       this.open = false;
-      this.refused = code === 1008;
+      this.refused = code === 1008 || code === 4001 ? code : 0;
       this.onChange(this);
       if (!this.refused) this.timer = setTimeout(() => this.connect(), 1000 * pause(this.attempt++, Math.random()));
     };

@@ -20,7 +20,7 @@ export class Output {
 
   /** Take in a message of a try whose own players are `own`. */
   take({ t, time, player, line, text, hint, call }, own) {
-    if (this.rows.length >= MOST_ROWS) return;
+    if (this.rows.length >= MOST_ROWS && t !== "error") return;
     if (t === "print") this.add(t, time, null, text, own.length > 1 ? player : "");
     if (t === "error") this.add(t, time, line, text, line ? WORDS.lineAt(line) : "", hint);
     if (t === "call") this.add(t, time, null, call.text, WORDS.referee, call.words);
