@@ -161,7 +161,7 @@ def test_a_student_mends_an_error_reaches_the_goal_and_hands_in(visit: Callable[
     page.wait("!vrg.player.recording.version && !document.querySelector('#output .call')")
 
     page.page.click("#hand-in")
-    page.wait_text("#version", "Version 2 plays in the league.")
+    page.wait_text("#version", "Version 2 is handed in.")
     assert (tmp_path / "class" / "entries" / "ada.py").read_text() == CODE.format("0.7")
 
 

@@ -374,7 +374,8 @@ class ClassSite(Site):
         found = [
             {
                 "name": student.name, "here": bool(self._desks[student.token].pages), "done": len(student.done),
-                "step": self._desks[student.token].step, "stuck": round(time.time() - student.since),
+                "step": next((name for name in self._lesson if name not in student.done), ""),
+                "stuck": round(time.time() - student.since),
                 "tries": student.tries, "error": student.error, "line": student.line, "handed": student.handed,
                 "link": student.token,
             }

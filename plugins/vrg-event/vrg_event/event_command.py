@@ -41,8 +41,11 @@ def event(
     played, and comes back. The same command goes on where it was.
     """
     found = Event(read_timetable(file), file.parent, output or file.with_suffix(""))
-    for number in range(len(found.table.matches)):
-        found.setup(number)  # a mistake is found before the guests come
+    for number, title in enumerate(found.titles()):
+        try:
+            found.setup(number)  # a mistake is found before the guests come
+        except ConfigError as error:
+            raise ConfigError(f"{file}: match {number + 1}, {title}: {error}") from None
     host, port = web_address(listen)
     port = port_at(host, port, PORT, "the event")
     token, console = secrets.token_urlsafe(12), make_console()
@@ -53,7 +56,12 @@ def event(
             for address in reached_at(host):
                 at = f"http://{netloc(address, port)}/"
                 console.print(f"stage      {at}\nofficials  {at}#{token}", soft_wrap=True, markup=False)
-            _run(found, site, stop, ["--listen", netloc(host, DEFAULT_PORT), *([] if windows else ["--headless"])])
+            _run(
+                found,
+                site,
+                stop,
+                ["--sandbox", "--listen", netloc(host, DEFAULT_PORT), *([] if windows else ["--headless"])],
+            )
         finally:
             site.stop()
 

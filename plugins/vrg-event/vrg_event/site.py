@@ -62,7 +62,7 @@ class EventSite(Site):
         if act in ("hold", "go on"):
             event.held = act == "hold"
         elif act == "begin":
-            event.begun = True
+            event.begun, event.held = True, False
         elif event.playing is None and event.outcomes:
             event.keep(max(event.outcomes), None)
         return web.Response(text="{}", content_type="application/json")

@@ -44,6 +44,9 @@ def test_a_data_set_is_what_it_says_of_itself(made: tuple[Path, list[vrg.Run]]) 
     episodes = parquet.read_table(place / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
     tasks = parquet.read_table(place / "meta" / "tasks.parquet").to_pylist()
     assert {task["task"] for task in tasks} == {f"play sharks-and-minnows as {role}" for role in ("shark", "minnow")}
+    assert {(row["run"], row["player"]) for row in episodes} == {
+        (run.path.name, player.name) for run in runs for player in run.setup.players
+    }
     for row in episodes:
         part = table.slice(row["dataset_from_index"], row["length"])
         assert row["dataset_to_index"] - row["dataset_from_index"] == row["length"]

@@ -109,7 +109,7 @@ def _episodes(found: "list[tuple[RunFolder, MatchSetup]]") -> "Iterator[list[Epi
     """The episodes of each run; see `_read`."""
     from vrg_learn.lerobot import episodes
 
-    return _read(found, lambda setup, _, recorded: list(episodes(setup, recorded)), "episodes")
+    return _read(found, lambda setup, name, recorded: list(episodes(setup, name, recorded)), "episodes")
 
 
 def _read(

@@ -42,20 +42,24 @@ class Episode:
     """One player in one round.
 
     Args:
-        task: in words. frames: its decisions. rewards: what followed from each. won: its team has won the game.
+        run: the name of the run. player, team: who it is. task: in words. frames: its decisions.
+        rewards: what followed from each. won: its team has won the game.
     """
 
+    run: str
+    player: str
+    team: str
     task: str
     frames: list[Decision] = field(default_factory=list)
     rewards: list[float] = field(default_factory=list)
     won: bool = False
 
 
-def episodes(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Episode]:
+def episodes(setup: MatchSetup, run: str, recorded: RecordedMatch) -> Iterator[Episode]:
     """The episodes of a run, by player and round. The reward of a frame is that of the calls up to the next one.
 
     Args:
-        setup: of the match; see `decisions`.
+        setup: of the match; see `decisions`. run: the name of its folder.
 
     Raises:
         ConfigError: as `decisions`.
@@ -63,7 +67,8 @@ def episodes(setup: MatchSetup, recorded: RecordedMatch) -> Iterator[Episode]:
     found: dict[tuple[str, int], Episode] = {}
     for decision in decisions(setup, recorded):
         task = f"play {setup.game} as {decision.me.role}"
-        found.setdefault((decision.me.name, decision.round), Episode(task)).frames.append(decision)
+        key = decision.me.name, decision.round
+        found.setdefault(key, Episode(run, decision.me.name, decision.me.team, task)).frames.append(decision)
     teams = {player.name: player.team for player in setup.players}
     table = learning_of(setup.game).rewards
     calls = [(time, for_calls([call], table, teams)) for time, call in recorded.calls]
@@ -153,6 +158,7 @@ class _Book:
             "data/chunk_index": self._file // CHUNK, "data/file_index": self._file % CHUNK,
             "dataset_from_index": self.index, "dataset_to_index": self.index + count,
             "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0,
+            "run": episode.run, "player": episode.player, "team": episode.team,
         })  # fmt: skip
         self.index += count
         if sum(table.nbytes for table in self._tables) > FILE_SIZE * 1_000_000:

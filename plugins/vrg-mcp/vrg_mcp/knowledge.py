@@ -89,9 +89,10 @@ def rules(match: Match) -> dict[str, Any]:
     game, file = game_of(match.game), read_match(match.path)
     built_in = {role.name: game.strategy_of(role.name) for role in game.roles}
     players = [[p.name, p.role, p.x, p.y, p.heading] for p in file.players]
+    values = load_object(game.settings).model_validate(dict(file.rules)).model_dump(mode="json")
     return {
         "about": game.about, "rules": {name: rule.words for name, rule in game.rule_texts.items()},
-        "settings": _doc(load_object(game.settings)), "values_in_this_match": dict(file.rules), "map": file.map,
+        "settings": _doc(load_object(game.settings)), "values_in_this_match": values, "map": file.map,
         "players_name_role_x_y_heading_degrees": players, "to_build_upon": built_in,
     }  # fmt: skip
 
@@ -100,9 +101,9 @@ def view() -> str:
     """The classes that a player sees and returns, with the properties and methods that it needs."""
     parts = ["from vrg.agents import STILL, Action, Pose, Sighting, Strategy, Stroke, Twist, View", text("units")]
     parts += [f"class {kind.__name__}\n{_doc(kind)}" for kind in _SHOWN]
-    parts += [f"View.{name}: {_first(getattr(View, name))}" for name in ("position", "speed", "others", "zone")]
+    parts += [_member("View", getattr(View, name), name) for name in ("position", "speed", "others", "zone")]
     names = ("contains", "nearest", "shrunk", "middle", "bounds", "distance")
-    parts += [f"region.{name}: {_first(getattr(Rectangle, name))}" for name in names]
+    parts += [_member("region", getattr(Rectangle, name), name) for name in names]
     return "\n\n".join(parts)
 
 
@@ -127,6 +128,12 @@ def _helper(target: str) -> str:
     module, _, name = target.partition(":")
     found = getattr(importlib.import_module(module), name)
     return f"from {module} import {name}\n{name}{inspect.signature(found)}\n{_doc(found)}"
+
+
+def _member(of: str, found: object, name: str) -> str:
+    """A property, or a method with its arguments, and what it is."""
+    called = str(inspect.signature(found)).replace("(self, ", "(").replace("(self)", "()") if callable(found) else ""
+    return f"{of}.{name}{called}: {_first(found)}"
 
 
 def _doc(found: object) -> str:

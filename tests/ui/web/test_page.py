@@ -75,10 +75,10 @@ class TestPureParts:
                 const view = m.fit(box, area, area, m.asked(`?turn=${turn}`)), [x, y] = m.point(view, 20, 10);
                 const ahead = m.point(view, 11, 5), to = Math.atan2(view.top - ahead[1], ahead[0] - view.left);
                 return [x, y, ...m.place(view, x, y), Math.cos(m.angle(view, 0) - to)].map((one) => Math.round(one));
-            }).concat([["", "?turn=45", "?turn=x"].map(m.asked)]);""",
+            }).concat([["", "?turn=45", "?turn=x", "?turn=270"].map(m.asked)]);""",
         )
         corners = [[200, 50], [150, 200], [0, 150], [50, 0]]
-        assert found == [*([*corner, 20, 10, 1] for corner in corners), [None, None, None]]
+        assert found == [*([*corner, 20, 10, 1] for corner in corners), [0, 0, 0, 3]]
 
     def test_between_two_frames_robots_are_on_the_way_and_after_the_last_they_wait(self, visit):
         found = self.run(

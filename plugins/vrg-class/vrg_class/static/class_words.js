@@ -23,8 +23,8 @@ export const WORDS = {
   freeNoun: "Free play: the whole match", hint: "Show a hint", hintHeading: "Hint: ",
   step: (number, title, done) => `Step ${number}: ${title}${done ? ", done" : ""}`,
   stepOf: (number, count) => `Step ${number} of ${count}`,
-  handed: (version) => `Version ${version} plays in the league.`, notHanded: "Nothing handed in yet.",
-  handedNow: (version) => `Handed in! Version ${version} plays in the league now.`,
+  handed: (version) => `Version ${version} is handed in.`, notHanded: "Nothing handed in yet.",
+  handedNow: (version) => `Handed in! Version ${version} plays in the league once two have handed in.`,
   noOutput: "What your code prints, its errors, and what the referee says appear here.",
   noView: "Press Try. Then this shows what your robot knows at each moment.",
   viewHelp: "Press a name to put it into your code.", robot: "Robot",
@@ -43,6 +43,7 @@ export const WORDS = {
 
 export const PROJECTOR = {
   noLink: "Open the projector's link as it is printed where the class was started.",
+  here: "Only this computer can open it: --listen 0.0.0.0 serves the class to others.",
   students: (count) => (count === 1 ? "1 student is here" : `${count} students have joined`),
   steps: (count) => (count === 1 ? "1 step done" : `${count} steps done together`),
   games: (count) => (count === 1 ? "1 game played" : `${count} games played`),

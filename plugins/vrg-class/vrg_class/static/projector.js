@@ -29,5 +29,6 @@ if (token) {
   byId("qr").src = `qr.svg?text=${encodeURIComponent(link)}`;
   say("address", link);
   byId("invitation").hidden = false;
+  if (["localhost", "127.0.0.1", "[::1]"].includes(location.hostname)) say("address", PROJECTOR.here);
   look();
 } else say("status", PROJECTOR.noLink);

@@ -32,6 +32,7 @@ function show() {
   byId("acts").hidden = !token;
   const hold = byId("hold");
   hold.dataset.act = held ? "go on" : "hold";
+  document.querySelector("[data-act=begin]").disabled = playing !== null || next === null;
   for (const button of document.querySelectorAll("[data-act]")) button.textContent = WORDS.acts[button.dataset.act];
   const text = JSON.stringify([matches, next]);
   if (byId("matches").dataset.of === text) return;

@@ -21,7 +21,10 @@ check() {
 }
 
 play() {
-    local place=.league
+    local place=.league pages=${VRG_PAGES:-public} own
+    own=$(git rev-parse --git-path info/exclude)
+    mkdir -p "$(dirname "$own")"
+    for name in "$place" "$pages"; do grep -qxF "/$name" "$own" 2>/dev/null || echo "/$name" >>"$own"; done
     git fetch --quiet origin "+refs/heads/$branch:refs/remotes/origin/$branch" 2>/dev/null || true
     git worktree remove --force "$place" 2>/dev/null || true
     if git rev-parse --verify --quiet "origin/$branch" >/dev/null; then
@@ -32,8 +35,8 @@ play() {
         git -C "$place" rm -rfq --ignore-unmatch .
     fi
     vrg league play "$entries" --output "$place/league" --games "${VRG_GAMES:-60}" --match "$match" --new-release
-    mkdir -p "${VRG_PAGES:-public}"
-    cp -r "$place"/league/pages/. "${VRG_PAGES:-public}"
+    mkdir -p "$pages"
+    cp -r "$place"/league/pages/. "$pages"
     # The league keeps itself out of git by a .gitignore of its own.
     git -C "$place" add --force --all league
     git -C "$place" commit --quiet --message "Play until $(date -u +%Y-%m-%dT%H:%MZ)"

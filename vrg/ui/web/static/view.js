@@ -1,18 +1,18 @@
 // Converts metres on the field to pixels. Pure functions of values; the same rules as in the window of the spectator.
 
-/** How often a page is asked to turn the field by a quarter to the right, such as by ?turn=90; null if it is not. */
+/** How often a page is asked to turn the field by a quarter to the right, such as once by ?turn=90. */
 export function asked(search) {
-  const turn = new URLSearchParams(search).get("turn");
-  return turn !== null && Number(turn) % 90 === 0 ? (((Number(turn) / 90) % 4) + 4) % 4 : null;
+  const turn = Number(new URLSearchParams(search).get("turn"));
+  return turn % 90 === 0 ? (((turn / 90) % 4) + 4) % 4 : 0;
 }
 
 /** Show a box [xMin, yMin, xMax, yMax], m, as large as an area {left, top, width, height}, pixels, allows.
- *  It is turned by so many `quarters` as are asked for, or by one where that shows it larger in `whole`, the area while
- *  nothing else takes room. */
-export function fit(box, area, whole = area, quarters = null) {
+ *  It is turned by a quarter where that shows it larger in `whole`, the area while nothing else takes room, and from there
+ *  by so many quarters `more` as are asked for. */
+export function fit(box, area, whole = area, more = 0) {
   const wide = Math.max(box[2] - box[0], 0.1), tall = Math.max(box[3] - box[1], 0.1);
   const scaleIn = (a, turned) => (turned ? Math.min(a.width / tall, a.height / wide) : Math.min(a.width / wide, a.height / tall));
-  quarters ??= Number(scaleIn(whole, true) > scaleIn(whole, false) * 1.02);
+  const quarters = (Number(scaleIn(whole, true) > scaleIn(whole, false) * 1.02) + more) % 4;
   const turned = quarters % 2 === 1;
   return {
     x: (box[0] + box[2]) / 2, y: (box[1] + box[3]) / 2,
