@@ -1,5 +1,6 @@
 """`vrg class final`: the best of a class play a bracket, as a show."""
 
+import sys
 from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
@@ -109,7 +110,11 @@ def _played(path: Path, sides: tuple[str, str], options: Sequence[str], console:
     console.print(f"[bold]{' against '.join(sides)}[/bold]")
     run = play_file(path, path.parent / "runs", options)
     result = run.result
-    if result["winner"] is None and typer.confirm(f"The match was broken off ({result['ended']}). Play it again?"):
+    if (
+        result["winner"] is None
+        and sys.stdin.isatty()
+        and typer.confirm(f"The match was broken off ({result['ended']}). Play it again?")
+    ):
         return _played(path, sides, options, console)
     teams = teams_of(run.setup)
     name = dict(zip(teams, sides, strict=True)).get(result["winner"])

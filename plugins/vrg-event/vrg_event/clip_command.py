@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 STEP: Final = 0.08
 """The real time in s for which a picture is shown; a GIF counts hundredths of a second."""
 
+MOST: Final = 1000
+"""The number of pictures of a clip."""
+
 
 def clip(
     run: RunArgument = None,
@@ -39,6 +42,8 @@ def clip(
         raise LaunchError(f"--call: expected the number of a call, one of {known or 'none'}, got {call}")
     begin, end = max(timeline.begin, mark.time - before), min(timeline.end, mark.time + after)
     times = [begin + number * STEP * speed for number in range(int((end - begin) / (STEP * speed) + 1e-6) + 1)]
+    if len(times) > MOST:
+        raise LaunchError(f"expected at most {MOST} pictures, got {len(times)}: ask for less time, or more --speed")
     file = output or folder.path / f"call-{call}.gif"
     try:
         _draw([timeline.at(time) for time in times], width, file)

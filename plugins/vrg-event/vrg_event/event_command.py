@@ -49,7 +49,8 @@ def event(
     host, port = web_address(listen)
     port = port_at(host, port, PORT, "the event")
     token, console = secrets.token_urlsafe(12), make_console()
-    site = EventSite(host, port, found, DEFAULT_PORT, token)
+    page = port_at(host, None, DEFAULT_PORT, "the match")
+    site = EventSite(host, port, found, page, token)
     with stoppable() as stop:
         site.start()
         try:
@@ -60,7 +61,7 @@ def event(
                 found,
                 site,
                 stop,
-                ["--sandbox", "--listen", netloc(host, DEFAULT_PORT), *([] if windows else ["--headless"])],
+                ["--sandbox", "--listen", netloc(host, page), *([] if windows else ["--headless"])],
             )
         finally:
             site.stop()
@@ -79,26 +80,28 @@ def _run(event: Event, site: EventSite, stop: Stop, options: list[str]) -> None:
         if event.held or not (event.begun or time.time() >= event.begins):
             stop.wait(_LOOKED)
             continue
-        event.begun, event.playing = False, number
-        console.print(f"[bold]{event.titles()[number]}[/bold]", soft_wrap=True)
+        event.begun, event.repeats, event.playing = False, False, number
+        console.print(event.titles()[number], style="bold", soft_wrap=True, markup=False)
         outcome = _played(event, number, options, stop)
         event.playing = None
         if stop.is_set():
             break  # it is played anew when the event goes on
+        if outcome is None:
+            event.held = True
+            continue
         event.keep(number, outcome)
         console.print(event.outcomes[number].words, soft_wrap=True, markup=False)
         ended = time.time() + event.table.pause
 
 
-def _played(event: Event, number: int, options: list[str], stop: Stop) -> Outcome:
-    """Play a match; one that cannot be played is an outcome, too, so that the event goes on."""
+def _played(event: Event, number: int, options: list[str], stop: Stop) -> Outcome | None:
+    """Play a match; None if it has left no result, so that the officials must decide what follows."""
     try:
         folder = RunFolder(event.folder / f"match-{number + 1}")
         folder.path.mkdir(parents=True, exist_ok=True)
         keep(event.setup(number), folder)
         run = play_file(folder.match_file, event.folder / "runs", [*options, *event.table.options], stop)
         return Outcome(words=run.conclusion, score=dict(run.score), run=str(run.path))
-    except OSError as error:
-        raise ConfigError(f"{event.folder}: cannot be written: {error.strerror}") from None
-    except VrgError as error:
-        return Outcome(words=f"Not played: {error}")
+    except (OSError, VrgError) as error:
+        make_console().print(f"not played, the timetable is held: {error}", soft_wrap=True, markup=False)
+        return None

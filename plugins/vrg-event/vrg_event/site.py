@@ -61,8 +61,9 @@ class EventSite(Site):
         event = self._event
         if act in ("hold", "go on"):
             event.held = act == "hold"
-        elif act == "begin":
+        elif act == "begin" and event.playing is None:
             event.begun, event.held = True, False
-        elif event.playing is None and event.outcomes:
+        elif act == "again" and event.playing is None and event.outcomes and not event.repeats:
+            event.repeats = True  # once, however often the button is pressed
             event.keep(max(event.outcomes), None)
         return web.Response(text="{}", content_type="application/json")

@@ -69,7 +69,7 @@ class Event:
     Attributes:
         outcomes: by the number of the match, from 0. playing: the number of the one that is played; None for none.
         begins: when the next one begins, s of wall time. held: True keeps it from beginning.
-        begun: an official has it begin now.
+        begun: an official has it begin now. repeats: the last one is to be played again.
 
     Raises:
         ConfigError: what the folder has kept is that of another timetable.
@@ -83,6 +83,7 @@ class Event:
     begins: float = 0.0
     held: bool = False
     begun: bool = False
+    repeats: bool = False
 
     def __post_init__(self) -> None:
         try:

@@ -6,6 +6,7 @@ the player at an even rate, as a data set has one: `timestamp` counts them, and 
 
 import json
 import math
+import shutil
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -98,7 +99,9 @@ def write(folder: Path, heading: Heading, robot: str, runs: Iterable[Iterable[Ep
     """
     if folder.exists():
         raise ConfigError(f"{folder}: already there: name another folder by --output")
-    book = _Book(folder, heading)
+    partial = folder.with_name(f".{folder.name}.partial")
+    shutil.rmtree(partial, ignore_errors=True)
+    book = _Book(partial, heading)
     try:
         for run in runs:
             for episode in run:
@@ -106,8 +109,11 @@ def write(folder: Path, heading: Heading, robot: str, runs: Iterable[Iterable[Ep
         if not book.rows:
             raise ConfigError("expected decisions in play, found none: export other runs")
         book.close(robot)
+        partial.replace(folder)
     except OSError as error:
         raise ConfigError(f"{folder}: cannot be written: {error.strerror or error}: choose another place") from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
     return len(book.rows), book.index
 
 

@@ -84,7 +84,7 @@ def test_names_numbers_and_paths_that_are_none_are_refused_in_words(tmp_path: Pa
             assert found["wrong"], (tool, arguments)
             assert words in found["answer"], (tool, arguments, found)
             assert len(str(found)) < 2000, (tool, arguments)
-        assert sorted(path.name for path in players.iterdir()) == ["link.py", "mine.py", "runs"]
+        assert sorted(path.name for path in players.iterdir()) == ["agent-runs", "link.py", "mine.py"]
         assert not (await me.ask("list_folder"))["runs"]
 
     session(tmp_path, work)
@@ -133,7 +133,7 @@ def test_code_that_does_what_it_may_not_is_told_with_file_and_line_and_harms_not
     session(tmp_path, work)
     assert not wrong
     assert not Path(f"{__file__}x").exists()
-    size = sum(path.stat().st_size for path in (tmp_path / "players" / "runs").rglob("*") if path.is_file())
+    size = sum(path.stat().st_size for path in (tmp_path / "players" / "agent-runs").rglob("*") if path.is_file())
     assert size < 20_000_000
 
 

@@ -31,7 +31,7 @@ class PlayerFolder:
     """
 
     def __init__(self, path: Path) -> None:
-        self.path, self.runs = path.resolve(), path.resolve() / "runs"
+        self.path, self.runs = path.resolve(), path.resolve() / "agent-runs"
         try:
             self.runs.mkdir(parents=True, exist_ok=True)
         except OSError as error:

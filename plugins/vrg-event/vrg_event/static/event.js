@@ -49,11 +49,11 @@ async function look() {
   try {
     const found = await (await fetch("state")).json();
     offset = Date.now() / 1000 - found.now;
-    const begun = state && state.playing === null && found.playing !== null;
+    const begun = found.playing !== null && found.playing !== (state?.playing ?? null);
     state = found;
     show();
     // The page of the match needs a moment to be there.
-    if (begun && !token) setTimeout(() => location.assign(byId("watch").href), 4 * EVERY);
+    if (begun && !token) setTimeout(() => state.playing !== null && location.assign(byId("watch").href), 4 * EVERY);
   } catch {
     say("status", WORDS.lost);
   }

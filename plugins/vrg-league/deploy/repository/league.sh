@@ -6,13 +6,13 @@
 #
 # Both run in a clone of the repository. What may be set: VRG_ENTRIES, the folder of the entries (entries); VRG_MATCH, a
 # game or a match file (sharks-and-minnows); VRG_GAMES, the games of a call (60); VRG_BRANCH, the branch (league);
-# VRG_PAGES, a folder into which the pages are copied (public).
+# VRG_PAGES, a folder into which the pages are copied (public); VRG_PUSH, where the branch is pushed to (origin).
 set -euo pipefail
 entries=${VRG_ENTRIES:-entries} match=${VRG_MATCH:-sharks-and-minnows} branch=${VRG_BRANCH:-league}
 
 check() {
     local status=0 changed entry
-    changed=$(git diff --name-only --diff-filter=d "$1"...HEAD -- "$entries" | cut -d/ -f"1-$(($(tr -cd / <<<"$entries" | wc -c) + 2))" | sort -u)
+    changed=$(git -c core.quotePath=off diff --name-only --diff-filter=d "$1"...HEAD -- "$entries" | cut -d/ -f"1-$(($(tr -cd / <<<"$entries" | wc -c) + 2))" | sort -u)
     [ -n "$changed" ] || echo "no entry in $entries differs from $1"
     while IFS= read -r entry; do
         [ -z "$entry" ] || vrg league check "$entry" --match "$match" || status=1
@@ -40,7 +40,7 @@ play() {
     # The league keeps itself out of git by a .gitignore of its own.
     git -C "$place" add --force --all league
     git -C "$place" commit --quiet --message "Play until $(date -u +%Y-%m-%dT%H:%MZ)"
-    git -C "$place" push --quiet origin "HEAD:refs/heads/$branch"
+    git -C "$place" push --quiet "${VRG_PUSH:-origin}" "HEAD:refs/heads/$branch"
 }
 
 case "${1:-}" in

@@ -32,6 +32,8 @@ DEEDS = {
     "caller": "import socket; socket.create_connection(('127.0.0.1', {port}))",
     "glutton": "bytearray(5_000_000_000)",
     "leaver": "import subprocess; subprocess.Popen(['sleep', '1000']); print('left')",
+    "runaway": "import subprocess; subprocess.Popen(['sleep', '1001'], start_new_session=True); print('left')",
+    "folder": "import os; os.remove('report.json'); os.mkdir('report.json'); os.symlink({secret!r}, 'said.txt')",
     "tokens": "import os; print(os.environ['SECRET_TOKEN'])",
 }
 
@@ -86,7 +88,7 @@ def test_an_author_can_write_its_entry_and_nothing_else(
     assert all("a secret of the owner" not in json.dumps(turn) for turn in found.values())
     assert secret.read_text() == "a secret of the owner"
     assert {file.name for file in entries.iterdir()} == {"good.py", "league"}
-    left = [pid for pid in os.listdir("/proc") if pid.isdecimal() and b"sleep\x001000" in _command(pid)]
+    left = [pid for pid in os.listdir("/proc") if pid.isdecimal() and b"sleep\x00100" in _command(pid)]
     assert left == [], "what it has started ends with it"
     again = vrg("league", "improve", "entries", "authors.toml")
     assert turns(entries)["good"]["outcome"] == "it has changed nothing", again.err

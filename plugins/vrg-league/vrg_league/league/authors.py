@@ -2,28 +2,33 @@
 
 An author is a command, such as one that asks a language model. It runs in a folder of its own, where it keeps what it
 likes from turn to turn. There lie `report.json`, and its entry as `player.py`, which it changes. It can reach no other
-files but those of the system, what its table names, and no network but the TCP ports that this names.
+files but those of the system and what its table names, and no TCP port but those that this names. Landlock, by which it
+is shut off, knows nothing of UDP and of sockets in the file system.
 """
 
 import contextlib
+import ctypes
 import json
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
+import psutil
 from msgspec import Struct
 from pydantic import Field, ValidationError
 
-from vrg.errors import ConfigError, LaunchError
+from vrg.errors import ConfigError
 from vrg.files import read_text, toml_of, write_whole
 from vrg.launch.sandbox.player import entries_of, libraries
 from vrg.launch.sandbox.policy import Access, Policy, files
+from vrg.runs.run_folder import delete
 from vrg.tables import Table, problems_of
 from vrg.types import printable
 from vrg_league.folder import write_record
@@ -37,6 +42,8 @@ GAMES: Final = 12
 """The number of the last games of an entry in its report."""
 PLAYER: Final = "player.py"
 """The name of the file that an author writes, in its folder."""
+_SUBREAPER: Final = 36
+"""PR_SET_CHILD_SUBREAPER of prctl(2)."""
 _SAID: Final = 2000
 """The number of characters of what an author has printed that are kept."""
 
@@ -171,18 +178,18 @@ def write_version(
         base: the folder in which files of its command are looked for. entries: that of the entries.
         place: that of the authors, with one for each. about: its report.
         stopped: waits for so much real time, s; True if it is to be broken off.
-
-    Raises:
-        LaunchError: the folders cannot be written.
     """
     folder, entry, began = place.resolve() / name, entries / f"{name}.py", time.monotonic()
-    stamp = time.strftime("%Y-%m-%d %H:%M:%S")
+    stamp, said = time.strftime("%Y-%m-%d %H:%M:%S"), ""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # Whatever it has put in their place: a link, or a folder.
+        delete(folder / "report.json")
+        delete(folder / PLAYER)
         write_whole(folder / "report.json", msgspec.json.format(msgspec.json.encode(about)))
         if entry.is_file():
             write_whole(folder / PLAYER, entry.read_bytes())
-        outcome = _run(author, base, folder, stopped)
+        outcome, said = _run(author, base, folder, stopped)
         before, after = read_entry(entry), read_entry(folder / PLAYER)
         data = b"" if after is None else b"".join(after.files.values())
         if not outcome and not os.path.lexists(folder / PLAYER):
@@ -194,9 +201,8 @@ def write_version(
         elif not outcome:
             write_whole(entry, data)
             outcome = "it has written another version"
-        said = printable((folder / "said.txt").read_bytes()[-_SAID:].decode("utf-8", "replace"), lines=True)
     except OSError as error:
-        raise LaunchError(f"{folder}: cannot be used: {error.strerror}") from None
+        outcome = f"it could not write: {error}"
     now = read_entry(entry)
     return Turn(
         author=name, began=stamp, seconds=round(time.monotonic() - began, 1), outcome=outcome,
@@ -210,8 +216,8 @@ def note(place: Path, turn: Turn) -> None:
         write_record(journal, turn)
 
 
-def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bool]) -> str:
-    """Run the command of an author; why it failed, in words, empty if it did not."""
+def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bool]) -> tuple[str, str]:
+    """Run the command of an author; why it failed, empty if it did not; and the end of what it has printed."""
     command = [str((base / word).resolve()) if (base / word).is_file() else word for word in author.command]
     reads = [Path(word) for word in command if Path(word).is_file()]
     reads += [(base / Path(name).expanduser()).resolve() for name in author.reads]
@@ -227,24 +233,43 @@ def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bo
     # Its `python3` is the one that runs this, with VRG.
     own["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), own.get("PATH", os.defpath)])
     own |= {"HOME": str(folder), "TMPDIR": str(folder)}
-    with (folder / "said.txt").open("wb") as said:
+    before = _children()
+    with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", author_process.__name__, author_process.packed(policy), *command],
+            [sys.executable, "-I", "-m", author_process.__name__, author_process.packed(policy), *command],
             cwd=folder, env=own, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT,
             start_new_session=True,
         )  # fmt: skip
-        until = time.monotonic() + author.seconds
+        until, why = time.monotonic() + author.seconds, ""
         try:
-            while process.poll() is None:
+            while process.poll() is None and not why:
                 if stopped(0.05):
-                    return "it was broken off"
-                if time.monotonic() > until:
-                    return f"it took longer than {author.seconds:g} s"
+                    why = "it was broken off"
+                elif time.monotonic() > until:
+                    why = f"it took longer than {author.seconds:g} s"
         finally:
-            with contextlib.suppress(ProcessLookupError):  # it has ended, and nothing that it has started is left
+            with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             status = process.wait()
-    return "" if status == 0 else f"its command has ended with status {status}"
+            _end_children(before)
+        said.seek(max(0, said.seek(0, os.SEEK_END) - _SAID))
+        words = printable(said.read(_SAID).decode("utf-8", "replace"), lines=True)
+    return why or ("" if status == 0 else f"its command has ended with status {status}"), words
+
+
+def _children() -> set[int]:
+    """The processes whose parent this one is; it also becomes that of those that their own parents leave behind."""
+    ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
+    return {child.pid for child in psutil.Process().children()}
+
+
+def _end_children(before: set[int]) -> None:
+    """End all that an author has started, whatever session it is in."""
+    while left := _children() - before:
+        for pid in left:
+            with contextlib.suppress(ProcessLookupError, ChildProcessError):
+                os.kill(pid, signal.SIGKILL)
+                os.waitpid(pid, 0)
 
 
 def table_of(turns: Sequence[Turn]) -> list[list[str]]:
