@@ -272,7 +272,7 @@ BUDGETS = {
     "localisation": 540,
     "hal/can/workshop": 1_030,
     "coordinator": 2_030,
-    "runs": 1_730,  # with what a replay shows and takes up, what differs between runs, and what robots were like
+    "runs": 1_740,  # with what a replay shows and takes up, what differs between runs, and what robots were like
     "hal": 1_530,  # the permission of robots, which the world uses too
     "shared values": 1_690,  # the figures of a picture; what plug-ins add and show
     "testing": 780,  # with what the tests and the faults of a robot on a simulated CAN bus share
