@@ -2,6 +2,7 @@
 
 import json
 import math
+import unicodedata
 from pathlib import Path
 
 import pytest
@@ -9,15 +10,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vrg.errors import ConfigError
+from vrg.launch.fork_server import ForkServer
 from vrg_mcp.answers import fault, known, number, quoted, told
 from vrg_mcp.players import PlayerFolder
+from vrg_mcp.work import decide
 
 
 @given(st.text(max_size=300))
 def test_what_is_quoted_has_no_sign_that_controls_and_is_short(text: str) -> None:
     found = quoted(text, 100)
     assert len(found) <= 107
-    assert all(sign.isprintable() or sign in "\n\t" for sign in found)
+    assert all(unicodedata.category(sign)[0] != "C" or sign in "\n\t" for sign in found)
 
 
 def test_a_fault_has_its_place_and_no_folder() -> None:
@@ -56,3 +59,11 @@ def test_a_name_that_is_no_file_of_the_folder_is_refused(name: str, tmp_path: Pa
     assert folder.read("ann.py") == "x = 1"
     (folder.path / "link.py").symlink_to("/etc/passwd")
     assert folder.names() == ["ann.py"]
+
+
+@pytest.mark.parametrize("action", ["halt", "end"])
+def test_an_official_decides_as_by_the_command(action: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[str, str]] = []
+    monkeypatch.setattr("vrg.commands.official._decide", lambda what, on, *_: asked.append((what.value, on.reason)))
+    decide(ForkServer(), action, "a test", "runs")
+    assert asked == [(action, "a test")]

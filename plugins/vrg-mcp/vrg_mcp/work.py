@@ -247,7 +247,7 @@ def decide(_server: ForkServer, action: str, reason: str, runs: str) -> dict[str
         raise ConfigError("the match has physical robots: a person lets them drive, by `vrg official resume`")
     with contextlib.redirect_stdout(io.StringIO()) as words:
         try:
-            {"halt": official.halt, "resume": official.resume, "end": official.end}[action](on)
+            {"halt": official.halt, "resume": official.resume, "end": official.end}[action](**vars(on))
         except typer.Exit:
             raise WorkError(words.getvalue()) from None
     return {"words": quoted(words.getvalue())}
