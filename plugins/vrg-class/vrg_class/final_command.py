@@ -48,7 +48,10 @@ def final(
     base = match or place.about.match
     # By the versions that have earned their places.
     files = {name: str(league.files[name]) for name in best}
-    options = ["--sandbox" if sandbox else "--no-sandbox", *(word for one in show or () for word in ("--show", one))]
+    options = [
+        "--sandbox" if sandbox else "--no-sandbox",
+        *(word for one in show or () for word in (["--web"] if one == "web" else ["--show", one])),
+    ]
     options += ["--lockstep", "--headless", "--engine", "planar"] if lockstep else []
     number, pairs = 1, first_round(best)
     while pairs:
