@@ -1,5 +1,6 @@
 """The numbers that decided the calls of a run."""
 
+from contextlib import suppress
 from typing import Any
 
 from vrg.config.setup import MatchSetup
@@ -33,7 +34,9 @@ def reasons(folder: RunFolder, setup: MatchSetup) -> dict[int, list[str]]:
     """
     (book, later), (_, records) = books_of(setup, folder), read_journal(folder.journal)
     cases = cases_of(book, read_evidence(folder.evidence), records, later)
-    return {
-        case.call.number: [f"{measure}." for measure in measures_of(setup, book_at(case.now.time, book, later), case)]
-        for case in cases
-    }
+    found: dict[int, list[str]] = {}
+    for case in cases:
+        with suppress(Exception):  # the rules of any game, on numbers that anybody may have changed
+            measures = measures_of(setup, book_at(case.now.time, book, later), case)
+            found[case.call.number] = [f"{measure}." for measure in measures]
+    return found
