@@ -316,6 +316,11 @@ def test_two_nodes_that_publish_odometry_are_refused_and_another_commander_is_na
     base.subscribe("/tb1/cmd_vel", "geometry_msgs/Twist")
     base.advertise("/tb1/odom", "nav_msgs/Odometry")
     teleop.advertise("/tb1/cmd_vel", "geometry_msgs/Twist")
+    with open_session(driver._router) as other:  # until the router knows it, too
+        deadline = time.monotonic() + PATIENCE
+        while "/teleop" not in commanders(graph_of(other, DOMAIN), "/tb1/cmd_vel"):
+            assert time.monotonic() < deadline, "the router does not know of it"
+            time.sleep(0.05)
     with driver:
         assert "r: /tb1/cmd_vel is commanded by /teleop, too: stop that" in caplog.text
         driver._clock.sleep(0.2)
