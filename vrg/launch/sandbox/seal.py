@@ -9,14 +9,15 @@ import os
 import platform
 import struct
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from vrg.errors import SandboxError
 from vrg.launch.sandbox import landlock
-from vrg.launch.sandbox.bpf import Instruction, program_bytes
+from vrg.launch.sandbox.bpf import program_bytes
 from vrg.launch.sandbox.policy import Policy
-from vrg.launch.sandbox.seccomp import program, rules
-from vrg.launch.sandbox.syscalls import ARCHITECTURES, Architecture
+from vrg.launch.sandbox.seccomp import SyscallRule, program, rules
+from vrg.launch.sandbox.syscalls import ARCHITECTURES
 from vrg.system import POSIX
 
 if POSIX:
@@ -80,8 +81,7 @@ def seal(policy: Policy) -> None:
         _bound(policy)
         drop_capabilities()
         landlock.restrict(policy.files, policy.ports)
-        architecture = ARCHITECTURES[platform.machine()]
-        _filter(architecture, program(architecture, rules(os.getpid(), udp=policy.udp, can=policy.can)))
+        filter_calls(rules(os.getpid(), udp=policy.udp, can=policy.can))
     except OSError as error:
         raise SandboxError(f"this process cannot be sealed: {error}: {_WHAT_TO_DO}") from error
 
@@ -169,8 +169,10 @@ class _Program(ctypes.Structure):
     _fields_ = (("length", ctypes.c_ushort), ("filter", ctypes.c_char_p))
 
 
-def _filter(architecture: Architecture, instructions: list[Instruction]) -> None:
-    """Let the kernel filter the system calls of this process."""
+def filter_calls(refused: Sequence[SyscallRule]) -> None:
+    """Let the kernel filter the system calls of this process, and of the programs that it starts, for good."""
+    architecture = ARCHITECTURES[platform.machine()]
+    instructions = program(architecture, refused)
     wanted = ctypes.byref(_Program(len(instructions), program_bytes(instructions)))
     number, operation, flags = architecture.seccomp, ctypes.c_uint(_SET_FILTER), ctypes.c_uint(_ALL_THREADS)
     if thread := landlock.syscall(number, operation, flags, wanted):

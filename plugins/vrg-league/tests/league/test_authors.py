@@ -34,6 +34,11 @@ DEEDS = {
     "leaver": "import subprocess; subprocess.Popen(['sleep', '1000']); print('left')",
     "runaway": "import subprocess; subprocess.Popen(['sleep', '1001'], start_new_session=True); print('left')",
     "folder": "import os; os.remove('report.json'); os.mkdir('report.json'); os.symlink({secret!r}, 'said.txt')",
+    "datagram": "import socket; socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'x', ('127.0.0.1', {port}))",
+    "file_socket": "import socket; socket.socket(socket.AF_UNIX).connect({listening!r})",
+    "namer": "import socket; print(socket.getaddrinfo('localhost', 80))",
+    "many": "import os, time; any(os.fork() == 0 for _ in range(6)); data = b'x' * 300_000_000; time.sleep(1000)",
+    "shell": "import subprocess; print(subprocess.call('sleep 9 & kill $! && touch x && chmod 600 x', shell=True))",
     "tokens": "import os; print(os.environ['SECRET_TOKEN'])",
 }
 
@@ -65,21 +70,28 @@ def test_an_author_can_write_its_entry_and_nothing_else(
     secret.write_text("a secret of the owner")
     entries = league(vrg, tmp_path)
     table = ["publish = true"]
-    listening = socket.create_server(("127.0.0.1", 0))
-    port = listening.getsockname()[1]
+    listening, inside = socket.create_server(("127.0.0.1", 0)), socket.socket(socket.AF_UNIX)
+    inside.bind(str(tmp_path / "listening"))
+    inside.listen()
+    words = {"secret": str(secret), "port": listening.getsockname()[1], "listening": str(tmp_path / "listening")}
     for name, deed in DEEDS.items():
-        (tmp_path / f"{name}.py").write_text(deed.replace("{secret!r}", repr(str(secret))).replace("{port}", str(port)))
-        table += [f"[authors.{name}]", f'command = ["python3", "{name}.py"]', "seconds = 2.0", "memory = 1000"]
+        (tmp_path / f"{name}.py").write_text(deed.format(**words))
+        table += [f"[authors.{name}]", f'command = ["python3", "{name}.py"]', "memory = 1000"]
+        table += [f"seconds = {2 if name == 'endless' else 60}"]
     (tmp_path / "authors.toml").write_text("\n".join(table))
     done = vrg("league", "improve", "entries", "authors.toml")
     assert done.status == 0, done.err
     listening.close()
+    inside.close()
     found = turns(entries)
     assert found["good"]["outcome"] == "it has written another version"
     assert found["good"]["said"] == "done\n"
     assert {name for name, turn in found.items() if turn["outcome"].endswith("status 3")} == {"failing"}
     assert found["endless"]["outcome"] == "it took longer than 2 s"
-    for name in ("curious", "writer", "caller", "glutton", "tokens", "pipe"):
+    assert found["many"]["outcome"] == "it used more than 1000 MB"
+    assert "127.0.0.1" in found["namer"]["said"], "names are found without UDP"
+    assert found["shell"]["said"] == "0\n", "it may start and stop programs"
+    for name in ("curious", "writer", "caller", "glutton", "tokens", "pipe", "datagram", "file_socket"):
         assert found[name]["outcome"] == "its command has ended with status 1", name
         assert any(error in found[name]["said"] for error in ("PermissionError", "MemoryError", "KeyError")), name
     assert "expected at most 4 MB" in found["large"]["outcome"]

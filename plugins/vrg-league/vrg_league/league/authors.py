@@ -2,8 +2,7 @@
 
 An author is a command, such as one that asks a language model. It runs in a folder of its own, where it keeps what it
 likes from turn to turn. There lie `report.json`, and its entry as `player.py`, which it changes. It can reach no other
-files but those of the system and what its table names, and no TCP port but those that this names. Landlock, by which it
-is shut off, knows nothing of UDP and of sockets in the file system.
+files but those of the system and what its table names, and of sockets only those of TCP, to the ports that this names.
 """
 
 import contextlib
@@ -44,6 +43,12 @@ PLAYER: Final = "player.py"
 """The name of the file that an author writes, in its folder."""
 _SUBREAPER: Final = 36
 """PR_SET_CHILD_SUBREAPER of prctl(2)."""
+_NAMES: Final = 53
+"""The TCP port of servers of names."""
+_CERTIFICATES: Final = (Path("/etc/ssl/certs"), Path("/etc/pki"))
+"""Where systems keep those of the authorities by which a program knows a service."""
+_LOOK: Final = 0.2
+"""The time between two looks at a running author, s."""
 _SAID: Final = 2000
 """The number of characters of what an author has printed that are kept."""
 
@@ -55,7 +60,7 @@ class Author(Table):
         command: the program and its arguments; those that are files beside the table's file are found there.
         reads: further files and folders that it may read. ports: the TCP ports that it may connect to, such as 443.
         variables: the names of the environment variables that it gets, such as that of a key.
-        seconds: the real time that it has for a version. memory: that it may use, MB.
+        seconds: the real time that it has for a version. memory: that it may use with all that it starts, MB.
     """
 
     command: tuple[str, ...] = Field(min_length=1)
@@ -221,18 +226,23 @@ def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bo
     command = [str((base / word).resolve()) if (base / word).is_file() else word for word in author.command]
     reads = [Path(word) for word in command if Path(word).is_file()]
     reads += [(base / Path(name).expanduser()).resolve() for name in author.reads]
+    ports = author.ports
+    if ports:
+        reads += _CERTIFICATES
+        ports = (*ports, _NAMES)
     policy = Policy(
         files=(
             *files(own=[], libraries=libraries(), hidden=[], folder=folder, written=[], entries=entries_of),
             *((path, Access.READ) for path in reads),
         ),
-        ports=author.ports, folder=folder, memory=author.memory, core=None,
+        ports=ports, folder=folder, memory=author.memory, core=None,
     )  # fmt: skip
     names = ["PATH", "LANG", *author.variables]
     own = {name: os.environ[name] for name in names if name in os.environ}
     # Its `python3` is the one that runs this, with VRG.
     own["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), own.get("PATH", os.defpath)])
-    own |= {"HOME": str(folder), "TMPDIR": str(folder)}
+    # resolv.conf(5): names are asked for over TCP, as there is no UDP.
+    own |= {"HOME": str(folder), "TMPDIR": str(folder), "RES_OPTIONS": "use-vc"}
     before = _children()
     with tempfile.TemporaryFile() as said:
         process = subprocess.Popen(
@@ -243,8 +253,10 @@ def _run(author: Author, base: Path, folder: Path, stopped: Callable[[float], bo
         until, why = time.monotonic() + author.seconds, ""
         try:
             while process.poll() is None and not why:
-                if stopped(0.05):
+                if stopped(_LOOK):
                     why = "it was broken off"
+                elif _memory(before) > author.memory:
+                    why = f"it used more than {author.memory} MB"
                 elif time.monotonic() > until:
                     why = f"it took longer than {author.seconds:g} s"
         finally:
@@ -261,6 +273,24 @@ def _children() -> set[int]:
     """The processes whose parent this one is; it also becomes that of those that their own parents leave behind."""
     ctypes.CDLL(None).prctl(_SUBREAPER, 1, 0, 0, 0)
     return {child.pid for child in psutil.Process().children()}
+
+
+def _memory(before: set[int]) -> float:
+    """The memory that an author uses with all that it has started, MB."""
+    used = 0
+    for pid in _children() - before:
+        # What has ended meanwhile uses none.
+        with contextlib.suppress(psutil.Error):
+            one = psutil.Process(pid)
+            used += one.memory_info().rss + sum(_resident(each) for each in one.children(recursive=True))
+    return used / 1e6
+
+
+def _resident(process: psutil.Process) -> int:
+    try:
+        return int(process.memory_info().rss)
+    except psutil.Error:
+        return 0
 
 
 def _end_children(before: set[int]) -> None:
