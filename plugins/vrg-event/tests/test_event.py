@@ -18,7 +18,7 @@ from tests.tiny import TINY
 from vrg.errors import ConfigError
 from vrg.launch.endpoints import free_port
 from vrg_event.site import EventSite
-from vrg_event.timetable import Event, Outcome, read_timetable
+from vrg_event.timetable import Event, Outcome, Slot, read_timetable
 
 TABLE = """title = "Open day"
 pause = 60.0
@@ -56,6 +56,7 @@ def event(tmp_path: Path) -> Event:
         ('title = "x"', "matches"),
         ('title = "x"\nmatches = []', "matches"),
         ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "25:00"', "at"),
+        ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\nat = "2026-02-30 12:00"', "at"),
         ('title = "x"\npause = -1\n[[matches]]\nmatch = "tiny.toml"', "pause"),
         ('title = "x"\n[[matches]]\nmatch = "tiny.toml"\ntittle = "y"', "tittle"),
         ("[", "cannot be read"),
@@ -79,26 +80,59 @@ def test_a_match_has_the_strategies_and_the_seed_of_its_slot(event: Event) -> No
 
 def test_a_match_begins_after_the_pause_and_not_before_its_time(event: Event) -> None:
     noon = datetime(2026, 11, 28, 12, 0).timestamp()
-    assert event.due(0, noon + 60.0, noon) == noon + 60.0
-    assert event.due(1, noon + 60.0, noon) == datetime(2026, 11, 28, 23, 59).timestamp()
+    assert event.due(0, noon) == noon
+    assert event.due(1, noon) == datetime(2026, 11, 28, 23, 59).timestamp()
     late = datetime(2026, 11, 28, 23, 59, 30).timestamp()
-    assert event.due(1, late + 60.0, late) == late + 60.0
+    assert event.due(1, late) == late
+
+
+@pytest.mark.parametrize(
+    ("at", "ended", "begins"),
+    [
+        ("00:30", datetime(2026, 11, 28, 23, 40), datetime(2026, 11, 29, 0, 30)),
+        ("23:50", datetime(2026, 11, 29, 0, 10), datetime(2026, 11, 29, 0, 10)),
+        ("22:00", datetime(2026, 11, 28, 5, 0), datetime(2026, 11, 28, 22, 0)),
+        ("09:00", datetime(2026, 11, 28, 14, 59), datetime(2026, 11, 28, 14, 59)),
+        ("09:00", datetime(2026, 11, 28, 15, 1), datetime(2026, 11, 29, 9, 0)),
+        ("2026-11-30 09:00", datetime(2026, 11, 28, 12, 0), datetime(2026, 11, 30, 9, 0)),
+        ("2026-11-27 09:00", datetime(2026, 11, 28, 12, 0), datetime(2026, 11, 28, 12, 0)),
+    ],
+)
+def test_a_time_of_the_day_is_one_at_most_six_hours_ago_or_the_next(
+    at: str, ended: datetime, begins: datetime, event: Event
+) -> None:
+    slot = event.table.matches[1].model_copy(update={"at": at})
+    event.table = event.table.model_copy(update={"matches": (slot,)})
+    assert datetime.fromtimestamp(event.due(0, ended.timestamp())) == begins
 
 
 def test_outcomes_survive_a_restart_and_can_be_taken_back(event: Event) -> None:
-    event.keep(0, Outcome(words="Minnows win", score={"sharks": 1, "minnows": 2}, run="r"))
+    event.keep(0, Outcome(title="Ann against Bob", words="Minnows win", score={"sharks": 1, "minnows": 2}, run="r"))
     again = Event(event.table, event.base, event.folder)
     assert (again.next, again.outcomes) == (1, event.outcomes)
     assert again.state()["matches"][0]["score"] == [("sharks", 1), ("minnows", 2)]
     again.keep(0, None)
     assert Event(event.table, event.base, event.folder).next == 0
-    (event.folder / "outcomes.json").write_text('{"5": {"words": ""}}')
-    with pytest.raises(ConfigError, match="longer one"):
-        Event(event.table, event.base, event.folder)
+
+
+def test_outcomes_stay_with_their_matches_if_the_timetable_changes(event: Event) -> None:
+    event.keep(1, Outcome(title="roboflag", words="Red wins"))
+    event.keep(0, Outcome(title="Ann against Bob", words="Minnows win"))
+    first, second = event.table.matches
+    another = first.model_copy(update={"title": "Cid against Dee"})
+
+    def changed(*slots: Slot) -> Event:
+        return Event(event.table.model_copy(update={"matches": slots}), event.base, event.folder)
+
+    again = changed(another, second, first, second)
+    assert {number: one.words for number, one in again.outcomes.items()} == {1: "Red wins", 2: "Minnows win"}
+    assert again.next == 0
+    with pytest.raises(ConfigError, match="found that of 'roboflag'"):
+        changed(first, another)
 
 
 def test_only_officials_decide(event: Event) -> None:
-    event.keep(0, Outcome(words="Minnows win"))
+    event.keep(0, Outcome(title="Ann against Bob", words="Minnows win"))
     port = free_port("127.0.0.1", 18170, tries=100)
     site = EventSite("127.0.0.1", port, event, 8080, "the-token")
     site.start()

@@ -57,12 +57,8 @@ def event(
             for address in reached_at(host):
                 at = f"http://{netloc(address, port)}/"
                 console.print(f"stage      {at}\nofficials  {at}#{token}", soft_wrap=True, markup=False)
-            _run(
-                found,
-                site,
-                stop,
-                ["--sandbox", "--listen", netloc(host, page), *([] if windows else ["--headless"])],
-            )
+            shown = [] if windows else ["--headless"]
+            _run(found, site, stop, ["--sandbox", "--listen", netloc(host, page), *shown])
         finally:
             site.stop()
 
@@ -75,7 +71,7 @@ def _run(event: Event, site: EventSite, stop: Stop, options: list[str]) -> None:
             if not stop.wait(_LOOKED):  # somebody may want the last one again
                 continue
             break
-        event.begins = event.due(number, ended, time.time())
+        event.begins = event.due(number, ended)
         site.check()
         if event.held or not (event.begun or time.time() >= event.begins):
             stop.wait(_LOOKED)
@@ -101,7 +97,7 @@ def _played(event: Event, number: int, options: list[str], stop: Stop) -> Outcom
         folder.path.mkdir(parents=True, exist_ok=True)
         keep(event.setup(number), folder)
         run = play_file(folder.match_file, event.folder / "runs", [*options, *event.table.options], stop)
-        return Outcome(words=run.conclusion, score=dict(run.score), run=str(run.path))
+        return Outcome(title=event.titles()[number], words=run.conclusion, score=dict(run.score), run=str(run.path))
     except (OSError, VrgError) as error:
         make_console().print(f"not played, the timetable is held: {error}", soft_wrap=True, markup=False)
         return None

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from datetime import datetime
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any, Final
 
 import msgspec
 from msgspec import Struct
-from pydantic import Field, ValidationError
+from pydantic import Field, ValidationError, field_validator
 
 from vrg.api import played_by
 from vrg.config.loading import load_match, match_path
@@ -19,6 +19,8 @@ from vrg.tables import Table, problems_of
 
 MOST: Final = 500
 """The matches of a timetable."""
+_PAST: Final = timedelta(hours=6)
+"""The longest time that a match comes late. A time of the day that is longer ago is that of the next day."""
 
 
 class Slot(Table):
@@ -26,16 +28,23 @@ class Slot(Table):
 
     Args:
         match: the name of a game, or a match file beside the timetable. title: who plays; that of the match if empty.
-        at: the time of the day before which it does not begin, such as `14:30`; empty for as soon as it can.
+        at: the time before which it does not begin, `14:30` or `2026-12-24 14:30`; empty for as soon as it can.
         strategies: in place of those of the match, by player or team; files beside the timetable, or names.
         seed: in place of that of the match; None leaves it.
     """
 
     match: str
     title: str = Field("", max_length=100)
-    at: str = Field("", pattern=r"^(|([01]?\d|2[0-3]):[0-5]\d)$")
+    at: str = Field("", pattern=r"^(|(\d{4}-\d\d-\d\d )?([01]?\d|2[0-3]):[0-5]\d)$")
     strategies: dict[str, str] = Field(default_factory=dict)
     seed: int | None = None
+
+    @field_validator("at")
+    @classmethod
+    def _is_a_time(cls, at: str) -> str:
+        if at[5:]:
+            datetime.fromisoformat(at)
+        return at
 
 
 class Timetable(Table):
@@ -52,8 +61,9 @@ class Timetable(Table):
 
 
 class Outcome(Struct, frozen=True, kw_only=True):
-    """What has come out of a match: in words, the score by team, and its run folder."""
+    """What has come out of a match, by its title: in words, the score by team, and its run folder."""
 
+    title: str
     words: str
     score: dict[str, int] = {}
     run: str = ""
@@ -87,13 +97,22 @@ class Event:
 
     def __post_init__(self) -> None:
         try:
-            self.outcomes = msgspec.json.decode(read_bytes(self._kept), type=dict[int, Outcome])
+            kept = msgspec.json.decode(read_bytes(self._kept), type=list[Outcome])
         except FileNotFoundError:
             return
         except (OSError, ValueError) as error:
             raise ConfigError(f"{self._kept}: expected the outcomes of an event: {error}") from None
-        if any(number >= len(self.table.matches) for number in self.outcomes):
-            raise ConfigError(f"{self.folder}: expected the outcomes of this timetable, found those of a longer one")
+        # The timetable may have been changed: more matches, or in another order.
+        free = dict(enumerate(self.titles()))
+        for outcome in kept:
+            number = next((number for number, title in free.items() if title == outcome.title), None)
+            if number is None:
+                raise ConfigError(
+                    f"{self._kept}: expected the outcomes of this timetable, found that of {outcome.title!r}: "
+                    "add the match to the timetable, or move the folder away"
+                )
+            del free[number]
+            self.outcomes[number] = outcome
 
     @property
     def _kept(self) -> Path:
@@ -104,17 +123,17 @@ class Event:
         """The number of the first match that has no outcome; None if all have one."""
         return next((number for number in range(len(self.table.matches)) if number not in self.outcomes), None)
 
-    def due(self, number: int, ended: float, now: float) -> float:
-        """When a match begins, s of wall time.
-
-        Args:
-            ended: when the one before it has ended. now: both s of wall time.
-        """
+    def due(self, number: int, ended: float) -> float:
+        """When a match begins, s of wall time, if the pause after the one before it ends at `ended`, s of wall time."""
         if not (at := self.table.matches[number].at):
             return ended
+        if at[5:]:
+            return max(ended, datetime.fromisoformat(at).timestamp())
         hour, minute = map(int, at.split(":"))
-        wanted = datetime.fromtimestamp(now).replace(hour=hour, minute=minute, second=0, microsecond=0).timestamp()
-        return max(ended, wanted)
+        now = datetime.fromtimestamp(ended)
+        wanted = now.replace(hour=hour, minute=minute, second=0, microsecond=0)
+        days = 1 if now - wanted > _PAST else -1 if wanted - now > timedelta(days=1) - _PAST else 0
+        return max(ended, (wanted + timedelta(days=days)).timestamp())
 
     def keep(self, number: int, outcome: Outcome | None) -> None:
         """Note the outcome of a match; None lets it be played again.
@@ -122,12 +141,11 @@ class Event:
         Raises:
             LaunchError: it cannot be written.
         """
-        self.outcomes = {n: one for n, one in self.outcomes.items() if n != number}
-        if outcome is not None:
-            self.outcomes[number] = outcome
+        others = {n: one for n, one in self.outcomes.items() if n != number}
+        self.outcomes = others if outcome is None else dict(sorted((others | {number: outcome}).items()))
         try:
             self.folder.mkdir(parents=True, exist_ok=True)
-            write_whole(self._kept, msgspec.json.encode(self.outcomes))
+            write_whole(self._kept, msgspec.json.encode([*self.outcomes.values()]))
         except OSError as error:
             raise LaunchError(f"{self._kept}: cannot be written: {error.strerror}") from None
 
