@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import functools
-import hmac
 import io
 import itertools
 import logging
@@ -22,6 +21,7 @@ from msgspec import Struct, structs
 
 from vrg.games import GAMES
 from vrg.launch.sandbox.seal import missing
+from vrg.ui.web.admission import is_token
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
 from vrg_class import requests
@@ -138,9 +138,6 @@ class ClassSite(Site):
 
     # Who asks
 
-    def _token(self, request: web.Request) -> str:
-        return request.headers.get("Authorization", "").removeprefix("Bearer ")
-
     def _told(self, answer: Callable[[web.Request], Any]) -> Any:
         """What answers with JSON; a ValueError is a request that cannot be granted, with the reason."""
 
@@ -163,7 +160,7 @@ class ClassSite(Site):
         self, kind: type[Struct], answer: Callable[[Any, Student, Desk], Any]
     ) -> Callable[[web.Request], Any]:
         async def handler(request: web.Request) -> Any:
-            token, students = self._token(request), self._folder.students
+            token, students = self.token_of(request), self._folder.students
             if token not in students:
                 raise PermissionError("this link is not known: join again, or ask your teacher for your link")
             wanted = requests.read(await request.read(), kind)
@@ -175,7 +172,7 @@ class ClassSite(Site):
 
     def _of_teacher(self, answer: Callable[[web.Request], Any]) -> Callable[[web.Request], Any]:
         async def handler(request: web.Request) -> Any:
-            if not _same(self._token(request), self._folder.about.teacher):
+            if not is_token(self.token_of(request), self._folder.about.teacher):
                 raise PermissionError("this needs the teacher's link")
             self.let_in(request)
             return await answer(request)
@@ -186,14 +183,14 @@ class ClassSite(Site):
 
     async def _join(self, request: web.Request) -> Any:
         about, wanted = self._folder.about, requests.read(await request.read(), requests.Join)
-        if not _same(self._token(request), about.joining):
+        if not is_token(self.token_of(request), about.joining):
             raise PermissionError("this needs the link of the class: scan it from the projector")
         name = checked_name(wanted.name)
         if about.roster:
             who = request.remote or "", int(time.monotonic() // 60)
             if self._guesses[who] >= GUESSES:
                 raise ValueError("too many wrong words from this device: wait a minute")
-            if not _same(wanted.word, about.roster.get(name, "")):
+            if not is_token(wanted.word, about.roster.get(name, "")):
                 self._guesses[who] += 1
                 raise ValueError("this name and this word are not in the roster of the class")
             student = self._folder.named(name) or self._folder.join(name)
@@ -347,9 +344,9 @@ class ClassSite(Site):
         return web.Response(body=code, content_type="image/svg+xml")
 
     async def _board(self, request: web.Request) -> Any:
-        token, about, students = self._token(request), self._folder.about, self._folder.students
+        token, about, students = self.token_of(request), self._folder.about, self._folder.students
         student = students.get(token)
-        if student is None and not _same(token, about.joining):
+        if student is None and not is_token(token, about.joining):
             raise PermissionError("this needs the link of the class")
         self.let_in(request)
         return {
@@ -361,7 +358,7 @@ class ClassSite(Site):
 
     async def _league_page(self, request: web.Request) -> web.Response:
         """A page of the league. The token is in its address, so that its links lead to others."""
-        if not _same(request.match_info["token"], self._folder.about.joining):
+        if not is_token(request.match_info["token"], self._folder.about.joining):
             raise web.HTTPNotFound
         self.let_in(request)
         try:
@@ -423,7 +420,3 @@ def _qr(text: str) -> bytes:
     found = io.BytesIO()
     segno.make(text or "-", error="m").save(found, kind="svg", scale=8, border=2, dark="#000", light="#fff")
     return found.getvalue()
-
-
-def _same(offered: str, wanted: str) -> bool:
-    return bool(wanted) and hmac.compare_digest(offered.encode(errors="surrogateescape"), wanted.encode())

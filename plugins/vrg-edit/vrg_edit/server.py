@@ -1,7 +1,6 @@
 """The server of the configurator's page: one that holds its token asks, and an editor answers."""
 
 import asyncio
-import hmac
 import secrets
 import threading
 from importlib.resources import files
@@ -9,7 +8,7 @@ from typing import Any, Final
 
 from aiohttp import web
 
-from vrg.ui.web.admission import TOKEN_BYTES
+from vrg.ui.web.admission import TOKEN_BYTES, is_token
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
 from vrg_edit.editor import Editor, NextStep
@@ -58,10 +57,7 @@ class EditServer(Site):
 
     def _refused(self, request: web.Request, own: str) -> web.Response | None:
         refused = self.turned_away(request)
-        offered = request.headers.get("Authorization", "").removeprefix("Bearer ")
-        if refused is None and not (
-            own and hmac.compare_digest(offered.encode(errors="surrogateescape"), own.encode())
-        ):
+        if refused is None and not is_token(self.token_of(request), own):
             refused = web.Response(status=401, text="expected the token of the link that the terminal shows")
         return refused
 

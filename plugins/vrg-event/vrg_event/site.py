@@ -1,6 +1,5 @@
 """The page of an event: the timetable, a countdown, and the officials' buttons."""
 
-import hmac
 import time
 from importlib.resources import files
 from typing import Any, Final
@@ -9,6 +8,7 @@ import msgspec
 from aiohttp import web
 from msgspec import Struct
 
+from vrg.ui.web.admission import is_token
 from vrg.ui.web.parts import encode
 from vrg.ui.web.site import Site
 from vrg_event.timetable import Event
@@ -48,8 +48,7 @@ class EventSite(Site):
     async def _act(self, request: web.Request) -> web.Response:
         if (refused := self.turned_away(request)) is not None:
             return refused
-        offered = request.headers.get("Authorization", "").removeprefix("Bearer ")
-        if not hmac.compare_digest(offered.encode(errors="surrogateescape"), self._token.encode()):
+        if not is_token(self.token_of(request), self._token):
             return web.Response(status=401, text="this needs the officials' link")
         self.let_in(request)
         try:

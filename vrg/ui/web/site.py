@@ -129,6 +129,11 @@ class Site:
             log.warning("refused a connection (number %d): %s", self._foreign, why)
         return web.Response(status=status, text=why)
 
+    @staticmethod
+    def token_of(request: web.Request) -> str:
+        """The token that a request offers; empty for none."""
+        return request.headers.get("Authorization", "").removeprefix("Bearer ")
+
     def let_in(self, request: web.Request) -> None:
         """Take in that it is known who is there: the connection may stay."""
         if request.transport is not None:

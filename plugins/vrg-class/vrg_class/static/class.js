@@ -6,7 +6,7 @@ import { Keeper } from "./class_keeper.js";
 import { Lesson } from "./class_lesson.js";
 import { byId, copy, notice, signButton, tell } from "./class_page.js";
 import { Player } from "./class_player.js";
-import { ask, Feed } from "./class_server.js";
+import { ask, Feed, UNKNOWN } from "./class_server.js";
 import { Output, Values } from "./class_told.js";
 import { outcome, Recording } from "./class_try.js";
 import { WORDS } from "./class_words.js";
@@ -15,8 +15,6 @@ import { Match } from "./match.js";
 import { say } from "./panel.js";
 
 const BOARD_EVERY = 5000;
-/** With this code the server closes a connection whose token it does not know. */
-const UNKNOWN = 4001;
 const KEYS = [["indent", "⇥"], ["outdent", "⇤"], ["(", "("], [")", ")"], [":", ":"], [".", "."], ["_", "_"], ["=", "="], ['"', '"'], ["undo", "↶"]];
 const { body } = document;
 

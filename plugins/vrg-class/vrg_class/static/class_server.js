@@ -2,6 +2,10 @@
 import { pause } from "./link.js";
 import { WORDS } from "./class_words.js";
 
+/** With these codes the server closes a connection for good: its token is not known, or it has too many pages. */
+export const UNKNOWN = 4001;
+const CROWDED = 1008;
+
 /** What the server refuses, with its sentence; `status` is 0 where it was not reached. */
 export class Refusal extends Error {
   constructor(words, status) {
@@ -60,7 +64,7 @@ export class Feed {
     socket.onclose = ({ code }) => {
       if (socket !== this.socket) return;
       this.open = false;
-      this.refused = code === 1008 || code === 4001 ? code : 0;
+      this.refused = code === CROWDED || code === UNKNOWN ? code : 0;
       this.onChange(this);
       if (!this.refused) this.timer = setTimeout(() => this.connect(), 1000 * pause(this.attempt++, Math.random()));
     };
