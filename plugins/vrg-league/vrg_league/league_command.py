@@ -216,7 +216,7 @@ def check(
         for row in rows or ():
             game = row.game
             score = row.score((game.first_team, game.second_team))
-            line = f"as {game.first_team} against {game.pairing.second}: {OUTCOMES[row.points]}, {score}"
+            line = f"as {game.first_team} against {game.pairing.second}: {OUTCOMES[row.points]}, {score}, seed {game.seed}"
             console.print(line, markup=False, soft_wrap=True)
 
     try:
